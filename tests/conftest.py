@@ -139,6 +139,12 @@ def lift_arm() -> RobotModel:
 
 
 @pytest.fixture(scope="session")
+def two_arms() -> RobotModel:
+    """Two arms of six joints on a torso that turns."""
+    return load_robot(THREE_LINK.with_name("two_arms.yaml"))
+
+
+@pytest.fixture(scope="session")
 def scene() -> PrimitiveScene:
     """A cylinder on a board, and a floor."""
     return _SCENE

@@ -181,10 +181,11 @@ def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
         [m].
     """
     return {
-        f"target {i}": target.X_WT[:3, 3]
-        for i, target in enumerate(
-            scenario_targets(scenario, world.truth), start=1
-        )
+        f"{name} target {i}".lstrip(): target.X_WT[:3, 3]
+        for name, targets in scenario_targets(
+            scenario, world.truth, world.robot.effectors
+        ).items()
+        for i, target in enumerate(targets, start=1)
     }
 
 

@@ -306,12 +306,12 @@ class Scenario(Config):
         raise FieldError(self.source, "cameras", problem)
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks Drake's structs, cameras, control period and last target.
+        """Checks Drake's structs, cameras, control period and last targets.
 
         Drake's camera and simulator settings must be ones that the library
         can follow, and with verification the control period must not be
-        longer than `LONGEST_VERIFIED`. The last target must be one that is
-        held.
+        longer than `LONGEST_VERIFIED`. The last target of an end
+        effector must be one that is held.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -337,11 +337,13 @@ class Scenario(Config):
                 f" got {self.control_period}",
             )
         listed = self.targets if isinstance(self.targets, list) else []
-        if listed and listed[-1].pass_within is not None:
-            yield (
-                f"targets[{len(listed) - 1}].pass_within",
-                "the last target is held, not passed",
-            )
+        last = {target.effector: i for i, target in enumerate(listed)}
+        for i in last.values():
+            if listed[i].pass_within is not None:
+                yield (
+                    f"targets[{i}].pass_within",
+                    "the last target is held, not passed",
+                )
 
 
 @reads_file

@@ -20,6 +20,7 @@ from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.recording.metrics import RunMetrics, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.standing import NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import (
     STOPPED,
@@ -47,15 +48,17 @@ class RunResult:
         targets_reached: Number of targets that were reached.
         targets: Number of targets of the run.
         position_error: Distance from the end effector to the present target at
-            the end [m].
-        angle_error: Angle from the end effector to the present target at the
-            end [rad].
+            the end; of several, of the one that is farthest from its own [m].
+        angle_error: Angle from that end effector to that target [rad].
         trajectory: All ticks that the recorder kept.
         metrics: Metrics of the trajectory.
         standing: How things stood at the end, in one sentence.
         standings: All that was news about how things stand, each with its
             time since the start [s].
         search_effort: What the searches of paths have cost.
+        effector_errors: By the names of several end effectors, distance [m] and
+            angle [rad] of each that has one to its present target; none for an
+            only one.
     """
 
     outcome: str
@@ -68,6 +71,9 @@ class RunResult:
     standing: Standing
     standings: tuple[tuple[float, Standing], ...] = ()
     search_effort: SearchEffort = NO_EFFORT
+    effector_errors: dict[str, tuple[float, float]] = dc.field(
+        default_factory=dict
+    )
 
 
 ProgressCallback = Callable[[float, Standing, TickReport | None], None]
@@ -367,6 +373,7 @@ def make_result(
     """
     scenario, world = application.scenario, application.world
     targets, recorder = application.targets, application.recorder
+    robot = world.robot
     context = targets.GetMyContextFromRoot(root)
     progress, error = targets.progress(context), targets.error(context)
     trajectory = recorder.trajectory(recorder.GetMyContextFromRoot(root))
@@ -396,7 +403,7 @@ def make_result(
         trajectory=trajectory,
         metrics=run_metrics(
             trajectory,
-            world.robot,
+            robot,
             scenario.control_period,
             world.truth_field,
             world.seen and world.seen.field,
@@ -406,4 +413,17 @@ def make_result(
         standing=standing,
         standings=standings,
         search_effort=effort,
+        effector_errors=_errors_by_name(recorder.latest, trajectory, robot),
     )
+
+
+def _errors_by_name(
+    report: TickReport | None, trajectory: Trajectory, robot: RobotModel
+) -> dict[str, tuple[float, float]]:
+    if report is None or len(robot.effectors) == 1:
+        return {}
+    errors = report.aim.errors(robot.end_effector_poses(trajectory.q[-1]))
+    return {
+        robot.effectors[i]: (error.distance, error.angle)
+        for (i, _), error in zip(report.aim.items, errors, strict=True)
+    }

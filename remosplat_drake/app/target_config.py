@@ -22,6 +22,9 @@ from remosplat_drake.signals.target import (
 class TargetConfig(PoseConfig):
     """A pose of the end effector, how much of it is asked for, and the way."""
 
+    # Name of the end effector; empty for an only one, or the first. Each has
+    # its own targets one after the other, and none waits for another.
+    effector: str = ""
     # Directions that are free: `x`, `y`, `z` along the axes of the pose, and
     # turns `rx`, `ry`, `rz` about them. Of the turns one or all: [rz] for a
     # screw about the tool's axis, [rx, ry, rz] for a position alone.
@@ -67,11 +70,11 @@ class TargetConfig(PoseConfig):
         )
 
 
-def make_target(config: PoseConfig, where: str, field: str) -> Target:
+def make_target(config: TargetConfig, where: str, field: str) -> Target:
     """Makes the target that an entry of a scenario stands for.
 
     Args:
-        config: The entry; a pose alone is a plain target.
+        config: The entry.
         where: The scenario that errors blame, as file and name.
         field: Name of the entry's field, for errors.
 
@@ -79,8 +82,6 @@ def make_target(config: PoseConfig, where: str, field: str) -> Target:
         FieldError: The entry is unusable.
     """
     X_WT = make_transform(config, where, field).GetAsMatrix4()
-    if not isinstance(config, TargetConfig):
-        return Target(X_WT)
     line = None
     if config.line_speed is not None:
         line = Line(X_WT, config.line_speed)  # It starts where the motion does.

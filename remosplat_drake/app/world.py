@@ -1,6 +1,7 @@
 """`World`: what a scenario's files hold, loaded, checked and placed in W."""
 
 import dataclasses as dc
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,12 @@ from remosplat_drake.app.seen_space import (
 )
 from remosplat_drake.app.target_config import make_target
 from remosplat_drake.base import resources
-from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.base.errors import (
+    FieldError,
+    FileError,
+    RemoSplatError,
+    unknown_name,
+)
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
@@ -132,29 +138,38 @@ def _true_scene(scenario: Scenario, field: str) -> PrimitiveScene | None:
 
 
 def scenario_targets(
-    scenario: Scenario, truth: PrimitiveScene | None
-) -> list[Target]:
+    scenario: Scenario, truth: PrimitiveScene | None, effectors: Sequence[str]
+) -> dict[str, list[Target]]:
     """Returns the targets of a scenario, or else that of its true scene.
 
-    The list is empty where the scenario has a system of its own that hands
-    out targets during the run.
+    There are none where the scenario has a system of its own that hands out
+    targets during the run.
 
     Args:
         scenario: The scenario.
         truth: The true scene, which may name a target; None if nobody knows
             it.
+        effectors: Names of the robot's end effectors.
+
+    Returns:
+        The targets one after the other, by the name of the end effector.
 
     Raises:
         FieldError: A target is unusable.
     """
+    found: dict[str, list[Target]] = {name: [] for name in effectors}
     if not isinstance(scenario.targets, list):
-        return []
+        return found
     if not scenario.targets and truth is not None and truth.X_WE_target:
-        return [Target.of(truth.X_WE_target)]
-    return [
-        make_target(target, scenario.source, f"targets[{i}]")
-        for i, target in enumerate(scenario.targets)
-    ]
+        found[effectors[0]].append(Target.of(truth.X_WE_target))
+    for i, config in enumerate(scenario.targets):
+        field = f"targets[{i}]"
+        name = config.effector or effectors[0]
+        if name not in found:
+            problem = unknown_name("end effector", name, effectors)
+            raise FieldError(scenario.source, f"{field}.effector", problem)
+        found[name].append(make_target(config, scenario.source, field))
+    return found
 
 
 def load_splat(

@@ -251,8 +251,7 @@ def _facts(
     facts += [
         (
             "path",
-            f"end effector {metrics.path_length:.3f} m,"
-            f" base {metrics.base_path_length:.3f} m",
+            f"{_paths(metrics)}, base {metrics.base_path_length:.3f} m",
         ),
         (
             "tick",
@@ -282,6 +281,11 @@ def state_at_end(result: RunResult) -> PageState:
     if result.outcome == REACHED:
         return ended(f"in {result.metrics.duration:.1f} s", reached=True)
     return ended(result.standing.text, reached=False)
+
+
+def _paths(metrics: RunMetrics) -> str:
+    paths = metrics.effector_paths or {"end effector": metrics.path_length}
+    return ", ".join(f"{name} {path:.3f} m" for name, path in paths.items())
 
 
 def _unseen(metrics: RunMetrics) -> str:
@@ -332,6 +336,7 @@ def save_result(
         "targets": result.targets,
         "position_error": result.position_error,
         "angle_error": result.angle_error,
+        "effector_errors": result.effector_errors,
         "standing": result.standing.document(),
         "standings": [
             {"time": time, **standing.document()}

@@ -16,7 +16,10 @@ from remosplat_drake.app.map_knowledge import examine_map, saved_places
 from remosplat_drake.app.scenario import LONGEST_RUN, Scenario, load_scenario
 from remosplat_drake.app.simulation import INTERRUPTED, TIME_LIMIT
 from remosplat_drake.app.stages.cockpit import cockpit_job, first_picture
-from remosplat_drake.app.stages.teleoperation import Teleoperation
+from remosplat_drake.app.stages.teleoperation import (
+    Teleoperation,
+    check_one_end_effector,
+)
 from remosplat_drake.app.teleop_session import (
     check_mappable,
     holds_session,
@@ -151,6 +154,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_mappable(scenario)
     warm_up.announce(console)
     world = load_world(scenario, blank=scenario.mapping.enabled)
+    check_one_end_effector(scenario, world.robot)
     admission = _admitted(arguments, scenario, world)
     warm_up.compile_kernels(scenario, world, live_map=True)
     page, cockpit = _pages(arguments, console)

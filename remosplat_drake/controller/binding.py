@@ -48,8 +48,7 @@ def _descent(program: ProgramData, u: np.ndarray) -> np.ndarray:
     """Direction in which the cost falls at u, shape (n_u,)."""
     weights = sum(program.quadratic.values(), np.zeros(program.n_u))
     push = -weights * u - sum(program.linear.values(), np.zeros(program.n_u))
-    tracking = program.tracking
-    if tracking is not None:
+    for tracking in program.trackings.values():
         missed = tracking.V - tracking.J @ u
         push = push + tracking.price * missed @ tracking.J
     return push

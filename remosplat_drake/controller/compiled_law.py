@@ -121,7 +121,7 @@ class CompiledLaw:
             self._arrays,
             self._robot.arrays,
             tick.state.arrays,
-            tick.target.arrays,
+            tick.aim.arrays,
             rows,
             mover_arrays(tick.movers, tick.time),
             near_arrays(self.near, tick.state.X_WL),

@@ -16,6 +16,8 @@ def end_effector_velocities(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Computes the desired and the executed velocity of E (paper figure 5).
 
+    Of several end effectors with targets, E is the first.
+
     Args:
         report: The report of a tick; with that from before the first tick
             both velocities are NaN.
@@ -31,12 +33,12 @@ def end_effector_velocities(
         shape (6,) [rad/s, m/s].
     """
     state = robot.state(report.q)
-    target, error = report.target, report.target.error(state.X_WE)
+    effector, target = report.aim.items[0]
+    X_WE = state.X_WEs[effector]
     desired = np.concatenate(
-        target_twist(state.X_WE, target, error, gain, max_speed)
+        target_twist(X_WE, target, target.error(X_WE), gain, max_speed)
     )
-    J = np.concatenate([state.Jw_WE, state.Jv_WE])
-    return desired, J @ executed
+    return desired, state.J_WE(effector) @ executed
 
 
 def deviation(desired: np.ndarray, executed: np.ndarray) -> float:

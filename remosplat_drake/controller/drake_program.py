@@ -16,7 +16,7 @@ class DrakeProgram:
     Attributes:
         prog: The `MathematicalProgram` itself.
         u: Decision variables of the command, shape (n_u,).
-        delta: Decision variables of the slack of the end-effector twist, one
+        delta: Decision variables of the slack of the end-effector twists, one
             for each direction that is tracked, shape (r,); none until a
             finished program is filled in.
         extended: Whether an ingredient may have added terms to `prog` itself,
@@ -55,21 +55,23 @@ def fill(drake: DrakeProgram, program: ProgramData) -> None:
         prog.AddQuadraticCost(
             np.diag(weights), np.zeros(len(weights)), u, is_convex=True
         ).evaluator().set_description(name)
-    if program.tracking is not None:
-        _add_tracking(drake, program.tracking)
+    for tracking in program.trackings.values():
+        _add_tracking(drake, tracking)
 
 
 def _add_tracking(drake: DrakeProgram, tracking: Tracking) -> None:
     prog, r = drake.prog, len(tracking.V)
-    drake.delta = prog.NewContinuousVariables(r, "delta")
+    of = f" of {tracking.name}" if len(drake.delta) else ""
+    delta = prog.NewContinuousVariables(r, "delta")
+    drake.delta = np.concatenate([drake.delta, delta])
     prog.AddLinearEqualityConstraint(
         np.hstack([tracking.J, np.eye(r)]),
         tracking.V,
-        np.concatenate([drake.u, drake.delta]),
+        np.concatenate([drake.u, delta]),
     ).evaluator().set_description(tracking.name)
     prog.AddBoundingBoxConstraint(
-        -tracking.limit, tracking.limit, drake.delta
-    ).evaluator().set_description("slack limit")
+        -tracking.limit, tracking.limit, delta
+    ).evaluator().set_description(f"slack limit{of}")
     prog.AddQuadraticCost(
-        tracking.price * np.eye(r), np.zeros(r), drake.delta, is_convex=True
-    ).evaluator().set_description("slack")
+        tracking.price * np.eye(r), np.zeros(r), delta, is_convex=True
+    ).evaluator().set_description(f"slack{of}")

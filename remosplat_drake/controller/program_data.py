@@ -63,8 +63,8 @@ class Tracking:
 class ProgramData:
     """Costs, bounds and rows in the command u and the slack delta.
 
-    The command has n_u entries, the slack one for each direction in which the
-    end effector's twist is tracked, six at most.
+    The command has n_u entries, the slack one for each direction in which an
+    end effector's twist is tracked, six at most each.
 
     Args:
         velocity_limit: Bounds on |u| to begin with, shape (n_u,) [rad/s, m/s].
@@ -78,7 +78,7 @@ class ProgramData:
         linear: Vectors c of linear costs c'u by name, shape (n_u,) each.
         quadratic: Diagonals w of quadratic costs u' diag(w) u / 2 by name,
             shape (n_u,) each.
-        tracking: How the end effector's twist is tracked; None if it is not.
+        trackings: How the end effectors' twists are tracked, by name.
     """
 
     def __init__(self, velocity_limit: np.ndarray):
@@ -86,7 +86,12 @@ class ProgramData:
         self.rows: dict[str, Rows] = {}
         self.linear: dict[str, np.ndarray] = {}
         self.quadratic: dict[str, np.ndarray] = {}
-        self.tracking: Tracking | None = None
+        self.trackings: dict[str, Tracking] = {}
+
+    @property
+    def tracking(self) -> Tracking | None:
+        """How the first of the end effectors' twists is tracked, if any is."""
+        return next(iter(self.trackings.values()), None)
 
     @property
     def n_u(self) -> int:
@@ -105,19 +110,22 @@ class ProgramData:
 
     def dense(self) -> DenseProgram:
         """Returns the program in u alone, its slack replaced by V - J u."""
-        tracking = self.tracking
         H = np.diag(sum(self.quadratic.values(), np.zeros(self.n_u)))
         c = sum(self.linear.values(), np.zeros(self.n_u))
         eye = np.eye(self.n_u)
         A = [eye, -eye, *(rows.A[rows.kept] for rows in self.rows.values())]
         b = [self.upper, -self.lower]
         b += [rows.b[rows.kept] for rows in self.rows.values()]
-        if tracking is not None:
+        bounds: list[tuple[np.ndarray, np.ndarray]] = []
+        for tracking in self.trackings.values():
             J, V, limit = tracking.J, tracking.V, tracking.limit
             H += tracking.price * J.T @ J
             c = c - tracking.price * V @ J
-            slack_A = np.concatenate([J, -J])
-            slack_b = np.concatenate([limit + V, limit - V])
+            bounds += [(J, limit + V)]
+        for tracking in self.trackings.values():
+            J, V, limit = tracking.J, tracking.V, tracking.limit
+            bounds += [(-J, limit - V)]
+        for slack_A, slack_b in bounds:
             kept = self.can_bind(slack_A, slack_b)
             A.append(slack_A[kept])
             b.append(slack_b[kept])

@@ -50,10 +50,10 @@ class ReactiveController(LeafSystem):
     The command is state, updated every control period: a plant that steps
     faster does not solve more programs, and station and controller form no
     algebraic loop. `target` takes the pose X_WT of a plain target, a
-    `RigidTransform`, or else `aim` a `Target`. `report` is the `TickReport` of
-    the latest tick; viewers and loggers read it instead of asking the oracle
-    again. `selection` is a `GuidanceSelector`'s; without it the controller goes
-    straight.
+    `RigidTransform`, or else `aim` an `Aim` or a `Target`. `report` is the
+    `TickReport` of the latest tick; viewers and loggers read it instead of
+    asking the oracle again. `selection` is a `GuidanceSelector`'s; without it
+    the controller goes straight.
     `velocity_executed` is what a supervisor made of the command; without it
     the controller takes its own to be executed. `motion` is the `Motion` of a
     robot that does not obey at once; `configuration` and `clearances` are then
@@ -143,9 +143,9 @@ class ReactiveController(LeafSystem):
                 ports `clearances` and `distance_field`.
             configuration: The port of the measured q, n_q entries; None
                 leaves the input unconnected.
-            target: The port of the target, a `Target` or the pose X_WT of a
-                plain one as a `RigidTransform`; None leaves the inputs
-                unconnected.
+            target: The port of the target, an `Aim`, a `Target` or the pose
+                X_WT of a plain one as a `RigidTransform`; None leaves the
+                inputs unconnected.
 
         Returns:
             The controller, which is now part of the diagram.

@@ -33,6 +33,7 @@ from remosplat_drake.controller.servo import error_scale
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel, RobotState
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.signals.target import Target
@@ -45,8 +46,7 @@ class Tick:
     Attributes:
         robot: The robot, with its limits and kinematics.
         state: Kinematics at the measured configuration q.
-        target: What the end effector E shall reach.
-        error: The pose error from E to the target, in what that asks for.
+        aim: What the end effectors shall reach.
         clearances: The distances of the robot's spheres to the map that lie
             within the influence distance.
         u_previous: The command that is being executed, shape (n_u,).
@@ -68,8 +68,7 @@ class Tick:
 
     robot: RobotModel
     state: RobotState
-    target: Target
-    error: PoseError
+    aim: Aim
     clearances: Clearances
     u_previous: np.ndarray
     dt: float
@@ -93,18 +92,39 @@ class Tick:
         return NearMovers.find(movers, self.time, self.state.spheres, within)
 
     @property
+    def target(self) -> Target:
+        """The target, the first of several."""
+        return self.aim.first
+
+    @property
     def X_WT(self) -> np.ndarray:
         """Pose of the target T in the world W, shape (4, 4)."""
         return self.target.X_WT
+
+    @cached_property
+    def errors(self) -> tuple[PoseError, ...]:
+        """The pose error to each of the aim's targets, in what that asks."""
+        return self.aim.errors(self.state.X_WEs)
+
+    @property
+    def error(self) -> PoseError:
+        """The pose error to the target, the first of several."""
+        return self.errors[0]
+
+    @property
+    def error_scales(self) -> list[float]:
+        """The paper's error e of each target [m]; see `servo.error_scale`."""
+        items = zip(self.errors, self.aim.items, strict=True)
+        return [error_scale(e.p_ET_E, t.arrays) for e, (_, t) in items]
 
     @property
     def error_scale(self) -> float:
         """The paper's error e: L1 distance to the target, at least 1e-3 [m].
 
-        Costs divide by it; the bound keeps them finite at the target. See
-        `servo.error_scale`.
+        Of several targets, the largest. Costs divide by it; the bound keeps
+        them finite at the target.
         """
-        return error_scale(self.error.p_ET_E, self.target.arrays)
+        return max(self.error_scales)
 
     @cached_property
     def approach_rates(self) -> np.ndarray:
@@ -281,15 +301,21 @@ class ReactiveProgram(ProgramData):
                     arrays.kept[span],
                     Labels(part, tick, arrays.about[span]),
                 )
-        _, tracker, accelerates, tracked, _ = arrays.count.tolist()
-        if tracker:
-            program.tracking = Tracking(
-                ingredients[tracker - 1].term,
-                arrays.J[:tracked],
-                arrays.V[:tracked],
-                float(arrays.price[0]),
-                arrays.limit[:tracked],
+        _, tracker, accelerates, _, _ = arrays.count.tolist()
+        first = 0
+        for effector, last in enumerate(arrays.tracked.tolist()):
+            if not tracker or last == first:
+                continue
+            of = tick.robot.effectors[effector]
+            name = f"{ingredients[tracker - 1].term} {of}".rstrip()
+            program.trackings[name] = Tracking(
+                name,
+                arrays.J[first:last],
+                arrays.V[first:last],
+                float(arrays.price[first]),
+                arrays.limit[first:last],
             )
+            first = last
         program.has_acceleration_bounds = bool(accelerates)
         program.arrays, program._source = arrays, (ingredients, tick)
         program._is_finished = True
@@ -413,11 +439,11 @@ class ReactiveProgram(ProgramData):
     ) -> None:
         """Tracks the end effector's twist: J u + delta = V with a slack delta.
 
-        The slack costs price |delta|^2 / 2. A program tracks one twist, in as
-        many directions as there are rows: all six, or fewer.
+        The slack costs price |delta|^2 / 2. A twist is tracked in as many
+        directions as there are rows: all six, or fewer.
 
         Args:
-            name: Name of this tracking, for messages and Drake's bindings.
+            name: Name of this tracking, unique among the trackings.
             J: Jacobian of the end effector in W, angular above
                 translational, shape (6, n_u); or r directions of it.
             V: The wanted twist V_WE, angular above translational, shape (6,)
@@ -426,14 +452,12 @@ class ReactiveProgram(ProgramData):
             limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
 
         Raises:
-            TermError: A twist is tracked already, or J has another shape.
+            TermError: There is a tracking of that name already, or J has
+                another shape.
         """
-        if self.tracking is not None:
-            raise TermError(
-                f"{name!r}: there is tracking {self.tracking.name!r} already"
-            )
-        self._check("tracking", name, False, J, (len(V), self.n_u))
-        self.tracking = Tracking(name, J, V, price, limit)
+        taken = name in self.trackings
+        self._check("tracking", name, taken, J, (len(V), self.n_u))
+        self.trackings[name] = Tracking(name, J, V, price, limit)
 
     def _check(
         self,

@@ -22,6 +22,7 @@ from remosplat_drake.controller.verification.verify import (
 )
 from remosplat_drake.robot.robot_model import RobotState
 from remosplat_drake.scene.mover import MoverArrays, Movers
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import COLLISION, NONE_BINDS, Binding
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.motion import Motion
@@ -34,7 +35,7 @@ def run_tick(
     law: ReactiveLaw,
     time: float,
     q: np.ndarray,
-    target: Target | np.ndarray,
+    aim: Aim | Target | np.ndarray,
     clearances: Clearances,
     field: DistanceField,
     u_previous: np.ndarray,
@@ -50,8 +51,8 @@ def run_tick(
         time: Time of the tick [s].
         q: Configuration to plan from, measured or where all commands in flight
             lead, shape (n_q,) [rad, m].
-        target: What the end effector shall reach, or the pose X_WT of a plain
-            target, shape (4, 4).
+        aim: What the end effectors shall reach: an `Aim`, or for the first of
+            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         clearances: The oracle's distances and directions at q.
         field: The map, which verification asks along the command's path.
         u_previous: The command being executed, shape (n_u,).
@@ -62,18 +63,18 @@ def run_tick(
         movers: What moves; None if nothing is known to.
 
     Returns:
-        The command, and how it came about. Where q or the target is not
+        The command, and how it came about. Where q or the aim is not
         finite, or the clearances are not known, it is a step of the braking
         ramp.
     """
-    start, target = perf_counter(), Target.of(target)
+    start, aim = perf_counter(), Aim.of(aim)
     problem = _unknown_surroundings(q, clearances)
     if problem:
-        return _blind_report(law, time, q, target, u_previous, problem)
+        return _blind_report(law, time, q, aim, u_previous, problem)
     clearances = clearances.within(law.collision.influence)
     state = state or law.robot.state(q)
     after_kinematics = perf_counter()
-    if target.is_known:
+    if aim.is_known:
         sphere_tube = None
         if motion is not None:
             sphere_tube = law.robot.sphere_tube(
@@ -82,8 +83,7 @@ def run_tick(
         tick = Tick(
             law.robot,
             state,
-            target,
-            target.error(state.X_WE),
+            aim,
             clearances,
             u_previous,
             law.dt,
@@ -128,9 +128,9 @@ def run_tick(
         clearances=clearances,
         kept=kept,
         tight=tight,
-        target=target,
+        aim=aim,
         binding=binding,
-        line_deviation=target.line_deviation(state.X_WE),
+        line_deviation=aim.line_deviation(state.X_WEs),
         objection=verdict.objection,
         separation=separation,
         timings={
@@ -156,7 +156,7 @@ def _blind_report(
     law: ReactiveLaw,
     time: float,
     q: np.ndarray,
-    target: Target,
+    aim: Aim,
     u_previous: np.ndarray,
     reason: str,
 ) -> TickReport:
@@ -173,7 +173,7 @@ def _blind_report(
         clearances=Clearances.none(),
         kept=none,
         tight=none,
-        target=target,
+        aim=aim,
     )
 
 

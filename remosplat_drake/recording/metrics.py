@@ -31,8 +31,8 @@ class RunMetrics:
             that is unknown.
         truth_clearance_mean: Mean over the ticks of the smallest clearance
             by ground truth [m] (paper section V, D_avg); None likewise.
-        path_length: Length of the end effector's path [m] (paper section V,
-            L).
+        path_length: Length of the end effector's path, of several of the
+            first one's [m] (paper section V, L).
         base_path_length: Length of the path of the base's origin [m].
         ticks: Number of control ticks.
         tick_p50: Median wall-clock time of a tick [s].
@@ -40,6 +40,8 @@ class RunMetrics:
         control_rate: 1 / tick_p50 [Hz]; 0 where ticks were not timed.
         statuses: Number of ticks by the name of their status.
         scaled_ticks: Number of ticks whose command verification reduced.
+        effector_paths: Lengths of the paths of several end effectors by name
+            [m]; none for an only one.
         line_deviation_max: How far the end effector was beside the lines that
             targets ask for, at most [m]; None if they ask for none.
         line_deviation_mean: The same, as the mean over the ticks on lines [m].
@@ -69,6 +71,7 @@ class RunMetrics:
     control_rate: float
     statuses: dict[str, int]
     scaled_ticks: int
+    effector_paths: dict[str, float] = dc.field(default_factory=dict)
     line_deviation_max: float | None = None
     line_deviation_mean: float | None = None
     unseen_clearance_min: float | None = None
@@ -102,7 +105,9 @@ def run_metrics(
             was known to.
     """
     margins = [each.margin for each in separations if each is not None]
-    p_WE = np.array([robot.end_effector_pose(q)[:3, 3] for q in trajectory.q])
+    p_WE = np.array([robot.end_effector_poses(q) for q in trajectory.q])
+    lengths = [path_length(p_WE[:, i, :3, 3]) for i in range(p_WE.shape[1])]
+    several = dict(zip(robot.effectors, lengths, strict=True))
     true_min, true_mean = _summary(clearances_to(truth, trajectory, robot))
     to_unseen = clearances_to(unseen, trajectory, robot)
     oracle_min, oracle_mean = _summary(trajectory.clearance)
@@ -116,7 +121,7 @@ def run_metrics(
         clearance_mean=oracle_mean,
         truth_clearance_min=true_min,
         truth_clearance_mean=true_mean,
-        path_length=path_length(p_WE),
+        path_length=lengths[0],
         base_path_length=(
             path_length(trajectory.q[:, :2]) if robot.n_base else 0.0
         ),
@@ -126,6 +131,7 @@ def run_metrics(
         control_rate=1.0 / p50 if p50 > 0 else 0.0,
         statuses=status_counts(trajectory),
         scaled_ticks=int((trajectory.scale < 1.0).sum()),
+        effector_paths=several if len(several) > 1 else {},
         line_deviation_max=float(beside.max()) if len(beside) else None,
         line_deviation_mean=float(beside.mean()) if len(beside) else None,
         unseen_clearance_min=_summary(to_unseen)[0],

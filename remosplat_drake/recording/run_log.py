@@ -21,6 +21,7 @@ from remosplat_drake.base.strict_json import (
     parse_json_object,
     shown,
 )
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.supervisor_state import (
     RUNNING,
@@ -28,7 +29,6 @@ from remosplat_drake.signals.supervisor_state import (
     STOPPED,
     STOPPING,
 )
-from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
 FORMAT = "remosplat run log"
@@ -216,7 +216,7 @@ class RunLog:
             clearances=clearances,
             kept=np.zeros(len(clearances), bool),
             tight=closest,
-            target=Target(np.vstack([row["X_WT"], [0.0, 0.0, 0.0, 1.0]])),
+            aim=Aim.of(np.vstack([row["X_WT"], [0.0, 0.0, 0.0, 1.0]])),
         )
 
 

@@ -26,9 +26,10 @@ class RobotArrays(NamedTuple):
         ignore_below: Height below which each sphere sees nothing, shape (n,)
             [m].
         jacobian_bound: `RobotModel.jacobian_bound`.
-        leading: Which spheres move with the hand, shape (n,), bool.
-        body_E: Body of the end effector.
-        X_LE: The end effector in it, shape (4, 4).
+        leading: Which spheres move with the hand of each of e end effectors,
+            shape (e, n), bool.
+        body_E: Bodies of the end effectors, shape (e,).
+        X_LE: The end effectors in these, shape (e, 4, 4).
         body_B: Body of the base.
         n_base: Number of base commands, 3, 2 or 0.
         screw_axis_F: Axes of the commands' joints in their inboard frames,
@@ -50,7 +51,7 @@ class RobotArrays(NamedTuple):
     ignore_below: np.ndarray
     jacobian_bound: np.ndarray
     leading: np.ndarray
-    body_E: int
+    body_E: np.ndarray
     X_LE: np.ndarray
     body_B: int
     n_base: int
@@ -69,9 +70,9 @@ class StateArrays(NamedTuple):
 
     Attributes:
         q: The configuration, shape (n_q,) [rad, m].
-        X_WE: Pose of the end effector, shape (4, 4).
-        Jv_WE: Its translational Jacobian, shape (3, n_u).
-        Jw_WE: Its angular Jacobian, shape (3, n_u).
+        X_WE: Poses of the e end effectors, shape (e, 4, 4).
+        Jv_WE: Their translational Jacobians, shape (e, 3, n_u).
+        Jw_WE: Their angular Jacobians, shape (e, 3, n_u).
         p_WS: Centres of the spheres, shape (n, 3) [m].
         R_WL: Orientations of the spheres' links, shape (n, 3, 3).
         X_WL: Poses of all bodies, shape (b, 4, 4).
@@ -100,11 +101,14 @@ def state_arrays(robot, q):
     """
     X_WL, X_WF = body_poses(robot.tree, q)
     p_WS, R_WL = sphere_points(X_WL, robot.body_S, robot.p_LS)
-    X_WE = np.empty((4, 4))
-    compose(X_WL[robot.body_E], robot.X_LE, X_WE)
-    n_u = len(robot.screw_body)
+    n_u, n_E = len(robot.screw_body), len(robot.body_E)
     a_W, o_W = np.empty((n_u, 3)), np.empty((n_u, 3))
-    Jw_WE = np.zeros((3, n_u))
+    X_WE, p_WE = np.empty((n_E, 4, 4)), np.empty((n_E, 3))
+    for i in range(n_E):
+        compose(X_WL[robot.body_E[i]], robot.X_LE[i], X_WE[i])
+        for r in range(3):
+            p_WE[i, r] = X_WE[i, r, 3]
+    Jw_WE = np.zeros((n_E, 3, n_u))
     for j in range(n_u):
         X = X_WF[robot.screw_body[j]]
         for r in range(3):
@@ -116,18 +120,14 @@ def state_arrays(robot, q):
         for j in range(robot.n_base - 1):  # Forward is the base's x axis.
             for r in range(3):
                 a_W[j, r] = X_WL[robot.screw_body[0], r, j]
-    for j in range(n_u):
-        if robot.screw_turns[j] and robot.moves[robot.body_E, j]:
-            for r in range(3):
-                Jw_WE[r, j] = a_W[j, r]
+    for i in range(n_E):
+        for j in range(n_u):
+            if robot.screw_turns[j] and robot.moves[robot.body_E[i], j]:
+                for r in range(3):
+                    Jw_WE[i, r, j] = a_W[j, r]
     Jv_WE = point_jacobians(
-        a_W,
-        o_W,
-        robot.screw_turns,
-        robot.moves,
-        np.full(1, robot.body_E),
-        X_WE[:3, 3].copy().reshape(1, 3),
-    )[0]
+        a_W, o_W, robot.screw_turns, robot.moves, robot.body_E, p_WE
+    )
     return StateArrays(q, X_WE, Jv_WE, Jw_WE, p_WS, R_WL, X_WL, a_W, o_W)
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -70,6 +71,10 @@ class RobotDescription(Config):
     hand: Hand | None = None
     # Name of the frame E that the controller drives to the target.
     end_effector_frame: str = ""
+    # Frames of several end effectors by what these are called, in place of
+    # `end_effector_frame`: {left: left_tool, right: right_tool}. The joints of
+    # all arms are `arm`'s, each after those that carry it.
+    end_effectors: dict[str, str] = dc.field(default_factory=dict)
     # Symmetric bounds on the command u: the base's speeds as `base.drive` has
     # them, if there is a base, then the arm's joint rates [m/s, rad/s].
     velocity_limits: list[Annotated[float, Interval(gt=0, le=100)]] = dc.field(
@@ -106,6 +111,23 @@ class RobotDescription(Config):
     visuals: str = ""
     # Path of this file, filled in by the loader.
     source: str = dc.field(default="", metadata={"yaml": False})
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Checks that end effectors are given in one way.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
+        if self.end_effectors and self.end_effector_frame:
+            yield (
+                "end_effectors",
+                "give `end_effectors` or `end_effector_frame`, not both",
+            )
+
+    @property
+    def effector_frames(self) -> dict[str, str]:
+        """Frames of the end effectors by name; an only one has none."""
+        return self.end_effectors or {"": self.end_effector_frame}
 
     @property
     def n_base(self) -> int:

@@ -15,6 +15,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.ranges import joined
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.actuators import Actuator, default_actuators
@@ -67,19 +68,33 @@ class RobotState:
         return self.arrays.q
 
     @property
-    def X_WE(self) -> np.ndarray:
-        """End-effector pose, a 4x4 matrix."""
+    def X_WEs(self) -> np.ndarray:
+        """Poses of all e end effectors, shape (e, 4, 4)."""
         return self.arrays.X_WE
 
     @property
+    def X_WE(self) -> np.ndarray:
+        """Pose of the end effector, of several of the first, a 4x4 matrix."""
+        return self.arrays.X_WE[0]
+
+    @property
     def Jv_WE(self) -> np.ndarray:
-        """Translational Jacobian of E's origin in W, shape (3, n_u)."""
-        return self.arrays.Jv_WE
+        """Translational Jacobian of that E's origin in W, shape (3, n_u)."""
+        return self.arrays.Jv_WE[0]
 
     @property
     def Jw_WE(self) -> np.ndarray:
-        """Angular Jacobian of E in W, shape (3, n_u)."""
-        return self.arrays.Jw_WE
+        """Angular Jacobian of that E in W, shape (3, n_u)."""
+        return self.arrays.Jw_WE[0]
+
+    def J_WE(self, effector: int) -> np.ndarray:
+        """Returns an end effector's Jacobian in W, angular first, (6, n_u).
+
+        Args:
+            effector: Index of the end effector.
+        """
+        arrays = self.arrays
+        return np.concatenate([arrays.Jw_WE[effector], arrays.Jv_WE[effector]])
 
     @property
     def X_WL(self) -> np.ndarray:
@@ -105,6 +120,7 @@ class RobotModel:
         n_u: Number of commanded velocities (9 for Frankie).
         n_base: Number of base commands: 3 (omnidirectional), 2 (differential)
             or 0 (fixed).
+        effectors: Names of the end effectors; that of an only one is empty.
         velocity_limit: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].
         acceleration_limit: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
         position_lower: Lower joint limits of q, shape (n_q,) [m, rad]; infinite
@@ -163,7 +179,7 @@ class RobotModel:
         self._radius = np.ascontiguousarray(spheres.radius)
         floor = spheres.on_links(set(description.floor_links))
         self._ignore_below = np.where(floor, floor_height, -np.inf)
-        self._set_end_effector(plant)
+        self._set_end_effectors(plant)
         self._set_screws()
 
     def __deepcopy__(self, memo) -> "RobotModel":
@@ -238,18 +254,23 @@ class RobotModel:
                     f" {self.position_upper[k]:g}; put it under `locked`",
                 )
 
-    def _set_end_effector(self, plant: MultibodyPlant):
-        name = self.description.end_effector_frame
-        if not plant.HasFrameNamed(name):
-            raise FieldError(
-                self.description.source,
-                "end_effector_frame",
-                f"the model has no frame {name!r}",
-            )
-        frame = plant.GetFrameByName(name)
-        self._body_E = self.tree.index(frame.body().name())
-        X_LE = frame.GetFixedPoseInBodyFrame().GetAsMatrix4()
-        self._X_LE = np.ascontiguousarray(X_LE)
+    def _set_end_effectors(self, plant: MultibodyPlant):
+        named = self.description.effector_frames
+        self.effectors = tuple(named)
+        bodies, X_LE = [], []
+        for effector, name in named.items():
+            if not plant.HasFrameNamed(name):
+                field = joined("end_effectors", effector)
+                raise FieldError(
+                    self.description.source,
+                    field if effector else "end_effector_frame",
+                    f"the model has no frame {name!r}",
+                )
+            frame = plant.GetFrameByName(name)
+            bodies.append(self.tree.index(frame.body().name()))
+            X_LE.append(frame.GetFixedPoseInBodyFrame().GetAsMatrix4())
+        self._body_E = np.array(bodies)
+        self._X_LE = np.array(X_LE, order="C")
 
     def _set_screws(self):
         """Finds the screw of each command and which bodies it moves."""
@@ -276,12 +297,23 @@ class RobotModel:
             self._moves[body] = [s in chain for s in self.screw_body]
 
     @cached_property
+    def hands(self) -> np.ndarray:
+        """Which spheres move with the last joint of each arm, (e, n), bool.
+
+        An only arm's last joint is the last of all, whatever it moves.
+        """
+        last = [self.screw_body[-1]]
+        if len(self.effectors) > 1:
+            chains = map(self.tree.chain, self._body_E)
+            moving = set(self.screw_body.tolist())
+            last = [[b for b in chain if b in moving][-1] for chain in chains]
+        spheres = [self.tree.chain(body) for body in self._body_S]
+        return np.array([[x in chain for chain in spheres] for x in last], bool)
+
+    @property
     def leading_spheres(self) -> np.ndarray:
-        """Which spheres move with the arm's last joint, shape (n,), bool."""
-        last = self.screw_body[-1]
-        return np.array(
-            [last in self.tree.chain(body) for body in self._body_S], bool
-        )
+        """Which spheres move with the arms' last joints, shape (n,), bool."""
+        return np.logical_or.reduce(self.hands)
 
     @cached_property
     def moved_by_arm(self) -> np.ndarray:
@@ -313,10 +345,20 @@ class RobotModel:
         """Computes the poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
         return kin.body_poses(self.tree.arrays, np.array(q, float))[0]
 
-    def end_effector_pose(self, q: np.ndarray) -> np.ndarray:
-        """Computes the end-effector pose X_WE, shape (4, 4)."""
-        X_WE = np.empty((4, 4))
-        kin.compose(self.body_poses(q)[self._body_E], self._X_LE, X_WE)
+    def end_effector_pose(self, q: np.ndarray, effector: int = 0) -> np.ndarray:
+        """Computes the end-effector pose X_WE, shape (4, 4).
+
+        Args:
+            q: Configuration, shape (n_q,).
+            effector: Index of the end effector.
+        """
+        return self.end_effector_poses(q)[effector]
+
+    def end_effector_poses(self, q: np.ndarray) -> np.ndarray:
+        """Computes the poses of all e end effectors, shape (e, 4, 4)."""
+        X_WE, X_WL = np.empty_like(self._X_LE), self.body_poses(q)
+        for i, body in enumerate(self._body_E):
+            kin.compose(X_WL[body], self._X_LE[i], X_WE[i])
         return X_WE
 
     def spheres_at(self, q: np.ndarray) -> Spheres:
@@ -441,7 +483,7 @@ class RobotModel:
             self.hessian_bound,
             self._ignore_below,
             self.jacobian_bound,
-            self.leading_spheres,
+            self.hands,
             self._body_E,
             self._X_LE,
             self._body_B,
@@ -458,10 +500,11 @@ class RobotModel:
         return Packed(values)
 
     @cached_property
-    def chain_to_end_effector(self) -> SerialChain:
-        """The joints that move the end effector, one after the other."""
-        return SerialChain.make(
-            self.tree, self._body_E, self._X_LE, len(self.home)
+    def chains(self) -> tuple[SerialChain, ...]:
+        """The joints that move each end effector, one after the other."""
+        return tuple(
+            SerialChain.make(self.tree, body, X_LE)
+            for body, X_LE in zip(self._body_E, self._X_LE, strict=True)
         )
 
     @cached_property

@@ -22,7 +22,6 @@ class SerialChain(NamedTuple):
         X_MF: Poses of the joints' frames F in the frame M that the joint
             before moves, of the first in W, shape (n, 4, 4).
         X_ME: Pose of E in the frame M of the last joint, shape (4, 4).
-        arm: Number of joints, at the end, that are the arm's.
     """
 
     kind: np.ndarray
@@ -30,11 +29,10 @@ class SerialChain(NamedTuple):
     axis_F: np.ndarray
     X_MF: np.ndarray
     X_ME: np.ndarray
-    arm: int
 
     @staticmethod
     def make(
-        tree: kin.KinematicTree, body_E: int, X_LE: np.ndarray, arm: int
+        tree: kin.KinematicTree, body_E: int, X_LE: np.ndarray
     ) -> "SerialChain":
         """Makes the chain to an end effector.
 
@@ -42,7 +40,6 @@ class SerialChain(NamedTuple):
             tree: The robot's tree.
             body_E: Body that carries the end effector.
             X_LE: Pose of the end effector in that body, shape (4, 4).
-            arm: Number of joints, at the end, that are the arm's.
         """
         outward = tree.chain(body_E)
         joints = [body for body in outward if tree.position[body] >= 0]
@@ -68,5 +65,4 @@ class SerialChain(NamedTuple):
             tree.axis_F[joints],
             np.array(X_MF),
             X @ X_LE,
-            arm,
         )

@@ -1,4 +1,4 @@
-"""What kernels know of a target: its error, and where on its line a tool is."""
+"""What kernels know of targets: errors, and where on a line a tool is."""
 
 import math
 from typing import NamedTuple
@@ -26,6 +26,39 @@ class TargetArrays(NamedTuple):
     onward: float
     X_WA: np.ndarray
     speed: float
+
+
+class AimArrays(NamedTuple):
+    """An `Aim` with k targets, as kernels take it.
+
+    Attributes:
+        effector: Index of the end effector of each target, shape (k,).
+        X_WT: `TargetArrays.X_WT` of each, shape (k, 4, 4).
+        weights: `TargetArrays.weights` of each, shape (k, 6).
+        onward: `TargetArrays.onward` of each, shape (k,) [m].
+        X_WA: `TargetArrays.X_WA` of each, shape (k, 4, 4).
+        speed: `TargetArrays.speed` of each, shape (k,) [m/s].
+    """
+
+    effector: np.ndarray
+    X_WT: np.ndarray
+    weights: np.ndarray
+    onward: np.ndarray
+    X_WA: np.ndarray
+    speed: np.ndarray
+
+
+@helper
+def target_of(aim, i) -> TargetArrays:
+    """Returns a target of an aim.
+
+    Args:
+        aim: The `AimArrays`.
+        i: Which of its targets.
+    """
+    return TargetArrays(
+        aim.X_WT[i], aim.weights[i], aim.onward[i], aim.X_WA[i], aim.speed[i]
+    )
 
 
 @kernel

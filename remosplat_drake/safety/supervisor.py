@@ -63,7 +63,7 @@ def supervise(
     state = dc.replace(
         state,
         time=now.time,
-        p_WT=now.report.X_WT[:3, 3],
+        p_WTs=now.report.p_WTs,
         since=since,
         map_revision=(
             now.report.clearances.revision if is_clear else state.map_revision

@@ -208,7 +208,8 @@ def _of_target_and_map(
 ) -> Iterator[Symptom]:
     config = law.config
     if config.max_target_jump is not None:
-        jump = float(np.linalg.norm(now.report.X_WT[:3, 3] - state.p_WT))
+        jumps = now.report.p_WTs - state.p_WTs
+        jump = float(np.linalg.norm(jumps, axis=1).max())
         if jump > config.max_target_jump:
             yield Symptom("target", f"the target jumped by {jump:.2f} m")
     if config.max_map_age is not None and not now.map_age <= config.max_map_age:

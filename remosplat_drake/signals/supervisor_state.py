@@ -34,7 +34,7 @@ class SupervisorState:
             empty while running.
         refusal: Why the latest release was not granted; empty if it was.
         time: Time of the latest tick [s]; NaN before the first one.
-        p_WT: Position of the target at the latest tick, shape (3,) [m].
+        p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].
         since: Time at which each present symptom began [s], by its name.
         map_revision: Revision of the latest map that left the robot enough
             clearance.
@@ -45,7 +45,9 @@ class SupervisorState:
     reason: str = ""
     refusal: str = ""
     time: float = math.nan
-    p_WT: np.ndarray = dc.field(default_factory=lambda: np.full(3, np.nan))
+    p_WTs: np.ndarray = dc.field(
+        default_factory=lambda: np.full((1, 3), np.nan)
+    )
     since: Mapping[str, float] = dc.field(default_factory=dict)
     map_revision: str = ""
 

@@ -12,7 +12,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -21,7 +21,8 @@ class TargetPorts:
 
     Attributes:
         pose: The pose X_WT of a plain target, a `RigidTransform`.
-        full: A `Target`; counts where both are connected.
+        full: An `Aim`, or a `Target` of the first end effector; counts where
+            both are connected.
     """
 
     pose: InputPort
@@ -39,21 +40,21 @@ class TargetPorts:
             system.DeclareAbstractInputPort("aim", Value[object]()),
         )
 
-    def read(self, context: Context) -> Target:
-        """Returns the present target.
+    def read(self, context: Context) -> Aim:
+        """Returns what is asked for at present.
 
         Args:
             context: The system's own context.
         """
         if self.full.HasValue(context):
-            return self.full.Eval(context)
-        return Target.of(self.pose.Eval(context))
+            return Aim.of(self.full.Eval(context))
+        return Aim.of(self.pose.Eval(context))
 
 
 def connect_target(
     builder: DiagramBuilder, target: OutputPort, system: LeafSystem
 ) -> None:
-    """Connects a target, a plain pose or a `Target`, to the input it fits.
+    """Connects a target, a plain pose or an `Aim`, to the input it fits.
 
     Args:
         builder: Builder of the diagram.

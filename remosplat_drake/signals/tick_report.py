@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import NONE_BINDS, Binding
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.separation import Separation
@@ -45,11 +46,11 @@ class TickReport:
             others are implied by the velocity bounds.
         tight: Which rows hold with equality at the program's optimum, before
             verification, shape (m,), bool (the active constraints).
-        target: What the end effector should reach at this tick.
+        aim: What the end effectors should reach at this tick.
         binding: All rows that hold with equality at the program's optimum, of
             whatever kind, and what pushes against them.
-        line_deviation: How far the end effector is beside the line that the
-            target asks for [m]; NaN where it asks for none.
+        line_deviation: How far end effectors are beside the lines that their
+            targets ask for, at most [m]; NaN where none does.
         objection: What verification has against that optimum: `COLLISION`,
             `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`; empty if nothing.
         separation: How near what moves is, beside the protective separation
@@ -68,7 +69,7 @@ class TickReport:
     clearances: Clearances
     kept: np.ndarray
     tight: np.ndarray
-    target: Target
+    aim: Aim
     binding: Binding = NONE_BINDS
     line_deviation: float = float("nan")
     objection: str = ""
@@ -79,9 +80,19 @@ class TickReport:
         return self
 
     @property
+    def target(self) -> Target:
+        """What the end effector, the first of several, should reach."""
+        return self.aim.first
+
+    @property
     def X_WT(self) -> np.ndarray:
-        """Pose of the target at this tick, shape (4, 4)."""
+        """Pose of that target, shape (4, 4)."""
         return self.target.X_WT
+
+    @property
+    def p_WTs(self) -> np.ndarray:
+        """Positions of all k targets in W, shape (k, 3) [m]."""
+        return self.aim.arrays.X_WT[:, :3, 3]
 
     @staticmethod
     def before_first(n_q: int, n_u: int) -> "TickReport":
@@ -102,5 +113,5 @@ class TickReport:
             clearances=Clearances.none(),
             kept=none,
             tight=none,
-            target=Target(np.full((4, 4), np.nan)),
+            aim=Aim.of(np.full((4, 4), np.nan)),
         )

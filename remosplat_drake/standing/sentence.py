@@ -38,8 +38,10 @@ class Situation:
     """All that the sentence is made from.
 
     Attributes:
-        error: The error from the end effector to the present target.
+        error: The error from the end effector to the present target; of
+            several, from the one to which most is left.
         target: That target; None: a pose.
+        effector: Name of that end effector; empty for an only one.
         beside_line: How far the end effector is beside the target's line [m];
             NaN without one.
         is_there: Whether the end effector has arrived at the target.
@@ -53,6 +55,7 @@ class Situation:
 
     error: PoseError
     target: Target | None = None
+    effector: str = ""
     beside_line: float = math.nan
     is_there: bool = False
     hold: Hold | None = None
@@ -171,12 +174,12 @@ def _gap(clearance: float) -> str:
 
 
 def _on_the_way(now: Situation) -> str:
-    target = now.target
+    target, who = now.target, now.effector and f"{now.effector} "
     if target is not None and target.line is not None:
-        return f"on the line to {_target(now)}"
+        return f"{who}on the line to {_target(now)}"
     if target is not None and target.passed_within is not None:
-        return f"moving past {_target(now)}"
-    return f"moving to {_target(now)}"
+        return f"{who}moving past {_target(now)}"
+    return f"{who}moving to {_target(now)}"
 
 
 def _away(now: Situation) -> str:

@@ -174,14 +174,14 @@ class StandingSystem(LeafSystem):
         memory, time = self._memory(context), context.get_time()
         q = np.array(self._configuration_input.Eval(context))
         report = self._report_input.Eval(context)
-        target = report.target
-        X_WE = self._robot.end_effector_pose(q)
-        error = target.error(X_WE)
-        is_there = target.is_reached(error, self._arrived)
+        aim, X_WEs = report.aim, self._robot.end_effector_poses(q)
+        effector, target = aim.farthest(X_WEs, self._arrived)
+        error = target.error(X_WEs[effector])
+        is_there = aim.is_reached(X_WEs, self._arrived)
         supervision = value_or_none(self._supervision_input, context)
         may_rest = is_there or not (supervision is None or supervision.runs)
         still = observe(
-            memory.stillness, time, q, target, error, may_rest=may_rest
+            memory.stillness, time, q, aim, X_WEs, may_rest=may_rest
         )
         hold = None
         if time - still.since >= PAUSE:
@@ -189,7 +189,8 @@ class StandingSystem(LeafSystem):
         situation = Situation(
             error=error,
             target=target,
-            beside_line=target.line_deviation(X_WE),
+            effector=self._robot.effectors[effector],
+            beside_line=target.line_deviation(X_WEs[effector]),
             is_there=is_there,
             hold=hold,
             no_nearer_for=time - still.nearest_at,

@@ -1,7 +1,7 @@
 """`TargetSequence`: hands out targets, one after the other."""
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -15,10 +15,15 @@ from pydrake.systems.framework import (
     State,
 )
 
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
+
+Wanted = Target | RigidTransform
+"""What an end effector may be asked for."""
 
 
 @dc.dataclass(frozen=True)
@@ -42,6 +47,24 @@ class TargetProgress:
         return self.index >= self.count
 
 
+@dc.dataclass(frozen=True, eq=False)
+class _Place:
+    """Where the end effectors are in their sequences; copying returns itself.
+
+    Attributes:
+        index: Index of each one's present target; their number when all are
+            reached.
+        X_WA: Where each was when that target's turn came, shape (4, 4); None
+            before the first look.
+    """
+
+    index: tuple[int, ...]
+    X_WA: tuple[np.ndarray, ...] | None = None
+
+    def __deepcopy__(self, memo) -> "_Place":
+        return self
+
+
 class TargetSequence(LeafSystem):
     """Hands out targets, each until the end effector has reached it.
 
@@ -55,20 +78,26 @@ class TargetSequence(LeafSystem):
         - aim
         - progress
 
-    `configuration` takes the measured q, `aim` gives the present `Target`,
-    `target` its pose X_WT alone as a `RigidTransform`, and `progress` a
-    `TargetProgress`. After the last target it keeps handing that one out.
-    Arrival is judged once a period. A line starts where the end effector is
-    when its turn comes; a target that is passed is told how far it is from
-    there to where the end effector stops.
+    `configuration` takes the measured q, `aim` gives the present `Aim`,
+    `target` the pose X_WT alone of its first target as a `RigidTransform`, and
+    `progress` a `TargetProgress`, which counts the targets of all end
+    effectors. After the last target it keeps handing that one out. Arrival is
+    judged once a period. A line starts where the end effector is when its turn
+    comes; a target that is passed is told how far it is from there to where
+    the end effector stops. Several end effectors do not wait for each other;
+    all is reached once each is at its last target at the same time.
 
     Args:
         robot: The robot, for its kinematics.
         X_WTs: What the end effector shall reach, at least one: poses, or
-            `Target`s where less is asked, or more. A line's start is that
-            of the motion, whatever the target says.
+            `Target`s where less is asked, or more; or such lists by the names
+            of several end effectors. A line's start is that of the motion,
+            whatever the target says.
         arrival: The success rule; None: within 20 mm and 2 degrees.
         period: Time between two judgements of arrival [s].
+
+    Raises:
+        RemoSplatError: There is no target, or no such end effector.
 
     Example:
         >>> import remosplat_drake as rs
@@ -82,41 +111,40 @@ class TargetSequence(LeafSystem):
         self,
         *,
         robot: RobotModel,
-        X_WTs: Sequence[RigidTransform | Target],
+        X_WTs: Sequence[Wanted] | Mapping[str, Sequence[Wanted]],
         arrival: ArrivalConfig | None = None,
         period: float = 0.01,
     ):
         super().__init__()
         self.set_name("targets")
         self._robot = robot
-        self._targets = with_ways_onward([Target.of(x) for x in X_WTs])
-        self._arrival = partial(has_arrived, config=arrival or ArrivalConfig())
+        self._targets = _by_effector(robot, X_WTs)
+        self._arrived = partial(has_arrived, config=arrival or ArrivalConfig())
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
-        self._progress_index = self.DeclareAbstractState(
-            Value(TargetProgress(0, len(self._targets)))
+        self._place_index = self.DeclareAbstractState(
+            Value(_Place((0,) * len(self._targets)))
         )
-        # Where the end effector was when the present target's turn came; not
-        # finite: not known yet (an abstract value cannot hold None).
-        self._start_index = self.DeclareAbstractState(
-            Value[object](np.full((4, 4), np.nan))
-        )
-        tickets = {
-            self.abstract_state_ticket(self._progress_index),
-            self.abstract_state_ticket(self._start_index),
-            self._configuration_input.ticket(),
-        }
+        place = self.abstract_state_ticket(self._place_index)
         self.DeclareAbstractOutputPort(
             "target",
             Value(RigidTransform()).Clone,
             self._calc_target,
-            {self.abstract_state_ticket(self._progress_index)},
+            {place},
         )
         self.DeclareAbstractOutputPort(
-            "aim", Value[object]().Clone, self._calc_aim, tickets
+            "aim",
+            Value[object]().Clone,
+            self._calc_aim,
+            {place, self._configuration_input.ticket()},
         )
-        self.DeclareStateOutputPort("progress", self._progress_index)
+        self.DeclareAbstractOutputPort(
+            "progress",
+            Value(TargetProgress(0, 0)).Clone,
+            self._calc_progress,
+            {place},
+        )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._judge)
 
     @staticmethod
@@ -140,58 +168,103 @@ class TargetSequence(LeafSystem):
         Args:
             context: The system's own context.
         """
-        cell = int(self._progress_index)
-        return context.get_abstract_state(cell).get_value()
+        count = sum(map(len, self._targets))
+        return TargetProgress(sum(self._place(context).index), count)
 
     def error(self, context: Context) -> PoseError:
-        """Returns the error from the end effector to the present target.
+        """Returns the error to the present target, of several the farthest.
 
         Args:
             context: The system's own context.
         """
-        return self._listed(context).error(self._end_effector(context))
+        aim, X_WEs = self._listed(self._place(context)), self._poses(context)
+        effector, target = aim.farthest(X_WEs, self._arrived)
+        return target.error(X_WEs[effector])
 
-    def _end_effector(self, context: Context) -> np.ndarray:
+    def _poses(self, context: Context) -> np.ndarray:
         q = self._configuration_input.Eval(context)
-        return self._robot.end_effector_pose(q)
+        return self._robot.end_effector_poses(q)
 
-    def _listed(self, context: Context) -> Target:
-        index = self.progress(context).index
-        return self._targets[min(index, len(self._targets) - 1)]
+    def _place(self, context: Context) -> _Place:
+        return context.get_abstract_state(int(self._place_index)).get_value()
 
-    def _start(self, context: Context) -> np.ndarray:
-        cell = int(self._start_index)
-        start = context.get_abstract_state(cell).get_value()
-        if np.isfinite(start).all():
-            return start
-        return self._end_effector(context)
+    def _listed(self, place: _Place) -> Aim:
+        """The present targets, their lines without a start."""
+        return Aim(
+            tuple(
+                listed[min(index, len(listed) - 1)] if listed else None
+                for listed, index in zip(
+                    self._targets, place.index, strict=True
+                )
+            )
+        )
 
     def _calc_target(self, context: Context, output: AbstractValue):
-        output.set_value(RigidTransform(self._listed(context).X_WT))
+        X_WT = self._listed(self._place(context)).first.X_WT
+        output.set_value(RigidTransform(X_WT))
 
     def _calc_aim(self, context: Context, output: AbstractValue):
-        target = self._listed(context)
-        if target.line is not None:
-            line = dc.replace(target.line, X_WA=self._start(context))
-            target = dc.replace(target, line=line)
-        output.set_value(target)
+        place = self._place(context)
+        aim = self._listed(place)
+        if aim.has_line:
+            X_WA = place.X_WA
+            aim = begun(aim, X_WA or tuple(self._poses(context)))
+        output.set_value(aim)
+
+    def _calc_progress(self, context: Context, output: AbstractValue):
+        output.set_value(self.progress(context))
 
     def _judge(self, context: Context, state: State):
-        start = state.get_mutable_abstract_state(int(self._start_index))
-        X_WE = self._end_effector(context)
-        if not np.isfinite(start.get_value()).all():
-            start.set_value(X_WE)
-        progress, target = self.progress(context), self._listed(context)
-        if progress.finished or not target.is_reached(
-            target.error(X_WE), self._arrival
-        ):
+        X_WE, before = self._poses(context), self._place(context)
+        if self.progress(context).finished or not np.isfinite(X_WE).all():
             return
-        progress = dc.replace(progress, index=progress.index + 1)
-        state.get_mutable_abstract_state(int(self._progress_index)).set_value(
-            progress
+        index, X_WA = list(before.index), list(before.X_WA or X_WE)
+        for i, target in self._listed(before).items:
+            last = len(self._targets[i]) - 1
+            reached = target.is_reached(target.error(X_WE[i]), self._arrived)
+            if index[i] < last and reached:
+                index[i], X_WA[i] = index[i] + 1, X_WE[i]
+            elif index[i] >= last:  # Held, for as long as others are on theirs.
+                index[i] = last + reached
+        if before.X_WA is None or tuple(index) != before.index:
+            cell = int(self._place_index)
+            place = _Place(tuple(index), tuple(X_WA))
+            state.get_mutable_abstract_state(cell).set_value(place)
+
+
+def _by_effector(
+    robot: RobotModel, wanted: Sequence[Wanted] | Mapping[str, Sequence[Wanted]]
+) -> list[list[Target]]:
+    """The targets of each end effector."""
+    names = robot.effectors
+    if not isinstance(wanted, Mapping):
+        wanted = {names[0]: wanted}
+    for name in wanted:
+        if name not in names:
+            raise RemoSplatError(unknown_name("end effector", name, names))
+    if not any(map(len, wanted.values())):
+        raise RemoSplatError("a sequence needs a target")
+    return [
+        with_ways_onward([Target.of(x) for x in wanted.get(name, ())])
+        for name in names
+    ]
+
+
+def begun(aim: Aim, X_WA: Sequence[np.ndarray]) -> Aim:
+    """Returns an aim whose lines start somewhere.
+
+    Args:
+        aim: The aim.
+        X_WA: Where the line of each end effector starts, shape (4, 4).
+    """
+    return Aim(
+        tuple(
+            target.on_line(X_WA[i], target.line.speed)
+            if target and target.line
+            else target
+            for i, target in enumerate(aim.targets)
         )
-        if not progress.finished:
-            start.set_value(X_WE)
+    )
 
 
 def with_ways_onward(targets: Sequence[Target]) -> list[Target]:

@@ -31,6 +31,7 @@ from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import has_arrived
@@ -109,7 +110,9 @@ def _rollout_steps(task: _Task) -> Iterator[None]:
     """The rollouts of all candidates from the start, again and again."""
     rule = task.rule
     while True:
-        for guidance in rule.candidates(task.q0, task.target, task.field)[0]:
+        for guidance in rule.candidates(
+            task.q0, Aim.of(task.target), task.field
+        )[0]:
             rollout = Rollout(guidance, task.q0, np.zeros(task.robot.n_u))
             while rollout.status == RUNNING:
                 rollout = step_rollout(
@@ -139,7 +142,7 @@ def _periods(task: _Task, budget: int) -> Iterator[None]:
                 time=time,
                 q=q,
                 u=u,
-                target=task.target,
+                aim=task.target,
                 field=field,
                 budget=budget,
             )

@@ -71,7 +71,7 @@ def tick_cases(
                 law,
                 0.0,
                 tick.state.q,
-                tick.target,
+                tick.aim,
                 world.field.clearances(spheres, reach),
                 world.field,
                 tick.u_previous,
@@ -178,8 +178,7 @@ def _recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
             Tick(
                 world.robot,
                 state,
-                report.target,
-                report.target.error(state.X_WE),
+                report.aim,
                 report.clearances,
                 before.command,
                 scenario.control_period,

@@ -16,6 +16,7 @@ from remosplat_drake.visualization.target_view import TargetView
 
 TARGET = f"{ROOT}/target"
 PATHS = f"{ROOT}/paths"
+HAND_TRACE = f"{PATHS}/end_effector"
 
 _YELLOW = Rgba(1.0, 0.86, 0.0)
 _BLUE = Rgba(0.10, 0.42, 0.92)
@@ -57,13 +58,17 @@ class RunView(LeafSystem):
         )
         self._spheres = SphereView(page, robot)
         self._lines = ClearanceLines(page.meshcat, robot)
-        self._hand_trace = GrowingPath(
-            page.meshcat, f"{PATHS}/end_effector", _YELLOW
-        )
+        self._hand_traces = [
+            GrowingPath(page.meshcat, _named(HAND_TRACE, name), _YELLOW)
+            for name in robot.effectors
+        ]
         self._base_trace = GrowingPath(page.meshcat, f"{PATHS}/base", _BLUE)
         self._report: TickReport | None = None
         self._time = -np.inf
-        self._target = TargetView(page.meshcat, TARGET)
+        self._targets = [
+            TargetView(page.meshcat, _named(TARGET, name))
+            for name in robot.effectors
+        ]
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
         self.DeclareForcedPublishEvent(self._publish)
 
@@ -89,11 +94,13 @@ class RunView(LeafSystem):
 
     def _draw_motion(self, q: np.ndarray, time: float):
         if time < self._time:
-            self._hand_trace.clear()
+            for trace in self._hand_traces:
+                trace.clear()
             self._base_trace.clear()
         self._time = time
-        p_WE = self._robot.end_effector_pose(q)[:3, 3]
-        self._hand_trace.append(p_WE, time)
+        X_WEs = self._robot.end_effector_poses(q)
+        for trace, X_WE in zip(self._hand_traces, X_WEs, strict=True):
+            trace.append(X_WE[:3, 3], time)
         if self._robot.n_base:
             self._base_trace.append(np.array([*q[:2], _TRACE_HEIGHT]), time)
 
@@ -101,4 +108,10 @@ class RunView(LeafSystem):
         self._lines.draw(report, time)
         status = report.status.replace("_", " ")
         self._page.set_status(status)
-        self._target.update(report.target, time)
+        for effector, target in report.aim.items:
+            self._targets[effector].update(target, time)
+
+
+def _named(path: str, effector: str) -> str:
+    """The path of something that each end effector has."""
+    return f"{path}_{effector}" if effector else path

@@ -104,7 +104,7 @@ def test_with_wide_tubes_a_robot_still_slides_along_a_table(frankie):
             np.zeros(9),
         ),
         world.field,
-        scenario_targets(scenario, world.truth)[0].X_WT,
+        scenario_targets(scenario, world.truth, [""])[""][0].X_WT,
         ActuatorModel.make(frankie.assumed_actuators),
         20.0,
     )

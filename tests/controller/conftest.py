@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from remosplat_drake.controller.reactive_program import Tick
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
-from remosplat_drake.signals.target import Target
 
 
 @pytest.fixture(scope="session")
@@ -26,8 +26,7 @@ def make_tick():
         return Tick(
             robot=robot,
             state=state,
-            target=Target.of(X_WT),
-            error=Target.of(X_WT).error(state.X_WE),
+            aim=Aim.of(X_WT),
             clearances=clearances,
             u_previous=np.zeros(robot.n_u)
             if u_previous is None

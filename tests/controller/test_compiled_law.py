@@ -45,15 +45,21 @@ from remosplat_drake.controller.solvers import CLARABEL, make_solver
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals import tick_report
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import MOVER
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.target import Line, Target
 
 
 @pytest.fixture(scope="module")
-def robots(frankie, lift_arm) -> dict[str, RobotModel]:
+def robots(frankie, lift_arm, two_arms) -> dict[str, RobotModel]:
     panda = load_robot("panda")
-    return {"frankie": frankie, "panda": panda, "lift_arm": lift_arm}
+    return {
+        "frankie": frankie,
+        "panda": panda,
+        "lift_arm": lift_arm,
+        "two_arms": two_arms,
+    }
 
 
 def some_tick(robot: RobotModel, seed: int) -> Tick:
@@ -80,14 +86,14 @@ def some_tick(robot: RobotModel, seed: int) -> Tick:
     X_WT[:3, 3] = state.X_WE[:3, 3] + rng.normal(size=3) * rng.choice(
         [0, 1e-4, 1]
     )
-    target = some_target(state.X_WE, X_WT, rng)
+    targets = [some_target(X_WE, X_WT, rng) for X_WE in state.X_WEs]
+    aim = some_aim(targets, rng)
     tube = rng.uniform(0, 0.01, len(robot.spheres))
     movers = some_movers(rng, state.spheres.p_WS)
     return Tick(
         robot,
         state,
-        target,
-        target.error(state.X_WE),
+        aim,
         clearances,
         rng.normal(size=robot.n_u) * rng.choice([0.0, 0.1, 5.0]),
         0.01,
@@ -115,6 +121,17 @@ def some_movers(rng, p_WS) -> Movers:
             )
         )
     return Movers(0.0, movers)
+
+
+def some_aim(targets: list[Target], rng) -> Aim:
+    """One target or more, of whichever end effectors."""
+    kept = rng.integers(0, len(targets))
+    return Aim(
+        tuple(
+            target if k == kept or rng.random() < 0.7 else None
+            for k, target in enumerate(targets)
+        )
+    )
 
 
 def some_target(X_WE, X_WT, rng) -> Target:
@@ -180,22 +197,21 @@ def assert_equal_programs(one: ReactiveProgram, other: ReactiveProgram):
         assert costs.keys() == same.keys()
         for name, values in costs.items():
             np.testing.assert_allclose(values, same[name], **close)
-    assert (one.tracking is None) == (other.tracking is None)
-    if one.tracking is not None and other.tracking is not None:
-        assert one.tracking.name == other.tracking.name
-        assert one.tracking.price == pytest.approx(other.tracking.price)
+    assert one.trackings.keys() == other.trackings.keys()
+    for name, tracking in one.trackings.items():
+        same = other.trackings[name]
+        assert tracking.name == same.name == name
+        assert tracking.price == pytest.approx(same.price)
         for part in ("J", "V", "limit"):
             np.testing.assert_allclose(
-                getattr(one.tracking, part),
-                getattr(other.tracking, part),
-                **close,
+                getattr(tracking, part), getattr(same, part), **close
             )
     for array, same in zip(one.dense(), other.dense(), strict=True):
         np.testing.assert_allclose(array, same, **close)
 
 
 @given(
-    st.sampled_from(["frankie", "panda", "lift_arm"]),
+    st.sampled_from(["frankie", "panda", "lift_arm", "two_arms"]),
     st.sampled_from(["tuned", "paper"]),
     st.booleans(),
     st.integers(0, 10**9),

@@ -9,7 +9,7 @@ from remosplat_drake.controller.deviation import (
     deviation,
     end_effector_velocities,
 )
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import TickReport
 
 Q = np.array([0.3, 0.5, -0.2])
@@ -19,7 +19,7 @@ def report_at(robot, p_ET_W) -> TickReport:
     X_WT = robot.end_effector_pose(Q)
     X_WT[:3, 3] += p_ET_W
     before = TickReport.before_first(robot.n_q, robot.n_u)
-    return dc.replace(before, q=Q, target=Target(X_WT))
+    return dc.replace(before, q=Q, aim=Aim.of(X_WT))
 
 
 def test_desired_is_straight_to_the_target(three_link):

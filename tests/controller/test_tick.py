@@ -36,7 +36,7 @@ def inputs(frankie) -> dict:
     return {
         "time": 1.5,
         "q": q,
-        "target": X_WT,
+        "aim": X_WT,
         "clearances": field.clearances(frankie.spheres_at(q), 0.5),
         "field": field,
         "u_previous": np.zeros(frankie.n_u),
@@ -75,7 +75,7 @@ def test_rows_beyond_the_influence_are_not_used(law, inputs, frankie):
 
 def test_tight_rows_are_the_ones_that_stop_the_robot(law, inputs, frankie):
     # The target is inside the wall; pushing on ends with tight rows.
-    inputs["target"][0, 3] = 1.2
+    inputs["aim"][0, 3] = 1.2
     field = inputs["field"]
     for _ in range(200):
         inputs["clearances"] = field.clearances(
@@ -105,8 +105,8 @@ def bad_clearances(name: str, value: float) -> Clearances:
     [
         ("q", np.full(10, np.nan), "measured configuration"),
         ("q", np.array([np.inf] + [0.0] * 9), "measured configuration"),
-        ("target", np.full((4, 4), np.nan), "target"),
-        ("target", np.diag([1.0, 1, np.inf, 1]), "target"),
+        ("aim", np.full((4, 4), np.nan), "target"),
+        ("aim", np.diag([1.0, 1, np.inf, 1]), "target"),
         ("clearances", bad_clearances("distance", np.nan), "clearances"),
         ("clearances", bad_clearances("distance", -np.inf), "clearances"),
         ("clearances", bad_clearances("direction_W", np.nan), "clearances"),
@@ -127,7 +127,7 @@ def test_unusable_measurements_brake_with_a_reason(
 
 def test_the_braking_ramp_ends_at_a_standstill(law, inputs):
     u = np.array([0.1, -0.5, *[0.3] * 7])
-    inputs["target"] = np.full((4, 4), np.nan)
+    inputs["aim"] = np.full((4, 4), np.nan)
     step = law.robot.acceleration_limit * DT
     for _ in range(100):
         report = run_tick(law, **{**inputs, "u_previous": u})

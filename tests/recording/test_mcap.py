@@ -32,6 +32,7 @@ from remosplat_drake.recording.mcap.mcap_file import McapFile
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.mcap.messages import Message, stamp
 from remosplat_drake.recording.mcap.tick_record import TickRecord
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.station_status import StationStatus
 
 reader = pytest.importorskip("mcap.reader")
@@ -80,7 +81,7 @@ def tick(robot, time: float, *events: Event) -> TickRecord:
         q=robot.q_home,
         commanded=np.zeros(robot.n_u),
         executed=np.ones(robot.n_u),
-        X_WT=np.eye(4),
+        aim=Aim.of(np.eye(4)),
         status="optimal",
         reason="",
         scale=1.0,

@@ -19,7 +19,7 @@ from remosplat_drake.recording.operator_trace import (
 )
 from remosplat_drake.recording.run_log import RunLogWriter, read_log
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import TickReport
 
 GAIN, MAX_SPEED, SPEED = 2.0, 0.3, 0.1
@@ -45,7 +45,7 @@ def log(frankie, tmp_path):
             time=0.1 * k,
             q=q,
             command=3 * u,
-            target=Target(X_WT),
+            aim=Aim.of(X_WT),
         )
         writer.append(report, u)
     writer.close()

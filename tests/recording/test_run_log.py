@@ -17,9 +17,9 @@ from remosplat_drake.recording.run_log import (
     read_log,
     row_type,
 )
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.supervisor_state import RUNNING
-from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import RELAXED, TickReport
 
 N_Q, N_U, PERIOD = 3, 2, 0.1
@@ -42,7 +42,7 @@ def report(k: int, **fields) -> TickReport:
         "status": RELAXED,
         "scale": 0.5,
         "clearances": clearances(0.4, 0.1),
-        "target": Target(X_WT),
+        "aim": Aim.of(X_WT),
     }
     return dc.replace(TickReport.before_first(N_Q, N_U), **{**values, **fields})
 

@@ -64,11 +64,13 @@ def random_configurations(robot: RobotModel, n: int) -> np.ndarray:
 
 def test_poses_equal_the_plants(robot):
     referee = Referee(robot)
-    frame_E = referee.plant.GetFrameByName(robot.description.end_effector_frame)
+    frames = robot.description.effector_frames.values()
+    frames_E = [referee.plant.GetFrameByName(name) for name in frames]
     for q in random_configurations(robot, 20):
         referee.pose_at(q)
         state = robot.state(q)
-        np.testing.assert_allclose(state.X_WE, referee.X_W(frame_E), atol=EXACT)
+        X_WEs = [referee.X_W(frame) for frame in frames_E]
+        np.testing.assert_allclose(state.X_WEs, X_WEs, atol=EXACT)
         np.testing.assert_array_equal(state.X_WE, robot.end_effector_pose(q))
         for i, link in enumerate(robot.spheres.links):
             body = referee.plant.GetBodyByName(link)
@@ -94,14 +96,15 @@ def test_base_pose_equals_the_plants(robot):
 
 def test_jacobians_equal_the_plants(robot):
     referee = Referee(robot)
-    frame_E = referee.plant.GetFrameByName(robot.description.end_effector_frame)
+    frames = robot.description.effector_frames.values()
+    frames_E = [referee.plant.GetFrameByName(name) for name in frames]
     for q in random_configurations(robot, 20):
         referee.pose_at(q)
         state = robot.state(q)
         N = robot.velocity_map(q)
-        Jw_WE, Jv_WE = referee.jacobians(frame_E, np.zeros(3), N)
-        np.testing.assert_allclose(state.Jw_WE, Jw_WE, atol=EXACT)
-        np.testing.assert_allclose(state.Jv_WE, Jv_WE, atol=EXACT)
+        for effector, frame in enumerate(frames_E):
+            J_WE = np.vstack(referee.jacobians(frame, np.zeros(3), N))
+            np.testing.assert_allclose(state.J_WE(effector), J_WE, atol=EXACT)
         for i, link in enumerate(robot.spheres.links):
             frame_L = referee.plant.GetBodyByName(link).body_frame()
             _, Jv_WS = referee.jacobians(frame_L, robot.spheres.p_LS[i], N)

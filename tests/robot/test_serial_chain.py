@@ -8,26 +8,21 @@ from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
 )
 from remosplat_drake.robot.robot_description import shipped_robots
 from remosplat_drake.robot.robot_model import load_robot
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 
 
 @pytest.mark.parametrize("name", [*shipped_robots(), "three_link"])
 def test_the_end_effector_is_where_the_tree_has_it(name, three_link):
     robot = three_link if name == "three_link" else load_robot(name)
-    chain = robot.chain_to_end_effector
+    chain = robot.chains[0]
     rng = np.random.default_rng(2)
     for _ in range(20):
         q = rng.uniform(-2.0, 2.0, robot.n_q)
         X_WT = robot.end_effector_pose(q)
         bounds = np.full(robot.n_q, -9.0), np.full(robot.n_q, 9.0)
+        first = robot.n_q - len(robot.home)
         found, error = reach_from(
-            chain, Target(X_WT).arrays, *bounds, q[None], 0, 1e-9
+            (chain,), Aim.of(X_WT).arrays, first, *bounds, q[None], 0, 1e-9
         )
         assert error[0] < 1e-12
         np.testing.assert_array_equal(found[0], q)
-
-
-def test_its_arm_is_what_the_home_configuration_counts(frankie):
-    chain = frankie.chain_to_end_effector
-    assert chain.arm == len(frankie.home) == 7
-    assert list(chain.position) == list(range(frankie.n_q))

@@ -5,11 +5,11 @@ import numpy as np
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
-from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import OPTIMAL, TickReport
 
 DT = 0.01
@@ -65,7 +65,7 @@ def make_report(
         clearances=clearances(clearance, revision),
         kept=none,
         tight=none,
-        target=Target(X_WT),
+        aim=Aim.of(X_WT),
     )
 
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.standing.stillness import STILL, Stillness, observe
 
 HERE = np.eye(4)
@@ -12,16 +11,15 @@ HERE = np.eye(4)
 def look(
     before: Stillness | None,
     time: float,
-    q: float,
+    at: float,
     distance: float = 1.0,
     X_WT: np.ndarray = HERE,
     may_rest: bool = False,
 ) -> Stillness:
-    p = np.array([distance, 0.0, 0.0])
-    error = PoseError(p, np.zeros(3), p)
-    return observe(
-        before, time, np.array([q]), Target(X_WT), error, may_rest=may_rest
-    )
+    X_WE = X_WT.copy()
+    X_WE[0, 3] -= distance
+    q = np.array([at])
+    return observe(before, time, q, Aim.of(X_WT), X_WE[None], may_rest=may_rest)
 
 
 def test_who_trembles_stands_still():

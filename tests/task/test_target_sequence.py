@@ -5,6 +5,7 @@ import pytest
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import ArrivalConfig
 from remosplat_drake.task.target_sequence import (
@@ -100,7 +101,7 @@ class TestWays:
         return system, Simulator(system)
 
     def aim(self, system, context) -> Target:
-        return system.GetOutputPort("aim").Eval(context)
+        return system.GetOutputPort("aim").Eval(context).first
 
     def test_the_way_behind_what_is_passed_ends_at_a_stop(self):
         def at(x, **how):
@@ -154,3 +155,67 @@ class TestWays:
         )
         simulator.AdvanceTo(PERIOD)
         assert self.aim(system, context).equals(at_once)
+
+
+def test_end_effectors_do_not_wait_for_each_other(two_arms):
+    q = two_arms.q_home
+    left, right = two_arms.end_effector_poses(q)
+    elsewhere = left.copy()
+    elsewhere[:3, 3] += 0.5
+    system = TargetSequence(
+        robot=two_arms,
+        X_WTs={
+            "left": [Target(elsewhere), Target(left)],
+            "right": [Target(right), Target(elsewhere)],
+        },
+        period=PERIOD,
+    )
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    system.GetInputPort("configuration").FixValue(context, q)
+    simulator.AdvanceTo(1.5 * PERIOD)
+    assert system.progress(context) == TargetProgress(1, 4)
+    aim = system.GetOutputPort("aim").Eval(context)
+    for _, target in aim.items:
+        np.testing.assert_array_equal(target.X_WT, elsewhere)
+    far = np.linalg.norm(elsewhere[:3, 3] - right[:3, 3])
+    assert system.error(context).distance == pytest.approx(
+        max(far, np.sqrt(3) * 0.5)
+    )
+
+
+def test_all_is_reached_when_all_are_there_at_once(two_arms):
+    """Who has left its last target again has not reached it."""
+    there = two_arms.q_home
+    only_left, only_right = there.copy(), there.copy()
+    only_left[7:], only_right[1:7] = 0.1, 0.1
+    X_WTs = two_arms.end_effector_poses(there)
+    system = TargetSequence(
+        robot=two_arms,
+        X_WTs={"left": [Target(X_WTs[0])], "right": [Target(X_WTs[1])]},
+        period=PERIOD,
+    )
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    reached = []
+    for i, q in enumerate((only_left, only_right, there, only_left)):
+        system.GetInputPort("configuration").FixValue(context, q)
+        simulator.AdvanceTo((i + 0.5) * PERIOD)
+        reached.append(system.progress(context).index)
+    assert reached == [1, 1, 2, 2]
+
+
+def test_who_is_asked_for_nothing_has_no_target(two_arms):
+    X_WT = two_arms.end_effector_pose(two_arms.q_home, 1)
+    system = TargetSequence(robot=two_arms, X_WTs={"right": [Target(X_WT)]})
+    context = system.CreateDefaultContext()
+    system.GetInputPort("configuration").FixValue(context, two_arms.q_home)
+    aim = system.GetOutputPort("aim").Eval(context)
+    assert [i for i, _ in aim.items] == [1]
+
+
+def test_an_end_effector_that_is_not_there_is_named(two_arms):
+    with pytest.raises(RemoSplatError, match=r"'middle'.*left"):
+        TargetSequence(robot=two_arms, X_WTs={"middle": [Target(np.eye(4))]})
+    with pytest.raises(RemoSplatError, match="needs a target"):
+        TargetSequence(robot=two_arms, X_WTs={"left": []})

@@ -7,8 +7,8 @@ import pytest
 from pydrake.common.value import Value
 
 from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
-from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.live_plots import LivePlots, RollingTrace
 
@@ -78,7 +78,7 @@ def report_of(frankie, distance: float) -> TickReport:
     )
     before = TickReport.before_first(frankie.n_q, frankie.n_u)
     return dc.replace(
-        before, time=1.0, q=q, target=Target(X_WT), clearances=clearances
+        before, time=1.0, q=q, aim=Aim.of(X_WT), clearances=clearances
     )
 
 

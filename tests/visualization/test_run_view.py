@@ -13,7 +13,7 @@ from pydrake.systems.framework import DiagramBuilder
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, TickReport
 from remosplat_drake.visualization.clearance_lines import TIGHT
 from remosplat_drake.visualization.page_style import toggle
@@ -48,7 +48,7 @@ def make_report(robot, field, q, time=0.0):
         clearances=clearances,
         kept=np.ones(len(clearances), bool),
         tight=clearances.distance == clearances.minimum(),
-        target=Target.of(RigidTransform([1.1, 0.0, 0.7])),
+        aim=Aim.of(RigidTransform([1.1, 0.0, 0.7])),
     )
 
 
@@ -90,7 +90,7 @@ def test_what_a_target_leaves_free_is_drawn_as_long_as_it_does(
     page, frankie, q, is_visible
 ):
     def shown(target) -> set[str]:
-        show(q, dc.replace(report, target=target), 0.1)
+        show(q, dc.replace(report, aim=Aim.of(target)), 0.1)
         marks = ("rx", "rz", "ball", "x", "50mm")
         return {
             mark

@@ -33,15 +33,16 @@ def AddTargets(
         return AddOwnTargets(
             builder, scenario, world, scenario.targets, configuration
         )
-    listed = scenario_targets(scenario, world.truth)
-    if not listed:
+    robot = world.robot
+    listed = scenario_targets(scenario, world.truth, robot.effectors)
+    if not any(listed.values()):
         raise FieldError(
             scenario.source, "targets", "none given, here or in scene.truth"
         )
     return TargetSequence.AddToBuilder(
         builder,
         configuration=configuration,
-        robot=world.robot,
+        robot=robot,
         X_WTs=listed,
         arrival=scenario.arrival,
         period=scenario.control_period,

@@ -14,6 +14,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.app.world import World
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
@@ -22,6 +23,7 @@ from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.sight.settled_requests import SettledRequests
 from remosplat_drake.signals.scene_map import SceneMap
@@ -92,8 +94,10 @@ def AddOperatorTarget(
         operators: Operators that are in the diagram already.
 
     Raises:
-        RemoSplatError: The trajectory or the camera's frame is unusable.
+        RemoSplatError: The trajectory or the camera's frame is unusable, or
+            the robot has several end effectors.
     """
+    check_one_end_effector(scenario, world.robot)
     config, period = scenario.teleop, scenario.control_period
     law = MotionLaw.make(
         config,
@@ -141,6 +145,26 @@ def AddOperatorTarget(
             target.GetOutputPort("state"), panel.GetInputPort("state")
         )
     return target
+
+
+def check_one_end_effector(scenario: Scenario, robot: RobotModel) -> None:
+    """Refuses to teleoperate a robot of which it is not plain what shall move.
+
+    Args:
+        scenario: The scenario, for errors.
+        robot: The robot.
+
+    Raises:
+        FieldError: The robot has several end effectors.
+    """
+    if len(robot.effectors) > 1:
+        names = ", ".join(robot.effectors)
+        raise FieldError(
+            scenario.source,
+            "robot.model",
+            "an operator moves one end effector, and"
+            f" {robot.description.name} has several: {names}",
+        )
 
 
 def _mount(scenario: Scenario, world: World) -> CameraMount | None:

@@ -198,9 +198,9 @@ def updated(
         now: The robot's present state.
         field: The map.
     """
-    if not (np.isfinite(now.q).all() and now.target.is_known):
+    if not (np.isfinite(now.q).all() and now.aim.is_known):
         return selection
-    selection = on_the_same_world(rule, selection, field.revision, now.target)
+    selection = on_the_same_world(rule, selection, field.revision, now.aim)
     selection = process.update(selection, now, field)
     if process.missing:
         selection = cycle_when_stalled(

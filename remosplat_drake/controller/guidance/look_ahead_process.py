@@ -16,8 +16,8 @@ from remosplat_drake.controller.guidance.rule_transfer import (
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.guidance.worker import Failure, serve
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.target import Target
 
 START_TIME = 60.0
 """Time that the process may take to start [s]."""
@@ -72,7 +72,7 @@ class LookAheadProcess:
         self._sender: Thread | None = None
         self._unanswered = 0
         self._asked_at = 0.0
-        self._sent: tuple[str, Target] | None = None
+        self._sent: tuple[str, Aim] | None = None
         self.close = weakref.finalize(self, self._child.end, patience=0.5)
         self._wait_until_ready()
 
@@ -136,10 +136,10 @@ class LookAheadProcess:
     def _send(self, now: PresentState, field: DistanceField) -> None:
         known = self._sent
         new_map = known is None or known[0] != field.revision
-        new_target = known is None or not known[1].equals(now.target)
+        new_target = known is None or not known[1].equals(now.aim)
         if self._unanswered and not (new_map or new_target):
             return
-        self._sent = field.revision, now.target
+        self._sent = field.revision, now.aim
         self._unanswered += 1
         self._asked_at = perf_counter()
         if not new_map:
@@ -160,8 +160,8 @@ class LookAheadProcess:
 def _is_about(
     selection: Selection, now: PresentState, field: DistanceField
 ) -> bool:
-    target = selection.target
-    is_same = target is not None and target.equals(now.target)
+    aim = selection.aim
+    is_same = aim is not None and aim.equals(now.aim)
     return is_same and selection.revision == field.revision
 
 

@@ -13,6 +13,7 @@ from remosplat_drake.controller.guidance.guidance import (
     make_candidates,
 )
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
@@ -24,7 +25,7 @@ class Situation:
     Attributes:
         robot: The robot, with its limits and kinematics.
         q: The robot's present configuration, shape (n_q,) [rad, m].
-        target: What the end effector shall reach.
+        aim: What the end effectors shall reach.
         field: The map, as rollouts know it.
         tiers: Stopping distances in the order in which they may be tried,
             largest first [m].
@@ -32,13 +33,18 @@ class Situation:
 
     robot: RobotModel
     q: np.ndarray
-    target: Target
+    aim: Aim
     field: DistanceField
     tiers: tuple[float, ...]
 
     @property
+    def target(self) -> Target:
+        """The target, the first of several."""
+        return self.aim.first
+
+    @property
     def X_WT(self) -> np.ndarray:
-        """Pose of the target T in the world W, shape (4, 4)."""
+        """Pose of that target T in the world W, shape (4, 4)."""
         return self.target.X_WT
 
 

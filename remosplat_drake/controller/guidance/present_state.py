@@ -5,7 +5,7 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.scene.mover import Movers
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -16,12 +16,12 @@ class PresentState:
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        target: What the end effector shall reach.
+        aim: What the end effectors shall reach.
         movers: What moves; None if nothing is known to.
     """
 
     time: float
     q: np.ndarray
     u: np.ndarray
-    target: Target
+    aim: Aim
     movers: Movers | None = None

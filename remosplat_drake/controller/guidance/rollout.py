@@ -19,6 +19,7 @@ from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
@@ -43,9 +44,11 @@ class Rollout:
         time: Simulated time since the start [s].
         still: Time for which the robot has stood still [s].
         status: One of RUNNING, REACHED, STALLED and HORIZON.
-        position_error: Distance from the end effector to the target at q [m].
-        angle_error: Angle from the end effector to the target at q [rad].
-        path: Positions of the end effector in W so far, shape (3,) each [m].
+        position_error: Distance from end effector to target at q, the largest
+            [m].
+        angle_error: Angle from end effector to target at q, the largest [rad].
+        path: Positions of the end effector, of several of the first that has a
+            target, in W so far, shape (3,) each [m].
         movers: What moved around the robot when the rollout began; None if
             nothing was known to.
         start: When it began [s].
@@ -87,7 +90,7 @@ def step_rollout(
     law: ReactiveLaw,
     rollout: Rollout,
     field: DistanceField,
-    target: Target | np.ndarray,
+    aim: Aim | Target | np.ndarray,
     arrived: Callable[[PoseError], bool],
     horizon: float,
 ) -> Rollout:
@@ -101,25 +104,25 @@ def step_rollout(
         law: The control law, with the rollout's step as its period.
         rollout: The rollout so far.
         field: The map.
-        target: What the end effector shall reach, or the pose X_WT of a plain
-            target, shape (4, 4).
+        aim: What the end effectors shall reach: an `Aim`, or for the first of
+            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         arrived: Function that tells whether a `PoseError` counts as arrival.
         horizon: Longest simulated time [s].
 
     Returns:
         The rollout after the step.
     """
-    target = Target.of(target)
-    step = _compiled_step(law, rollout, field, target)
-    u, q, X_WE = step or _step(law, rollout, field, target)
-    error = target.error(X_WE)
+    aim = Aim.of(aim)
+    step = _compiled_step(law, rollout, field, aim)
+    u, q, X_WEs = step or _step(law, rollout, field, aim)
+    errors = aim.errors(X_WEs)
     time = rollout.time + law.dt
     # Without a path, who only turns has nowhere to go.
     n_moves = law.robot.n_base - (rollout.guidance.path is None)
     stands = _stands(law, u, n_moves)
     waits = time <= FORESIGHT and _anything_moves(rollout.movers)
     still = rollout.still + law.dt if stands and not waits else 0.0
-    if target.is_reached(error, arrived):
+    if aim.is_reached(X_WEs, arrived):
         status = REACHED
     elif still >= _STALL_TIME - 1e-9:
         status = STALLED
@@ -134,23 +137,23 @@ def step_rollout(
         time=time,
         still=still,
         status=status,
-        position_error=error.distance,
-        angle_error=error.angle,
-        path=(*rollout.path, X_WE[:3, 3]),
+        position_error=max(error.distance for error in errors),
+        angle_error=max(error.angle for error in errors),
+        path=(*rollout.path, X_WEs[aim.items[0][0], :3, 3]),
     )
 
 
 def _step(
-    law: ReactiveLaw, rollout: Rollout, field: DistanceField, target: Target
+    law: ReactiveLaw, rollout: Rollout, field: DistanceField, aim: Aim
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Simulates a tick: its command, and q and X_WE after it."""
+    """Simulates a tick: its command, and q and the poses X_WE after it."""
     robot, state = law.robot, law.robot.state(rollout.q)
     movers = rollout.movers and rollout.movers.moved_on(rollout.time, FORESIGHT)
     u = run_tick(
         law,
         rollout.start,
         rollout.q,
-        target,
+        aim,
         field.clearances(state.spheres, law.collision.influence),
         field,
         rollout.u,
@@ -159,11 +162,11 @@ def _step(
         movers=movers,
     ).command
     q = robot.advance(rollout.q, u, law.dt)
-    return u, q, robot.end_effector_pose(q)
+    return u, q, robot.end_effector_poses(q)
 
 
 def _compiled_step(
-    law: ReactiveLaw, rollout: Rollout, field: DistanceField, target: Target
+    law: ReactiveLaw, rollout: Rollout, field: DistanceField, aim: Aim
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Simulates the same tick in one call; None where that cannot be."""
     loop, maps, compiled = law.loop, field.compiled_rows, field.compiled
@@ -171,20 +174,20 @@ def _compiled_step(
         return None
     if not field.is_lipschitz:
         return None
-    u, q, X_WE, is_decided = rollout_step(
+    u, q, X_WEs, is_decided = rollout_step(
         loop,
         law.robot.arrays,
         maps,
         compiled,
         mover_arrays(rollout.movers, rollout.start),
         float(rollout.time),
-        target.arrays,
+        aim.arrays,
         # Copies, since numba compiles for arrays that may be written.
         np.array(rollout.q, float),
         np.array(rollout.u, float),
         guidance_arrays(rollout.guidance, law.robot.n_q),
     )
-    return (u, q, X_WE) if is_decided else None
+    return (u, q, X_WEs) if is_decided else None
 
 
 def _anything_moves(movers: Movers | None) -> bool:

@@ -15,7 +15,7 @@ from remosplat_drake.controller.planning.plan import (
 )
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.scene.mover import Movers
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Selection:
             an arrival, shape (n_q,), else None; once the robot has moved on
             from it, the next round starts before `idle_until`.
         revision: Revision of the map that the round looks at.
-        target: The target that the round goes for.
+        aim: What the round goes for.
         missing: Why nothing is simulated although it should be, for people;
             empty if it is.
         seconds: Wall-clock time of the latest update [s].
@@ -75,7 +75,7 @@ class Selection:
     idle_until: float = -np.inf
     hopeless_at: np.ndarray | None = None
     revision: str = ""
-    target: Target | None = None
+    aim: Aim | None = None
     missing: str = ""
     seconds: float = 0.0
 
@@ -108,7 +108,7 @@ def start_selection(rule: SelectionRule) -> Selection:
 
 
 def on_the_same_world(
-    rule: SelectionRule, selection: Selection, revision: str, target: Target
+    rule: SelectionRule, selection: Selection, revision: str, aim: Aim
 ) -> Selection:
     """Returns the selection, or a fresh one for a new target or a new map.
 
@@ -116,10 +116,10 @@ def on_the_same_world(
         rule: The rule, which names the guidance to start with.
         selection: The selection so far.
         revision: Revision of the present map.
-        target: The present target.
+        aim: What is asked for at present.
     """
-    known = selection.target
-    if known is None or not known.equals(target):
+    known = selection.aim
+    if known is None or not known.equals(aim):
         guidance, reason = rule.start, "new target"
     elif selection.revision != revision:
         guidance, reason = selection.guidance, "new map"
@@ -135,5 +135,5 @@ def on_the_same_world(
         roadmap=roadmap,
         around=NOTHING if guidance is rule.start else selection.around,
         revision=revision,
-        target=target,
+        aim=aim,
     )

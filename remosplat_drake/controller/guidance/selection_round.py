@@ -31,6 +31,7 @@ from remosplat_drake.controller.guidance.standing_movers import (
 )
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
@@ -60,7 +61,7 @@ def advance_selection(
     time: float,
     q: np.ndarray,
     u: np.ndarray,
-    target: Target | np.ndarray,
+    aim: Aim | Target | np.ndarray,
     field: DistanceField,
     budget: int,
     movers: Movers | None = None,
@@ -83,8 +84,8 @@ def advance_selection(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        target: What the end effector shall reach, or the pose X_WT of a plain
-            target, shape (4, 4).
+        aim: What the end effectors shall reach: an `Aim`, or for the first of
+            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         field: The map.
         budget: Number of rollout steps that may be spent.
         movers: What moves; None if nothing is known to.
@@ -93,19 +94,19 @@ def advance_selection(
 
     Returns:
         The selection after these steps; the same object if there was nothing
-        to do, or q or the target is not finite.
+        to do, or q or the aim is not finite.
     """
-    target = Target.of(target)
-    if not (np.isfinite(q).all() and target.is_known):
+    aim = Aim.of(aim)
+    if not (np.isfinite(q).all() and aim.is_known):
         return selection
     before = selection
-    selection = on_the_same_world(rule, selection, field.revision, target)
-    if target.line is not None:
+    selection = on_the_same_world(rule, selection, field.revision, aim)
+    if aim.has_line:
         return selection  # A line is followed, not gone round.
     if selection is not before:
         still = rule.still_open(selection.guidance, q, field)
         selection = dc.replace(selection, guidance=still)
-    now = PresentState(time, q, u, target, movers)
+    now = PresentState(time, q, u, aim, movers)
     gone = whoever_has_gone(selection.around, now)
     if gone:
         selection = _way_is_free(rule, selection, now, gone)
@@ -120,7 +121,7 @@ def advance_selection(
             rule.law,
             selection.running,
             field,
-            target,
+            aim,
             rule.arrived,
             rule.horizon_of(selection.running.guidance),
         )
@@ -151,7 +152,7 @@ def _way_is_free(
         found=selection.found,
         roadmap=selection.roadmap,
         revision=selection.revision,
-        target=selection.target,
+        aim=selection.aim,
     )
 
 
@@ -174,7 +175,7 @@ def _file(
                 f"{rollout.guidance.name} arrives",
                 now.time + _trusted_for(now.movers),
             )
-        candidates = rule.candidates(now.q, now.target, field)
+        candidates = rule.candidates(now.q, now.aim, field)
         waiting, tier = _others((selection.guidance,), rollout.guidance), -1
     else:
         candidates = selection.candidates
@@ -287,7 +288,7 @@ def _end_round(
         roadmap=selection.roadmap,
         around=selection.around,
         revision=selection.revision,
-        target=selection.target,
+        aim=selection.aim,
     )
 
 

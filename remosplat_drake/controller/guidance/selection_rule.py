@@ -22,8 +22,8 @@ from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.solvers import make_solver
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.target import Target
 
 _TIME_ON_PATH = 4.0
 """Time that a rollout gets for each radian or metre of a path [s]."""
@@ -53,16 +53,16 @@ class SelectionRule:
     motions: MotionPlanner | None = None
 
     def candidates(
-        self, q: np.ndarray, target: Target, field: DistanceField
+        self, q: np.ndarray, aim: Aim, field: DistanceField
     ) -> tuple[tuple[Guidance, ...], ...]:
         """Asks the planner for candidates, a tuple for each tier.
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
-            target: What the end effector shall reach.
+            aim: What the end effectors shall reach.
             field: The map.
         """
-        situation = Situation(self.law.robot, q, target, field, self.tiers)
+        situation = Situation(self.law.robot, q, aim, field, self.tiers)
         return tuple(map(tuple, self.planner.propose(situation)))
 
     def planned(
@@ -95,7 +95,7 @@ class SelectionRule:
         stopping = self.tiers[tier]
         plan = self.motions.plan(
             now.q,
-            now.target,
+            now.aim,
             field,
             stopping,
             attempt,

@@ -11,6 +11,7 @@ from remosplat_drake.controller.guidance.selection import (
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
@@ -28,7 +29,7 @@ def cycle_when_stalled(
     time: float,
     q: np.ndarray,
     u: np.ndarray,
-    target: Target | np.ndarray,
+    aim: Aim | Target | np.ndarray,
     field: DistanceField,
     movers: Movers | None = None,
 ) -> Selection:
@@ -41,30 +42,31 @@ def cycle_when_stalled(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        target: What the end effector shall reach, or the pose X_WT of a plain
-            target, shape (4, 4).
+        aim: What the end effectors shall reach: an `Aim`, or for the first of
+            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         field: The map.
         movers: What moves; it does not matter here.
     """
     del movers
-    target = Target.of(target)
-    if not (np.isfinite(q).all() and target.is_known):
+    aim = Aim.of(aim)
+    if not (np.isfinite(q).all() and aim.is_known):
         return selection
-    selection = on_the_same_world(rule, selection, field.revision, target)
-    if target.line is not None:
+    selection = on_the_same_world(rule, selection, field.revision, aim)
+    if aim.has_line:
         return selection  # It is followed, however slowly.
     state = rule.law.robot.state(q)
-    speed = np.linalg.norm(state.Jv_WE @ u)
+    aimed = [i for i, _ in aim.items]
+    speed = np.linalg.norm(state.arrays.Jv_WE[aimed] @ u, axis=1).max()
     fresh = not np.isfinite(selection.idle_until)
     if (
         fresh
         or speed >= STALL_SPEED
-        or target.is_reached(target.error(state.X_WE), rule.arrived)
+        or aim.is_reached(state.X_WEs, rule.arrived)
     ):
         return dc.replace(selection, idle_until=time + STALL_TIME)
     if time < selection.idle_until - 1e-9:
         return selection
-    tiers = rule.candidates(q, target, field)
+    tiers = rule.candidates(q, aim, field)
     candidates = list(chain.from_iterable(tiers)) or [rule.start]
     known = selection.guidance in candidates
     i = candidates.index(selection.guidance) + 1 if known else 0

@@ -127,7 +127,7 @@ def _news(before: Selection, after: Selection) -> Selection | None:
         after.guidance is before.guidance
         and after.latest is before.latest
         and after.revision == before.revision
-        and after.target is before.target
+        and after.aim is before.aim
     ):
         return None
     return dc.replace(

@@ -28,7 +28,8 @@ class BaseOrientationCost(CompiledIngredient):
     """A linear cost that turns the base towards the end effector.
 
     The yaw rate costs -k_o (theta - psi): theta is the bearing of the end
-    effector E in the base B, psi that which guidance wants, normally zero
+    effector E (of several that have targets, of their middle) in the base B,
+    psi that which guidance wants, normally zero
     [rad] (paper eq. 6, J_o; after the holistic controller of Haviland,
     Sünderhauf and Corke 2022). For a robot without a base there is no cost.
 
@@ -53,8 +54,10 @@ class BaseOrientationCost(CompiledIngredient):
             return
         if tick.guidance.path is not None:
             return
-        X_WB, X_WE = tick.state.X_WB, tick.state.X_WE
-        p_BE_B = X_WB[:3, :3].T @ (X_WE[:3, 3] - X_WB[:3, 3])
+        X_WB = tick.state.X_WB
+        aimed = [i for i, _ in tick.aim.items]
+        p_WE = tick.state.X_WEs[aimed, :3, 3].mean(axis=0)
+        p_BE_B = X_WB[:3, :3].T @ (p_WE - X_WB[:3, 3])
         c = np.zeros(program.n_u)
         theta = math.atan2(p_BE_B[1], p_BE_B[0])
         c[tick.robot.n_base - 1] = -self._gain * (theta - tick.guidance.bearing)
@@ -80,7 +83,10 @@ def add_base_orientation_cost(own, k, tick, program):
     X_WB = state.X_WL[robot.body_B]
     x, y = 0.0, 0.0
     for r in range(3):
-        p_BE_W = state.X_WE[r, 3] - X_WB[r, 3]
+        p_WE = 0.0
+        for i in tick.aim.effector:
+            p_WE += state.X_WE[i, r, 3]
+        p_BE_W = p_WE / len(tick.aim.effector) - X_WB[r, 3]
         x += X_WB[r, 0] * p_BE_W
         y += X_WB[r, 1] * p_BE_W
     program.has[k, 0] = True

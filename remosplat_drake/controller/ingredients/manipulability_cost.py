@@ -29,7 +29,8 @@ class ManipulabilityCost(CompiledIngredient):
 
     The cost is -k_m times the gradient of the arm's manipulability m =
     sqrt(det(J J')) (Yoshikawa 1985): the paper's J_m (eq. 6). An arm with
-    fewer than six joints has no such cost.
+    fewer than six joints has no such cost. Of several arms, each that has a
+    target adds its own.
 
     Args:
         config: Gain k_m of the cost.
@@ -45,17 +46,16 @@ class ManipulabilityCost(CompiledIngredient):
 
         Args:
             program: The program of the tick.
-            tick: What is known at the tick; the arm's Jacobian matters here.
+            tick: What is known at the tick; the arms' Jacobians matter here.
         """
         if self._gain == 0.0 or tick.guidance.path is not None:
             return
         arm = slice(tick.robot.n_base, None)
-        _, gradient = manipulability(
-            np.ascontiguousarray(tick.state.Jw_WE[:, arm]),
-            np.ascontiguousarray(tick.state.Jv_WE[:, arm]),
-        )
         c = np.zeros(program.n_u)
-        c[arm] = -self._gain * gradient
+        for effector, _ in tick.aim.items:
+            J = tick.state.J_WE(effector)[:, arm]
+            _, gradient = manipulability(J[:3].copy(), J[3:].copy())
+            c[arm] -= self._gain * gradient
         program.add_linear_cost(self.term, c)
 
     def settings(self, robot: RobotModel) -> "ManipulabilitySettings":
@@ -77,13 +77,15 @@ def add_manipulability_cost(own, k, tick, program):
     state, n = tick.state, tick.robot.n_base
     n_arm = len(tick.u_previous) - n
     Jw, Jv = np.empty((3, n_arm)), np.empty((3, n_arm))
-    for r in range(3):
-        for j in range(n_arm):
-            Jw[r, j], Jv[r, j] = state.Jw_WE[r, n + j], state.Jv_WE[r, n + j]
-    _, gradient = manipulability(Jw, Jv)
     program.has[k, 0] = True
-    for j in range(n_arm):
-        program.linear[k, n + j] = -own.gain * gradient[j]
+    for i in tick.aim.effector:
+        for r in range(3):
+            for j in range(n_arm):
+                Jw[r, j] = state.Jw_WE[i, r, n + j]
+                Jv[r, j] = state.Jv_WE[i, r, n + j]
+        _, gradient = manipulability(Jw, Jv)
+        for j in range(n_arm):
+            program.linear[k, n + j] -= own.gain * gradient[j]
 
 
 @kernel

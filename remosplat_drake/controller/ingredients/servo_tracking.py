@@ -33,11 +33,17 @@ from remosplat_drake.controller.servo import (
     tracked_directions,
 )
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.target_arrays import place_on_line
+from remosplat_drake.robot.target_arrays import place_on_line, target_of
+from remosplat_drake.signals.target import Target
 
 LAST_STRETCH = 0.1
 """What is left of a planned path when the servo takes part again, in radians
 and metres alike: a base that cannot slip sideways ends beside the path."""
+
+
+TERM = "servo tracking"
+"""Name of the tracking, with that of the end effector behind it if it has one.
+"""
 
 
 @dc.dataclass
@@ -55,7 +61,7 @@ class ServoTrackingConfig(Config):
 
 
 class ServoTracking(CompiledIngredient):
-    """Makes the end effector follow the servo's twist (paper eq. 2).
+    """Makes the end effectors follow the servo's twists (paper eq. 2).
 
     The constraint is J_E u + delta = v_E with the cost |delta|^2 / (2 e) of
     the slack delta, as in the holistic controller of Haviland, Sünderhauf and
@@ -71,7 +77,7 @@ class ServoTracking(CompiledIngredient):
         damper: The collision damper's distances, which the bend depends on.
     """
 
-    term = "servo tracking"
+    term = TERM
 
     def __init__(
         self, config: ServoTrackingConfig, damper: CollisionDamperConfig
@@ -80,43 +86,49 @@ class ServoTracking(CompiledIngredient):
         self._damper = damper
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Sets the twist that is tracked, and the slack's bounds and price.
+        """Sets the twists that are tracked, and the slack's bounds and price.
 
         Args:
             program: The program of the tick.
-            tick: What is known at the tick; the target, its error, the
+            tick: What is known at the tick; the aim, its errors, the
                 clearances and the guidance matter here.
         """
         path = tick.guidance.path
         if path is not None and path.left(tick.state.q) > LAST_STRETCH:
             return
-        config = self._config
-        state, target, along_W = tick.state, tick.target, np.zeros(3)
-        w, v = target_twist(
-            state.X_WE, target, tick.error, config.gain, config.max_speed
-        )
-        if target.line is None:
-            v = deflected_velocity(
-                v,
-                tick.error,
-                tick.clearances,
-                tick.robot.leading_spheres,
-                tick.guidance,
-                self._damper.stopping_for(tick.guidance),
-                config.max_speed,
+        limit = self._config.slack_limit
+        for k, (effector, target) in enumerate(tick.aim.items):
+            w, v, along_W = self._twist(tick, k, effector, target)
+            rows = tracked_directions(target, along_W)
+            V = rows @ np.concatenate([w, v])
+            # Standing still must stay feasible, however fast the servo's twist.
+            program.track(
+                track_name(tick.robot, effector),
+                J=rows @ tick.state.J_WE(effector),
+                V=V,
+                price=1.0 / tick.error_scales[k],
+                limit=np.maximum(limit, np.abs(V)),
             )
-        else:
-            along_W = place_on_line(state.X_WE.copy(), target.arrays)[0]
-        rows = tracked_directions(target, along_W)
-        V = rows @ np.concatenate([w, v])
-        # Standing still must stay feasible, however fast the servo's twist.
-        program.track(
-            self.term,
-            J=rows @ np.concatenate([state.Jw_WE, state.Jv_WE]),
-            V=V,
-            price=1.0 / tick.error_scale,
-            limit=np.maximum(config.slack_limit, np.abs(V)),
+
+    def _twist(
+        self, tick: Tick, k: int, effector: int, target: Target
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The twist to a target, and the direction of its line, (3,) each."""
+        config, error = self._config, tick.errors[k]
+        X_WE = tick.state.X_WEs[effector]
+        w, v = target_twist(X_WE, target, error, config.gain, config.max_speed)
+        if target.line is not None:
+            return w, v, place_on_line(X_WE.copy(), target.arrays)[0]
+        v = deflected_velocity(
+            v,
+            error,
+            tick.clearances,
+            tick.robot.hands[effector],
+            tick.guidance,
+            self._damper.stopping_for(tick.guidance),
+            config.max_speed,
         )
+        return w, v, np.zeros(3)
 
     def settings(self, robot: RobotModel) -> "ServoSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -127,6 +139,16 @@ class ServoTracking(CompiledIngredient):
             config.slack_limit,
             self._damper.stopping,
         )
+
+
+def track_name(robot: RobotModel, effector: int) -> str:
+    """Returns what the tracking of an end effector is called.
+
+    Args:
+        robot: The robot.
+        effector: Index of the end effector.
+    """
+    return f"{TERM} {robot.effectors[effector]}".rstrip()
 
 
 class ServoSettings(NamedTuple):
@@ -147,33 +169,45 @@ def add_servo_tracking(own, k, tick, program):
         s, apart = nearest_place(path_q, path_s, state.q)
         if path_s[-1] - s + apart > LAST_STRETCH:
             return
-    target = tick.target
+    row = 0
+    for i in range(len(tick.aim.effector)):
+        effector = tick.aim.effector[i]
+        first, row = row, _track_target(own, tick, program, i, row)
+        for r in range(first, row):
+            program.limit[r] = max(own.slack_limit, abs(program.V[r]))
+            program.price[r] = 1.0 / tick.error_scales[i]
+        program.tracked[effector:] = row
+    program.count[1], program.count[3] = k + 1, row
+
+
+@helper
+def _track_target(own, tick, program, i, row):
+    """Tracks the twist to a target from a row on; returns the one after."""
+    target, effector = target_of(tick.aim, i), tick.aim.effector[i]
+    guidance, X_WE = tick.guidance, tick.state.X_WE[effector]
+    Jw, Jv = tick.state.Jw_WE[effector], tick.state.Jv_WE[effector]
+    along_W = np.zeros(3)
     if target.speed > 0.0:
-        w, v = line_twist(state.X_WE, target, own.gain, own.max_speed)
-        along_W = place_on_line(state.X_WE, target)[0]
-        _track_directions(target, state, w, v, along_W, program)
+        w, v = line_twist(X_WE, target, own.gain, own.max_speed)
+        along_W = place_on_line(X_WE, target)[0]
     else:
+        p_ET_W = tick.p_ET_W[i]
         turning, going = servo_gains(
-            tick.p_ET_W, own.gain, own.max_speed, target.onward
+            p_ET_W, own.gain, own.max_speed, target.onward
         )
-        w = turning * tick.rotation_W
+        w = turning * tick.rotation_W[i]
         v = deflection(
-            going * tick.p_ET_W,
-            tick.p_ET_W,
+            going * p_ET_W,
+            p_ET_W,
             (tick.sphere, tick.distance, tick.direction_W),
-            tick.robot.leading,
+            tick.robot.leading[effector],
             guidance.side,
             given_or(guidance.stopping, own.stopping),
             own.max_speed,
         )
         if _all_alike(target.weights):
-            _track(state, w, v, program)
-        else:
-            _track_directions(target, state, w, v, np.zeros(3), program)
-    for r in range(program.count[3]):
-        program.limit[r] = max(own.slack_limit, abs(program.V[r]))
-    program.price[0] = 1.0 / tick.error_scale
-    program.count[1] = k + 1
+            return _track(Jw, Jv, w, v, program, row)
+    return _track_directions(target, Jw, Jv, w, v, along_W, program, row)
 
 
 @helper
@@ -185,21 +219,21 @@ def _all_alike(weights):
 
 
 @helper
-def _track(state, w, v, program):
+def _track(Jw, Jv, w, v, program, row):
     """Tracks a twist in all directions of W."""
     for r in range(3):
-        program.V[r], program.V[3 + r] = w[r], v[r]
+        program.V[row + r], program.V[row + 3 + r] = w[r], v[r]
         for j in range(program.J.shape[1]):
-            program.J[r, j] = state.Jw_WE[r, j]
-            program.J[3 + r, j] = state.Jv_WE[r, j]
-    program.count[3] = 6
+            program.J[row + r, j] = Jw[r, j]
+            program.J[row + 3 + r, j] = Jv[r, j]
+    return row + 6
 
 
 @helper
-def _track_directions(target, state, w, v, along_W, program):
+def _track_directions(target, Jw, Jv, w, v, along_W, program, row):
     """Tracks a twist in those directions that `tracked_directions` finds."""
     stiff = math.sqrt(LINE_STIFFNESS) if target.speed > 0.0 else 1.0
-    direction, row = np.empty(3), 0
+    direction = np.empty(3)
     for i in range(6):
         if target.weights[i] == 0.0:
             continue
@@ -212,9 +246,9 @@ def _track_directions(target, state, w, v, along_W, program):
             direction[c] *= stiff
             if i >= 3:
                 direction[c] += (1.0 - stiff) * along * along_W[c]
-        J, twist = (state.Jw_WE, w) if i < 3 else (state.Jv_WE, v)
+        J, twist = (Jw, w) if i < 3 else (Jv, v)
         program.V[row] = dot(direction, twist)
         for j in range(J.shape[1]):
             program.J[row, j] = dot(direction, J[:, j])
         row += 1
-    program.count[3] = row
+    return row

@@ -132,7 +132,7 @@ def assemble(
     parts,
     robot,
     state,
-    target,
+    aim,
     rows,
     movers,
     near,
@@ -147,7 +147,7 @@ def assemble(
         parts: The `Parts`.
         robot: The `RobotArrays`.
         state: The `StateArrays`.
-        target: The `TargetArrays`.
+        aim: The `AimArrays`.
         rows: Spheres, distances and directions of the m clearances.
         movers: The `MoverArrays`.
         near: The `NearArrays` of the robot's links.
@@ -165,12 +165,14 @@ def assemble(
         parts.active.mover_influence,
     )
     tick = make_tick(
-        robot, state, target, rows, found, near, u_previous, dt, tube, guidance
+        robot, state, aim, rows, found, near, u_previous, dt, tube, guidance
     )
     most = len(rows[0]) + len(near.pair) + 2 * len(parts.joints.gain)
     most += len(tick.moving.sphere)
     has = parts.present
-    program = make_program(robot.velocity_limit, len(has), most)
+    program = make_program(
+        robot.velocity_limit, len(robot.body_E), len(has), most
+    )
     if has[0]:
         add_servo_tracking(parts.servo, 0, tick, program)
     if has[1]:

@@ -85,7 +85,7 @@ def dense(program):
         for j in range(n_u):
             c[j] += program.linear[k, j]
             H[j, j] += program.quadratic[k, j]
-    A = np.zeros((2 * n_u + m + 12, n_u))
+    A = np.zeros((2 * n_u + m + 2 * len(program.V), n_u))
     b = np.empty(len(A))
     for j in range(n_u):
         A[j, j], b[j] = 1.0, program.upper[j]
@@ -99,8 +99,8 @@ def dense(program):
             row += 1
     if program.count[1]:
         J, V, limit = program.J, program.V, program.limit
-        price = program.price[0]
         for k in range(program.count[3]):
+            price = program.price[k]
             for i in range(n_u):
                 c[i] -= price * V[k] * J[k, i]
                 for j in range(n_u):

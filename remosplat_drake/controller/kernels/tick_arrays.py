@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.vectors import set_vector
 from remosplat_drake.controller.servo import error_scale
 from remosplat_drake.robot.robot_arrays import (
     RobotArrays,
@@ -15,7 +16,11 @@ from remosplat_drake.robot.self_collision.kernels.near_points import (
     near_points,
 )
 from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
-from remosplat_drake.robot.target_arrays import TargetArrays, asked_error
+from remosplat_drake.robot.target_arrays import (
+    AimArrays,
+    asked_error,
+    target_of,
+)
 from remosplat_drake.scene.kernels.mover_reach import (
     NearMoverArrays,
     moved_on,
@@ -87,9 +92,10 @@ class TickArrays(NamedTuple):
     Attributes:
         robot: The robot.
         state: Kinematics at the measured configuration.
-        target: What the end effector shall reach.
-        p_ET_W: `PoseError.p_ET_W` of the target, shape (3,) [m].
-        rotation_W: `PoseError.rotation_W` of it, shape (3,) [rad].
+        aim: What the end effectors shall reach, k targets.
+        p_ET_W: `PoseError.p_ET_W` of each target, shape (k, 3) [m].
+        rotation_W: `PoseError.rotation_W` of each, shape (k, 3) [rad].
+        error_scales: `Tick.error_scales`, shape (k,) [m].
         error_scale: `Tick.error_scale` [m].
         sphere: Index of the sphere of each of m clearances, shape (m,).
         distance: The clearances, shape (m,) [m].
@@ -106,9 +112,10 @@ class TickArrays(NamedTuple):
 
     robot: RobotArrays
     state: StateArrays
-    target: TargetArrays
+    aim: AimArrays
     p_ET_W: np.ndarray
     rotation_W: np.ndarray
+    error_scales: np.ndarray
     error_scale: float
     sphere: np.ndarray
     distance: np.ndarray
@@ -142,13 +149,14 @@ class ProgramArrays(NamedTuple):
             shape (most,).
         rows: First of each ingredient's rows, and the one after its last,
             shape (k, 2).
-        J: Jacobian of the tracked twist, a row for each direction that is
-            tracked, shape (6, n_u).
-        V: The tracked twist, shape (6,) [rad/s, m/s].
-        limit: Bounds on its slack, shape (6,) [rad/s, m/s].
-        price: Price of the slack, shape (1,).
+        J: Jacobian of the tracked twists, a row for each direction that is
+            tracked, shape (6 e, n_u) for e end effectors.
+        V: The tracked twists, shape (6 e,) [rad/s, m/s].
+        limit: Bounds on their slack, shape (6 e,) [rad/s, m/s].
+        price: Price of the slack, shape (6 e,).
+        tracked: Number of rows up to and with each end effector's, shape (e,).
         count: Number of rows; 0, or one more than the number of the ingredient
-            that tracks a twist; whether there are acceleration bounds; the
+            that tracks twists; whether there are acceleration bounds; the
             number of directions that are tracked; and whether a row cannot
             hold within the bounds on u, shape (5,).
     """
@@ -169,6 +177,7 @@ class ProgramArrays(NamedTuple):
     V: np.ndarray
     limit: np.ndarray
     price: np.ndarray
+    tracked: np.ndarray
     count: np.ndarray
 
 
@@ -209,14 +218,14 @@ def find_movers(movers, p_WS, radius, within, lead, within_soon):
 
 @helper
 def make_tick(
-    robot, state, target, rows, movers, near, u_previous, dt, tube, guidance
+    robot, state, aim, rows, movers, near, u_previous, dt, tube, guidance
 ) -> TickArrays:
     """Makes the `TickArrays` of a tick.
 
     Args:
         robot: The `RobotArrays`.
         state: The `StateArrays`.
-        target: The `TargetArrays`.
+        aim: The `AimArrays`.
         rows: Spheres, distances and directions of the clearances.
         movers: `TickArrays.moving` and `TickArrays.soon`.
         near: The `NearArrays`.
@@ -227,7 +236,16 @@ def make_tick(
     """
     sphere, distance, direction_W = rows
     moving, soon = movers
-    p_ET_W, rotation_W, p_ET_E = asked_error(state.X_WE, target)
+    k = len(aim.effector)
+    p_ET_W, rotation_W = np.empty((k, 3)), np.empty((k, 3))
+    scales, largest = np.empty(k), 0.0
+    for i in range(k):
+        target = target_of(aim, i)
+        p_W, turn_W, p_E = asked_error(state.X_WE[aim.effector[i]], target)
+        set_vector(p_ET_W[i], p_W)
+        set_vector(rotation_W[i], turn_W)
+        scales[i] = error_scale(p_E, target)
+        largest = max(largest, scales[i])
     rates = np.zeros((len(sphere), len(u_previous)))
     for i in range(len(sphere)):
         s = sphere[i]
@@ -236,10 +254,11 @@ def make_tick(
     return TickArrays(
         robot,
         state,
-        target,
+        aim,
         p_ET_W,
         rotation_W,
-        error_scale(p_ET_E, target),
+        scales,
+        largest,
         sphere,
         distance,
         direction_W,
@@ -255,15 +274,16 @@ def make_tick(
 
 
 @helper
-def make_program(velocity_limit, n_parts, most) -> ProgramArrays:
+def make_program(velocity_limit, n_effectors, n_parts, most) -> ProgramArrays:
     """Makes a program without terms.
 
     Args:
         velocity_limit: Bounds on |u| to begin with, shape (n_u,).
+        n_effectors: Number of end effectors.
         n_parts: Number of ingredients.
         most: Most rows that these may add together.
     """
-    n_u = len(velocity_limit)
+    n_u, tracked = len(velocity_limit), 6 * n_effectors
     return ProgramArrays(
         -velocity_limit,
         velocity_limit.copy(),
@@ -277,10 +297,11 @@ def make_program(velocity_limit, n_parts, most) -> ProgramArrays:
         np.zeros(most, np.bool_),
         np.empty(most, np.int64),
         np.zeros((n_parts, 2), np.int64),
-        np.zeros((6, n_u)),
-        np.zeros(6),
-        np.zeros(6),
-        np.zeros(1),
+        np.zeros((tracked, n_u)),
+        np.zeros(tracked),
+        np.zeros(tracked),
+        np.zeros(tracked),
+        np.zeros(n_effectors, np.int64),
         np.zeros(5, np.int64),
     )
 

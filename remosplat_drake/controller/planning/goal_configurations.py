@@ -10,6 +10,7 @@ from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
     reach_from,
 )
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 TOLERANCE = 2e-3
@@ -61,7 +62,7 @@ class GoalConfigurations:
 
 def goal_configurations(
     space: FreeSpace,
-    target: Target | np.ndarray,
+    aim: Aim | Target | np.ndarray,
     q: np.ndarray,
     *,
     seeds: int,
@@ -72,20 +73,20 @@ def goal_configurations(
 
     Args:
         space: The free space.
-        target: What the end effector shall reach, or the pose X_WT of a plain
-            target, shape (4, 4).
+        aim: What the end effectors shall reach: an `Aim`, or for the first of
+            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         q: Where the robot is, shape (n_q,) [rad, m]; the nearer to it the
             better.
         seeds: Number of configurations to start from.
         most: Largest number of goal configurations.
         rng: Source of the seeds.
     """
-    target = Target.of(target)
+    aim = Aim.of(aim)
     found, free = np.zeros((0, len(q))), np.zeros(0, bool)
     tried = 0
     while tried < seeds and free.sum() < most:
         count = min(_ROUND, seeds - tried)
-        more = _reaching(space, target, q, count, rng, with_own=not tried)
+        more = _reaching(space, aim, q, count, rng, with_own=not tried)
         found = np.concatenate([found, more])
         free = np.concatenate([free, [space.is_free(x) for x in more]])
         free = free.astype(bool)
@@ -93,7 +94,7 @@ def goal_configurations(
     if free.any():
         best = found[free]
         least = space.rooms(best, _ENOUGH).min(axis=1)
-        order = np.argsort(_price(space, best, least, q), kind="stable")
+        order = np.argsort(_price(space, aim, best, least, q), kind="stable")
         return GoalConfigurations(best[order[:most]], tried, len(found))
     if not len(found):
         return GoalConfigurations(found, tried, 0)
@@ -108,7 +109,7 @@ def goal_configurations(
 
 def _reaching(
     space: FreeSpace,
-    target: Target,
+    aim: Aim,
     q: np.ndarray,
     count: int,
     rng: np.random.Generator,
@@ -120,20 +121,20 @@ def _reaching(
     The arm's home and its present configuration are seeds if `with_own`.
     """
     bounds = space.lower, space.upper
-    draws = _draws(space, target, q, _DRAWS * count, rng)
-    _, error = reach(space.robot, target, draws, bounds, steps=0)
+    draws = _draws(space, aim, q, _DRAWS * count, rng)
+    _, error = reach(space.robot, aim, draws, bounds, steps=0)
     seeds = draws[np.argsort(error, kind="stable")[:count]]
     if with_own:
         own = np.stack([q, q])
         own[1, -len(space.robot.home) :] = space.robot.home
         seeds = np.concatenate([np.clip(own, *bounds), seeds])
-    found, error = reach(space.robot, target, seeds, bounds)
+    found, error = reach(space.robot, aim, seeds, bounds)
     return found[error < TOLERANCE]
 
 
 def reach(
     robot: RobotModel,
-    target: Target,
+    aim: Aim,
     seeds: np.ndarray,
     bounds: tuple[np.ndarray, np.ndarray],
     steps: int = _STEPS,
@@ -142,7 +143,7 @@ def reach(
 
     Args:
         robot: The robot.
-        target: What the end effector shall reach.
+        aim: What the end effectors shall reach.
         seeds: Configurations to start from, shape (k, n_q) [rad, m].
         bounds: Lower and upper bounds of q, shape (n_q,) each [rad, m].
         steps: Largest number of steps from a seed.
@@ -152,8 +153,9 @@ def reach(
         the target, angles weighed by 0.3 m, shape (k,) [m].
     """
     return reach_from(
-        robot.chain_to_end_effector,
-        target.arrays,
+        robot.chains,
+        aim.arrays,
+        robot.n_q - len(robot.home),
         *bounds,
         seeds,
         steps,
@@ -163,7 +165,7 @@ def reach(
 
 def _draws(
     space: FreeSpace,
-    target: Target,
+    aim: Aim,
     q: np.ndarray,
     count: int,
     rng: np.random.Generator,
@@ -180,19 +182,30 @@ def _draws(
         space.lower[arm], space.upper[arm], (count, len(robot.home))
     )
     if robot.n_base:
-        X_WN = target.X_WT
-        if not target.weights[3:].all():
-            X_WN = target.nearest_pose(robot.end_effector_pose(q))
+        p_WN = np.mean([_place(robot, q, *item) for item in aim.items], axis=0)
         away = rng.uniform(*_BASE_DISTANCE, count)
         bearing = rng.uniform(-math.pi, math.pi, count)
-        draws[:, 0] = X_WN[0, 3] - away * np.cos(bearing)
-        draws[:, 1] = X_WN[1, 3] - away * np.sin(bearing)
+        draws[:, 0] = p_WN[0] - away * np.cos(bearing)
+        draws[:, 1] = p_WN[1] - away * np.sin(bearing)
         draws[:, 2] = bearing + rng.uniform(-_BASE_TURN, _BASE_TURN, count)
     return draws
 
 
+def _place(
+    robot: RobotModel, q: np.ndarray, effector: int, target: Target
+) -> np.ndarray:
+    """Returns the place of a target that is nearest to the hand, (3,)."""
+    if target.weights[3:].all():
+        return target.X_WT[:3, 3]
+    return target.nearest_pose(robot.end_effector_pose(q, effector))[:3, 3]
+
+
 def _price(
-    space: FreeSpace, found: np.ndarray, room: np.ndarray, q: np.ndarray
+    space: FreeSpace,
+    aim: Aim,
+    found: np.ndarray,
+    room: np.ndarray,
+    q: np.ndarray,
 ) -> np.ndarray:
     """Prices goal configurations: far, cramped or at a limit is dear, (k,).
 
@@ -208,13 +221,15 @@ def _price(
     cramped = np.exp(-room / 0.02)
     inside = np.minimum(found - space.lower, space.upper - found)[:, arm]
     at_limit = np.exp(-inside / 0.2).max(axis=1)
-    singular = np.array([_singularity(robot, x) for x in found])
+    singular = np.array([_singularity(robot, aim, x) for x in found])
     return far + 2.0 * cramped + at_limit + singular
 
 
-def _singularity(robot: RobotModel, q: np.ndarray) -> float:
-    """Tells how near the arm is to a singularity, between 0 and 1."""
-    state = robot.state(q)
-    J = np.vstack([state.Jw_WE, state.Jv_WE])[:, robot.n_base :]
-    m = math.sqrt(max(np.linalg.det(J @ J.T), 0.0)) if len(J.T) > 5 else 1.0
-    return math.exp(-m / 0.02)
+def _singularity(robot: RobotModel, aim: Aim, q: np.ndarray) -> float:
+    """Tells how near an arm is to a singularity, between 0 and 1."""
+    state, most = robot.state(q), 0.0
+    for effector, _ in aim.items:
+        J = state.J_WE(effector)[:, robot.n_base :]
+        m = math.sqrt(max(np.linalg.det(J @ J.T), 0.0)) if len(J.T) > 5 else 1.0
+        most = max(most, math.exp(-m / 0.02))
+    return most

@@ -26,6 +26,7 @@ from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
@@ -56,7 +57,7 @@ class MotionPlanner:
     def plan(
         self,
         q: np.ndarray,
-        target: Target | np.ndarray,
+        aim: Aim | Target | np.ndarray,
         field: DistanceField,
         stopping: float,
         attempt: int = 0,
@@ -69,8 +70,9 @@ class MotionPlanner:
 
         Args:
             q: Where the robot is, shape (n_q,) [rad, m].
-            target: What the end effector shall reach, or the pose X_WT of a
-                plain target, shape (4, 4).
+            aim: What the end effectors shall reach: an `Aim`, or for the first
+                of them a `Target` or the pose X_WT of a plain one, shape
+                (4, 4).
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
             attempt: Number of searches before; another one draws other
@@ -83,16 +85,14 @@ class MotionPlanner:
         """
         started = perf_counter()
         space = self.free_space(q, field, stopping, around, separation)
-        plan = self._plan(
-            space, q, Target.of(target), attempt, interrupted, roadmap
-        )
+        plan = self._plan(space, q, Aim.of(aim), attempt, interrupted, roadmap)
         return dc.replace(plan, seconds=perf_counter() - started)
 
     def _plan(
         self,
         space: FreeSpace,
         q: np.ndarray,
-        target: Target,
+        aim: Aim,
         attempt: int,
         interrupted: Callable[[], bool],
         roadmap: Roadmap,
@@ -106,7 +106,7 @@ class MotionPlanner:
         start = np.clip(q, space.lower, space.upper)
         goals = goal_configurations(
             space,
-            target,
+            aim,
             start,
             seeds=config.seeds,
             most=config.goals,

@@ -16,7 +16,8 @@ from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.robot.robot_model import RobotModel
 
 WORLD, TARGET, CAMERA = "world", "target", "wrist_camera"
-"""Names of frames: the world W, the target T and the camera C."""
+"""Names of frames: the world W, the target T and the camera C. The targets of
+several end effectors have the names of these behind theirs."""
 
 _INFO, _WARNING = 2, 3
 _LEVELS = {TROUBLE: _WARNING, SUPERVISOR: _WARNING}
@@ -148,7 +149,7 @@ def log(event: Event) -> Message:
 
 
 def transforms(record: TickRecord, robot: RobotModel) -> Message | None:
-    """Returns where all links and the target are in the world.
+    """Returns where all links and the targets are in the world.
 
     Args:
         record: The tick.
@@ -161,8 +162,10 @@ def transforms(record: TickRecord, robot: RobotModel) -> Message | None:
         return None
     X_W = dict(zip(robot.tree.names, robot.body_poses(record.q), strict=True))
     X_W.pop(WORLD, None)
-    if np.isfinite(record.X_WT).all():
-        X_W[TARGET] = record.X_WT
+    for effector, target in record.aim.items:
+        if target.is_known:
+            name = f"{TARGET}_{robot.effectors[effector]}".rstrip("_")
+            X_W[name] = target.X_WT
     at = stamp(record.time)
     content = {"transforms": [_transform(at, *item) for item in X_W.items()]}
     return Message("/tf", "foxglove.FrameTransforms", content)

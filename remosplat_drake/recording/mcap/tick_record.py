@@ -6,6 +6,7 @@ import numpy as np
 
 from remosplat_drake.recording.events import Event
 from remosplat_drake.recording.tick_events import LoggedSignals
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.tick_report import TickReport
 
@@ -19,7 +20,7 @@ class TickRecord:
         q: Measured configuration, shape (n_q,) [m, rad].
         commanded: The controller's command u, shape (n_u,) [m/s, rad/s].
         executed: The command that the station got, shape (n_u,).
-        X_WT: Pose of the target, shape (4, 4).
+        aim: What the end effectors should reach.
         status: Status of the controller, one of `STATUSES`.
         reason: Why the status is not the best one.
         scale: How far verification let the command go, 0 to 1.
@@ -36,7 +37,7 @@ class TickRecord:
     q: np.ndarray
     commanded: np.ndarray
     executed: np.ndarray
-    X_WT: np.ndarray
+    aim: Aim
     status: str
     reason: str
     scale: float
@@ -69,7 +70,7 @@ class TickRecord:
             q=report.q,
             commanded=report.command,
             executed=np.array(executed),
-            X_WT=report.X_WT,
+            aim=report.aim,
             status=report.status,
             reason=report.reason,
             scale=report.scale,

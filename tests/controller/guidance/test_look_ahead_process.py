@@ -44,7 +44,7 @@ from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 ARRIVED = partial(has_arrived, config=ArrivalConfig())
@@ -78,7 +78,7 @@ def stuck(frankie) -> Stuck:
             0.0,
             np.array([*scene.X_WB_start, *frankie.home]),
             np.zeros(frankie.n_u),
-            Target.of(scene.X_WE_target),
+            Aim.of(scene.X_WE_target),
         ),
     )
 
@@ -136,10 +136,10 @@ def test_it_decides_what_the_selector_would_decide(shared_process, stuck):
 
 def test_it_hears_of_what_moves(shared_process, stuck):
     ada = Mover.sphere("Ada", [9.0, 0.0, 1.0], 0.2, v_WM=[0.5, 0.0, 0.0])
-    X_WT = stuck.now.target.X_WT.copy()
+    X_WT = stuck.now.aim.first.X_WT.copy()
     X_WT[2, 3] += 0.01
     movers = Movers(monotonic(), [ada])
-    now = dc.replace(stuck.now, target=Target(X_WT), movers=movers)
+    now = dc.replace(stuck.now, aim=Aim.of(X_WT), movers=movers)
     found = until(shared_process, stuck, lambda s: s.latest, now)
     for rollout in found.latest:
         assert [m.name for m in rollout.movers or ()] == ["Ada"]
@@ -147,11 +147,11 @@ def test_it_hears_of_what_moves(shared_process, stuck):
 
 def test_a_new_target_and_a_new_map_are_answered_for(shared_process, stuck):
     until(shared_process, stuck, lambda s: s.latest)
-    X_WT = stuck.now.target.X_WT.copy()
+    X_WT = stuck.now.aim.first.X_WT.copy()
     X_WT[2, 3] += 0.4
-    elsewhere = dc.replace(stuck.now, target=Target(X_WT))
+    elsewhere = dc.replace(stuck.now, aim=Aim.of(X_WT))
     found = until(shared_process, stuck, lambda s: s.latest, now=elsewhere)
-    np.testing.assert_array_equal(found.target.X_WT, X_WT)
+    np.testing.assert_array_equal(found.aim.first.X_WT, X_WT)
     other = copy.copy(stuck.field)
     other.revision = "another"
     found = until(
@@ -294,7 +294,7 @@ def test_a_process_that_is_killed_while_it_searches_is_missed(frankie, stuck):
     config.guidance.planning.checks = 10_000_000
     law = ReactiveLaw.make(config, frankie, 0.01)
     rule = make_selection_rule(law, config.guidance, ARRIVED)
-    target = stuck.now.target.X_WT[:3, 3]
+    target = stuck.now.aim.first.X_WT[:3, 3]
     walls = tuple(
         Box(
             RigidTransform([*target[:2] + 2.0 * np.array(side), 0]),

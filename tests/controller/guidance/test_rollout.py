@@ -30,7 +30,7 @@ from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 
 
 def roll(toy, guidance, *, X_WT=None, arrived=None, horizon=4.0) -> Rollout:
@@ -103,8 +103,8 @@ def test_the_compiled_step_is_the_tick(frankie, kind, gains, way):
     rollout = Rollout(guidance[way], q, np.zeros(frankie.n_u))
     scaled = 0
     for _ in range(80):
-        reference = _step(law, rollout, field, Target(X_WT))
-        step = _compiled_step(law, rollout, field, Target(X_WT))
+        reference = _step(law, rollout, field, Aim.of(X_WT))
+        step = _compiled_step(law, rollout, field, Aim.of(X_WT))
         assert step is not None
         for ours, theirs in zip(step, reference, strict=True):
             np.testing.assert_allclose(ours, theirs, atol=1e-9)
@@ -129,9 +129,9 @@ def test_what_kernels_do_not_know_is_stepped_in_python(frankie):
     outside = ReactiveLaw.make(*usual, [Calm()])
     outside = outside.with_step(0.1, solver="active_set")
     clarabel = ReactiveLaw.make(*usual)
-    assert _compiled_step(fast, start, field, Target(X_WT)) is not None
+    assert _compiled_step(fast, start, field, Aim.of(X_WT)) is not None
     for law, map_ in ((outside, field), (clarabel, field), (fast, rows)):
-        assert _compiled_step(law, start, map_, Target(X_WT)) is None
+        assert _compiled_step(law, start, map_, Aim.of(X_WT)) is None
         rollout = step_rollout(
             law, start, map_, X_WT, lambda error: False, 99.0
         )

@@ -21,7 +21,7 @@ from remosplat_drake.controller.guidance.selection_round import (
     PATIENCE,
     advance_selection,
 )
-from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.aim import Aim
 
 PLENTY = 1000
 
@@ -31,7 +31,7 @@ def advance(rule, selection, toy, *, time=0.0, budget=PLENTY, **changes):
     arguments = {
         "q": toy.q,
         "u": np.zeros(3),
-        "target": toy.X_WT,
+        "aim": toy.X_WT,
         "field": toy.field,
         **changes,
     }
@@ -138,7 +138,7 @@ def test_from_a_lower_tier_the_first_is_tried_first(toy):
     selection = dc.replace(
         start_selection(rule),
         guidance=stuck,
-        target=Target.of(toy.X_WT),
+        aim=Aim.of(toy.X_WT),
         revision=toy.field.revision,
     )
     selection = advance(rule, selection, toy)
@@ -196,7 +196,7 @@ def test_a_new_target_starts_afresh(toy):
     selection = advance(rule, start_selection(rule), toy)
     higher = toy.X_WT.copy()
     higher[2, 3] += 0.3
-    selection = advance(rule, selection, toy, budget=1, target=higher)
+    selection = advance(rule, selection, toy, budget=1, aim=higher)
     assert selection.guidance is toy.far
     assert selection.reason == "new target"
     assert not selection.finished
@@ -219,11 +219,11 @@ def test_a_new_map_aborts_the_round_and_keeps_the_guidance(toy):
     assert len(selection.running.path) == 1
 
 
-@pytest.mark.parametrize("name", ["q", "target"])
+@pytest.mark.parametrize("name", ["q", "aim"])
 def test_a_lost_measurement_changes_nothing(toy, counted, name):
     rule = toy.rule((toy.far, toy.near))
     selection = advance(rule, start_selection(rule), toy, budget=3)
-    lost = np.full_like({"q": toy.q, "target": toy.X_WT}[name], np.nan)
+    lost = np.full_like({"q": toy.q, "aim": toy.X_WT}[name], np.nan)
     assert advance(rule, selection, toy, **{name: lost}) is selection
     assert len(counted) == 3
 

@@ -17,7 +17,7 @@ FIRST, SECOND = make_candidates([0.021, 0.010])
 def run(toy, rule, *, ticks, u=(0.0, 0.0, 0.0), selection=None, **changes):
     """Selections of an arm that executes u, and the last of them."""
     selection = selection or start_selection(rule)
-    arguments = {"q": toy.q, "target": toy.X_WT, "field": toy.field, **changes}
+    arguments = {"q": toy.q, "aim": toy.X_WT, "field": toy.field, **changes}
     seen = []
     for k in ticks:
         selection = cycle_when_stalled(
@@ -76,14 +76,14 @@ def test_a_new_target_starts_afresh_with_new_patience(toy, rule):
     higher = toy.X_WT.copy()
     higher[2, 3] += 0.3
     seen, _ = run(
-        toy, rule, ticks=range(10, 15), selection=selection, target=higher
+        toy, rule, ticks=range(10, 15), selection=selection, aim=higher
     )
     assert seen[:4] == [("direct", 0.021)] * 4
     assert seen[4] == ("left", 0.021)
 
 
-@pytest.mark.parametrize("name", ["q", "target"])
+@pytest.mark.parametrize("name", ["q", "aim"])
 def test_a_lost_measurement_changes_nothing(toy, rule, name):
-    lost = np.full_like({"q": toy.q, "target": toy.X_WT}[name], np.nan)
+    lost = np.full_like({"q": toy.q, "aim": toy.X_WT}[name], np.nan)
     seen, _ = run(toy, rule, ticks=range(40), **{name: lost})
     assert set(seen) == {("direct", 0.021)}

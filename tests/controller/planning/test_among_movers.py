@@ -25,8 +25,8 @@ from remosplat_drake.controller.planning.obstructions import StandingMovers
 from remosplat_drake.controller.tick import run_tick
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
-from remosplat_drake.signals.target import Target
 
 DT = 0.02
 BLOCK = np.array([0.3, 0.5, 0.03])
@@ -166,7 +166,7 @@ def test_what_is_in_the_way_is_named_and_not_given_up(maze, empty):
 
 
 def test_who_stands_and_who_has_gone():
-    now = PresentState(1.0, np.zeros(3), np.zeros(3), Target(np.eye(4)))
+    now = PresentState(1.0, np.zeros(3), np.zeros(3), Aim.of(np.eye(4)))
     assert not len(standing(now))
     slow = Mover.sphere("slow", [1, 0, 0], 0.1, v_WM=[0.05, 0, 0])
     fast = Mover.sphere("fast", [2, 0, 0], 0.1, v_WM=[0.5, 0, 0])

@@ -10,6 +10,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
     reach,
 )
 from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 
@@ -33,7 +34,7 @@ def test_solutions_reach_the_target(frankie, q_target):
     seeds = np.tile(q_target, (60, 1))
     seeds[:, 3:] += rng.normal(0, 0.7, (60, 7))
     seeds = np.clip(seeds, *bounds)
-    found, error = reach(frankie, target, seeds, bounds)
+    found, error = reach(frankie, Aim.of(target), seeds, bounds)
     assert (error < TOLERANCE).sum() > 20
     assert found[:, :3] == pytest.approx(seeds[:, :3])
     assert ((found >= bounds[0]) & (found <= bounds[1])).all()
@@ -53,7 +54,7 @@ def test_what_is_free_need_not_be_reached(frankie, q_target, free):
     seeds = np.tile(q_target, (40, 1))
     seeds[:, 3:] += rng.normal(0, 0.5, (40, 7))
     seeds = np.clip(seeds, *bounds)
-    found, error = reach(frankie, target, seeds, bounds)
+    found, error = reach(frankie, Aim.of(target), seeds, bounds)
     assert (error < TOLERANCE).sum() > 20
     strays = []
     for q in found[error < TOLERANCE]:

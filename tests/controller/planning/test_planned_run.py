@@ -58,7 +58,7 @@ class Run:
             time=self.time,
             q=self.q,
             u=self.u,
-            target=X_WT,
+            aim=X_WT,
             field=field,
             budget=200,
         )

@@ -79,7 +79,7 @@ def test_a_new_target_remembers_the_path_to_the_one_before(maze):
         "field": maze.field,
         "budget": 20_000,
     }
-    selection = advance_selection(rule, selection, target=maze.X_WT, **world)
+    selection = advance_selection(rule, selection, aim=maze.X_WT, **world)
     assert selection.guidance.path is not None
     assert len(selection.found) == 1
     assert selection.roadmap.q is None
@@ -88,7 +88,7 @@ def test_a_new_target_remembers_the_path_to_the_one_before(maze):
     assert effort.first_path == pytest.approx(effort.seconds)
     assert effort.first_checks == effort.checks
     selection = advance_selection(
-        rule, selection, target=beside(maze), **world | {"time": 5.0}
+        rule, selection, aim=beside(maze), **world | {"time": 5.0}
     )
     assert selection.roadmap.q is not None
     assert selection.guidance.path is not None

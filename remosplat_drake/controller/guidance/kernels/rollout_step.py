@@ -66,7 +66,7 @@ class LoopArrays(NamedTuple):
 
 @kernel
 def rollout_step(
-    law, robot, maps, compiled, movers, ahead, target, q, u_previous, guidance
+    law, robot, maps, compiled, movers, ahead, aim, q, u_previous, guidance
 ):
     """Simulates one step, as `run_tick` decides it.
 
@@ -77,14 +77,14 @@ def rollout_step(
         compiled: The map, as `DistanceField.compiled`.
         movers: The `MoverArrays` at the rollout's start.
         ahead: Time since the start [s].
-        target: The `TargetArrays`.
+        aim: The `AimArrays`.
         q: Configuration, shape (n_q,) [rad, m].
         u_previous: The command that is being executed, shape (n_u,).
         guidance: The `GuidanceArrays`.
 
     Returns:
         The command, shape (n_u,), the configuration after it, shape (n_q,),
-        the end effector's pose there, shape (4, 4), and whether all that is
+        the end effectors' poses there, shape (e, 4, 4), and whether all that is
         decided: if not, it must be found another way.
     """
     state = state_arrays(robot, q)
@@ -94,7 +94,7 @@ def rollout_step(
         law.parts,
         robot,
         state,
-        target,
+        aim,
         rows,
         movers,
         near_arrays(law.near, state.X_WL),

@@ -1,4 +1,4 @@
-"""Inverse kinematics of an arm from many seeds, in one compiled loop.
+"""Inverse kinematics of arms from many seeds, in one compiled loop.
 
 Damped least squares (Wampler 1986, Nakamura and Hanafusa 1986): each step is
 J' (J J' + lambda^2 I)^-1 e, clamped to the joints' bounds.
@@ -11,7 +11,11 @@ import numpy as np
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.vectors import dot
 from remosplat_drake.robot.kinematics import REVOLUTE, compose, joint_pose
-from remosplat_drake.robot.target_arrays import asked_rotation, has_free
+from remosplat_drake.robot.target_arrays import (
+    asked_rotation,
+    has_free,
+    target_of,
+)
 
 _LENGTH = 0.3
 """Length by which angles of the pose error are weighed [m]."""
@@ -21,16 +25,18 @@ _LONGEST_STEP = 0.5
 
 
 @kernel
-def reach_from(chain, target, lower, upper, seeds, steps, tolerance):
-    """Solves for configurations that bring E to T, from each of k seeds.
+def reach_from(chains, aim, first, lower, upper, seeds, steps, tolerance):
+    """Solves for configurations that bring each E to its T, from k seeds.
 
     Args:
-        chain: The robot's joints as a `SerialChain`.
-        target: The `TargetArrays`.
+        chains: The joints that move each end effector, as `SerialChain`s in a
+            tuple.
+        aim: The `AimArrays`.
+        first: Entry of q at which the arms begin.
         lower: Lower bounds of q, shape (n_q,) [rad, m].
         upper: Upper bounds of q, shape (n_q,) [rad, m].
         seeds: Configurations to start from, shape (k, n_q); what carries the
-            arm stays where it is.
+            arms stays where it is.
         steps: Largest number of steps from a seed; with 0 the seeds' own
             errors are measured.
         tolerance: Error that is small enough, angles weighed by 0.3 m [m].
@@ -41,24 +47,22 @@ def reach_from(chain, target, lower, upper, seeds, steps, tolerance):
     """
     q = seeds.copy()
     error = np.empty(len(q))
-    first = len(chain.kind) - chain.arm
-    X_WF = np.zeros((len(chain.kind), 4, 4))
-    X_WE = np.zeros((4, 4))
-    J = np.empty((6, chain.arm))
-    e = np.empty(6)
-    step = np.empty(chain.arm)
-    L = np.zeros((6, 6))
-    all_asked = not has_free(target.weights)
+    n, rows = q.shape[1] - first, 6 * len(aim.effector)
+    X_WF, X_WE = np.zeros((q.shape[1], 4, 4)), np.zeros((4, 4))
+    J, e = np.zeros((rows, n)), np.empty(rows)
+    step, L = np.empty(n), np.zeros((rows, rows))
     for k in range(len(q)):
         damping = 0.05
         before = np.inf
         for i in range(steps + 1):
-            _place(chain, q[k], X_WF, X_WE)
-            _pose_error(X_WE, target.X_WT, e)
-            if not all_asked:
-                _leave_free_error(X_WE, target, e)
+            for c in range(len(aim.effector)):
+                chain, target = chains[aim.effector[c]], target_of(aim, c)
+                at = slice(6 * c, 6 * c + 6)
+                _place(chain, q[k], X_WF, X_WE)
+                _error(X_WE, target, e[at])
+                _jacobian(chain, first, X_WF, X_WE, target, J[at])
             size = 0.0
-            for r in range(6):
+            for r in range(rows):
                 size += e[r] * e[r]
             size = math.sqrt(size)
             error[k] = size
@@ -68,17 +72,13 @@ def reach_from(chain, target, lower, upper, seeds, steps, tolerance):
             damping = 0.5 * damping if size < before else 4.0 * damping
             damping = min(max(damping, 1e-4), 0.5)
             before = size
-            _jacobian(chain, X_WF, X_WE, J)
-            if not all_asked:
-                for j in range(chain.arm):
-                    _leave_free(target, J[:, j])
             _damped_step(J, e, damping, L, step)
             longest = _LONGEST_STEP
-            for j in range(chain.arm):
+            for j in range(n):
                 longest = max(longest, abs(step[j]))
             scale = _LONGEST_STEP / longest
-            for j in range(chain.arm):
-                entry = chain.position[first + j]
+            for j in range(n):
+                entry = first + j
                 value = q[k, entry] + scale * step[j]
                 q[k, entry] = min(max(value, lower[entry]), upper[entry])
     return q, error
@@ -93,6 +93,17 @@ def _place(chain, q, X_WF, X_WE):
         joint_pose(chain.kind[j], chain.axis_F[j], q[chain.position[j]], X_FM)
         compose(X_WF[j], X_FM, X_WM)
     compose(X_WM, chain.X_ME, X_WE)
+
+
+@helper
+def _error(X_WE, target, e):
+    """Fills in the weighed error in what is asked."""
+    _pose_error(X_WE, target.X_WT, e)
+    if has_free(target.weights):
+        turn_W = asked_rotation(X_WE, target.X_WT, target.weights)
+        for c in range(3):
+            e[c] = _LENGTH * turn_W[c]
+        _leave_free(target, e)
 
 
 @helper
@@ -119,15 +130,6 @@ def _pose_error(X_WE, X_WT, e):
 
 
 @helper
-def _leave_free_error(X_WE, target, e):
-    """Fills in the weighed error in what is asked, in the axes of T."""
-    turn_W = asked_rotation(X_WE, target.X_WT, target.weights)
-    for c in range(3):
-        e[c] = _LENGTH * turn_W[c]
-    _leave_free(target, e)
-
-
-@helper
 def _leave_free(target, twist):
     """Turns a twist from W's axes into T's, with zeros where that is free."""
     for first in (0, 3):
@@ -140,17 +142,22 @@ def _leave_free(target, twist):
 
 
 @helper
-def _jacobian(chain, X_WF, X_WE, J):
-    """Fills in the Jacobian of the arm, angles weighed as in the error."""
-    first = len(chain.kind) - chain.arm
-    a = np.empty(3)
-    for j in range(chain.arm):
-        X, axis_F = X_WF[first + j], chain.axis_F[first + j]
+def _jacobian(chain, first, X_WF, X_WE, target, J):
+    """Fills in the Jacobian of what is asked, angles weighed as in the error.
+
+    Its columns are the arms' joints; those that do not move E stay as they are.
+    """
+    a, is_less = np.empty(3), has_free(target.weights)
+    for i in range(len(chain.kind)):
+        j = chain.position[i] - first
+        if j < 0:
+            continue
+        X, axis_F = X_WF[i], chain.axis_F[i]
         for r in range(3):
             a[r] = 0.0
             for c in range(3):
                 a[r] += X[r, c] * axis_F[c]
-        if chain.kind[first + j] == REVOLUTE:
+        if chain.kind[i] == REVOLUTE:
             dx = X_WE[0, 3] - X[0, 3]
             dy = X_WE[1, 3] - X[1, 3]
             dz = X_WE[2, 3] - X[2, 3]
@@ -163,12 +170,15 @@ def _jacobian(chain, X_WF, X_WE, J):
             for r in range(3):
                 J[r, j] = 0.0
                 J[3 + r, j] = a[r]
+        if is_less:
+            _leave_free(target, J[:, j])
 
 
 @helper
 def _damped_step(J, e, damping, L, step):
     """Fills in J' (J J' + damping^2 I)^-1 e, and the Cholesky factor L."""
-    for r in range(6):
+    rows = len(e)
+    for r in range(rows):
         for c in range(r + 1):
             total = damping * damping if r == c else 0.0
             for j in range(J.shape[1]):
@@ -176,17 +186,17 @@ def _damped_step(J, e, damping, L, step):
             for i in range(c):
                 total -= L[r, i] * L[c, i]
             L[r, c] = math.sqrt(total) if r == c else total / L[c, c]
-    x = np.empty(6)
-    for r in range(6):
+    x = np.empty(rows)
+    for r in range(rows):
         x[r] = e[r]
         for i in range(r):
             x[r] -= L[r, i] * x[i]
         x[r] /= L[r, r]
-    for r in range(5, -1, -1):
-        for i in range(r + 1, 6):
+    for r in range(rows - 1, -1, -1):
+        for i in range(r + 1, rows):
             x[r] -= L[i, r] * x[i]
         x[r] /= L[r, r]
     for j in range(J.shape[1]):
         step[j] = 0.0
-        for r in range(6):
+        for r in range(rows):
             step[j] += J[r, j] * x[r]

@@ -1,0 +1,140 @@
+"""`Aim`: what all end effectors of a robot shall reach."""
+
+import dataclasses as dc
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.target_arrays import AimArrays
+from remosplat_drake.signals.target import Target
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Aim:
+    """A target for each end effector, or none; copying returns the same object.
+
+    Attributes:
+        targets: By the end effectors' indices, the target of each, None for one
+            that nothing is asked of; at least one is asked for something.
+
+    Raises:
+        ValueError: There is no target at all.
+    """
+
+    targets: tuple[Target | None, ...]
+
+    def __post_init__(self):
+        if not any(self.targets):
+            raise ValueError("an aim needs a target")
+
+    def __deepcopy__(self, memo) -> "Aim":
+        return self
+
+    @staticmethod
+    def of(wanted: "Aim | Target | RigidTransform | np.ndarray") -> "Aim":
+        """Returns an aim, or makes one of what the first end effector shall.
+
+        Args:
+            wanted: An aim, a target, or the pose X_WT of a plain one.
+        """
+        return wanted if isinstance(wanted, Aim) else Aim((Target.of(wanted),))
+
+    @cached_property
+    def items(self) -> tuple[tuple[int, Target], ...]:
+        """The targets that there are, each behind its end effector's index."""
+        return tuple((i, t) for i, t in enumerate(self.targets) if t)
+
+    @property
+    def first(self) -> Target:
+        """The first of the targets that there are."""
+        return self.items[0][1]
+
+    @cached_property
+    def arrays(self) -> AimArrays:
+        """The aim as kernels take it."""
+        effectors = np.array([i for i, _ in self.items])
+        parts = zip(*(target.arrays for _, target in self.items), strict=True)
+        return AimArrays(effectors, *map(np.array, parts))
+
+    @property
+    def is_known(self) -> bool:
+        """Whether all that says where the targets are is finite."""
+        return all(target.is_known for _, target in self.items)
+
+    @property
+    def has_line(self) -> bool:
+        """Whether one of the targets shall be reached on a line."""
+        return any(target.line is not None for _, target in self.items)
+
+    def equals(self, other: "Aim") -> bool:
+        """Tells whether another aim asks for the same.
+
+        Args:
+            other: The other aim.
+        """
+        if self is other:
+            return True
+        same = [i for i, _ in self.items] == [i for i, _ in other.items]
+        return same and all(
+            mine.equals(theirs)
+            for (_, mine), (_, theirs) in zip(
+                self.items, other.items, strict=True
+            )
+        )
+
+    def errors(self, X_WEs: np.ndarray) -> tuple[PoseError, ...]:
+        """Computes the error of each target that there is.
+
+        Args:
+            X_WEs: Poses of all end effectors, shape (e, 4, 4).
+        """
+        return tuple(target.error(X_WEs[i]) for i, target in self.items)
+
+    def farthest(
+        self, X_WEs: np.ndarray, arrived: Callable[[PoseError], bool]
+    ) -> tuple[int, Target]:
+        """Returns the target that most is left to, behind its end effector.
+
+        Args:
+            X_WEs: Poses of all end effectors, shape (e, 4, 4).
+            arrived: Tells it of the error of a target that shall be held.
+        """
+
+        def left(item: tuple[int, Target]) -> tuple[bool, float]:
+            error = item[1].error(X_WEs[item[0]])
+            return not item[1].is_reached(error, arrived), error.distance
+
+        return max(self.items, key=left)
+
+    def is_reached(
+        self, X_WEs: np.ndarray, arrived: Callable[[PoseError], bool]
+    ) -> bool:
+        """Tells whether every target is reached.
+
+        Args:
+            X_WEs: Poses of all end effectors, shape (e, 4, 4).
+            arrived: Tells it of the error of a target that shall be held.
+        """
+        return all(
+            target.is_reached(target.error(X_WEs[i]), arrived)
+            for i, target in self.items
+        )
+
+    def line_deviation(self, X_WEs: np.ndarray) -> float:
+        """Returns how far end effectors are beside their lines, at most [m].
+
+        Args:
+            X_WEs: Poses of all end effectors, shape (e, 4, 4).
+
+        Returns:
+            NaN where there is no line.
+        """
+        beside = [
+            target.line_deviation(X_WEs[i])
+            for i, target in self.items
+            if target.line is not None
+        ]
+        return max(beside, default=float("nan"))
