@@ -71,7 +71,7 @@ def drive(
             time=k * DT,
             q=q,
             u=u,
-            target=maze.X_WT,
+            aim=maze.X_WT,
             field=empty,
             budget=200,
             movers=movers if looks_ahead else None,
@@ -148,7 +148,7 @@ def test_what_is_in_the_way_is_named_and_not_given_up(maze, empty):
     movers = Movers(0.0, [there])
     rule = maze.rule(attempts=1, seeds=8)
     selection = start_selection(rule)
-    state = {"q": maze.q, "u": np.zeros(3), "target": maze.X_WT, "field": empty}
+    state = {"q": maze.q, "u": np.zeros(3), "aim": maze.X_WT, "field": empty}
     for k in range(40):
         selection = advance_selection(
             rule, selection, time=0.1 * k, budget=200, movers=movers, **state
