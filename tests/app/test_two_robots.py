@@ -93,9 +93,9 @@ def test_the_one_that_yields_comes_second(tmp_path):
 
 
 @pytest.mark.slow
-def test_without_a_right_of_way_they_wait_for_each_other(tmp_path):
-    seen, least = Both(load(tmp_path, "nobodys")).run(20.0)
-    assert seen == [(0, 0)]
+def test_without_a_right_of_way_they_keep_apart(tmp_path):
+    """Whether one finds a way round the other or both wait is not promised."""
+    _, least = Both(load(tmp_path, "nobodys")).run(20.0)
     assert least > 0.02
 
 
