@@ -60,6 +60,16 @@ class Tracking:
     limit: np.ndarray
 
 
+def tracking_name(term: str, effector: str) -> str:
+    """Returns what the tracking of an end effector's twist is called.
+
+    Args:
+        term: Name of what tracks it.
+        effector: Name of the end effector; an only one has none.
+    """
+    return f"{term} {effector}".rstrip()
+
+
 class ProgramData:
     """Costs, bounds and rows in the command u and the slack delta.
 

@@ -28,6 +28,7 @@ from remosplat_drake.controller.program_data import (
     ProgramData,
     Rows,
     Tracking,
+    tracking_name,
 )
 from remosplat_drake.controller.servo import error_scale
 from remosplat_drake.robot.pose_error import PoseError
@@ -306,8 +307,9 @@ class ReactiveProgram(ProgramData):
         for effector, last in enumerate(arrays.tracked.tolist()):
             if not tracker or last == first:
                 continue
-            of = tick.robot.effectors[effector]
-            name = f"{ingredients[tracker - 1].term} {of}".rstrip()
+            name = tracking_name(
+                ingredients[tracker - 1].term, tick.robot.effectors[effector]
+            )
             program.trackings[name] = Tracking(
                 name,
                 arrays.J[first:last],

@@ -24,6 +24,7 @@ from remosplat_drake.controller.kernels.tick_arrays import given_or
 from remosplat_drake.controller.planning.kernels.path_places import (
     nearest_place,
 )
+from remosplat_drake.controller.program_data import tracking_name
 from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
 from remosplat_drake.controller.servo import (
     LINE_STIFFNESS,
@@ -39,11 +40,6 @@ from remosplat_drake.signals.target import Target
 LAST_STRETCH = 0.1
 """What is left of a planned path when the servo takes part again, in radians
 and metres alike: a base that cannot slip sideways ends beside the path."""
-
-
-TERM = "servo tracking"
-"""Name of the tracking, with that of the end effector behind it if it has one.
-"""
 
 
 @dc.dataclass
@@ -77,7 +73,7 @@ class ServoTracking(CompiledIngredient):
         damper: The collision damper's distances, which the bend depends on.
     """
 
-    term = TERM
+    term = "servo tracking"
 
     def __init__(
         self, config: ServoTrackingConfig, damper: CollisionDamperConfig
@@ -103,7 +99,7 @@ class ServoTracking(CompiledIngredient):
             V = rows @ np.concatenate([w, v])
             # Standing still must stay feasible, however fast the servo's twist.
             program.track(
-                track_name(tick.robot, effector),
+                tracking_name(self.term, tick.robot.effectors[effector]),
                 J=rows @ tick.state.J_WE(effector),
                 V=V,
                 price=1.0 / tick.error_scales[k],
@@ -139,16 +135,6 @@ class ServoTracking(CompiledIngredient):
             config.slack_limit,
             self._damper.stopping,
         )
-
-
-def track_name(robot: RobotModel, effector: int) -> str:
-    """Returns what the tracking of an end effector is called.
-
-    Args:
-        robot: The robot.
-        effector: Index of the end effector.
-    """
-    return f"{TERM} {robot.effectors[effector]}".rstrip()
 
 
 class ServoSettings(NamedTuple):
