@@ -6,7 +6,10 @@ from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scenario import OBSTACLE
-from remosplat_drake.app.stages.teleoperation import Teleoperation
+from remosplat_drake.app.stages.teleoperation import (
+    Teleoperation,
+    what_happens,
+)
 from remosplat_drake.app.teleop_session import camera_maker
 from remosplat_drake.cockpit.cockpit_operator import CockpitOperator
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
@@ -49,15 +52,10 @@ def AddCockpitView(
         live_map: The map that grows; None without one.
     """
     inputs = {
+        **what_happens(loop, live_map),
         "configuration": loop.configuration,
-        "report": loop.report,
-        "standing": loop.standing.GetOutputPort("standing"),
         "target_state": loop.targets.GetOutputPort("state"),
     }
-    if loop.supervisor is not None:
-        inputs["supervision"] = loop.supervisor.GetOutputPort("supervision")
-    if live_map is not None:
-        inputs["map_status"] = live_map.GetOutputPort("map_status")
     return CockpitView.AddToBuilder(
         builder,
         inputs=inputs,

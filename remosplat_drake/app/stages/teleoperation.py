@@ -251,6 +251,26 @@ def AddSettledRequests(
     return system.GetOutputPort("map_requests")
 
 
+def what_happens(
+    loop: ControlLoop, live_map: LiveMap | None
+) -> dict[str, OutputPort]:
+    """Returns the ports that tell how a run goes, by the inputs they belong to.
+
+    Args:
+        loop: The control loop, with or without a supervisor.
+        live_map: The map that grows meanwhile; None without one.
+    """
+    ports = {
+        "report": loop.report,
+        "standing": loop.standing.GetOutputPort("standing"),
+    }
+    if loop.supervisor is not None:
+        ports["supervision"] = loop.supervisor.GetOutputPort("supervision")
+    if live_map is not None:
+        ports["map_status"] = live_map.GetOutputPort("map_status")
+    return ports
+
+
 def AddLog(
     builder: DiagramBuilder,
     loop: ControlLoop,
@@ -273,18 +293,13 @@ def AddLog(
     """
     robot, targets = loop.world.robot, loop.targets
     inputs = {
-        "report": loop.report,
+        **what_happens(loop, live_map),
         "velocity_executed": loop.executed,
         "station_status": loop.status,
-        "standing": loop.standing.GetOutputPort("standing"),
     }
     if teleoperation is not None:
         inputs["target_state"] = targets.GetOutputPort("state")
         inputs["map_requests"] = targets.GetOutputPort("map_requests")
-    if loop.supervisor is not None:
-        inputs["supervision"] = loop.supervisor.GetOutputPort("supervision")
-    if live_map is not None:
-        inputs["map_status"] = live_map.GetOutputPort("map_status")
     return TrajectoryLog.AddToBuilder(
         builder,
         inputs=inputs,

@@ -122,7 +122,8 @@ def complete_limits(
     if weak:
         findings.guess(
             "effort limits",
-            f"100 N m, 1000 N of {listed(weak)}; only simulated motors heed it",
+            f"{EFFORTS[True]:g} N m, {EFFORTS[False]:g} N of {listed(weak)};"
+            " only simulated motors heed it",
         )
     findings.guess(
         "acceleration limits",
