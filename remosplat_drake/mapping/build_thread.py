@@ -50,13 +50,16 @@ class BuildThread(Generic[Result]):
     def fetch(self) -> Result | Exception | None:
         """Fetches the result of a job that has ended.
 
+        What the job had reported last is void: nobody may learn of it after
+        the result.
+
         Returns:
             The result, or the exception that the job ended by; None while it
             runs, if it was dropped, or if there is no job.
         """
         if self._thread is None or self._thread.is_alive():
             return None
-        self._thread = None
+        self._thread = self._progress = None
         return None if self._is_dropped else self._result
 
     def progress(self) -> Building | None:
