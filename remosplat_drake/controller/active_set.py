@@ -23,6 +23,11 @@ _TOLERANCE = 1e-10
 _DEPENDENT = 1e-12
 """Squared length left of a row after projection, below which it is none."""
 
+_STATIONARY = 1e-6
+"""Largest residual of H u + c + A' multipliers = 0, as a share of the larger of
+H u and c. Where it is exceeded a nearly dependent row came in with so large a
+multiplier that what `_DEPENDENT` neglects counts."""
+
 _MAX_STEPS = 500
 
 
@@ -79,13 +84,30 @@ def solve_dense(H, c, A, b):
         if entering < 0:
             for k in range(n_active):
                 multipliers[active[k]] = weight[k]
-            return u, multipliers, OPTIMAL
+            if _is_stationary(H, c, A, u, active, weight, n_active):
+                return u, multipliers, OPTIMAL
+            return u, multipliers, UNDECIDED
         n_active = _take_in(
             entering, excess, L, A, u, active, weight, n_active, Q, R
         )
         if n_active < 0:
             return u, multipliers, INFEASIBLE
     return u, multipliers, UNDECIDED
+
+
+@helper
+def _is_stationary(H, c, A, u, active, weight, n_active):
+    """Whether the gradient of the Lagrangian vanishes at u."""
+    residual, scale = 0.0, 0.0
+    for j in range(len(u)):
+        steep, pull = 0.0, 0.0
+        for i in range(len(u)):
+            steep += H[j, i] * u[i]
+        for k in range(n_active):
+            pull += weight[k] * A[active[k], j]
+        residual = max(residual, abs(steep + c[j] + pull))
+        scale = max(scale, abs(steep), abs(c[j]))
+    return residual <= _STATIONARY * scale
 
 
 @helper
