@@ -208,7 +208,10 @@ def _report(
             "guessed: look at these, and mend them in the description",
             findings.guessed,
         ),
+        ("doubtful: can this be?", findings.doubted),
     ):
+        if not pairs:
+            continue
         print_table(console, Table(title, ("", ""), tuple(pairs), texts=2))
         console.print()
     name = robot.description.name

@@ -14,15 +14,16 @@ from remosplat_drake.robot.robot_description import (
 def description_text(
     description: RobotDescription, made_by: str, findings: Findings
 ) -> str:
-    """Writes a description with what was guessed in comments.
+    """Writes a description with what was guessed or is doubted in comments.
 
     Args:
         description: The description; fields that are empty are left out.
         made_by: Command line that made it.
-        findings: What was guessed.
+        findings: What was guessed, and what is doubted.
     """
     lines = [
         f"# Made by `{made_by}`.",
+        *(f"# DOUBTFUL: {what}: {value}" for what, value in findings.doubted),
         "# Guessed, and worth a look:",
         *(f"#   {what}: {value}" for what, value in findings.guessed),
         "# Velocities are in the order of u: base, if any, then arm. SI units.",

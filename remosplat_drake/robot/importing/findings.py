@@ -1,19 +1,21 @@
-"""`Findings`: what an import has read from files, and what it has guessed."""
+"""`Findings`: what an import has read, what it has guessed, what it doubts."""
 
 import dataclasses as dc
 
 
 @dc.dataclass
 class Findings:
-    """Two lists of pairs (what, value), in the order in which they came up.
+    """Three lists of pairs (what, value), in the order in which they came up.
 
     Attributes:
         found: What the robot's files say.
         guessed: What they do not say, and was made up; somebody should look.
+        doubted: What they say, was taken, and can hardly be true.
     """
 
     found: list[tuple[str, str]] = dc.field(default_factory=list)
     guessed: list[tuple[str, str]] = dc.field(default_factory=list)
+    doubted: list[tuple[str, str]] = dc.field(default_factory=list)
 
     def find(self, what: str, value: str) -> None:
         """Notes what a file says.
@@ -32,6 +34,15 @@ class Findings:
             value: What is taken for it, and why.
         """
         self.guessed.append((what, value))
+
+    def doubt(self, what: str, value: str) -> None:
+        """Notes what a file says and can hardly be true.
+
+        Args:
+            what: What it is about, such as a joint.
+            value: What is odd about it, and what may be wrong.
+        """
+        self.doubted.append((what, value))
 
 
 def listed(names: list[str], most: int = 6) -> str:

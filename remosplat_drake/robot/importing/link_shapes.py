@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 _HULL_TOLERANCE = 2e-4
 """How far a mesh may stand out of its hull, which saves corners [m]."""
 
+_LARGEST = 20.0
+"""Size from which on a mesh is taken to be in another unit [m]."""
+
 _GREY = (0.7, 0.71, 0.73, 1.0)
 
 
@@ -59,11 +62,7 @@ def convert_shapes(
     if next(urdf.root.iter("mesh"), None) is not None:
         import_optional("trimesh", "converting meshes", "robots")
     converter = _Converter(urdf, packages, folder, on_mesh)
-    colours = {
-        material.get("name", ""): _rgba(material)
-        for material in urdf.root.findall("material")
-        if _rgba(material) is not None
-    }
+    _resolve_materials(urdf.root)
     covered = []
     for name, link in urdf.links.items():
         # Primitives often stand for less than the link: no controller may
@@ -81,7 +80,7 @@ def convert_shapes(
         for kind in ("visual", "collision"):
             for i, element in enumerate(link.findall(kind)):
                 where = f"link {name!r} <{kind}>"
-                converter.convert(link, element, colours, where, f"{name}_{i}")
+                converter.convert(link, element, where, f"{name}_{i}")
     if converter.count:
         findings.find("meshes", f"{converter.count} converted")
     if covered:
@@ -130,7 +129,6 @@ class _Converter:
         self,
         link: Element,
         element: Element,
-        colours: dict[str, tuple[float, ...] | None],
         where: str,
         name: str,
     ) -> None:
@@ -144,14 +142,15 @@ class _Converter:
             raise self._urdf.fail(f"{where} <mesh>", "has no filename=...")
         source = self._packages.resolve(uri, f"{where} <mesh>")
         scale, visual = self._scale(mesh, where), element.tag == "visual"
-        colour = _colour_of(element, colours) if visual else None
+        colour = _rgba(element.find("material")) if visual else None
         key = (element.tag, source, scale.tobytes(), colour)
         if key not in self._written:
             try:
                 scene = load_mesh(source, scale)
-                files = _drawn(scene, source, colour) if visual else _cut(scene)
             except RemoSplatError as error:
                 raise self._urdf.fail(f"{where} <mesh>", str(error)) from error
+            self._check_size(scene, source, scale, where)
+            files = _drawn(scene, source, colour) if visual else _cut(scene)
             self._written[key] = []
             for ending, data in files.items():
                 file = f"meshes/{element.tag}/{_plain(name)}{ending}"
@@ -172,6 +171,22 @@ class _Converter:
             problem = f"expected three numbers that are not 0, got {text!r}"
             raise self._urdf.fail(f"{where} <mesh> scale", problem)
         return scale
+
+    def _check_size(
+        self,
+        scene: "trimesh.Scene",
+        source: Path,
+        scale: np.ndarray,
+        where: str,
+    ) -> None:
+        size = scene.extents.max()
+        if size > _LARGEST:
+            raise self._urdf.fail(
+                f"{where} <mesh> scale",
+                f"{source.name} is {size:.3g} m large with"
+                f" {' '.join(f'{x:g}' for x in scale)}; 0.001 0.001 0.001"
+                " turns mm into m",
+            )
 
 
 def _drawn(
@@ -213,17 +228,32 @@ def _naming(element: Element, file: str) -> Element:
     return twin
 
 
-def _colour_of(
-    visual: Element, colours: dict[str, tuple[float, ...] | None]
-) -> tuple[float, ...] | None:
-    material = visual.find("material")
-    if material is None:
-        return None
-    return _rgba(material) or colours.get(material.get("name", ""))
+def _resolve_materials(root: Element) -> None:
+    """Has each <visual> say its colour itself, without a name.
+
+    Files define one name in several ways, which Drake refuses, or name what
+    another link defines.
+    """
+    colours: dict[str, tuple[float, ...]] = {}
+    for material in [*root.findall("material"), *root.iter("material")]:
+        rgba = _rgba(material)
+        if rgba is not None:
+            colours.setdefault(material.get("name", ""), rgba)
+    for visual in root.iter("visual"):
+        material = visual.find("material")
+        if material is None:
+            continue
+        rgba = _rgba(material) or colours.get(material.get("name", ""))
+        visual.remove(material)
+        if rgba is not None:
+            own = SubElement(visual, "material", name="")
+            SubElement(own, "color", rgba=" ".join(f"{x:g}" for x in rgba))
+    for material in root.findall("material"):
+        root.remove(material)
 
 
-def _rgba(material: Element) -> tuple[float, ...] | None:
-    color = material.find("color")
+def _rgba(material: Element | None) -> tuple[float, ...] | None:
+    color = None if material is None else material.find("color")
     try:
         text = "" if color is None else color.get("rgba", "")
         rgba = tuple(min(max(float(x), 0.0), 1.0) for x in text.split())

@@ -25,6 +25,7 @@ from remosplat_drake.robot.importing.description_text import description_text
 from remosplat_drake.robot.importing.findings import Findings, listed
 from remosplat_drake.robot.importing.ground import lowest_points
 from remosplat_drake.robot.importing.home import guess_home, tightness
+from remosplat_drake.robot.importing.link_gaps import find_link_gaps
 from remosplat_drake.robot.importing.link_shapes import convert_shapes
 from remosplat_drake.robot.importing.mobile_base import (
     DIFFERENTIAL,
@@ -39,6 +40,7 @@ from remosplat_drake.robot.importing.sources import read_robot
 from remosplat_drake.robot.importing.srdf import Srdf, find_srdf, read_srdf
 from remosplat_drake.robot.importing.urdf import Urdf
 from remosplat_drake.robot.importing.urdf_elements import transmission_element
+from remosplat_drake.robot.reach import arm_reach
 from remosplat_drake.robot.robot_description import (
     Arm,
     MobileBase,
@@ -58,6 +60,12 @@ arm, which must not touch them, and to nothing else."""
 
 _ON_FLOOR = 0.1
 """Height up to which links of a base are taken to stand on the floor [m]."""
+
+_SHORTEST, _LONGEST = 0.05, 10.0
+"""Reaches beyond which an arm is hardly meant to be that size [m]."""
+
+_UNITS = "are all origins right, all lengths in m, and all meshes scaled to m?"
+"""What may be wrong with a robot that has odd sizes."""
 
 _LEFT_OUT = ("gazebo", "transmission", "ros2_control", "sensor")
 
@@ -149,12 +157,25 @@ def import_robot(
         f" {1e3 * covering.bulges[worst].max:.0f} mm",
     )
     on_progress("looking for a home", 0, 1)
-    _choose_home(description, srdf, findings)
+    path = Path(description.source)
+    write_atomically(path, description_text(description, "", Findings()))
+    robot = load_robot(path)
+    _judge_sizes(urdf, robot, findings)
+    description.home = _chosen_home(robot, srdf, findings)
     write_atomically(
-        Path(description.source),
-        description_text(description, request.made_by, findings),
+        path, description_text(description, request.made_by, findings)
     )
-    return load_robot(description.source, floor_height=0.03)
+    return load_robot(path, floor_height=0.03)
+
+
+def _judge_sizes(urdf: Urdf, robot: RobotModel, findings: Findings) -> None:
+    """Doubts links and arms whose sizes look as if units were mixed up."""
+    reach = arm_reach(robot)
+    findings.find("reach", f"{reach:.2f} m, were the arm laid out straight")
+    if not _SHORTEST < reach < _LONGEST:
+        findings.doubt("reach", f"is {reach:.3g} m; {_UNITS}")
+    for gap in find_link_gaps(urdf, robot):
+        findings.doubt(f"joint {gap.joint}", f"{gap}; {_UNITS}")
 
 
 def _srdf(
@@ -303,18 +324,15 @@ def _surface_options(urdf: Urdf, arm: ArmChoice, base: str) -> SurfaceOptions:
     return SurfaceOptions(tuple(links), weights=weights)
 
 
-def _choose_home(
-    description: RobotDescription, srdf: Srdf, findings: Findings
-) -> None:
-    """Sets the home: that of the SRDF if it is usable, or a guess."""
-    path = Path(description.source)
-    write_atomically(path, description_text(description, "", Findings()))
-    robot = load_robot(path)
+def _chosen_home(
+    robot: RobotModel, srdf: Srdf, findings: Findings
+) -> list[float]:
+    """The home that the SRDF names if it is usable, or a guess."""
     guess = guess_home(robot)
     named = srdf.home()
     if named is not None:
         name, positions = named
-        joints = description.arm.joints
+        joints = robot.description.arm.joints
         home = np.array([positions.get(joint, 0.0) for joint in joints])
         arm = slice(robot.n_q - len(home), robot.n_q)
         inside = (home > robot.position_lower[arm]) & (
@@ -324,11 +342,10 @@ def _choose_home(
             robot, guess
         ):
             findings.find("home", f"{name!r}, a state that its files name")
-            description.home = [float(x) for x in home]
-            return
+            return home.tolist()
     findings.guess(
         "home",
         listed([f"{x:g}" for x in guess], 12)
         + ": clear of itself, away from limits",
     )
-    description.home = [float(x) for x in guess]
+    return guess.tolist()

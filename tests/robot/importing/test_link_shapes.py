@@ -2,12 +2,17 @@
 
 import json
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
 trimesh = pytest.importorskip("trimesh")
+
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.fitting.slabs import convex_slabs
@@ -116,6 +121,10 @@ def test_a_primitive_hides_nothing_of_what_is_seen(tmp_path):
         ('<mesh filename="bad.stl"/>', "bad.stl "),
         ('<mesh filename="box.stl" scale="1 0 1"/>', "scale: expected three"),
         ('<mesh filename="box.stl" scale="big"/>', "got 'big'"),
+        (
+            '<mesh filename="box.stl" scale="60 60 80"/>',
+            "<mesh> scale: box.stl is 80 m large with 60 60 80; 0.001 0.001",
+        ),
     ],
 )
 def test_a_mesh_that_cannot_be_used_is_told(tmp_path, mesh, message):
@@ -125,6 +134,25 @@ def test_a_mesh_that_cannot_be_used_is_told(tmp_path, mesh, message):
     with pytest.raises(RemoSplatError, match=message) as caught:
         converted(tmp_path, link(mesh))
     assert "\n" not in str(caught.value)
+
+
+def test_materials_of_one_name_may_differ(tmp_path):
+    """As the Kinova arm of example-robot-data has them; Drake refuses it."""
+    visual = (
+        '<visual><geometry><sphere radius="0.1"/></geometry>'
+        '<material name="grey">{}</material></visual>'
+    )
+    colours = ["0.1 0.1 0.1 1", "0.7 0.7 0.7 1"]
+    inner = [visual.format(f'<color rgba="{rgba}"/>') for rgba in colours]
+    inner.append(visual.format(""))
+    text = f'<robot name="arm"><link name="a">{"".join(inner)}</link></robot>'
+    urdf, _ = converted(tmp_path, text)
+    painted = [color.get("rgba") for color in urdf.root.iter("color")]
+    assert painted == [*colours, colours[0]]
+    plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    text = ElementTree.tostring(urdf.root).decode()
+    assert Parser(plant).AddModelsFromString(text, "urdf")
 
 
 def test_slabs_cover_a_bent_shape_with_less_air():

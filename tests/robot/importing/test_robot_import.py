@@ -99,6 +99,19 @@ def test_what_was_found_and_what_was_guessed_are_told_apart(toy):
         assert value in text
 
 
+@pytest.mark.slow
+def test_links_that_do_not_meet_are_doubted(toy, tmp_path):
+    assert not toy[1].doubted
+    # The shoulder, four times as far from the pedestal.
+    near, far = '<origin xyz="0 0 0.1"/><axis', '<origin xyz="0 0 0.4"/><axis'
+    text = toy_urdf().replace(near, far, 1)
+    _, findings, out = imported(tmp_path, text)
+    ((what, value),) = findings.doubted
+    assert what == "joint joint_1"
+    assert value.startswith("shoulder is 300 mm away from pedestal")
+    assert f"# DOUBTFUL: {what}: {value}" in (out / "toy.yaml").read_text()
+
+
 def test_the_spheres_enclose_the_links_within_the_tolerance(toy):
     robot, _, _ = toy
     # Points of the upper arm, a cylinder of radius 4 cm and length 35 cm.
