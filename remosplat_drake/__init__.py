@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from remosplat_drake.controller.guidance.guidance_selector import (
         GuidanceSelector as GuidanceSelector,
     )
+    from remosplat_drake.controller.ingredient import Ingredient as Ingredient
     from remosplat_drake.controller.reactive_controller import (
         ReactiveController as ReactiveController,
     )
@@ -39,12 +40,9 @@ if TYPE_CHECKING:
         ReactiveLaw as ReactiveLaw,
     )
     from remosplat_drake.controller.reactive_program import (
-        Ingredient as Ingredient,
-    )
-    from remosplat_drake.controller.reactive_program import (
         ReactiveProgram as ReactiveProgram,
     )
-    from remosplat_drake.controller.reactive_program import Tick as Tick
+    from remosplat_drake.controller.tick import Tick as Tick
     from remosplat_drake.oracle.distance_oracle import (
         DistanceOracle as DistanceOracle,
     )
@@ -91,8 +89,8 @@ _MODULES = {
     # The control law and what it is made of.
     "ReactiveLaw": "controller.reactive_law",
     "default_ingredients": "controller.controller_config",
-    "Ingredient": "controller.reactive_program",
-    "Tick": "controller.reactive_program",
+    "Ingredient": "controller.ingredient",
+    "Tick": "controller.tick",
     "ReactiveProgram": "controller.reactive_program",
     # Systems for diagrams of one's own.
     "DistanceOracle": "oracle.distance_oracle",

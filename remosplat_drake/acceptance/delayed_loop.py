@@ -16,7 +16,7 @@ from remosplat_drake.controller.prediction.predict import (
     predict,
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel

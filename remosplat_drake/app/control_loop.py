@@ -35,12 +35,12 @@ from remosplat_drake.app.world import World
 from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
 )
+from remosplat_drake.controller.ingredient import Ingredient
 from remosplat_drake.controller.prediction.motion_predictor import (
     MotionPredictor,
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import Ingredient
 from remosplat_drake.mapping.localization.base_localization import (
     BaseLocalization,
 )

@@ -31,7 +31,7 @@ from remosplat_drake.app.stages.teleoperation import (
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
-from remosplat_drake.controller.reactive_program import Ingredient
+from remosplat_drake.controller.ingredient import Ingredient
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog

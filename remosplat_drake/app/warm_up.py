@@ -28,7 +28,7 @@ from remosplat_drake.controller.planning.motion_planner import (
     can_plan,
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField

@@ -7,8 +7,10 @@ from typing import Any, cast
 import numpy as np
 
 from remosplat_drake.base.packed import Packed
+from remosplat_drake.controller.compiled_program import CompiledProgram
 from remosplat_drake.controller.controller_config import default_ingredients
 from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.ingredient import Ingredient
 from remosplat_drake.controller.ingredients import SelfCollisionDamper
 from remosplat_drake.controller.kernels.assemble import (
     PARTS,
@@ -24,11 +26,8 @@ from remosplat_drake.controller.kernels.tick_arrays import (
     ProgramArrays,
     near_arrays,
 )
-from remosplat_drake.controller.reactive_program import (
-    Ingredient,
-    ReactiveProgram,
-    Tick,
-)
+from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover import Movers
@@ -100,10 +99,13 @@ class CompiledLaw:
             TermError: Two terms of a kind share a name, or one has the wrong
                 shape.
         """
-        arrays = self._assemble(tick)
-        program = ReactiveProgram.from_arrays(arrays, self._parts, tick)
-        if self.outside:
-            program.extend(self.outside, tick)
+        compiled = CompiledProgram(self._assemble(tick), self._parts, tick)
+        if not self.outside:
+            return compiled
+        program = compiled.opened()
+        for ingredient in self.outside:
+            ingredient.AddToProgram(program, tick)
+        program.finish()
         return program
 
     def _assemble(self, tick: Tick) -> ProgramArrays:

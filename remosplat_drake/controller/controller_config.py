@@ -11,10 +11,7 @@ from remosplat_drake.base.ranges import Config, OneOf, check_ranges
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.guidance.deflection import NEAR
 from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
-from remosplat_drake.controller.reactive_program import (
-    Ingredient,
-    IngredientMaker,
-)
+from remosplat_drake.controller.ingredient import Ingredient, IngredientMaker
 from remosplat_drake.controller.solvers import CLARABEL, SOLVERS
 from remosplat_drake.robot.robot_model import RobotModel
 

@@ -7,12 +7,10 @@ from typing import Protocol
 import numpy as np
 
 from remosplat_drake.controller.braking import braking_command
-from remosplat_drake.controller.reactive_program import (
-    Ingredient,
-    ReactiveProgram,
-    Tick,
-    build_program,
-)
+from remosplat_drake.controller.compiled_program import CompiledProgram
+from remosplat_drake.controller.ingredient import Ingredient, build_program
+from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import tick_report
 from remosplat_drake.signals.binding import (
@@ -104,8 +102,9 @@ def decide(
     whole = program = program or build_program(tick, ingredients)
 
     def weakened(*, acceleration: bool, relax: frozenset[str] = frozenset()):
-        less = whole.weakened(use_acceleration=acceleration, relax=relax)
-        return less or build_program(
+        if isinstance(whole, CompiledProgram):
+            return whole.weakened(use_acceleration=acceleration, relax=relax)
+        return build_program(
             tick, ingredients, use_acceleration=acceleration, relax=relax
         )
 

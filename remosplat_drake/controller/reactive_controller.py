@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.controller.guidance.guidance import DIRECT
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.target_ports import (

@@ -14,6 +14,7 @@ from remosplat_drake.controller.controller_config import (
 )
 from remosplat_drake.controller.decision import Solver
 from remosplat_drake.controller.guidance.kernels.rollout_step import LoopArrays
+from remosplat_drake.controller.ingredient import Ingredient
 from remosplat_drake.controller.ingredients import (
     CollisionDamper,
     CollisionDamperConfig,
@@ -23,15 +24,12 @@ from remosplat_drake.controller.ingredients import (
     SelfCollisionDamperConfig,
     VelocityLimits,
 )
-from remosplat_drake.controller.reactive_program import (
-    Ingredient,
-    ReactiveProgram,
-    Tick,
-)
+from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.solvers import (
     ActiveSetSolver,
     make_solver,
 )
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.robot_model import RobotModel
 

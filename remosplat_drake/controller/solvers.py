@@ -14,10 +14,8 @@ from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.controller.active_set import (
     INFEASIBLE,
     OPTIMAL,
-    solve_dense,
 )
 from remosplat_drake.controller.decision import Solver
-from remosplat_drake.controller.kernels.dense import solve_program
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 
 CLARABEL = "clarabel"
@@ -85,10 +83,7 @@ class ActiveSetSolver:
         """
         if program.is_extended:
             return self._other.solve(program)
-        if program.arrays is not None:
-            u, ended = solve_program(program.arrays)
-        else:
-            u, _, ended = solve_dense(*program.dense())
+        u, ended = program.optimum()
         if ended == OPTIMAL:
             return u
         return None if ended == INFEASIBLE else self._other.solve(program)

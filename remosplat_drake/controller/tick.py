@@ -1,253 +1,117 @@
-"""One control tick as a pure function: state in, command and report out."""
+"""`Tick`: all that one control tick knows."""
 
-import math
-from time import perf_counter
+import dataclasses as dc
+from functools import cached_property
 
 import numpy as np
 
-from remosplat_drake.controller.binding import find_binding
-from remosplat_drake.controller.decision import Decision, brake, decide
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import Tick
-from remosplat_drake.controller.verification.committed import committed
-from remosplat_drake.controller.verification.protective_separation import (
-    Monitoring,
-    least_separation,
-)
-from remosplat_drake.controller.verification.verify import (
-    Surroundings,
-    Verdict,
-    verified_command,
-)
-from remosplat_drake.robot.robot_model import RobotState
-from remosplat_drake.scene.mover import MoverArrays, Movers
+from remosplat_drake.controller.servo import error_scale
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
-from remosplat_drake.signals.binding import COLLISION, NONE_BINDS, Binding
-from remosplat_drake.signals.distance_field import Clearances, DistanceField
-from remosplat_drake.signals.motion import Motion
-from remosplat_drake.signals.separation import Separation
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.signals.target import Target
-from remosplat_drake.signals.tick_report import TickReport
 
 
-def run_tick(
-    law: ReactiveLaw,
-    time: float,
-    q: np.ndarray,
-    aim: Aim | Target | np.ndarray,
-    clearances: Clearances,
-    field: DistanceField,
-    u_previous: np.ndarray,
-    guidance: Guidance = DIRECT,
-    state: RobotState | None = None,
-    motion: Motion | None = None,
-    movers: Movers | None = None,
-) -> TickReport:
-    """Runs one tick: the program (paper eq. 1 to 4), then verify-then-scale.
+@dc.dataclass(frozen=True, eq=False)
+class Tick:
+    """All that one tick knows.
 
-    Args:
-        law: The control law.
-        time: Time of the tick [s].
-        q: Configuration to plan from, measured or where all commands in flight
-            lead, shape (n_q,) [rad, m].
-        aim: What the end effectors shall reach: an `Aim`, or for the first of
-            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
-        clearances: The oracle's distances and directions at q.
-        field: The map, which verification asks along the command's path.
-        u_previous: The command being executed, shape (n_u,).
+    Attributes:
+        robot: The robot, with its limits and kinematics.
+        state: Kinematics at the measured configuration q.
+        aim: What the end effectors shall reach.
+        clearances: The distances of the robot's spheres to the map that lie
+            within the influence distance.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
         guidance: How the tick is bent, as `GuidanceSelector` has chosen.
-        state: Kinematics at q, if the caller has them already.
-        motion: What the robot is about to do already; None where it obeys at
-            once.
+        sphere_tube: By how much each sphere may be off its predicted path, at
+            the speeds of the command that is being executed, shape (n,) [m];
+            None where the robot obeys at once.
         movers: What moves; None if nothing is known to.
+        time: The time of the tick [s].
 
-    Returns:
-        The command, and how it came about. Where q or the aim is not
-        finite, or the clearances are not known, it is a step of the braking
-        ramp.
+    Example:
+        >>> import remosplat_drake as rs
+        >>> class FaceTarget:
+        ...     def AddToProgram(self, program, tick):
+        ...         if tick.error.distance < 0.1:
+        ...             program.add_linear_cost("wait", program.upper * 0)
     """
-    start, aim = perf_counter(), Aim.of(aim)
-    problem = _unknown_surroundings(q, clearances)
-    if problem:
-        return _blind_report(law, time, q, aim, u_previous, problem)
-    clearances = clearances.within(law.collision.influence)
-    state = state or law.robot.state(q)
-    after_kinematics = perf_counter()
-    if aim.is_known:
-        sphere_tube = None
-        if motion is not None:
-            sphere_tube = law.robot.sphere_tube(
-                motion.model.tube, np.abs(u_previous)
-            )
-        tick = Tick(
-            law.robot,
-            state,
-            aim,
-            clearances,
-            u_previous,
-            law.dt,
-            guidance,
-            sphere_tube,
-            movers,
-            time,
+
+    robot: RobotModel
+    state: RobotState
+    aim: Aim
+    clearances: Clearances
+    u_previous: np.ndarray
+    dt: float
+    guidance: Guidance = DIRECT
+    sphere_tube: np.ndarray | None = None
+    movers: Movers | None = None
+    time: float = 0.0
+
+    def near_movers(self, within: float, ahead: float = 0.0) -> NearMovers:
+        """Finds what moves near the robot as it stands.
+
+        Args:
+            within: Pairs of a sphere and a mover at or beyond this distance
+                are left out [m].
+            ahead: How far ahead movers are looked at [s]: then they are where
+                their twists lead them.
+        """
+        if self.movers is None:
+            return NearMovers.none()
+        movers = self.movers.moved_on(ahead, ahead) if ahead else self.movers
+        return NearMovers.find(movers, self.time, self.state.spheres, within)
+
+    @property
+    def target(self) -> Target:
+        """The target, the first of several."""
+        return self.aim.first
+
+    @property
+    def X_WT(self) -> np.ndarray:
+        """Pose of the target T in the world W, shape (4, 4)."""
+        return self.target.X_WT
+
+    @cached_property
+    def errors(self) -> tuple[PoseError, ...]:
+        """The pose error to each of the aim's targets, in what that asks."""
+        return self.aim.errors(self.state.X_WEs)
+
+    @property
+    def error(self) -> PoseError:
+        """The pose error to the target, the first of several."""
+        return self.errors[0]
+
+    @property
+    def error_scales(self) -> list[float]:
+        """The paper's error e of each target [m]; see `servo.error_scale`."""
+        items = zip(self.errors, self.aim.items, strict=True)
+        return [error_scale(e.p_ET_E, t.arrays) for e, (_, t) in items]
+
+    @property
+    def error_scale(self) -> float:
+        """The paper's error e: L1 distance to the target, at least 1e-3 [m].
+
+        Of several targets, the largest. Costs divide by it; the bound keeps
+        them finite at the target.
+        """
+        return max(self.error_scales)
+
+    @cached_property
+    def approach_rates(self) -> np.ndarray:
+        """The rows J_d = n' Jv_WS of all m clearances, shape (m, n_u).
+
+        J_d u is the rate at which a clearance shrinks [m/s] (paper eq. 16).
+        """
+        clearances = self.clearances
+        return np.einsum(
+            "mi,mij->mj",
+            clearances.direction_W,
+            self.state.Jv_WS[clearances.sphere],
         )
-        program = law.program(tick)
-        after_build = perf_counter()
-        decision = decide(
-            tick, law.ingredients, law.solver, program, strict=law.strict
-        )
-    else:
-        after_build = perf_counter()
-        decision = brake(law.robot, u_previous, law.dt, "target is not finite")
-    after_solve = perf_counter()
-    verdict = _verified(
-        law,
-        field,
-        state,
-        decision.u,
-        u_previous,
-        clearances,
-        guidance,
-        motion,
-        _movers_at(movers, time, motion),
-    )
-    separation = _separation(law, state, verdict.command, time, motion, movers)
-    end = perf_counter()
-    program, binding = decision.program, NONE_BINDS
-    if program is not None:
-        binding = find_binding(program, decision.u)
-    kept, tight = _row_flags(decision, binding, len(clearances))
-    return TickReport(
-        time=time,
-        q=q,
-        command=verdict.command,
-        status=decision.status,
-        reason=decision.reason,
-        scale=verdict.scale,
-        clearances=clearances,
-        kept=kept,
-        tight=tight,
-        aim=aim,
-        binding=binding,
-        line_deviation=aim.line_deviation(state.X_WEs),
-        objection=verdict.objection,
-        separation=separation,
-        timings={
-            "kinematics": after_kinematics - start,
-            "build": after_build - after_kinematics,
-            "solve": after_solve - after_build,
-            "verify": end - after_solve,
-        },
-    )
-
-
-def _unknown_surroundings(q: np.ndarray, clearances: Clearances) -> str:
-    # A sum is finite where all terms are: these few are, or are unit vectors.
-    if not math.isfinite(float(q.sum())):
-        return "measured configuration is not finite"
-    directions = float(clearances.direction_W.sum())
-    if not (clearances.is_known and math.isfinite(directions)):
-        return "clearances are not finite"
-    return ""
-
-
-def _blind_report(
-    law: ReactiveLaw,
-    time: float,
-    q: np.ndarray,
-    aim: Aim,
-    u_previous: np.ndarray,
-    reason: str,
-) -> TickReport:
-    """Reports a step of the braking ramp that nothing can verify."""
-    none = np.zeros(0, bool)
-    decision = brake(law.robot, u_previous, law.dt, reason)
-    return TickReport(
-        time=time,
-        q=q,
-        command=decision.u,
-        status=decision.status,
-        reason=decision.reason,
-        scale=1.0,
-        clearances=Clearances.none(),
-        kept=none,
-        tight=none,
-        aim=aim,
-    )
-
-
-def _verified(
-    law: ReactiveLaw,
-    field: DistanceField,
-    state: RobotState,
-    u: np.ndarray,
-    u_previous: np.ndarray,
-    clearances: Clearances,
-    guidance: Guidance,
-    motion: Motion | None,
-    movers: MoverArrays | None,
-) -> Verdict:
-    """Returns the command that may be applied, and how it differs from u."""
-    if not law.verify:
-        return Verdict(u, 1.0)
-    robot, collision = law.robot, law.collision
-    around = Surroundings(
-        robot,
-        field,
-        state,
-        np.minimum(
-            clearances.per_sphere(len(state.spheres)), collision.influence
-        ),
-        collision.stopping_for(guidance),
-        law.dt,
-        robot.acceleration_limit,
-        law.self_clearance,
-        movers=movers,
-        separation=float(law.movers.separation),
-    )
-    if motion is not None:
-        around = committed(around, motion, u, u_previous)
-    return verified_command(around, u, u_previous)
-
-
-def _movers_at(
-    movers: Movers | None, time: float, motion: Motion | None
-) -> MoverArrays | None:
-    """Returns what moves, as it is known when a command begins to act."""
-    if movers is None or not len(movers):
-        return None
-    seen = movers.at(time)
-    start = time if motion is None else motion.start
-    return seen._replace(age=seen.age + start - time)
-
-
-def _separation(
-    law: ReactiveLaw,
-    state: RobotState,
-    u: np.ndarray,
-    time: float,
-    motion: Motion | None,
-    movers: Movers | None,
-) -> Separation | None:
-    """Returns where the protective separation distance is kept least."""
-    if movers is None or not len(movers):
-        return None
-    robot, delay, tube = law.robot, 0.0, np.zeros(len(law.robot.spheres))
-    if motion is not None:
-        delay = motion.start - time
-        tube = robot.sphere_tube(motion.model.tube, np.abs(u))
-    monitoring = Monitoring.make(
-        u, robot.acceleration_limit, law.dt, law.movers.separation, delay
-    )
-    return least_separation(state, movers, time, u, monitoring, tube)
-
-
-def _row_flags(
-    decision: Decision, binding: Binding, m: int
-) -> tuple[np.ndarray, np.ndarray]:
-    tight = np.zeros(m, bool)
-    tight[[row.index for row in binding.rows if row.name == COLLISION]] = True
-    program = decision.program
-    rows = program and program.rows.get(COLLISION)
-    return (rows.kept if rows else np.zeros(m, bool)), tight

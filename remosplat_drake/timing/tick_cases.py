@@ -12,9 +12,9 @@ from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.controller.decision import solve
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import Tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.controller.solvers import ACTIVE_SET
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.timing.measuring import Case
 

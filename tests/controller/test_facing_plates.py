@@ -13,7 +13,7 @@ from remosplat_drake.controller.kernels.tick_arrays import (
     near_arrays,
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel, load_robot

@@ -15,12 +15,12 @@ from pydrake.systems.primitives import (
 from wandering import EMPTY, RADIUS, make_law, wander_about
 
 import remosplat_drake as rs
+from remosplat_drake.controller.ingredient import build_program
 from remosplat_drake.controller.ingredients import (
     MoverDamper,
     MoverDamperConfig,
 )
-from remosplat_drake.controller.reactive_program import build_program
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.binding import MOVER
 from remosplat_drake.signals.distance_field import Clearances

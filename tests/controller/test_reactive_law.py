@@ -12,14 +12,12 @@ from remosplat_drake.controller.controller_config import (
     default_ingredients,
     gain_set,
 )
+from remosplat_drake.controller.ingredient import build_program
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import (
-    ReactiveProgram,
-    Tick,
-    build_program,
-)
+from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.controller.solvers import ActiveSetSolver, DrakeSolver
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 

@@ -19,13 +19,11 @@ from remosplat_drake.controller.controller_config import (
     gain_set,
 )
 from remosplat_drake.controller.decision import decide, solve
+from remosplat_drake.controller.ingredient import build_program
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import (
-    ReactiveProgram,
-    Tick,
-    build_program,
-)
+from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.solvers import ActiveSetSolver, DrakeSolver
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.generation.scene_generators import (
     PUBLISHED_FAMILIES,
     generate,

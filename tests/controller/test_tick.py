@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals import tick_report

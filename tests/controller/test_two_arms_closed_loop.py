@@ -21,7 +21,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
     reach,
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.aim import Aim

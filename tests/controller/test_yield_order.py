@@ -7,8 +7,9 @@ import pytest
 
 from remosplat_drake.controller.decision import YIELD_ORDER, decide
 from remosplat_drake.controller.kernels.assemble import PARTS, YIELDING
-from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.solvers import make_solver
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.signals.binding import COLLISION
 from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED
 

@@ -16,7 +16,7 @@ from remosplat_drake.controller.guidance.kernels.rollout_step import (
     rollout_step,
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim

@@ -12,7 +12,8 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.tick_arrays import new_row
-from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.binding import MOVER

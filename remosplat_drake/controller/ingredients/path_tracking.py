@@ -17,7 +17,8 @@ from remosplat_drake.controller.planning.kernels.path_places import (
     place_at,
 )
 from remosplat_drake.controller.planning.path import Path
-from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 
 _TURNING = 1e-9

@@ -25,7 +25,7 @@ from remosplat_drake.controller.planning.kernels.path_places import (
     nearest_place,
 )
 from remosplat_drake.controller.program_data import tracking_name
-from remosplat_drake.controller.reactive_program import ReactiveProgram, Tick
+from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.servo import (
     LINE_STIFFNESS,
     line_twist,
@@ -33,6 +33,7 @@ from remosplat_drake.controller.servo import (
     target_twist,
     tracked_directions,
 )
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.target_arrays import place_on_line, target_of
 from remosplat_drake.signals.target import Target

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 
-from remosplat_drake.controller.reactive_program import Tick
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 
 

@@ -16,11 +16,11 @@ from remosplat_drake.controller.guidance.guidance import (
     Guidance,
     make_candidates,
 )
+from remosplat_drake.controller.ingredient import build_program
 from remosplat_drake.controller.ingredients import (
     BaseOrientationCost,
     BaseOrientationCostConfig,
 )
-from remosplat_drake.controller.reactive_program import build_program
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.distance_field import Clearances
 

@@ -33,13 +33,11 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.guidance.worker import look_ahead
+from remosplat_drake.controller.ingredient import Ingredient
 from remosplat_drake.controller.planning.motion_planner import can_plan
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import (
-    Ingredient,
-    ReactiveProgram,
-    Tick,
-)
+from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.tick import Tick
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.mover import Mover, Movers

@@ -23,7 +23,7 @@ from remosplat_drake.controller.guidance.rollout import (
 )
 from remosplat_drake.controller.planning.path import Path
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.composite import CompositeDistanceField

@@ -22,7 +22,7 @@ from remosplat_drake.controller.guidance.standing_movers import (
     whoever_has_gone,
 )
 from remosplat_drake.controller.planning.obstructions import StandingMovers
-from remosplat_drake.controller.tick import run_tick
+from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.aim import Aim
