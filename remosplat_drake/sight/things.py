@@ -1,0 +1,95 @@
+"""`Thing`: a cluster of what all cameras see to be new, and boxes around it."""
+
+import dataclasses as dc
+from collections.abc import Mapping
+
+import numpy as np
+
+from remosplat_drake.sight.clusters import clustered
+from remosplat_drake.sight.enclosure import RoundedBox, enclose
+from remosplat_drake.sight.sight_config import SightConfig
+from remosplat_drake.sight.track import Stretches
+from remosplat_drake.sight.view import View, backs
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Thing:
+    """A cluster of the points of all cameras, and boxes around it.
+
+    Attributes:
+        shown: Its points, each from the face that is seen to where the thing
+            may end behind it.
+        parts: Boxes around these.
+        pitch: Greatest distance between neighbouring pixels on it [m].
+        error: By how much its points may be off [m].
+        deviation: How far its outline jumps from image to image [m].
+    """
+
+    shown: Stretches
+    parts: tuple[RoundedBox, ...]
+    pitch: float
+    error: float
+    deviation: float
+
+    @staticmethod
+    def of(
+        shown: Stretches, depth: np.ndarray, pitch: float, config: SightConfig
+    ) -> "Thing":
+        """Encloses a cluster of points.
+
+        Args:
+            shown: The points, shape (n,).
+            depth: Their depths in the images that show them, shape (n,) [m].
+            pitch: Greatest distance between neighbouring pixels there [m].
+            config: The cameras' errors.
+        """
+        far = float(depth.max())
+        return Thing(
+            shown,
+            enclose(shown.face_W, shown.back_W, pitch),
+            pitch,
+            float(config.margin(far)),
+            0.3 * pitch + 0.7 * float(config.deviation(far)),
+        )
+
+
+def things_seen(
+    views: Mapping[str, View], time: float, config: SightConfig
+) -> tuple[list[Thing], dict[str, np.ndarray]]:
+    """Sorts what all cameras see to be new into things.
+
+    Args:
+        views: What each camera sees, by its name.
+        time: The present time [s].
+        config: How near to each other the points of a thing are.
+
+    Returns:
+        The things, and for each camera by its name the number of the thing
+        that each of its points is of, or -1, shape (n,).
+    """
+    groups = [view.points for view in views.values()]
+    face_W = np.concatenate([group.p_W for group in groups])
+    back_W = np.concatenate([backs(views, name, config) for name in views])
+    depth = np.concatenate([group.depth for group in groups])
+    pitch = np.concatenate([group.pitch * group.depth for group in groups])
+    link = max(config.link, 3 * float(np.median(pitch))) if len(pitch) else 0
+    label = clustered(face_W, link)
+    things: list[Thing] = []
+    of = np.full(len(face_W), -1)
+    for cluster in range(label.max(initial=-1) + 1):
+        members = np.flatnonzero(label == cluster)
+        if len(members) < config.least_points:
+            continue
+        of[members] = len(things)
+        shown = Stretches(
+            face_W[members],
+            back_W[members],
+            np.full(len(members), time),
+        )
+        wide = float(pitch[members].max())
+        things.append(Thing.of(shown, depth[members], wide, config))
+    sorted_points, start = {}, 0
+    for name, view in views.items():
+        sorted_points[name] = of[start : start + len(view.points)]
+        start += len(view.points)
+    return things, sorted_points

@@ -1,0 +1,125 @@
+"""`View`: what one camera saw last, and what it looks through."""
+
+import dataclasses as dc
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from remosplat_drake.sight.depth_image import DepthImage
+from remosplat_drake.sight.new_points import NewPoints
+from remosplat_drake.sight.sight_config import SightConfig
+from remosplat_drake.sight.track import Track
+
+_STEPS = 3
+"""Number of places behind a point at which another camera may look through."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class View:
+    """What one camera saw last.
+
+    Attributes:
+        image: Its latest image that could be used; before the first, one that
+            shows nothing.
+        points: What was new in it.
+        of: For each of the points the index in `names` of the track that it
+            belongs to, or -1, shape (n,).
+        names: Names of these tracks.
+        seen: When that image was taken [s].
+        problem: Why there is no newer image; empty where nothing is wrong.
+    """
+
+    image: DepthImage
+    points: NewPoints
+    of: np.ndarray
+    names: tuple[str, ...]
+    seen: float
+    problem: str = ""
+
+    @staticmethod
+    def blind(image: DepthImage, problem: str) -> "View":
+        """Makes the view of a camera none of whose images could be used."""
+        nothing = dc.replace(image, depth=np.zeros_like(image.depth))
+        points = NewPoints.none(image)
+        return View(nothing, points, np.zeros(0, int), (), 0.0, problem)
+
+    def looks_through(self, p_W: np.ndarray, config: SightConfig) -> np.ndarray:
+        """Tells whether the image shows something behind points.
+
+        Args:
+            p_W: The points in W, shape (n, 3).
+            config: Errors and margins.
+
+        Returns:
+            True where it does, shape (n,) bool.
+        """
+        z, measured = self.image.depths_at(p_W)
+        with np.errstate(invalid="ignore"):
+            return (z > 0) & (measured > z + 2 * config.margin(z))
+
+    def moved_on(
+        self, tracks: Sequence[Track], newer: "View", config: SightConfig
+    ) -> "View":
+        """Returns what was seen, moved on to when another camera sees.
+
+        What that one looks through is no longer there.
+
+        Args:
+            tracks: The things that were seen, whose points move with them.
+            newer: What the other camera sees.
+            config: How things move, and for how long points last.
+        """
+        points, time = self.points, newer.image.time
+        if not len(points):
+            return self
+        by_name = {track.name: track for track in tracks}
+        moved = points.p_W.copy()
+        for index, name in enumerate(self.names):
+            if name in by_name:
+                v, _ = by_name[name].edges.velocity(config.max_speed)
+                moved[self.of == index] += (time - points.time) * v
+        keep = ~newer.looks_through(moved, config)
+        if time - self.seen > config.expiry:
+            keep[:] = False
+        points = dc.replace(
+            points, p_W=moved[keep], depth=points.depth[keep], time=time
+        )
+        return dc.replace(self, points=points, of=self.of[keep])
+
+
+def backs(
+    views: Mapping[str, View], camera: str, config: SightConfig
+) -> np.ndarray:
+    """Tells how far the things whose faces a camera sees may reach behind them.
+
+    That is `thickness` along the ray, or up to where another camera looks
+    through.
+
+    Args:
+        views: What each camera sees, by its name.
+        camera: The camera.
+        config: How thick things may be.
+
+    Returns:
+        For each of the camera's points the farthest one in W that may still
+        be of the thing, shape (n, 3).
+    """
+    points = views[camera].points
+    rays_W = points.p_W - points.p_WC
+    length = np.linalg.norm(rays_W, axis=1, keepdims=True)
+    rays_W = rays_W / np.maximum(length, 1e-9)
+    share = np.ones(len(points))
+    others = [
+        view
+        for name, view in views.items()
+        if name != camera and points.time - view.seen < config.expiry
+    ]
+    if len(points) and others:
+        for step in range(_STEPS, 0, -1):
+            behind = points.p_W + step / _STEPS * config.thickness * rays_W
+            free = np.any(
+                [view.looks_through(behind, config) for view in others],
+                axis=0,
+            )
+            share[free & (share >= step / _STEPS)] = (step - 0.5) / _STEPS
+    return points.p_W + config.thickness * share[:, None] * rays_W
