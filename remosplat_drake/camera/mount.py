@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.camera.rgbd_image import RgbdImage
 from remosplat_drake.camera.robot_mask import robot_mask
 from remosplat_drake.capture.frames import Frame
@@ -39,13 +39,17 @@ class CameraMount:
             margin: How much the robot's spheres are inflated to hide it [m].
 
         Raises:
-            RemoSplatError: The robot has no such frame.
+            FieldError: The robot has no such frame.
         """
         plant = MultibodyPlant(time_step=0.0)
         add_robot_model(robot.description, plant)
         plant.Finalize()
         if not plant.HasFrameNamed(frame):
-            raise RemoSplatError(f"the robot has no frame {frame!r}")
+            raise FieldError(
+                robot.description.name,
+                "wrist_camera.frame",
+                unknown_name("frame", frame, robot.tree.names[1:]),
+            )
         frame_F = plant.GetFrameByName(frame)
         self.robot = robot
         self.X_FC = X_FC.GetAsMatrix4()

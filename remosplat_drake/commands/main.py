@@ -31,8 +31,9 @@ def exit_code(run: Callable[[], int]) -> int:
         and the line names the log of its traceback. 130: interrupted. Any other
         exception is a defect and leaves its traceback.
     """
-    # Drake announces its server; the commands say so in their own words.
-    logging.getLogger("drake").setLevel(logging.WARNING)
+    # Drake announces its server; the commands say so in their own words. It
+    # sets its logger's level when it is imported, which is later than here.
+    logging.getLogger("drake").addFilter(_is_no_announcement)
     try:
         drop_stale_kernels()
         return run()
@@ -49,6 +50,10 @@ def exit_code(run: Callable[[], int]) -> int:
     except KeyboardInterrupt:
         print("remosplat: interrupted", file=sys.stderr)
         return 130
+
+
+def _is_no_announcement(record: logging.LogRecord) -> bool:
+    return record.levelno >= logging.WARNING
 
 
 def _run(argv: list[str]) -> int:

@@ -19,6 +19,7 @@ from remosplat_drake.app.stages.cockpit import cockpit_job, first_picture
 from remosplat_drake.app.stages.teleoperation import (
     Teleoperation,
     check_one_end_effector,
+    wrist_camera_mount,
 )
 from remosplat_drake.app.teleop_session import (
     check_mappable,
@@ -155,6 +156,7 @@ def run(arguments: argparse.Namespace) -> int:
     warm_up.announce(console)
     world = load_world(scenario, blank=scenario.mapping.enabled)
     check_one_end_effector(scenario, world.robot)
+    wrist_camera_mount(scenario, world.robot)
     admission = _admitted(arguments, scenario, world)
     warm_up.compile_kernels(scenario, world, live_map=True)
     page, cockpit = _pages(arguments, console)

@@ -136,6 +136,15 @@ def refuse(capsys, *arguments) -> str:
             "unknown field 'unknown'",
         ),
         (["StudioLive", "--port", "80"], "--port: 80 is not 1024 to 65535"),
+        (
+            ["TwoPandasReach"],
+            "robots.yaml:TwoPandasReach: robot.model: an operator moves one"
+            " end effector, and two_pandas has several: left, right",
+        ),
+        (
+            ["Ur5eReach"],
+            "wrist_camera.frame: unknown frame 'wrist_camera'",
+        ),
     ],
 )
 def test_an_impossible_wish_is_one_line(session, capsys, arguments, problem):

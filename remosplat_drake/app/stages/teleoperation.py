@@ -104,7 +104,7 @@ def AddOperatorTarget(
         world.robot,
         world.q0,
         period,
-        _mount(scenario, world),
+        wrist_camera_mount(scenario, world.robot),
         scenario.mapping.frames,
     )
     sources = list(operators)
@@ -167,12 +167,29 @@ def check_one_end_effector(scenario: Scenario, robot: RobotModel) -> None:
         )
 
 
-def _mount(scenario: Scenario, world: World) -> CameraMount | None:
-    """Returns where the wrist camera sits; None if nothing is mapped."""
+def wrist_camera_mount(
+    scenario: Scenario, robot: RobotModel
+) -> CameraMount | None:
+    """Returns where the wrist camera sits; None if nothing is mapped.
+
+    Args:
+        scenario: The scenario.
+        robot: The robot.
+
+    Raises:
+        FieldError: The robot has no such frame.
+    """
     if not scenario.mapping.enabled:
         return None
     camera = scenario.camera or WristCameraConfig()
-    return CameraMount(world.robot, camera.hand_eye(), camera.frame)
+    try:
+        return CameraMount(robot, camera.hand_eye(), camera.frame)
+    except FieldError as error:
+        raise FieldError(
+            scenario.source,
+            error.field,
+            f"{error.problem}; without a camera set mapping.enabled to false",
+        ) from error
 
 
 def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:
@@ -237,7 +254,7 @@ def AddSettledRequests(
     Returns:
         The output port of the `MapRequests`; None where nothing moves.
     """
-    mount = _mount(loop.scenario, loop.world)
+    mount = wrist_camera_mount(loop.scenario, loop.world.robot)
     if loop.movers is None or mount is None:
         return None
     config = loop.scenario.camera or WristCameraConfig()
