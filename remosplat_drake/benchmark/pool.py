@@ -31,6 +31,10 @@ DIED = "its process died"
 MAX_ATTEMPTS = 2
 """Number of attempts after which a job whose worker dies is given up."""
 
+JOBS_A_WORKER = 100
+"""Number of jobs after which the workers are replaced, all at once: Drake never
+lets go of a diagram that has systems in Python, nor of the maps they hold."""
+
 VISIBLE_GPUS = "CUDA_VISIBLE_DEVICES"
 """Environment variable that names the GPUs a process sees."""
 
@@ -86,12 +90,13 @@ def run_jobs(
         # After a death, those that were running then go one by one: only
         # so is it clear whose worker dies.
         alone = bool(suspects)
-        queue, count = (_emptied(suspects), 1) if alone else (fresh, workers)
+        batch = _Batch(fresh, workers * JOBS_A_WORKER)
+        queue, count = (_emptied(suspects), 1) if alone else (batch, workers)
         running: dict[Future, Job] = {}
         with _pool(count, gpus) as pool:
             try:
                 yield from _drain(pool, queue, running, count, suspects)
-                more = more and alone
+                more = more and not batch.is_last
             except BrokenProcessPool:
                 for job in running.values():
                     deaths[job] += 1
@@ -99,6 +104,22 @@ def run_jobs(
                         suspects.append(job)
                     else:
                         yield job.died()
+
+
+class _Batch(Iterator[Job]):
+    """The next few of many jobs; knows whether there are no more after them."""
+
+    def __init__(self, jobs: Iterator[Job], most: int):
+        self._jobs, self._left = jobs, most
+        self.is_last = False
+
+    def __next__(self) -> Job:
+        if self._left:
+            for job in self._jobs:
+                self._left -= 1
+                return job
+            self.is_last = True
+        raise StopIteration
 
 
 def _emptied(jobs: deque[Job]) -> Iterator[Job]:
