@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.camera.mount import CameraMount
 from remosplat_drake.camera.robot_mask import robot_mask
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
+from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.capture.rendering.synthetic import render_capture
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
 from remosplat_drake.station.station_config import KinematicStation
@@ -90,7 +92,7 @@ def looks_at_robot(robot, config, q, scene):
     port = station.GetOutputPort("wrist_camera.depth")
     depth = port.Eval(context).data[..., 0].copy()
     depth[~np.isfinite(depth)] = 0
-    mount = CameraMount(robot, config.hand_eye())
+    mount = CameraMount(robot, config.hand_eye(), config.frame)
     alone = render_capture(
         scene,
         [RigidTransform(mount.pose(q))],
@@ -132,8 +134,41 @@ def test_no_pixel_of_the_robot_survives(frankie, scene, translation, rpy_deg):
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "frame"),
+    [
+        ("ur5e", "tool0"),
+        ("fetch", "gripper_link"),
+        ("ridgeback_panda", "wrist_camera"),
+        ("two_pandas", "left_wrist_camera"),
+    ],
+)
+def test_other_robots_are_hidden_by_their_own_shapes(name, frame, scene):
+    """From both sides, by a camera on a stick that the hand carries."""
+    robot = load_robot(name)
+    q = robot.q_home
+    X_WF = CameraMount(robot, RigidTransform(), frame).pose(q)
+    p_WM = robot.spheres_at(q).p_WS.mean(axis=0)
+    for side in (-1.0, 1.0):
+        X_WC = look_at(p_WM + np.array([0.9, 1.3 * side, 0.8]), p_WM)
+        X_FC = RigidTransform(X_WF).inverse() @ X_WC
+        config = WristCameraConfig(
+            frame,
+            X_FC.translation().tolist(),
+            np.rad2deg(RollPitchYaw(X_FC.rotation()).vector()).tolist(),
+            width=80,
+            height=60,
+        )
+        depth, alone, mount = looks_at_robot(robot, config, q, scene)
+        seen = (depth > 0) & ((depth < alone - 1e-3) | (alone == 0))
+        assert seen.mean() > 0.02
+        hidden = mount.mask(q, config.intrinsics().intrinsic_matrix(), depth)
+        assert not (seen & ~hidden).any()
+        assert not hidden.all()
+
+
 def test_an_unknown_frame_is_named(frankie):
-    with pytest.raises(RemoSplatError, match="no frame 'elbow_camera'"):
+    with pytest.raises(RemoSplatError, match="unknown frame 'elbow_camera'"):
         CameraMount(frankie, RigidTransform(), "elbow_camera")
 
 
