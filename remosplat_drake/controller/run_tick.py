@@ -20,7 +20,7 @@ from remosplat_drake.controller.verification.verify import (
     Verdict,
     verified_command,
 )
-from remosplat_drake.robot.robot_model import RobotState
+from remosplat_drake.robot.robot_state import RobotState
 from remosplat_drake.scene.mover import MoverArrays, Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import COLLISION, NONE_BINDS, Binding
@@ -240,7 +240,9 @@ def _separation(
     monitoring = Monitoring.make(
         u, robot.acceleration_limit, law.dt, law.movers.separation, delay
     )
-    return least_separation(state, movers, time, u, monitoring, tube)
+    return least_separation(
+        robot.spheres.links, state, movers, time, u, monitoring, tube
+    )
 
 
 def _row_flags(

@@ -8,7 +8,8 @@ import numpy as np
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.servo import error_scale
 from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.robot_state import RobotState
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from remosplat_drake.robot.motion_bounds import travel
 from remosplat_drake.robot.robot_model import RobotModel
 
 
@@ -34,11 +35,11 @@ def levers(robot: RobotModel, link_A: str, link_B: str) -> np.ndarray:
     for body in reversed([x for x in outward_B if x not in outward_A]):
         length += float(np.linalg.norm(tree.X_MB[body, :3, 3]))
         note(body)
-        length += robot.travel(body)
+        length += travel(tree, robot.joint_reach, body)
         length += float(np.linalg.norm(tree.X_PF[body, :3, 3]))
     for body in [x for x in outward_A if x not in outward_B]:
         length += float(np.linalg.norm(tree.X_PF[body, :3, 3]))
         note(body)
-        length += robot.travel(body)
+        length += travel(tree, robot.joint_reach, body)
         length += float(np.linalg.norm(tree.X_MB[body, :3, 3]))
     return found

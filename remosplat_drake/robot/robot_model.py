@@ -6,7 +6,6 @@ omnidirectional one has a third, to the left, between the two. An arm without a
 mobile base has neither part, and everything here works the same.
 """
 
-import dataclasses as dc
 from functools import cached_property
 from pathlib import Path
 
@@ -19,92 +18,24 @@ from remosplat_drake.base.ranges import joined
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.actuators import Actuator, default_actuators
+from remosplat_drake.robot.joint_limits import JointLimits
 from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.motion_bounds import hessian_bound, jacobian_bound
 from remosplat_drake.robot.robot_arrays import (
     RobotArrays,
-    StateArrays,
     state_arrays,
 )
 from remosplat_drake.robot.robot_description import (
     RobotDescription,
     load_robot_description,
 )
+from remosplat_drake.robot.robot_state import RobotState
 from remosplat_drake.robot.serial_chain import SerialChain
 from remosplat_drake.robot.sphere_model import (
     SphereModel,
     Spheres,
     load_sphere_model,
 )
-
-
-@dc.dataclass(frozen=True, eq=False)
-class RobotState:
-    """All kinematic quantities of one configuration, computed together.
-
-    Attributes:
-        arrays: Most of them, as kernels take them.
-        spheres: The robot's spheres in W.
-        robot: The robot.
-    """
-
-    arrays: StateArrays
-    spheres: Spheres
-    robot: "RobotModel"
-
-    @cached_property
-    def Jv_WS(self) -> np.ndarray:
-        """Translational Jacobians of the sphere centres, (n, 3, n_u)."""
-        body = self.robot.arrays.body_S
-        return self.robot.point_jacobians(self, body, self.arrays.p_WS)
-
-    @property
-    def X_WB(self) -> np.ndarray:
-        """Pose of the base body, a 4x4 matrix (identity if fixed)."""
-        return self.arrays.X_WL[self.robot.arrays.body_B]
-
-    @property
-    def q(self) -> np.ndarray:
-        """Configuration, shape (n_q,)."""
-        return self.arrays.q
-
-    @property
-    def X_WEs(self) -> np.ndarray:
-        """Poses of all e end effectors, shape (e, 4, 4)."""
-        return self.arrays.X_WE
-
-    @property
-    def X_WE(self) -> np.ndarray:
-        """Pose of the end effector, of several of the first, a 4x4 matrix."""
-        return self.arrays.X_WE[0]
-
-    @property
-    def Jv_WE(self) -> np.ndarray:
-        """Translational Jacobian of that E's origin in W, shape (3, n_u)."""
-        return self.arrays.Jv_WE[0]
-
-    @property
-    def Jw_WE(self) -> np.ndarray:
-        """Angular Jacobian of that E in W, shape (3, n_u)."""
-        return self.arrays.Jw_WE[0]
-
-    def J_WE(self, effector: int) -> np.ndarray:
-        """Returns an end effector's Jacobian in W, angular first, (6, n_u).
-
-        Args:
-            effector: Index of the end effector.
-        """
-        arrays = self.arrays
-        return np.concatenate([arrays.Jw_WE[effector], arrays.Jv_WE[effector]])
-
-    @property
-    def X_WL(self) -> np.ndarray:
-        """Poses of all bodies of the robot's tree, shape (b, 4, 4)."""
-        return self.arrays.X_WL
-
-    @property
-    def screws_W(self) -> tuple[np.ndarray, np.ndarray]:
-        """Axes of the commands' screws in W, and a point on each, (n_u, 3)."""
-        return self.arrays.a_W, self.arrays.o_W
 
 
 class RobotModel:
@@ -173,7 +104,10 @@ class RobotModel:
             plant, self.joint_names, description.locked
         )
         self._check_allowed_collisions()
-        self._read_limits(plant)
+        limits = JointLimits.read(description, plant)
+        self.velocity_limit = limits.velocity
+        self.acceleration_limit = limits.acceleration
+        self.position_lower, self.position_upper = limits.lower, limits.upper
         self._body_S = np.array([self.tree.index(x) for x in spheres.links])
         self._p_LS = np.ascontiguousarray(spheres.p_LS)
         self._radius = np.ascontiguousarray(spheres.radius)
@@ -211,48 +145,6 @@ class RobotModel:
                         f"allowed_collisions[{i}]",
                         unknown_name("link", name, links),
                     )
-
-    def _read_limits(self, plant: MultibodyPlant):
-        description = self.description
-        for name in ("velocity_limits", "acceleration_limits"):
-            if len(getattr(description, name)) != self.n_u:
-                raise FieldError(
-                    description.source,
-                    name,
-                    f"expected {self.n_u} numbers (base then arm)",
-                )
-        if description.actuators and len(description.actuators) != self.n_u:
-            raise FieldError(
-                description.source,
-                "actuators",
-                f"expected {self.n_u} of them (base then arm), or none",
-            )
-        if len(description.home) != len(description.arm.joints):
-            raise FieldError(
-                description.source, "home", "expected one number an arm joint"
-            )
-        self.velocity_limit = np.array(description.velocity_limits, float)
-        self.acceleration_limit = np.array(
-            description.acceleration_limits, float
-        )
-        joints = [plant.GetJointByName(name) for name in self.joint_names]
-        self.position_lower = np.array(
-            [joint.position_lower_limits()[0] for joint in joints]
-        )
-        self.position_upper = np.array(
-            [joint.position_upper_limits()[0] for joint in joints]
-        )
-        self.position_lower[: self._base_q] = -np.inf
-        self.position_upper[: self._base_q] = np.inf
-        for i, name in enumerate(description.arm.joints):
-            k = self._base_q + i
-            if not self.position_lower[k] < self.position_upper[k]:
-                raise FieldError(
-                    description.source,
-                    f"arm.joints[{i}]",
-                    f"{name} has no range, from {self.position_lower[k]:g} to"
-                    f" {self.position_upper[k]:g}; put it under `locked`",
-                )
 
     def _set_end_effectors(self, plant: MultibodyPlant):
         named = self.description.effector_frames
@@ -373,24 +265,7 @@ class RobotModel:
         return RobotState(
             arrays,
             Spheres(arrays.p_WS, arrays.R_WL, self._radius, self._ignore_below),
-            self,
-        )
-
-    def point_jacobians(
-        self, state: RobotState, body: np.ndarray, p_W: np.ndarray
-    ) -> np.ndarray:
-        """Computes the translational Jacobians of points of the robot.
-
-        Args:
-            state: The configuration.
-            body: The body of `tree` to which each point is fixed, shape (n,).
-            p_W: The points in W, shape (n, 3) [m].
-
-        Returns:
-            The Jacobians in W, shape (n, 3, n_u).
-        """
-        return kin.point_jacobians(
-            *state.screws_W, self.screw_turns, self._moves, body, p_W
+            self.arrays,
         )
 
     def velocity_map(self, q: np.ndarray) -> np.ndarray:
@@ -507,55 +382,34 @@ class RobotModel:
             for body, X_LE in zip(self._body_E, self._X_LE, strict=True)
         )
 
+    @property
+    def joint_reach(self) -> np.ndarray:
+        """How far from zero each joint can be, (n_q,) [m, rad]."""
+        return np.maximum(-self.position_lower, self.position_upper)
+
     @cached_property
     def jacobian_bound(self) -> np.ndarray:
         """Bounds on |dp_WS/du_j| over all configurations, shape (n, n_u).
 
-        They bound the spheres' Jacobians [m/rad or 1]. A turning joint moves a
-        sphere by no more than the length of the links between them; a slide
-        moves it one to one.
+        They bound the spheres' Jacobians [m/rad or 1].
         """
-        bound = np.zeros((len(self.spheres), self.n_u))
-        p_LS = np.linalg.norm(self._p_LS, axis=1)
-        for i, body in enumerate(self._body_S):
-            length = p_LS[i]
-            for link in reversed(self.tree.chain(body)):
-                length += np.linalg.norm(self.tree.X_MB[link, :3, 3])
-                columns = np.flatnonzero(self.screw_body == link)
-                turning = self.screw_turns[columns]
-                bound[i, columns] = np.where(turning, length, 1.0)
-                length += self.travel(link)
-                length += np.linalg.norm(self.tree.X_PF[link, :3, 3])
-        return bound
+        return jacobian_bound(
+            self.tree,
+            self.joint_reach,
+            (self.screw_body, self.screw_turns),
+            self._body_S,
+            self._p_LS,
+        )
 
     @cached_property
     def hessian_bound(self) -> np.ndarray:
         """Bounds on |d2p_WS / dq_j dq_k|, shape (n, n_u, n_u).
 
-        They bound the spheres' Hessians: while u is held, no sphere's velocity
-        changes by more than |u|' hessian_bound |u| [m/s^2]. Two turning joints:
-        the outer one's axis or the arm from it to the sphere is carried around
-        by the inner one, so the outer one's Jacobian bound holds. A slide's
-        unit vector is carried around by a turning joint, and a slide carries
-        nothing around.
+        While u is held, no sphere's velocity changes by more than
+        |u|' hessian_bound |u| [m/s^2].
         """
-        turning, moves = self.screw_turns, self._moves[self._body_S]
-        bound = self.jacobian_bound
-        outer = np.minimum(bound[:, :, None], bound[:, None, :])
-        both_move = moves[:, :, None] & moves[:, None, :]
-        two_turn = turning[:, None] & turning[None, :]
-        one_turns = turning[:, None] ^ turning[None, :]
-        return np.where(two_turn, outer, 1.0 * (one_turns & both_move))
-
-    def travel(self, link: int) -> float:
-        """Returns how far a body's inboard joint can slide from zero [m]."""
-        if self.tree.kind[link] != kin.PRISMATIC:
-            return 0.0
-        position = self.tree.position[link]
-        if position < 0:
-            return abs(self.tree.offset[link])
-        limits = self.position_lower[position], self.position_upper[position]
-        return float(np.abs(limits).max())
+        moves = self._moves[self._body_S]
+        return hessian_bound(self.jacobian_bound, self.screw_turns, moves)
 
 
 @reads_file

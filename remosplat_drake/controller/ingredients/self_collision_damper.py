@@ -90,8 +90,8 @@ class SelfCollisionDamper(CompiledIngredient):
         if not len(near):
             return
         first, second = pairs.bodies(near)
-        relative = tick.robot.point_jacobians(tick.state, first, near.p_WA)
-        relative -= tick.robot.point_jacobians(tick.state, second, near.p_WB)
+        relative = tick.state.point_jacobians(first, near.p_WA)
+        relative -= tick.state.point_jacobians(second, near.p_WB)
         A = np.matvec(np.swapaxes(relative, 1, 2), near.normal_W)
         span = config.influence - config.stopping
         b = config.gain * (near.distance - config.stopping) / span

@@ -21,7 +21,7 @@ from remosplat_drake.controller.braking import braking_steps
 from remosplat_drake.controller.verification.kernels.least_margin import (
     least_margin,
 )
-from remosplat_drake.robot.robot_model import RobotState
+from remosplat_drake.robot.robot_state import RobotState
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.separation import Separation
@@ -134,6 +134,7 @@ class ProtectiveSeparation:
 
 
 def least_separation(
+    links: Sequence[str],
     state: RobotState,
     movers: Movers,
     time: float,
@@ -144,11 +145,12 @@ def least_separation(
     """Returns where S_p is kept least; None where nothing moves.
 
     It is `ProtectiveSeparation.least`, compiled: every tick asks for it.
-    Arguments are those of `protective_separation`.
+    Arguments are those of `protective_separation`, after the link of each
+    sphere.
     """
     kept = monitoring
     sphere, mover, distance, needed = least_margin(
-        state.robot.arrays,
+        state.robot,
         state.arrays,
         movers.at(time),
         np.array(u, float),
@@ -163,7 +165,6 @@ def least_separation(
     )
     if sphere < 0:
         return None
-    links = state.robot.spheres.links
     name = movers.movers[mover].name
     return Separation(links[sphere], name, distance, needed)
 

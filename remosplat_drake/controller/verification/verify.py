@@ -55,7 +55,8 @@ from remosplat_drake.controller.verification.scene_sweep import (
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.controller.verification.stopping_path import StoppingPath
-from remosplat_drake.robot.robot_model import RobotModel, RobotState
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.robot_state import RobotState
 from remosplat_drake.scene.mover import MoverArrays
 from remosplat_drake.signals.binding import (
     COLLISION,

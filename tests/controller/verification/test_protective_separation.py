@@ -110,7 +110,8 @@ def test_where_nothing_moves_there_is_none(three_link, meeting):
     tube = np.zeros(len(state.spheres))
     found = protective_separation(state, Movers(1.0), 1.0, u, monitoring, tube)
     assert found.least(three_link.spheres.links, Movers(1.0)) is None
-    nobody = state, Movers(1.0), 1.0, u, monitoring, tube
+    links = three_link.spheres.links
+    nobody = links, state, Movers(1.0), 1.0, u, monitoring, tube
     assert least_separation(*nobody) is None
 
 
@@ -141,6 +142,6 @@ def test_the_compiled_form_finds_the_same_pair(three_link, seed):
     tube = rng.uniform(0.0, 0.05, len(state.spheres))
     asked = state, movers, 1.0, u, monitoring, tube
     slow = protective_separation(*asked).least(three_link.spheres.links, movers)
-    fast = least_separation(*asked)
+    fast = least_separation(three_link.spheres.links, *asked)
     assert slow is not None and fast is not None
     assert dc.astuple(fast) == pytest.approx(dc.astuple(slow), abs=1e-12)

@@ -1,0 +1,84 @@
+"""`JointLimits`: how far, how fast and how suddenly a robot's axes may move."""
+
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.robot.robot_description import RobotDescription
+
+
+class JointLimits(NamedTuple):
+    """The limits of a robot's configuration and command.
+
+    Attributes:
+        velocity: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].
+        acceleration: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
+        lower: Lower limits of q, shape (n_q,) [m, rad]; infinite for the base.
+        upper: Upper limits of q, shape (n_q,) [m, rad]; infinite for the base.
+    """
+
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+    @staticmethod
+    def read(
+        description: RobotDescription, plant: MultibodyPlant
+    ) -> "JointLimits":
+        """Reads them off a robot's description and its model.
+
+        Args:
+            description: The description, which has those of u.
+            plant: A plant with the robot's model, which has those of q.
+
+        Raises:
+            FieldError: The description has too many or too few numbers, or a
+                joint has no range.
+        """
+        _check_lengths(description)
+        arm = description.arm.joints
+        joints = [plant.GetJointByName(name) for name in arm]
+        base = np.full(
+            len(description.base.joints) if description.base else 0, np.inf
+        )
+        lower = [joint.position_lower_limits()[0] for joint in joints]
+        upper = [joint.position_upper_limits()[0] for joint in joints]
+        for i, name in enumerate(arm):
+            if not lower[i] < upper[i]:
+                raise FieldError(
+                    description.source,
+                    f"arm.joints[{i}]",
+                    f"{name} has no range, from {lower[i]:g} to"
+                    f" {upper[i]:g}; put it under `locked`",
+                )
+        return JointLimits(
+            np.array(description.velocity_limits, float),
+            np.array(description.acceleration_limits, float),
+            np.concatenate([-base, lower]),
+            np.concatenate([base, upper]),
+        )
+
+
+def _check_lengths(description: RobotDescription) -> None:
+    arm = description.arm.joints
+    n_u = description.n_base + len(arm)
+    for name in ("velocity_limits", "acceleration_limits"):
+        if len(getattr(description, name)) != n_u:
+            raise FieldError(
+                description.source,
+                name,
+                f"expected {n_u} numbers (base then arm)",
+            )
+    if description.actuators and len(description.actuators) != n_u:
+        raise FieldError(
+            description.source,
+            "actuators",
+            f"expected {n_u} of them (base then arm), or none",
+        )
+    if len(description.home) != len(arm):
+        raise FieldError(
+            description.source, "home", "expected one number an arm joint"
+        )

@@ -1,0 +1,84 @@
+"""How fast a point of the robot can move at most, and how its velocity turns.
+
+Over all configurations within the joint limits: verification relies on these
+bounds between the places where it looks.
+"""
+
+import numpy as np
+
+from remosplat_drake.robot import kinematics as kin
+
+
+def jacobian_bound(
+    tree: kin.KinematicTree,
+    reach: np.ndarray,
+    screws: tuple[np.ndarray, np.ndarray],
+    body: np.ndarray,
+    p_LP: np.ndarray,
+) -> np.ndarray:
+    """Bounds |dp_WP/du_j| of points P that are fixed to bodies L.
+
+    A turning joint moves a point by no more than the length of the links
+    between them; a slide moves it one to one.
+
+    Args:
+        tree: The robot's tree.
+        reach: How far from zero each joint can be, shape (n_q,) [m, rad].
+        screws: The body of the tree that each command's joint moves, and
+            whether it turns it, shape (n_u,) each.
+        body: The body of each of the n points, shape (n,).
+        p_LP: The points in their bodies, shape (n, 3) [m].
+
+    Returns:
+        The bounds, shape (n, n_u) [m/rad or 1].
+    """
+    screw_body, screw_turns = screws
+    bound = np.zeros((len(body), len(screw_body)))
+    for i, length in enumerate(np.linalg.norm(p_LP, axis=1)):
+        for link in reversed(tree.chain(body[i])):
+            length += np.linalg.norm(tree.X_MB[link, :3, 3])
+            columns = np.flatnonzero(screw_body == link)
+            turning = screw_turns[columns]
+            bound[i, columns] = np.where(turning, length, 1.0)
+            length += travel(tree, reach, link)
+            length += np.linalg.norm(tree.X_PF[link, :3, 3])
+    return bound
+
+
+def hessian_bound(
+    bound: np.ndarray, turning: np.ndarray, moves: np.ndarray
+) -> np.ndarray:
+    """Bounds |d2p_WP / dq_j dq_k| of points P.
+
+    Two turning joints: the outer one's axis or the arm from it to the point is
+    carried around by the inner one, so that the outer one's Jacobian bound
+    holds. A slide's unit vector is carried around by a turning joint, and a
+    slide carries nothing around.
+
+    Args:
+        bound: The points' `jacobian_bound`, shape (n, n_u).
+        turning: Which commands turn and do not slide, shape (n_u,) bool.
+        moves: Which points each command moves, shape (n, n_u) bool.
+
+    Returns:
+        The bounds, shape (n, n_u, n_u).
+    """
+    outer = np.minimum(bound[:, :, None], bound[:, None, :])
+    both_move = moves[:, :, None] & moves[:, None, :]
+    two_turn = turning[:, None] & turning[None, :]
+    one_turns = turning[:, None] ^ turning[None, :]
+    return np.where(two_turn, outer, 1.0 * (one_turns & both_move))
+
+
+def travel(tree: kin.KinematicTree, reach: np.ndarray, link: int) -> float:
+    """Returns how far a body's inboard joint can slide from zero [m].
+
+    Args:
+        tree: The robot's tree.
+        reach: How far from zero each joint can be, shape (n_q,) [m, rad].
+        link: Index of the body in the tree.
+    """
+    if tree.kind[link] != kin.PRISMATIC:
+        return 0.0
+    position = tree.position[link]
+    return float(abs(tree.offset[link]) if position < 0 else reach[position])
