@@ -166,7 +166,12 @@ def scenario_targets(
         field = f"targets[{i}]"
         name = config.effector or effectors[0]
         if name not in found:
-            problem = unknown_name("end effector", name, effectors)
+            problem = (
+                unknown_name("end effector", name, effectors)
+                if any(effectors)
+                else "the robot has one end effector, without a name; leave"
+                " this out"
+            )
             raise FieldError(scenario.source, f"{field}.effector", problem)
         found[name].append(make_target(config, scenario.source, field))
     return found
@@ -259,8 +264,13 @@ def _check_start(world: World, where: str) -> None:
     robot, q0 = world.robot, world.q0
     outside = (q0 < robot.position_lower) | (q0 > robot.position_upper)
     if outside.any():
-        joint = robot.joint_names[int(outside.argmax())]
-        raise FieldError(where, "robot.arm", f"{joint} is beyond its limits")
+        i = int(outside.argmax())
+        raise FieldError(
+            where,
+            "robot.arm",
+            f"{robot.joint_names[i]} is at {q0[i]:g}, beyond its limits"
+            f" {robot.position_lower[i]:g} and {robot.position_upper[i]:g}",
+        )
     clearances = world.field.clearances(robot.spheres_at(q0))
     if not clearances.is_known:
         raise FieldError(

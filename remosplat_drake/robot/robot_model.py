@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import FrameIndex
 
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.base.packed import Packed
@@ -156,7 +157,10 @@ class RobotModel:
                 raise FieldError(
                     self.description.source,
                     field if effector else "end_effector_frame",
-                    f"the model has no frame {name!r}",
+                    unknown_name("frame", name, _frame_names(plant))
+                    if name
+                    else "is missing; name a frame, or several under"
+                    " end_effectors",
                 )
             frame = plant.GetFrameByName(name)
             bodies.append(self.tree.index(frame.body().name()))
@@ -438,3 +442,14 @@ def load_robot(
     description = load_robot_description(name)
     covering = load_sphere_model(description.spheres_path(spheres))
     return RobotModel(description, covering, floor_height)
+
+
+def _frame_names(plant: MultibodyPlant) -> set[str]:
+    """Names of the frames that an end effector may be, without the world's."""
+    names = {
+        plant.get_frame(FrameIndex(i)).name() for i in range(plant.num_frames())
+    }
+    # Drake adds frames of its own, on the parents of joints.
+    joints = map(plant.get_joint, plant.GetJointIndices())
+    added = {f"{joint.name()}_parent" for joint in joints}
+    return names - added - {"", "world"}

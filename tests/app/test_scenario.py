@@ -466,6 +466,10 @@ BAD_WORLDS = {
         f"{{{SCENE}, {TARGET}, wrist_camera: {{width: 0}}}}",
         ["wrist_camera.width", "[1, 8192]"],
     ),
+    "end effector of a robot with one": (
+        f"{{{SCENE}, targets: [{{effector: left, translation: [1, 0, 1]}}]}}",
+        ["targets[0].effector", "one end effector", "leave this out"],
+    ),
     "no target": (f"{{{SCENE}}}", ["targets", "none given"]),
 }
 

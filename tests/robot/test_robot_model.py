@@ -289,7 +289,8 @@ def test_unknown_sphere_set_names_the_known_ones():
         ({"velocity_limits": [1.0]}, "velocity_limits: expected 3 numbers"),
         ({"acceleration_limits": []}, "acceleration_limits: expected 3"),
         ({"home": [0.0, 0.0]}, "home: expected one number"),
-        ({"end_effector_frame": "tcp"}, "no frame 'tcp'"),
+        ({"end_effector_frame": "tcp"}, "unknown frame 'tcp'.*; valid: "),
+        ({"end_effector_frame": ""}, "end_effector_frame: is missing; name"),
         ({"locked": {"wheel": 0.0}}, "no joint 'wheel'"),
     ],
 )

@@ -32,6 +32,7 @@ from remosplat_drake.robot.fitting.sphere_fitting import (
     voxel_pitch,
 )
 from remosplat_drake.robot.meshes import source_mesh
+from remosplat_drake.robot.model_file import in_one_line
 from remosplat_drake.robot.visuals import LinkVisual, load_visuals
 
 # Joint positions at which a neighbour is looked at.
@@ -195,8 +196,9 @@ def load_model(model: Path, scene_graph: SceneGraph) -> MultibodyPlant:
             ProcessModelDirectives(LoadModelDirectives(str(model)), parser)
         else:
             parser.AddModels(str(model))
-    except RuntimeError as error:
-        raise FileError(model, " ".join(str(error).split())) from error
+    # Where C++ would abort, Python is asked to exit.
+    except (RuntimeError, ValueError, SystemExit) as error:
+        raise FileError(model, in_one_line(error)) from error
     plant.Finalize()
     return plant
 

@@ -40,6 +40,7 @@ from remosplat_drake.robot.importing.sources import read_robot
 from remosplat_drake.robot.importing.srdf import Srdf, find_srdf, read_srdf
 from remosplat_drake.robot.importing.urdf import Urdf
 from remosplat_drake.robot.importing.urdf_elements import transmission_element
+from remosplat_drake.robot.importing.urdf_numbers import check_numbers
 from remosplat_drake.robot.reach import arm_reach
 from remosplat_drake.robot.robot_description import (
     Arm,
@@ -122,6 +123,7 @@ def import_robot(
     urdf, said = read_robot(
         request.source, packages, request.arguments, findings
     )
+    check_numbers(urdf)
     findings.find(
         "model",
         f"{urdf.name}: {len(urdf.links)} links, {len(urdf.joints)} joints",
