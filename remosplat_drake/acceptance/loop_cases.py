@@ -99,9 +99,12 @@ def _measured(
         events = [json.loads(line) for line in log.read_text().splitlines()]
     reasons = [event["reason"] for event in events if event.get("reason")]
     reasons = [reason for reason in reasons if reason != UNARMED]
-    if reasons or not events or "loop" not in events[-1]:
+    if reasons:
+        raise RemoSplatError(f"the run {what} stopped: {', '.join(reasons)}")
+    if not events or "loop" not in events[-1]:
         raise RemoSplatError(
-            f"the run {what} did not end: {', '.join(reasons)}"
+            f"the run {what} had not ended after {_START_UP + _DURATION:.0f} s;"
+            " what a first start compiles is kept: try again"
         )
     return _quality(events[-1]["loop"])
 
