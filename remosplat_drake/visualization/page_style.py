@@ -27,6 +27,7 @@ TOPICS = (
     "map",
     "controller",
     "guidance",
+    "traces",
 )
 """Topics of the lines of text, in their order on the page."""
 

@@ -13,12 +13,12 @@ from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.sphere_view import SphereView
 from remosplat_drake.visualization.target_view import TargetView
+from remosplat_drake.visualization.trace_colors import rgba, trace_colors
 
 TARGET = f"{ROOT}/target"
 PATHS = f"{ROOT}/paths"
 HAND_TRACE = f"{PATHS}/end_effector"
 
-_YELLOW = Rgba(1.0, 0.86, 0.0)
 _BLUE = Rgba(0.10, 0.42, 0.92)
 _TRACE_HEIGHT = 0.012  # The base's trace lies on the floor, not in it [m].
 
@@ -38,7 +38,8 @@ class RunView(LeafSystem):
     nothing. Red lines go from sphere surfaces to their closest scene points,
     pale for rows that could bind and strong for rows that do. The end
     effector leaves a yellow trace, the base a blue one; both start anew when
-    time runs backwards.
+    time runs backwards. Of several end effectors each has a colour, and a line
+    of text says which.
 
     Args:
         page: The page to draw on; its buttons are polled at every publish.
@@ -58,10 +59,14 @@ class RunView(LeafSystem):
         )
         self._spheres = SphereView(page, robot)
         self._lines = ClearanceLines(page.meshcat, robot)
+        colors = trace_colors(robot.effectors)
         self._hand_traces = [
-            GrowingPath(page.meshcat, _named(HAND_TRACE, name), _YELLOW)
-            for name in robot.effectors
+            GrowingPath(page.meshcat, _named(HAND_TRACE, name), rgba(color))
+            for name, color in colors.items()
         ]
+        if len(colors) > 1:
+            legend = [f"{name} {color}" for name, color in colors.items()]
+            page.set_status(", ".join(legend), "traces")
         self._base_trace = GrowingPath(page.meshcat, f"{PATHS}/base", _BLUE)
         self._report: TickReport | None = None
         self._time = -np.inf

@@ -79,6 +79,16 @@ def test_shows_what_the_report_says(page, frankie, q, pose_of, is_visible):
     assert page.status["controller"] == "relaxed"
 
 
+def test_traces_of_several_end_effectors_are_told_apart(page):
+    RunView(page=page, robot=load_robot("two_pandas"))
+    assert page.status["traces"] == "left yellow, right magenta"
+
+
+def test_one_end_effector_needs_no_legend(page, frankie):
+    RunView(page=page, robot=frankie)
+    assert "traces" not in page.status
+
+
 def test_before_the_first_tick_there_is_no_target(page, frankie, q, is_visible):
     make_dut(
         page, frankie, q, TickReport.before_first(frankie.n_q, frankie.n_u)

@@ -160,3 +160,16 @@ def test_a_browser_plays_a_saved_page(page, tmp_path, size):
         assert tab.evaluate(line) == pytest.approx(46 + 0.9 * 320, abs=2)
         assert tab.evaluate("scrollX + document.body.scrollWidth") <= size[0]
         assert tab.console() == []
+
+
+def test_the_legend_names_each_of_several_end_effectors():
+    still = np.arange(2.0), np.zeros((2, 3))
+    alone = make_account(*still)
+    assert alone.legend[0] == ("#ffdb00", "path of the end effector")
+    both = make_account(*still, effectors=("left", "right"))
+    assert [text for _, text in both.legend[:2]] == [
+        "path of left",
+        "path of right",
+    ]
+    assert both.legend[0][0] != both.legend[1][0]
+    assert both.legend[2:] == alone.legend[1:]

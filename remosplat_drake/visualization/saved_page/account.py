@@ -8,6 +8,7 @@ import numpy as np
 
 from remosplat_drake.visualization.clearance_plot import clearance_plot
 from remosplat_drake.visualization.page_state import PageState
+from remosplat_drake.visualization.trace_colors import HEX, trace_colors
 
 _STILL = 0.002
 """Speed of a joint below which it stands still [rad/s, m/s]."""
@@ -18,13 +19,12 @@ _LEAD = 0.5
 _POINTS = 380
 """Greatest number of points of a curve: one for a pixel."""
 
-LEGEND = (
-    ("#ffdb00", "path of the end effector"),
+_LEGEND = (
     ("#1a6beb", "path of the base"),
     ("#e00f0d", "what holds the robot back"),
     ("#8c33d9", "futures that guidance has simulated"),
 )
-"""Colours of the scene, and what they mean."""
+"""Colours of the scene, and what they mean, besides the hands'."""
 
 
 @dc.dataclass(frozen=True)
@@ -54,6 +54,7 @@ class Account:
         influence: Clearance beyond which the oracle reports none [m].
         moments: What happened, in the order of time.
         facts: Names and values of what was measured.
+        effectors: Names of the end effectors; one without a name is the only.
     """
 
     state: PageState
@@ -64,6 +65,16 @@ class Account:
     influence: float
     moments: Sequence[Moment] = ()
     facts: Sequence[tuple[str, str]] = ()
+    effectors: Sequence[str] = ("",)
+
+    @property
+    def legend(self) -> list[tuple[str, str]]:
+        """Colours of the scene as HTML has them, and what they mean."""
+        hands = [
+            (HEX[color], f"path of {name or 'the end effector'}")
+            for name, color in trace_colors(self.effectors).items()
+        ]
+        return [*hands, *_LEGEND]
 
     @property
     def begin(self) -> float:

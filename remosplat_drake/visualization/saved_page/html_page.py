@@ -5,7 +5,7 @@ import json
 from collections.abc import Sequence
 
 from remosplat_drake.visualization.page_state import PageState
-from remosplat_drake.visualization.saved_page.account import LEGEND, Account
+from remosplat_drake.visualization.saved_page.account import Account
 from remosplat_drake.visualization.saved_page.archive import resource
 from remosplat_drake.visualization.toggle import Toggle
 
@@ -84,7 +84,7 @@ def _panel(account: Account | None, toggles: Sequence[Toggle]) -> str:
     if account is not None:
         entries = "".join(
             f'<li><i style="background:{color}"></i>{html.escape(text)}</li>'
-            for color, text in LEGEND
+            for color, text in account.legend
         )
         parts.append(f'<h2>Legend</h2><ul id="legend">{entries}</ul>')
     return "".join(parts)

@@ -1,0 +1,33 @@
+"""Colours of the traces that end effectors leave, on the page and beside it."""
+
+from collections.abc import Sequence
+from itertools import cycle
+
+from pydrake.geometry import Rgba
+
+HEX = {
+    "yellow": "#ffdb00",
+    "magenta": "#d933bf",
+    "green": "#1aa64d",
+    "orange": "#f2801a",
+}
+"""The colours by name, as HTML has them."""
+
+
+def trace_colors(effectors: Sequence[str]) -> dict[str, str]:
+    """Names the colour of each end effector's trace.
+
+    Args:
+        effectors: Names of the end effectors; after four, colours come again.
+    """
+    return dict(zip(effectors, cycle(HEX), strict=False))
+
+
+def rgba(color: str) -> Rgba:
+    """Returns a colour as Meshcat takes it.
+
+    Args:
+        color: Its name, one of `HEX`.
+    """
+    digits = HEX[color].removeprefix("#")
+    return Rgba(*(int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)))
