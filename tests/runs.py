@@ -7,8 +7,9 @@ from pathlib import Path
 from patience import PATIENCE
 
 from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.simulation import RunResult, run
+from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.commands.main import USER_ERROR, main
 

@@ -11,7 +11,8 @@ from pydrake.math import RigidTransform
 from runs import load_application, run_scenario
 
 from remosplat_drake.app.diagram import Application
-from remosplat_drake.app.simulation import REACHED, run
+from remosplat_drake.app.run_result import REACHED
+from remosplat_drake.app.simulation import run
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres

@@ -3,13 +3,14 @@
 import pytest
 from runs import load_application, run_scenario
 
+from remosplat_drake.app.run_result import REACHED, TIME_LIMIT
 from remosplat_drake.app.scenario import (
     DEFAULT_SCENARIO,
     find_scenario,
     load_scenario,
     shipped_scenarios,
 )
-from remosplat_drake.app.simulation import REACHED, TIME_LIMIT, run
+from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.recording.trajectory import Trajectory

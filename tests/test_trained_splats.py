@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from runs import run_scenario
 
-from remosplat_drake.app.simulation import REACHED, RunResult
+from remosplat_drake.app.run_result import REACHED, RunResult
 
 FOLDERS = {"table": "table_new", "bookshelf": "bookshelf_cage"}
 SPLATS = ["table_0001", "table_0005", "bookshelf_0000", "bookshelf_0002"]

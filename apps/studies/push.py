@@ -20,9 +20,9 @@ from apps.studies.command_line import study_main
 from remosplat_drake.app import warm_up
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
+from remosplat_drake.app.run_result import INTERRUPTED
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.scenario_text import scenario_text
-from remosplat_drake.app.simulation import INTERRUPTED
 from remosplat_drake.app.teleop_session import (
     check_mappable,
     holds_session,

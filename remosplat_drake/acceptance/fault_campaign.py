@@ -30,7 +30,7 @@ from remosplat_drake.acceptance.motion_judge import (
     judge_stop,
     true_clearance,
 )
-from remosplat_drake.app.simulation import REACHED
+from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.world import World
 
 _ATTEMPTS = 5

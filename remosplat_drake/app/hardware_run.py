@@ -13,15 +13,14 @@ from pydrake.systems.framework import Context
 from remosplat_drake.app.arming import Arming
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_limits import check_for_hardware
-from remosplat_drake.app.scenario import OBSTACLE, Scenario
-from remosplat_drake.app.simulation import (
+from remosplat_drake.app.run_monitor import (
     ProgressCallback,
     RunMonitor,
-    RunResult,
     StandingCallback,
     SupervisionCallback,
-    make_result,
 )
+from remosplat_drake.app.run_result import RunResult, make_result
+from remosplat_drake.app.scenario import OBSTACLE, Scenario
 from remosplat_drake.base.clock import next_tick, sleep_until
 from remosplat_drake.base.real_time import (
     CONTROLLER_PRIORITY,

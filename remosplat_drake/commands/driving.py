@@ -10,7 +10,7 @@ from rich.text import Text
 from remosplat_drake.app.arming import HINT
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_run import run_on_hardware
-from remosplat_drake.app.simulation import RunResult
+from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.simulation import run as simulate
 from remosplat_drake.base.real_time import LoopQuality
 from remosplat_drake.hardware.client.hardware_station import HardwareStation

@@ -14,7 +14,7 @@ from rich.text import Text
 from remosplat_drake.app import warm_up
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.map_knowledge import examine_map, target_places
-from remosplat_drake.app.simulation import INTERRUPTED, REACHED, RunResult
+from remosplat_drake.app.run_result import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
 from remosplat_drake.base.errors import RemoSplatError

@@ -2,8 +2,8 @@
 
 from remosplat_drake.app.map_grade import GOOD, grade_map
 from remosplat_drake.app.map_knowledge import MapKnowledge
+from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.scenario import Scenario
-from remosplat_drake.app.simulation import RunResult
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import PageState
 from remosplat_drake.visualization.page_style import badge

@@ -13,8 +13,8 @@ from rich.console import Console
 from remosplat_drake.app import warm_up
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.map_knowledge import examine_map, saved_places
+from remosplat_drake.app.run_result import INTERRUPTED, TIME_LIMIT
 from remosplat_drake.app.scenario import LONGEST_RUN, Scenario, load_scenario
-from remosplat_drake.app.simulation import INTERRUPTED, TIME_LIMIT
 from remosplat_drake.app.stages.cockpit import cockpit_job, first_picture
 from remosplat_drake.app.stages.teleoperation import (
     Teleoperation,

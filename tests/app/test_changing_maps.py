@@ -8,8 +8,8 @@ import pytest
 from pydrake.math import RigidTransform
 
 from apps.studies.live_map.session import LiveSession
+from remosplat_drake.app.run_readings import supervision_of
 from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.simulation import supervision_of
 from remosplat_drake.app.world import load_world
 from remosplat_drake.controller.map_change import NO_WAY_TO_STOP, objection
 from remosplat_drake.mapping.live_map_memory import (

@@ -14,9 +14,10 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 
 from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.scenario_text import scenario_text
-from remosplat_drake.app.simulation import REACHED, run
+from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.benchmark.methods import Method

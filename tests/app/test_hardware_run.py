@@ -30,8 +30,8 @@ from remosplat_drake.app.hardware_run import (
     prepare_for_hardware,
     run_on_hardware,
 )
+from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.scenario import Scenario, load_scenario
-from remosplat_drake.app.simulation import REACHED, STOPPED
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.controller.braking import braking_steps
@@ -46,6 +46,7 @@ from remosplat_drake.oracle.oracle_config import (
     SphereToEllipsoid,
 )
 from remosplat_drake.recording.trajectory import load_trajectory
+from remosplat_drake.signals.supervisor_state import STOPPED
 
 STILL = 1e-3  # [rad/s]
 END = "END"  # The channel of a message that comes after all commands.

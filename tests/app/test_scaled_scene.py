@@ -9,8 +9,9 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.map_knowledge import examine_map, target_places
+from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.simulation import REACHED, run
+from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import models_dir

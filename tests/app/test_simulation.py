@@ -11,16 +11,15 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator, SimulatorConfig
 
 from remosplat_drake.app.diagram import Application, build
-from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.simulation import (
+from remosplat_drake.app.run_monitor import RunMonitor
+from remosplat_drake.app.run_result import (
     INTERRUPTED,
     REACHED,
     TIME_LIMIT,
-    RunMonitor,
     RunResult,
-    run,
-    simulator_config,
 )
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.simulation import run, simulator_config
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.commands import driving

@@ -7,8 +7,9 @@ import pytest
 
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.hardware_run import prepare_for_hardware
+from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.scenario import OBSTACLE, load_scenario
-from remosplat_drake.app.simulation import REACHED, run
+from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.resources import models_dir

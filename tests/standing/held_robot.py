@@ -7,8 +7,9 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import build
+from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.simulation import RunResult, run
+from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi

@@ -10,7 +10,7 @@ import pytest
 from runs import run_scenario
 
 from apps.studies.robot_states import distance_errors, free_states
-from remosplat_drake.app.simulation import REACHED, TIME_LIMIT, RunResult
+from remosplat_drake.app.run_result import REACHED, TIME_LIMIT, RunResult
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField

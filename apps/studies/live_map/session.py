@@ -11,8 +11,9 @@ from pydrake.systems.framework import Context
 
 from apps.studies.told_operator import ToldOperator
 from remosplat_drake.app.diagram import build
+from remosplat_drake.app.run_readings import supervision_of
 from remosplat_drake.app.scenario import Scenario
-from remosplat_drake.app.simulation import simulator_config, supervision_of
+from remosplat_drake.app.simulation import simulator_config
 from remosplat_drake.app.teleop_session import open_teleoperation
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import RemoSplatError

@@ -11,8 +11,9 @@ import numpy as np
 
 from apps.studies.robot_states import distance_errors, free_states
 from remosplat_drake.app.diagram import build
+from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.scenario import Scenario
-from remosplat_drake.app.simulation import REACHED, run
+from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.resources import models_dir, resolve

@@ -8,8 +8,9 @@ import pytest
 from pydrake.systems.analysis import Simulator
 
 from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.run_result import REACHED, TIME_LIMIT, RunResult
 from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.simulation import REACHED, TIME_LIMIT, RunResult, run
+from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.controller import reactive_controller
 from remosplat_drake.controller.guidance import guidance_selector

@@ -1,0 +1,173 @@
+"""`RunMonitor`: looks on after every step of a run, and ends it."""
+
+import math
+from collections.abc import Callable
+
+from pydrake.systems.framework import Context, EventStatus
+
+from remosplat_drake.app.diagram import Application
+from remosplat_drake.app.run_readings import (
+    selection_of,
+    standing_of,
+    supervision_of,
+)
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.standing import NOT_STARTED, Standing
+from remosplat_drake.signals.supervisor_state import (
+    STOPPED,
+    UNARMED,
+    SupervisorState,
+)
+from remosplat_drake.signals.tick_report import TickReport
+
+ProgressCallback = Callable[[float, Standing, TickReport | None], None]
+"""Function that is told the time [s], how things stand and the last report."""
+
+SupervisionCallback = Callable[[SupervisorState], None]
+"""Function that is told what the supervisor is doing."""
+
+StandingCallback = Callable[[float, Standing], None]
+"""Function that is told the time [s] and how things stand with the robot."""
+
+
+class RunMonitor:
+    """Drake's monitor of a run: looks on after every step and ends the run.
+
+    Attributes:
+        is_finished: Whether the run is over.
+    """
+
+    def __init__(
+        self,
+        application: Application,
+        *,
+        start: float = 0.0,
+        on_progress: ProgressCallback | None = None,
+        on_supervision: SupervisionCallback | None = None,
+        on_standing: StandingCallback | None = None,
+        until: Callable[[PoseError], bool] | None = None,
+        patience: float = 0.0,
+        progress_period: float = 0.0,
+    ):
+        """Makes the monitor of a run.
+
+        Args:
+            application: The diagram that runs, with all of its parts.
+            start: Time of the context at which the run starts [s].
+            on_progress: Called with the time since the start [s], how things
+                stand and the latest tick report.
+            on_supervision: Called with the supervisor's state whenever its
+                mode has changed, or a release was refused.
+            on_standing: Called with the time since the start [s] and how
+                things stand whenever that is news.
+            until: Function that ends the run in place of the arrival at the
+                last target; asked once a step with the error to the present
+                target.
+            patience: Time that a stopped robot waits to be released before
+                the run ends [s].
+            progress_period: Least time between two calls of `on_progress`
+                [s].
+        """
+        self._application = application
+        self._on_progress = on_progress
+        self._on_supervision = on_supervision
+        self._on_standing = on_standing
+        self._standings: list[tuple[float, Standing]] = []
+        self._until = until
+        self._patience = patience
+        self._progress_period = progress_period
+        self._progressed = -math.inf
+        self._start = start
+        self._time = start
+        self._told = "", ""
+        self._waited = 0.0
+        self._paused = 0.0
+        self.is_finished = False
+
+    @property
+    def standings(self) -> tuple[tuple[float, Standing], ...]:
+        """All news so far of how things stand, each with its time [s]."""
+        return tuple(self._standings)
+
+    @property
+    def time_limit(self) -> float:
+        """Time of the context at which the run is given up [s].
+
+        The time in which the robot stood stopped does not count.
+        """
+        limit = self._application.scenario.time_limit
+        return self._start + limit + self._paused
+
+    def __call__(self, root: Context) -> EventStatus:
+        """Looks at the diagram after a step, as Drake's monitor.
+
+        Args:
+            root: Context of the whole diagram.
+
+        Returns:
+            The status that ends the simulation, once the run is over.
+        """
+        targets = self._application.targets
+        context = targets.GetMyContextFromRoot(root)
+        time = root.get_time() - self._start
+        is_due = not 0 <= time - self._progressed < self._progress_period
+        if self._on_progress is not None and is_due:
+            self._progressed = time
+            self._on_progress(
+                time,
+                standing_of(self._application, root),
+                self._application.recorder.latest,
+            )
+        supervision = supervision_of(self._application, root)
+        if supervision is not None:
+            self._watch(root.get_time(), supervision)
+        if supervision is not None and supervision.is_latched:
+            stands = supervision.mode == STOPPED
+            stands = stands and supervision.reason != UNARMED
+            self.is_finished = stands and self._waited >= self._patience
+        elif self._until is None:
+            self.is_finished = targets.progress(context).finished
+        else:
+            self.is_finished = self._until(targets.error(context))
+        self._listen(time, root)
+        self._heed_guidance(root)
+        if self.is_finished:
+            return EventStatus.ReachedTermination(
+                self._application.diagram, "the run is over"
+            )
+        return EventStatus.DidNothing()
+
+    def _listen(self, time: float, root: Context) -> None:
+        """Keeps and tells what is news about how things stand."""
+        standing = standing_of(self._application, root)
+        known = self._standings
+        before = known[-1][1] if known else NOT_STARTED
+        if not standing.is_news_after(before):
+            return
+        known.append((time, standing))
+        if self._on_standing is not None:
+            self._on_standing(time, standing)
+
+    def _heed_guidance(self, root: Context) -> None:
+        """Ends the run where guidance has given up, if that is wanted."""
+        selection = selection_of(self._application, root)
+        if selection is None:
+            return
+        planning = self._application.scenario.controller.guidance.planning
+        if planning.give_up and selection.has_given_up(planning.attempts):
+            self.is_finished = True
+
+    def _watch(self, time: float, supervision: SupervisorState) -> None:
+        """Counts how long the robot stands stopped; tells of changes."""
+        step, self._time = time - self._time, time
+        stands = supervision.mode == STOPPED
+        # However long it takes until somebody lets the robot go.
+        unarmed = stands and supervision.reason == UNARMED
+        waits = stands and not unarmed
+        self._waited = self._waited + step if waits else 0.0
+        patient = waits and self._patience > 0
+        self._paused += step if patient or unarmed else 0.0
+        if (supervision.mode, supervision.refusal) != self._told:
+            self._told = supervision.mode, supervision.refusal
+            if self._on_supervision is not None:
+                self._on_supervision(supervision)

@@ -1,0 +1,50 @@
+"""What the context of a running diagram says of the run."""
+
+from pydrake.systems.framework import Context
+
+from remosplat_drake.app.diagram import Application
+from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.supervisor_state import (
+    SupervisorState,
+)
+
+
+def supervision_of(
+    application: Application, root: Context
+) -> SupervisorState | None:
+    """Reads the supervisor's state; None without a supervisor.
+
+    Args:
+        application: The diagram that runs, with all of its parts.
+        root: Context of the whole diagram.
+    """
+    supervisor = application.supervisor
+    if supervisor is None:
+        return None
+    return supervisor.supervision(supervisor.GetMyContextFromRoot(root))
+
+
+def selection_of(application: Application, root: Context) -> Selection | None:
+    """Reads what guidance has chosen; None without guidance.
+
+    Args:
+        application: The diagram that runs, with all of its parts.
+        root: Context of the whole diagram.
+    """
+    selector = application.selector
+    if selector is None:
+        return None
+    context = selector.GetMyContextFromRoot(root)
+    return selector.GetOutputPort("selection").Eval(context)
+
+
+def standing_of(application: Application, root: Context) -> Standing:
+    """Reads how things stood at the latest look.
+
+    Args:
+        application: The diagram that runs, with all of its parts.
+        root: Context of the whole diagram.
+    """
+    system = application.standing
+    return system.latest(system.GetMyContextFromRoot(root))

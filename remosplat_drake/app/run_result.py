@@ -1,0 +1,135 @@
+"""`RunResult`: how a run ended."""
+
+import dataclasses as dc
+
+from pydrake.systems.framework import Context
+
+from remosplat_drake.app.diagram import Application
+from remosplat_drake.app.run_readings import selection_of, supervision_of
+from remosplat_drake.controller.planning.plan import NO_EFFORT, SearchEffort
+from remosplat_drake.recording.metrics import RunMetrics, run_metrics
+from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.supervisor_state import (
+    STOPPED,
+)
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.standing.sentence import at_end
+
+REACHED = "reached"
+TIME_LIMIT = "time limit"
+INTERRUPTED = "interrupted"
+GIVEN_UP = "given up"
+"""Outcomes of a run that no supervisor has stopped."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class RunResult:
+    """How a run ended.
+
+    Attributes:
+        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP, or STOPPED and,
+            after a colon, why the supervisor stopped the robot.
+        targets_reached: Number of targets that were reached.
+        targets: Number of targets of the run.
+        position_error: Distance from the end effector to the present target at
+            the end; of several, of the one that is farthest from its own [m].
+        angle_error: Angle from that end effector to that target [rad].
+        trajectory: All ticks that the recorder kept.
+        metrics: Metrics of the trajectory.
+        standing: How things stood at the end, in one sentence.
+        standings: All that was news about how things stand, each with its
+            time since the start [s].
+        search_effort: What the searches of paths have cost.
+        effector_errors: By the names of several end effectors, distance [m] and
+            angle [rad] of each that has one to its present target; none for an
+            only one.
+    """
+
+    outcome: str
+    targets_reached: int
+    targets: int
+    position_error: float
+    angle_error: float
+    trajectory: Trajectory
+    metrics: RunMetrics
+    standing: Standing
+    standings: tuple[tuple[float, Standing], ...] = ()
+    search_effort: SearchEffort = NO_EFFORT
+    effector_errors: dict[str, tuple[float, float]] = dc.field(
+        default_factory=dict
+    )
+
+
+def make_result(
+    application: Application,
+    root: Context,
+    interrupted: bool,
+    standings: tuple[tuple[float, Standing], ...] = (),
+) -> RunResult:
+    """Reads off the diagram's context how a run ended.
+
+    Args:
+        application: The diagram that ran, with all of its parts.
+        root: Context of the whole diagram at the end.
+        interrupted: Whether somebody has ended the run.
+        standings: What was news about how things stand, as `RunMonitor` has
+            kept it.
+    """
+    scenario, world = application.scenario, application.world
+    targets, recorder = application.targets, application.recorder
+    robot = world.robot
+    context = targets.GetMyContextFromRoot(root)
+    progress, error = targets.progress(context), targets.error(context)
+    trajectory = recorder.trajectory(recorder.GetMyContextFromRoot(root))
+    supervision = supervision_of(application, root)
+    if supervision is not None and supervision.is_latched:
+        outcome = f"{STOPPED}: {supervision.reason}"
+    elif progress.finished:
+        outcome = REACHED
+    else:
+        outcome = INTERRUPTED if interrupted else TIME_LIMIT
+    selection = selection_of(application, root)
+    effort = NO_EFFORT if selection is None else selection.effort
+    if selection is not None and outcome != REACHED:
+        planning = scenario.controller.guidance.planning
+        gives_up = planning.give_up and outcome == TIME_LIMIT
+        if gives_up and selection.has_given_up(planning.attempts):
+            outcome = GIVEN_UP
+    system = application.standing
+    now = system.now(system.GetMyContextFromRoot(root))
+    standing = at_end(now, outcome)
+    return RunResult(
+        outcome=outcome,
+        targets_reached=progress.index,
+        targets=progress.count,
+        position_error=error.distance,
+        angle_error=error.angle,
+        trajectory=trajectory,
+        metrics=run_metrics(
+            trajectory,
+            robot,
+            scenario.control_period,
+            world.truth_field,
+            world.seen and world.seen.field,
+            [report.line_deviation for report in recorder.reports],
+            [report.separation for report in recorder.reports],
+        ),
+        standing=standing,
+        standings=standings,
+        search_effort=effort,
+        effector_errors=_errors_by_name(recorder.latest, trajectory, robot),
+    )
+
+
+def _errors_by_name(
+    report: TickReport | None, trajectory: Trajectory, robot: RobotModel
+) -> dict[str, tuple[float, float]]:
+    if report is None or len(robot.effectors) == 1:
+        return {}
+    errors = report.aim.errors(robot.end_effector_poses(trajectory.q[-1]))
+    return {
+        robot.effectors[i]: (error.distance, error.angle)
+        for (i, _), error in zip(report.aim.items, errors, strict=True)
+    }
