@@ -61,4 +61,5 @@ def account_of(
         influence=collision.influence,
         moments=moments,
         facts=facts,
+        effectors=tuple(result.metrics.effector_paths or ("",)),
     )
