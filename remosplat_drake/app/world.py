@@ -262,15 +262,8 @@ def _start(
 
 def _check_start(world: World, where: str) -> None:
     robot, q0 = world.robot, world.q0
-    outside = (q0 < robot.position_lower) | (q0 > robot.position_upper)
-    if outside.any():
-        i = int(outside.argmax())
-        raise FieldError(
-            where,
-            "robot.arm",
-            f"{robot.joint_names[i]} is at {q0[i]:g}, beyond its limits"
-            f" {robot.position_lower[i]:g} and {robot.position_upper[i]:g}",
-        )
+    if problem := robot.beyond_limits(q0):
+        raise FieldError(where, "robot.arm", problem)
     clearances = world.field.clearances(robot.spheres_at(q0))
     if not clearances.is_known:
         raise FieldError(

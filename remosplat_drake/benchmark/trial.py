@@ -228,10 +228,8 @@ def start_problem(
         q: Configuration to start from, shape (n_q,).
         truth: True distances.
     """
-    outside = (q < robot.position_lower) | (q > robot.position_upper)
-    if outside.any():
-        joint = robot.joint_names[int(outside.argmax())]
-        return f"{joint} is beyond its limits"
+    if problem := robot.beyond_limits(q):
+        return problem
     clearances = truth.clearances(robot.spheres_at(q))
     depth = -clearances.minimum()
     if depth < 0:

@@ -4,12 +4,11 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.camera.rgbd_image import RgbdImage
 from remosplat_drake.camera.robot_mask import robot_mask
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.capture.undistortion import Distortion, undistort
-from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.model_file import add_robot_model, find_frame
 from remosplat_drake.robot.robot_model import RobotModel
 
 
@@ -29,6 +28,7 @@ class CameraMount:
         X_FC: RigidTransform,
         frame: str = "wrist_camera",
         margin: float = 0.02,
+        field: str = "wrist_camera.frame",
     ):
         """Looks the frame up in the robot's model.
 
@@ -37,6 +37,7 @@ class CameraMount:
             X_FC: The hand-eye transform.
             frame: Name of the frame F in the robot's model.
             margin: How much the robot's spheres are inflated to hide it [m].
+            field: The field that errors about the frame blame.
 
         Raises:
             FieldError: The robot has no such frame.
@@ -44,13 +45,7 @@ class CameraMount:
         plant = MultibodyPlant(time_step=0.0)
         add_robot_model(robot.description, plant)
         plant.Finalize()
-        if not plant.HasFrameNamed(frame):
-            raise FieldError(
-                robot.description.name,
-                "wrist_camera.frame",
-                unknown_name("frame", frame, robot.tree.names[1:]),
-            )
-        frame_F = plant.GetFrameByName(frame)
+        frame_F = find_frame(plant, frame, robot.description.name, field)
         self.robot = robot
         self.X_FC = X_FC.GetAsMatrix4()
         self.margin = margin

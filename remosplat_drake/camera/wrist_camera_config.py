@@ -21,7 +21,6 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
-from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import (
     Config,
     Position,
@@ -29,6 +28,7 @@ from remosplat_drake.base.ranges import (
     check_ranges,
 )
 from remosplat_drake.base.system_libraries import libraries_named
+from remosplat_drake.robot.model_file import find_frame
 from remosplat_drake.signals import station_ports as ports
 
 _RENDERER = "vtk"
@@ -122,11 +122,9 @@ class WristCameraConfig(Config):
                 of the given name.
         """
         check_ranges(self, field="wrist_camera")
-        if not plant.HasFrameNamed(self.frame):
-            raise RemoSplatError(
-                f"wrist_camera.frame: the robot has no frame {self.frame!r}"
-            )
-        frame_F = plant.GetFrameByName(self.frame)
+        frame_F = find_frame(
+            plant, self.frame, type(self).__name__, "wrist_camera.frame"
+        )
         if not scene_graph.HasRenderer(_RENDERER):
             with libraries_named("a simulated wrist camera"):
                 engine = MakeRenderEngineVtk(RenderEngineVtkParams())

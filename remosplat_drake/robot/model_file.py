@@ -8,10 +8,10 @@ from pydrake.multibody.parsing import (
     ProcessModelDirectives,
 )
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import ModelInstanceIndex
+from pydrake.multibody.tree import Frame, FrameIndex, ModelInstanceIndex
 
 from remosplat_drake.base import resources
-from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.errors import FieldError, FileError, unknown_name
 from remosplat_drake.robot.robot_description import RobotDescription
 
 
@@ -48,6 +48,37 @@ def add_robot_model(
     # asked to exit.
     except (RuntimeError, ValueError, SystemExit) as error:
         raise FileError(path, in_one_line(error)) from error
+
+
+def find_frame(
+    plant: MultibodyPlant, name: str, where: str, field: str
+) -> Frame:
+    """Finds a frame of the robot's model by its name.
+
+    Args:
+        plant: The finalized plant with the robot.
+        name: Name of the frame.
+        where: What errors blame, such as a file.
+        field: The field of it that has the name.
+
+    Raises:
+        FieldError: There is no such frame; the text tells those that there are.
+    """
+    if not plant.HasFrameNamed(name):
+        known = _frame_names(plant)
+        raise FieldError(where, field, unknown_name("frame", name, known))
+    return plant.GetFrameByName(name)
+
+
+def _frame_names(plant: MultibodyPlant) -> set[str]:
+    """Names of the frames that something may be fixed to, but the world's."""
+    names = {
+        plant.get_frame(FrameIndex(i)).name() for i in range(plant.num_frames())
+    }
+    # Drake adds frames of its own, on the parents of joints.
+    joints = map(plant.get_joint, plant.GetJointIndices())
+    added = {f"{joint.name()}_parent" for joint in joints}
+    return names - added - {"", "world"}
 
 
 def in_one_line(error: BaseException) -> str:

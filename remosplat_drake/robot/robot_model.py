@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import FrameIndex
 
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.base.packed import Packed
@@ -20,7 +19,7 @@ from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.actuators import Actuator, default_actuators
 from remosplat_drake.robot.joint_limits import JointLimits
-from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.model_file import add_robot_model, find_frame
 from remosplat_drake.robot.motion_bounds import hessian_bound, jacobian_bound
 from remosplat_drake.robot.robot_arrays import (
     RobotArrays,
@@ -152,17 +151,15 @@ class RobotModel:
         self.effectors = tuple(named)
         bodies, X_LE = [], []
         for effector, name in named.items():
-            if not plant.HasFrameNamed(name):
-                field = joined("end_effectors", effector)
-                raise FieldError(
-                    self.description.source,
-                    field if effector else "end_effector_frame",
-                    unknown_name("frame", name, _frame_names(plant))
-                    if name
-                    else "is missing; name a frame, or several under"
-                    " end_effectors",
+            source = self.description.source
+            field = joined("end_effectors", effector)
+            field = field if effector else "end_effector_frame"
+            if not name:
+                problem = (
+                    "is missing; name a frame, or several under end_effectors"
                 )
-            frame = plant.GetFrameByName(name)
+                raise FieldError(source, field, problem)
+            frame = find_frame(plant, name, source, field)
             bodies.append(self.tree.index(frame.body().name()))
             X_LE.append(frame.GetFixedPoseInBodyFrame().GetAsMatrix4())
         self._body_E = np.array(bodies)
@@ -236,6 +233,22 @@ class RobotModel:
     def q_home(self) -> np.ndarray:
         """The home configuration with the base at the origin, shape (n_q,)."""
         return np.concatenate([np.zeros(self._base_q), self.home])
+
+    def beyond_limits(self, q: np.ndarray) -> str:
+        """Says which joint is beyond its limits; empty where none is.
+
+        Args:
+            q: A configuration, shape (n_q,) [rad, m].
+        """
+        lower, upper = self.position_lower, self.position_upper
+        outside = (q < lower) | (q > upper)
+        if not outside.any():
+            return ""
+        i = int(outside.argmax())
+        return (
+            f"{self.joint_names[i]} is beyond its limits: it is at {q[i]:g},"
+            f" not from {lower[i]:g} to {upper[i]:g}"
+        )
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
         """Computes the poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
@@ -386,7 +399,7 @@ class RobotModel:
             for body, X_LE in zip(self._body_E, self._X_LE, strict=True)
         )
 
-    @property
+    @cached_property
     def joint_reach(self) -> np.ndarray:
         """How far from zero each joint can be, (n_q,) [m, rad]."""
         return np.maximum(-self.position_lower, self.position_upper)
@@ -442,14 +455,3 @@ def load_robot(
     description = load_robot_description(name)
     covering = load_sphere_model(description.spheres_path(spheres))
     return RobotModel(description, covering, floor_height)
-
-
-def _frame_names(plant: MultibodyPlant) -> set[str]:
-    """Names of the frames that an end effector may be, without the world's."""
-    names = {
-        plant.get_frame(FrameIndex(i)).name() for i in range(plant.num_frames())
-    }
-    # Drake adds frames of its own, on the parents of joints.
-    joints = map(plant.get_joint, plant.GetJointIndices())
-    added = {f"{joint.name()}_parent" for joint in joints}
-    return names - added - {"", "world"}

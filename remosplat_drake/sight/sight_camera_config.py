@@ -107,7 +107,9 @@ class SightCameraConfig(Config):
             RemoSplatError: The robot has no such frame.
         """
         if self.frame:
-            return CameraMount(robot, self.X_FC, self.frame).pose
+            field = f"cameras: {self.name}: frame"
+            mount = CameraMount(robot, self.X_FC, self.frame, field=field)
+            return mount.pose
         X_WC = self.X_FC.GetAsMatrix4()
         return lambda q: X_WC
 
