@@ -5,9 +5,7 @@ from pydrake.systems.framework import Context
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.signals.standing import Standing
-from remosplat_drake.signals.supervisor_state import (
-    SupervisorState,
-)
+from remosplat_drake.signals.supervisor_state import SupervisorState
 
 
 def supervision_of(

@@ -11,9 +11,7 @@ from remosplat_drake.recording.metrics import RunMetrics, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.standing import Standing
-from remosplat_drake.signals.supervisor_state import (
-    STOPPED,
-)
+from remosplat_drake.signals.supervisor_state import STOPPED
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.standing.sentence import at_end
 

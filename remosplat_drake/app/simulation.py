@@ -1,4 +1,4 @@
-"""Run an application to its end and say how it ended."""
+"""`run`: simulates an application to its end."""
 
 from collections.abc import Callable
 

@@ -20,6 +20,7 @@ from concurrent.futures import (
 )
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from itertools import chain, islice
 from multiprocessing.sharedctypes import Synchronized
 from typing import Any
 
@@ -85,18 +86,20 @@ def run_jobs(
         yield from (job.run() for job in jobs)
         return
     fresh, suspects, deaths = iter(jobs), deque[Job](), Counter[Job]()
-    more = True
-    while more or suspects:
-        # After a death, those that were running then go one by one: only
-        # so is it clear whose worker dies.
-        alone = bool(suspects)
-        batch = _Batch(fresh, workers * JOBS_A_WORKER)
-        queue, count = (_emptied(suspects), 1) if alone else (batch, workers)
+    while True:
+        if suspects:
+            # After a death, those that were running then go one by one: only
+            # so is it clear whose worker dies.
+            queue, count = _emptied(suspects), 1
+        elif (job := next(fresh, None)) is not None:
+            rest = islice(fresh, workers * JOBS_A_WORKER - 1)
+            queue, count = chain([job], rest), workers
+        else:
+            return
         running: dict[Future, Job] = {}
         with _pool(count, gpus) as pool:
             try:
                 yield from _drain(pool, queue, running, count, suspects)
-                more = more and not batch.is_last
             except BrokenProcessPool:
                 for job in running.values():
                     deaths[job] += 1
@@ -104,22 +107,6 @@ def run_jobs(
                         suspects.append(job)
                     else:
                         yield job.died()
-
-
-class _Batch(Iterator[Job]):
-    """The next few of many jobs; knows whether there are no more after them."""
-
-    def __init__(self, jobs: Iterator[Job], most: int):
-        self._jobs, self._left = jobs, most
-        self.is_last = False
-
-    def __next__(self) -> Job:
-        if self._left:
-            for job in self._jobs:
-                self._left -= 1
-                return job
-            self.is_last = True
-        raise StopIteration
 
 
 def _emptied(jobs: deque[Job]) -> Iterator[Job]:

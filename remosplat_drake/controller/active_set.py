@@ -84,9 +84,8 @@ def solve_dense(H, c, A, b):
         if entering < 0:
             for k in range(n_active):
                 multipliers[active[k]] = weight[k]
-            if _is_stationary(H, c, A, u, active, weight, n_active):
-                return u, multipliers, OPTIMAL
-            return u, multipliers, UNDECIDED
+            is_optimum = _is_stationary(H, c, A, u, active, weight, n_active)
+            return u, multipliers, OPTIMAL if is_optimum else UNDECIDED
         n_active = _take_in(
             entering, excess, L, A, u, active, weight, n_active, Q, R
         )

@@ -10,7 +10,7 @@ from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.compiled_program import CompiledProgram
 from remosplat_drake.controller.controller_config import default_ingredients
 from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.ingredient import Ingredient
+from remosplat_drake.controller.ingredient import Ingredient, complete
 from remosplat_drake.controller.ingredients import SelfCollisionDamper
 from remosplat_drake.controller.kernels.assemble import (
     PARTS,
@@ -103,9 +103,7 @@ class CompiledLaw:
         if not self.outside:
             return compiled
         program = compiled.opened()
-        for ingredient in self.outside:
-            ingredient.AddToProgram(program, tick)
-        program.finish()
+        complete(program, self.outside, tick)
         return program
 
     def _assemble(self, tick: Tick) -> ProgramArrays:

@@ -54,10 +54,10 @@ class CompiledProgram(ReactiveProgram):
         self._ingredients, self._tick = ingredients, tick
         self.lower, self.upper = arrays.lower, arrays.upper
         self._take_costs_and_rows()
-        if arrays.count[1]:
-            term = ingredients[arrays.count[1] - 1].term
-            self._take_trackings(term)
-        self.has_acceleration_bounds = bool(arrays.count[2])
+        _, tracker, accelerates, *_ = arrays.count.tolist()
+        if tracker:
+            self._take_trackings(ingredients[tracker - 1].term)
+        self.has_acceleration_bounds = bool(accelerates)
         self._is_finished = True
 
     def _take_costs_and_rows(self) -> None:

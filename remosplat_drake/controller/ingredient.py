@@ -81,7 +81,24 @@ def build_program(
         use_acceleration=use_acceleration,
         relax=relax,
     )
+    complete(program, ingredients, tick)
+    return program
+
+
+def complete(
+    program: ReactiveProgram, ingredients: Sequence[Ingredient], tick: Tick
+) -> None:
+    """Adds ingredients to an unfinished program, and finishes it.
+
+    Args:
+        program: The program.
+        ingredients: Costs and constraints, in any order.
+        tick: What is known at the tick.
+
+    Raises:
+        TermError: Two terms of a kind share a name, or one has the wrong
+            shape.
+    """
     for ingredient in ingredients:
         ingredient.AddToProgram(program, tick)
     program.finish()
-    return program
