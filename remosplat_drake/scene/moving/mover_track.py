@@ -9,9 +9,9 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Interval, Len
+from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from scipy.interpolate import CubicSpline
-from scipy.spatial.transform import Rotation
 
 from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
 from remosplat_drake.scene.mover import Mover
@@ -108,12 +108,14 @@ class MoverTrack:
         X_WMs = [waypoint.X_WM for waypoint in config.waypoints]
         self._at_rest = X_WMs[0]
         self._position = None
-        self._R_WM = Rotation.from_matrix(
-            np.array([X.rotation().matrix() for X in X_WMs])
-        )
         if len(X_WMs) > 1:
             p_WM = np.array([X.translation() for X in X_WMs])
             self._position = CubicSpline(self._times, p_WM, bc_type="clamped")
+        self._R_WM = np.array([X.rotation().matrix() for X in X_WMs])
+        self._turns_W = [
+            b.rotation().multiply(a.rotation().inverse()).ToAngleAxis()
+            for a, b in pairwise(X_WMs)
+        ]
 
     def at(self, time: float) -> Mover:
         """Returns the mover as it is at a time, with its bounds.
@@ -152,7 +154,7 @@ class MoverTrack:
         none = np.zeros(3)
         if self._position is None:
             return self._at_rest, none, none
-        now = float(np.clip(time, self._times[0], self._times[-1]))
+        now = min(max(time, self._times[0]), self._times[-1])
         R_WM, w_WM, _ = self._turning(now)
         X_WM = RigidTransform(RotationMatrix(R_WM), self._position(now))
         if now != time:
@@ -174,10 +176,10 @@ class MoverTrack:
         share = x**3 * (10 - 15 * x + 6 * x**2)
         rate = 30 * x**2 * (1 - x) ** 2 / span
         change = 60 * x * (1 - x) * (1 - 2 * x) / span**2
-        first = self._R_WM[k]
-        turn_W = (self._R_WM[k + 1] * first.inv()).as_rotvec()
-        R_WM = (Rotation.from_rotvec(share * turn_W) * first).as_matrix()
-        return R_WM, rate * turn_W, change * turn_W
+        turn = self._turns_W[k]
+        turned = AngleAxis(share * turn.angle(), turn.axis()).rotation()
+        turn_W = turn.angle() * turn.axis()
+        return turned @ self._R_WM[k], rate * turn_W, change * turn_W
 
     @cached_property
     def _greatest(self) -> tuple[float, float]:
@@ -187,19 +189,16 @@ class MoverTrack:
         times = np.concatenate(
             [np.linspace(a, b, _LOOKS) for a, b in pairwise(self._times)]
         )
+        turnings = zip(*(self._turning(time) for time in times), strict=True)
+        R_WM, w_W, spin_W = map(np.array, turnings)
         # Both are greatest at a corner of the core.
         signs = np.array(list(product((-1, 1), repeat=3)))
-        corners = signs * self.config.half_extents
-        speed, push = np.zeros(len(times)), np.zeros(len(times))
-        for i, time in enumerate(times):
-            R_WM, w_W, spin_W = self._turning(time)
-            lever_W = corners @ R_WM.T
-            v_W = np.cross(w_W, lever_W)
-            a_W = np.cross(spin_W, lever_W) + np.cross(w_W, v_W)
-            v_W, a_W = (
-                v_W + self._position(time, 1),
-                a_W + self._position(time, 2),
-            )
-            speed[i] = np.linalg.norm(v_W, axis=1).max()
-            push[i] = np.linalg.norm(a_W, axis=1).max()
+        lever_W = (signs * self.config.half_extents) @ R_WM.transpose(0, 2, 1)
+        turned_W = np.cross(w_W[:, None], lever_W)
+        v_W = turned_W + self._position(times, 1)[:, None]
+        a_W = self._position(times, 2)[:, None] + (
+            np.cross(spin_W[:, None], lever_W)
+            + np.cross(w_W[:, None], turned_W)
+        )
+        speed, push = np.linalg.norm(v_W, axis=2), np.linalg.norm(a_W, axis=2)
         return _SLACK * float(speed.max()), _SLACK * float(push.max())
