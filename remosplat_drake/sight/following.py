@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
 
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.sight.edge_filter import Edges, outline
@@ -26,6 +27,10 @@ _NEVER = 1e6
 _STILL = 0.03
 """A thing that stays put stays within this distance, and errors [m]."""
 
+_AGAIN = 0.06
+"""A point shows itself again where one is seen so near to it, and may itself
+be so far from where it is predicted to be [m]."""
+
 _MOST_HIDDEN = 100
 """Most points that are remembered of a thing."""
 
@@ -35,7 +40,7 @@ def follow(
     count: int,
     things: Sequence[Thing],
     time: float,
-    hidden: Callable[[Track], Stretches],
+    hidden: Callable[..., Stretches],
     config: SightConfig,
 ) -> tuple[tuple[Track, ...], int]:
     """Follows tracks, begins new ones and lets go of what has gone.
@@ -45,7 +50,8 @@ def follow(
         count: Number of tracks so far, for the names of new ones.
         things: What is seen now.
         time: When that is [s].
-        hidden: Says what of a predicted track can be where no camera sees now.
+        hidden: Says what of a predicted track, of which something `is_seen` or
+            nothing, can be where no camera tells it now.
         config: How things may move.
 
     Returns:
@@ -58,14 +64,15 @@ def follow(
     for j, thing in enumerate(things):
         if j in matched:
             track = matched[j]
-            new.append(_followed(track, thing, hidden(track), config))
+            rest = hidden(track, is_seen=True)
+            new.append(_followed(track, thing, rest, config))
         else:
             count += 1
             new.append(_begun(f"seen {count}", thing, time, config))
     followed = {track.name for track in matched.values()}
     for track in old:
         if track.name not in followed and track.images >= TRUSTED:
-            rest = hidden(track)
+            rest = hidden(track, is_seen=False)
             if len(rest):
                 new.append(dc.replace(track, hidden=rest))
     return tuple(new), count
@@ -133,21 +140,24 @@ def _followed(
 def still_hidden(
     track: Track,
     *,
+    is_seen: bool,
     things: Sequence[Thing],
     views: Mapping[str, View],
     spheres: Spheres,
     scene: KnownScene,
     config: SightConfig,
 ) -> Stretches:
-    """Tells what of a predicted track can be where no camera sees now.
+    """Tells what of a predicted track can be where no camera tells it now.
 
-    It is neither looked through, nor where something is seen in its place, nor
-    within what is seen of this or of another thing, nor part of the map by now,
-    nor too old. What is as near to the robot as is taken for the robot itself
-    no image shows: whoever touches it is there still.
+    In open space it is neither looked through, nor where something is seen in
+    its place, nor within what is seen of this or of another thing, nor too old.
+    Right beside the robot or the map no image tells it from them: what has got
+    there is there still, as long as the rest of the track is seen, until it
+    shows itself again. Whoever touches the robot does.
 
     Args:
         track: A track, predicted to the time of the newest image.
+        is_seen: Whether something of it is seen now.
         things: What is seen now.
         views: What each camera sees, by its name.
         spheres: The robot's spheres in W.
@@ -155,21 +165,38 @@ def still_hidden(
         config: Errors, margins and for how long things are remembered.
     """
     old, time = track.hidden, track.edges.time
+    blurred = _blurred(track, spheres, scene, config)
+    if is_seen:
+        old = dc.replace(old, seen=np.where(blurred, time, old.seen))
     left = time - old.seen <= config.memory
-    left &= scene.distances(old.face_W) > track.error
-    beside = config.robot_margin + track.error - config.pose_error
-    apart = np.linalg.norm(old.face_W[:, None] - spheres.p_WS, axis=2)
-    shown = (apart > np.asarray(spheres.radius) + beside).all(axis=1)
+    if track.is_still(config):
+        # It has settled: by now it may be what the map shows.
+        left &= scene.distances(old.face_W) > track.error
     for view in views.values():
         if time - view.seen < config.expiry:
             z, measured = view.image.depths_at(old.face_W)
             with np.errstate(invalid="ignore"):
                 through = (z > 0) & (measured > z - config.margin(z))
-            left &= ~(through & shown)
+            left &= blurred | ~through
     for thing in things:
-        for part in thing.parts:
-            left &= ~(shown & (part.distance(old.face_W) <= 0))
-    if left.sum() < max(config.least_points, _LEFT * len(old)):
+        left &= blurred | (thing.distances(old.face_W) > 0)
+        apart = cdist(old.face_W, thing.shown.face_W).min(axis=1)
+        left &= ~blurred | (apart > _AGAIN)
+    few = left.sum() < max(config.least_points, _LEFT * len(old))
+    if few and not blurred[left].any():
         return Stretches.none()
     found = np.flatnonzero(left)
     return old.select(found[:: len(found) // _MOST_HIDDEN + 1])
+
+
+def _blurred(
+    track: Track, spheres: Spheres, scene: KnownScene, config: SightConfig
+) -> np.ndarray:
+    """Whether what is hidden may be too near to robot or map to be told."""
+    p_W, off = track.hidden.face_W, track.error + _AGAIN
+    beside = config.robot_margin + off - config.pose_error
+    apart = cdist(p_W, spheres.p_WS) - np.asarray(spheres.radius)
+    blurred = (apart <= beside).any(axis=1)
+    if not track.is_still(config):
+        blurred |= scene.distances(p_W) <= off
+    return blurred

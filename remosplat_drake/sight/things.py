@@ -52,6 +52,10 @@ class Thing:
             0.3 * pitch + 0.7 * float(config.deviation(far)),
         )
 
+    def distances(self, p_W: np.ndarray) -> np.ndarray:
+        """Returns how far points (n, 3) are from its boxes [m]."""
+        return np.min([part.distance(p_W) for part in self.parts], axis=0)
+
 
 def things_seen(
     views: Mapping[str, View], time: float, config: SightConfig
