@@ -174,10 +174,8 @@ def still_hidden(
         left &= scene.distances(old.face_W) > track.error
     for view in views.values():
         if time - view.seen < config.expiry:
-            z, measured = view.image.depths_at(old.face_W)
-            with np.errstate(invalid="ignore"):
-                through = (z > 0) & (measured > z - config.margin(z))
-            left &= blurred | ~through
+            told = view.tells(old.face_W, spheres, config)
+            left &= blurred | ~told
     for thing in things:
         left &= blurred | (thing.distances(old.face_W) > 0)
         apart = cdist(old.face_W, thing.shown.face_W).min(axis=1)
@@ -194,8 +192,8 @@ def _blurred(
 ) -> np.ndarray:
     """Whether what is hidden may be too near to robot or map to be told."""
     p_W, off = track.hidden.face_W, track.error + _AGAIN
-    beside = config.robot_margin + off - config.pose_error
     apart = cdist(p_W, spheres.p_WS) - np.asarray(spheres.radius)
+    beside = config.robot_margin - config.pose_error + off
     blurred = (apart <= beside).any(axis=1)
     if not track.is_still(config):
         blurred |= scene.distances(p_W) <= off

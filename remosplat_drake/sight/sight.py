@@ -121,7 +121,7 @@ def look(
         if name != image.camera
     }
     views = {**others, image.camera: mine}
-    things, of = things_seen(views, image.time, config)
+    things, of = things_seen(views, image.time, spheres, config)
     hidden = partial(
         still_hidden,
         things=things,

@@ -79,3 +79,7 @@ class SightConfig(Config):
     def margin(self, z: np.ndarray | float) -> np.ndarray | float:
         """Returns by how much points at depths z may be misplaced [m]."""
         return self.pose_error + self.sigmas * self.deviation(z)
+
+    def beside(self, z: float) -> float:
+        """Returns how far from the robot a depth z is taken for it [m]."""
+        return self.robot_margin + self.sigmas * float(self.deviation(z))

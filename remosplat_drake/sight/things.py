@@ -4,7 +4,9 @@ import dataclasses as dc
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
+from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.sight.clusters import clustered
 from remosplat_drake.sight.enclosure import RoundedBox, enclose
 from remosplat_drake.sight.sight_config import SightConfig
@@ -33,22 +35,36 @@ class Thing:
 
     @staticmethod
     def of(
-        shown: Stretches, depth: np.ndarray, pitch: float, config: SightConfig
+        shown: Stretches,
+        depth: np.ndarray,
+        pitch: float,
+        spheres: Spheres,
+        config: SightConfig,
     ) -> "Thing":
         """Encloses a cluster of points.
+
+        What is right beside the robot is taken for the robot. So a thing that
+        is seen up to there is taken to touch it.
 
         Args:
             shown: The points, shape (n,).
             depth: Their depths in the images that show them, shape (n,) [m].
             pitch: Greatest distance between neighbouring pixels there [m].
+            spheres: The robot's spheres in W.
             config: The cameras' errors.
         """
         far = float(depth.max())
+        margin = float(config.margin(far))
+        touch_W = _touches(shown.face_W, spheres, config.beside(far) + pitch)
         return Thing(
             shown,
-            enclose(shown.face_W, shown.back_W, pitch),
+            enclose(
+                np.concatenate([shown.face_W, touch_W]),
+                np.concatenate([shown.back_W, touch_W]),
+                pitch,
+            ),
             pitch,
-            float(config.margin(far)),
+            margin,
             0.3 * pitch + 0.7 * float(config.deviation(far)),
         )
 
@@ -57,14 +73,27 @@ class Thing:
         return np.min([part.distance(p_W) for part in self.parts], axis=0)
 
 
+def _touches(p_W: np.ndarray, spheres: Spheres, beside: float) -> np.ndarray:
+    """Where things whose points are beside the robot would touch it."""
+    gap = cdist(p_W, spheres.p_WS) - np.asarray(spheres.radius)
+    near, sphere = np.nonzero((gap > 0) & (gap <= beside))
+    way_W = spheres.p_WS[sphere] - p_W[near]
+    way_W /= np.linalg.norm(way_W, axis=1, keepdims=True)
+    return p_W[near] + gap[near, sphere][:, None] * way_W
+
+
 def things_seen(
-    views: Mapping[str, View], time: float, config: SightConfig
+    views: Mapping[str, View],
+    time: float,
+    spheres: Spheres,
+    config: SightConfig,
 ) -> tuple[list[Thing], dict[str, np.ndarray]]:
     """Sorts what all cameras see to be new into things.
 
     Args:
         views: What each camera sees, by its name.
         time: The present time [s].
+        spheres: The robot's spheres in W.
         config: How near to each other the points of a thing are.
 
     Returns:
@@ -91,7 +120,7 @@ def things_seen(
             np.full(len(members), time),
         )
         wide = float(pitch[members].max())
-        things.append(Thing.of(shown, depth[members], wide, config))
+        things.append(Thing.of(shown, depth[members], wide, spheres, config))
     sorted_points, start = {}, 0
     for name, view in views.items():
         sorted_points[name] = of[start : start + len(view.points)]

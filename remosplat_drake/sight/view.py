@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.sight.depth_image import DepthImage
 from remosplat_drake.sight.new_points import NewPoints
 from remosplat_drake.sight.sight_config import SightConfig
@@ -56,6 +57,34 @@ class View:
         z, measured = self.image.depths_at(p_W)
         with np.errstate(invalid="ignore"):
             return (z > 0) & (measured > z + 2 * config.margin(z))
+
+    def tells(
+        self, p_W: np.ndarray, spheres: Spheres, config: SightConfig
+    ) -> np.ndarray:
+        """Tells of which points the image shows whether something is there.
+
+        It does not where the robot may be in between: what is seen there is
+        taken for the robot.
+
+        Args:
+            p_W: The points in W, shape (n, 3).
+            spheres: The robot's spheres in W.
+            config: Errors and margins.
+
+        Returns:
+            True where it does, shape (n,) bool.
+        """
+        z, measured = self.image.depths_at(p_W)
+        with np.errstate(invalid="ignore"):
+            there = (z > 0) & (measured > z - config.margin(z))
+        p_WC = self.image.p_WC
+        radius = np.asarray(spheres.radius) + config.robot_margin
+        ray_W, p_CS = p_W - p_WC, spheres.p_WS - p_WC
+        square = np.einsum("ni,ni->n", ray_W, ray_W)[:, None]
+        share = np.clip(ray_W @ p_CS.T / np.maximum(square, 1e-12), 0, 1)
+        apart = np.linalg.norm(share[..., None] * ray_W[:, None] - p_CS, axis=2)
+        behind = (apart <= radius).any(axis=1)
+        return self.looks_through(p_W, config) | (there & ~behind)
 
     def moved_on(
         self, tracks: Sequence[Track], newer: "View", config: SightConfig

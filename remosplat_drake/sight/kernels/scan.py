@@ -58,8 +58,12 @@ def _is_unasked(nodes, i, j, k) -> bool:
 
 
 @helper
-def _is_robot(x, y, z, balls_C, margin) -> bool:
-    """Whether the ray (x, y, 1) meets a sphere before the depth z ends."""
+def _is_robot(x, y, z, slack, balls_C, margin) -> bool:
+    """Whether the ray (x, y, 1) may meet a sphere before the depth z ends.
+
+    Where it passes is known but for the margin; the depth, which noise is in,
+    but for the slack.
+    """
     square = x * x + y * y + 1.0
     for s in range(len(balls_C)):
         cx, cy, cz = balls_C[s, 0], balls_C[s, 1], balls_C[s, 2]
@@ -72,9 +76,9 @@ def _is_robot(x, y, z, balls_C, margin) -> bool:
         root = math.sqrt(discriminant)
         if offset <= 0.0:
             # The camera is within: it looks out of the sphere.
-            if z * square <= middle + root:
+            if (z - slack) * square <= middle + root:
                 return True
-        elif middle > 0.0 and middle - root <= z * square:
+        elif middle > 0.0 and middle - root <= (z + slack) * square:
             return True
     return False
 
@@ -158,7 +162,7 @@ def scan(
             steep = deviation + 3.0 * pitch * z
             if _agreeing(depth, row, column, z, steep) < 2:
                 continue
-            if _is_robot(x, y, z, balls_C, rules[5] + deviation):
+            if _is_robot(x, y, z, deviation, balls_C, rules[5]):
                 continue
             found[n_found, 0], found[n_found, 1] = px, py
             found[n_found, 2], found[n_found, 3] = pz, z
