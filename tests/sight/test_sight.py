@@ -4,7 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 from room import (
     CONFIG,
     FRAME,
@@ -21,7 +21,9 @@ from room import (
 )
 
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.recording.mover_contacts import distances
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.scene.primitive_scene import Box
 from remosplat_drake.sight.enclosure import RoundedBox
 from remosplat_drake.sight.kernels.scan import UNASKED
@@ -178,6 +180,64 @@ def test_who_touches_the_robot_is_there_although_no_image_tells():
         _, movers = watch.see(time, at, i % 2)
         if 0 < time - arrival < CONFIG.memory - 0.2:
             assert len(movers), "what was seen there before has not gone"
+
+
+def forearm(tip_W, v_W=(0.0, 0.0, 0.0), length=0.4, radius=0.05) -> Movers:
+    """A capsule along y whose end of lesser y is at a place."""
+    middle = np.add(tip_W, [0.0, radius + 0.5 * length, 0.0])
+    X_WM = RigidTransform(RotationMatrix.MakeXRotation(np.pi / 2), middle)
+    size = np.array([0.0, 0.0, 0.5 * length])
+    v_WM = np.array(v_W, float)
+    return Movers(0.0, [Mover("arm", X_WM, size, radius, v_WM=v_WM)])
+
+
+def test_a_hand_on_the_robot_stays_there_as_long_as_the_arm_is_seen():
+    """No image tells the hand from the robot, for longer than the memory."""
+    watch = Watch([LEFT, RIGHT])
+    robot = np.array([0.3, 0.0, 1.0])
+    watch.spheres = Spheres.at(robot[None], 0.15)
+    v_W, tip_W = np.array([0.0, -0.5, 0.0]), np.array([0.3, 0.15, 1.0])
+    arrival = 1.0
+    for i in range(300):
+        time = 0.5 * FRAME * i
+        left = max(arrival - time, 0.0)
+        at = forearm(tip_W - left * v_W, v_W if left else np.zeros(3))
+        _, movers = watch.see(time, at, i % 2)
+        if time > arrival:
+            known = movers.at(movers.stamp)
+            apart, _ = distances(known, robot[None], np.array([0.15]))
+            assert apart.min() <= 0.0
+    assert movers.stamp - arrival > 1.5 * CONFIG.memory
+
+
+def test_a_thing_a_little_beside_the_robot_is_seen():
+    """Only its depth is as uncertain as that it may be the robot's."""
+    watch = Watch([LEFT])
+    right, ahead = LEFT[:3, 0], LEFT[:3, 2]
+    robot = LEFT[:3, 3] + 1.6 * ahead
+    watch.spheres = Spheres.at(robot[None], 0.15)
+    gap = 0.06
+    assert gap < CONFIG.beside(1.6)
+    still = ball(robot + (0.15 + gap + 0.06) * right, radius=0.06)
+    for i in range(10):
+        _, movers = watch.see(i * FRAME, still)
+        assert i < 2 or len(movers)
+
+
+def test_what_is_seen_beside_the_robot_may_be_the_robot_or_a_thing():
+    watch = Watch([LEFT])
+    right, ahead = LEFT[:3, 0], LEFT[:3, 2]
+    watch.spheres = Spheres.at((LEFT[:3, 3] + ahead)[None], 0.2)
+    watch.see(0.0)
+    view, place = watch.sight.views["0"], np.zeros((2, 3))
+    place[0] = LEFT[:3, 3] + 1.5 * (ahead + 0.22 * right)
+    place[1] = LEFT[:3, 3] + 1.5 * (ahead + 0.35 * right)
+    z, _ = view.image.depths_at(place)
+    for behind, told in [(0.0, [False, True]), (0.5, [True, True])]:
+        depth = np.full_like(view.image.depth, z[0] + behind)
+        image = dc.replace(view.image, depth=depth)
+        seen = dc.replace(view, image=image)
+        assert seen.tells(place, watch.spheres, CONFIG).tolist() == told
 
 
 def test_memory_has_an_end():
