@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.scenario import CAMERAS, Scenario
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.target_config import TargetConfig
@@ -28,44 +28,29 @@ from remosplat_drake.benchmark.reaching_task import (
     ReachingTask,
 )
 from remosplat_drake.benchmark.result import (
-    COLLISION,
-    INFEASIBLE,
-    LOCAL_MINIMUM,
     RULES,
-    SUCCESS,
-    TIMEOUT,
-    Judgement,
     MovingResult,
     TrialResult,
     WallTimes,
 )
-from remosplat_drake.benchmark.watched_run import WatchedRun
+from remosplat_drake.benchmark.trial_judge import (
+    RunJudge,
+    arrival_rule,
+    judge_contacts,
+)
 from remosplat_drake.controller.planning.plan import NO_EFFORT, SearchEffort
 from remosplat_drake.oracle.oracle_config import make_field
-from remosplat_drake.recording.metrics import path_length, status_counts
-from remosplat_drake.recording.mover_contacts import KINDS, judge_movers
+from remosplat_drake.recording.metrics import status_counts
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.scene.mover import Movers
-from remosplat_drake.scene.moving.track import movers_at
-from remosplat_drake.sight.simulated.camera_sight import placed_cameras
 from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
+from remosplat_drake.task.arrival import has_arrived
 
-TRIAL_VERSION = 3
+TRIAL_VERSION = 4
 """Version of trials, raised whenever one would end differently; part of the
 key."""
-
-CHECKS_A_TICK = 5
-"""Number of collision checks a tick: at the tick and at four points
-between."""
-
-STALL_WINDOW, STALL_REACH = 1.0, 0.01
-"""Time at the end of a run [s], and the path length below which the robot
-stood still in it [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -171,7 +156,7 @@ def run_trial(trial: Trial) -> TrialResult:
         where = f"{trial.case.file or trial.case.name}: {task.start_field}"
         return dc.replace(describe(trial), problem=f"{where}: {problem}")
     trajectory, effort = _drive(trial.method, scenario, world, task)
-    judge = _Judge(world.robot, scenario, trajectory, task)
+    judge = RunJudge(world.robot, scenario, trajectory, task)
     judgements = {rule: judge.judgement(rule) for rule in RULES}
     return dc.replace(
         describe(trial),
@@ -182,39 +167,19 @@ def run_trial(trial: Trial) -> TrialResult:
         joint_time=_joint_time(world, task),
         first_checks=None if effort.first_path is None else effort.first_checks,
         self_distance=met.self_distance(world.robot, trajectory.q),
-        moving=_judge_movers(trial, scenario, world, trajectory),
+        moving=_contacts(trial, scenario, world, trajectory),
         **judgements,
     )
 
 
-def _judge_movers(
+def _contacts(
     trial: Trial, scenario: Scenario, world: World, trajectory: Trajectory
 ) -> MovingResult | None:
     """Judges a run by what moved; None where nothing did."""
     if not isinstance(trial.case, MovingCase):
         return None
-    tracks, robot = trial.case.tracks(), world.robot
-    dt = scenario.control_period
-
-    def movers(time: float) -> Movers:
-        return movers_at(tracks, time)
-
-    judged = judge_movers(robot, trajectory.time, trajectory.q, movers, dt)
-    if scenario.movers_from == CAMERAS:
-        judged = WatchedRun(
-            robot,
-            trajectory,
-            movers,
-            placed_cameras(scenario.cameras, robot, world.truth, trial.seed),
-            scenario.sight.least_points,
-            scenario.controller.movers.separation,
-            dt,
-        ).judged(judged)
-    return MovingResult(
-        len(movers(0.0)),
-        {kind: judged.count(kind) for kind in KINDS},
-        float(judged.distance.min()),
-        judged.waited,
+    return judge_contacts(
+        scenario, world, trajectory, trial.case.tracks(), trial.seed
     )
 
 
@@ -299,11 +264,6 @@ def _pose(X: RigidTransform) -> TargetConfig:
     )
 
 
-def arrival_rule(scenario: Scenario, rule: str) -> ArrivalConfig:
-    """Returns the scenario's arrival tolerances, judged by another rule."""
-    return dc.replace(scenario.arrival, rule=rule)
-
-
 class _ArrivedByEveryRule:
     """Tells whether each rule has held once, so that one run serves all."""
 
@@ -313,76 +273,6 @@ class _ArrivedByEveryRule:
     def __call__(self, error: PoseError) -> bool:
         self._open = [r for r in self._open if not has_arrived(error, r)]
         return not self._open
-
-
-class _Judge:
-    """Judges one finished run by several success rules."""
-
-    def __init__(
-        self,
-        robot: RobotModel,
-        scenario: Scenario,
-        trajectory: Trajectory,
-        task: ReachingTask,
-    ):
-        self._robot, self._scenario = robot, scenario
-        self._trajectory = trajectory
-        self._errors = met.target_errors(
-            robot, trajectory.q, task.X_WE_target.GetAsMatrix4()
-        )
-        field = task.truth_field
-        self._at = met.minimum_clearances(robot, trajectory.q, field)
-        self._between = self._clearances_between(field)
-
-    def _clearances_between(self, field: DistanceField) -> np.ndarray:
-        q = met.between_ticks(self._trajectory.q, CHECKS_A_TICK)
-        flat = q.reshape(-1, self._robot.n_q)
-        clearances = met.minimum_clearances(self._robot, flat, field)
-        return clearances.reshape(q.shape[:2]).min(axis=1, initial=np.inf)
-
-    def judgement(self, rule: str) -> Judgement:
-        """Judges the part of the run up to the arrival by that rule."""
-        scenario, trajectory = self._scenario, self._trajectory
-        dt = scenario.control_period
-        arrival = met.arrival_tick(self._errors, arrival_rule(scenario, rule))
-        end = len(trajectory) if arrival is None else arrival
-        q, u = trajectory.q[: end + 1], trajectory.u[:end]
-        p_WE = met.end_effector_positions(self._robot, q)
-        minimum = min(
-            self._at[: end + 1].min(), self._between[:end].min(initial=np.inf)
-        )
-        if minimum <= 0.0:
-            outcome = COLLISION
-        elif arrival is not None:
-            outcome = SUCCESS
-        else:
-            outcome = self._failure()
-        return Judgement(
-            outcome=outcome,
-            duration=end * dt,
-            average_distance=float(self._at[: end + 1].mean()),
-            minimum_distance=float(minimum),
-            gracefulness=met.mean_acceleration(self._robot, q, u, dt),
-            acceleration=met.resampled_acceleration(p_WE, dt),
-            path_length=path_length(p_WE),
-            base_path_length=(
-                path_length(q[:, :2]) if self._robot.n_base else 0.0
-            ),
-        )
-
-    def _failure(self) -> str:
-        """Returns why a run without a collision did not arrive."""
-        trajectory = self._trajectory
-        if len(trajectory) and trajectory.status[-1] in (RELAXED, BRAKING):
-            return INFEASIBLE
-        stalled = met.is_stalled(
-            self._robot,
-            trajectory.q,
-            self._scenario.control_period,
-            STALL_WINDOW,
-            STALL_REACH,
-        )
-        return LOCAL_MINIMUM if stalled else TIMEOUT
 
 
 def _wall_times(
