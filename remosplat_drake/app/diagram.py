@@ -12,7 +12,8 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from remosplat_drake.app.control_loop import AddControlLoop, ControlLoop
 from remosplat_drake.app.other_robots import AddOtherRobots, with_right_of_way
-from remosplat_drake.app.scenario import OBSTACLE, Scenario
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.stages.cockpit import (
     AddCockpitOperator,
     AddCockpitView,

@@ -20,7 +20,8 @@ from remosplat_drake.app.run_monitor import (
     SupervisionCallback,
 )
 from remosplat_drake.app.run_result import RunResult, make_result
-from remosplat_drake.app.scenario import OBSTACLE, Scenario
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.base.clock import next_tick, sleep_until
 from remosplat_drake.base.real_time import (
     CONTROLLER_PRIORITY,

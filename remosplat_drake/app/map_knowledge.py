@@ -5,7 +5,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from remosplat_drake.app.scenario import FREE, OBSTACLE, WARN, Scenario
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scene_config import FREE, OBSTACLE, WARN
 from remosplat_drake.app.world import World, scenario_targets
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import RemoSplatError

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.app.scenario import OBSTACLE, Scenario
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scenario_text import scenario_text
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.seen_space import seen_file
 from remosplat_drake.app.stages.teleoperation import Teleoperation
 from remosplat_drake.app.world import World, true_scenes

@@ -16,7 +16,8 @@ from pydrake.systems.analysis import Simulator
 from rich.console import Console
 
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.scenario import OBSTACLE, Scenario
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.app.world import World
 from remosplat_drake.base import resources

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.app.pose_config import make_transform
-from remosplat_drake.app.scenario import OBSTACLE, Scenario
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.seen_space import (
     SeenSpace,
     load_seen_space,

@@ -8,7 +8,8 @@ import pytest
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.run_result import REACHED
-from remosplat_drake.app.scenario import OBSTACLE, load_scenario
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError, FileError

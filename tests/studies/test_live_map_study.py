@@ -15,7 +15,8 @@ from apps.studies.live_map.cases import (
 )
 from apps.studies.live_map.memory import measure_memory
 from apps.studies.live_map.session import LiveSession
-from remosplat_drake.app.scenario import FREE, OBSTACLE, Scenario, load_scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.scene_config import FREE, OBSTACLE
 from remosplat_drake.app.world import load_world
 
 QUICKLY = """

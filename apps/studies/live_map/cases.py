@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from apps.studies.live_map.session import LiveSession
-from remosplat_drake.app.scenario import FREE, OBSTACLE, Scenario
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scene_config import FREE, OBSTACLE
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import (
     CONTROLLER_PRIORITY,

@@ -12,7 +12,7 @@ from rich.table import Table
 from apps.studies.command_line import study_main
 from apps.studies.noise import experiment, report
 from remosplat_drake.app import warm_up
-from remosplat_drake.app.scenario import SceneConfig
+from remosplat_drake.app.scene_config import SceneConfig
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.robot.robot_model import RobotModel, load_robot

@@ -19,7 +19,7 @@ from apps.studies.operators.result import (
     Touch,
 )
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
-from remosplat_drake.app.scenario import OBSTACLE
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 

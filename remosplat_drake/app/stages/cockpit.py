@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.app.control_loop import ControlLoop
-from remosplat_drake.app.scenario import OBSTACLE
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.stages.teleoperation import (
     Teleoperation,
     what_happens,

@@ -12,7 +12,8 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.app.control_loop import ControlLoop
-from remosplat_drake.app.scenario import OBSTACLE, Scenario
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve

@@ -1,0 +1,86 @@
+"""`SceneConfig`: what surrounds the robot, as a scenario has it."""
+
+import dataclasses as dc
+from collections.abc import Iterator
+from typing import Annotated
+
+from annotated_types import Interval, Len
+from pydrake.multibody.parsing import ModelDirective
+
+from remosplat_drake.app.pose_config import PoseConfig
+from remosplat_drake.base.ranges import (
+    Config,
+    OneOf,
+    Position,
+    field_types,
+)
+from remosplat_drake.splat.gaussian_splat import LARGEST_SCALE, LEAST_SCALE
+
+FREE, WARN, OBSTACLE = "free", "warn", "obstacle"
+UNKNOWN = (FREE, WARN, OBSTACLE)
+"""Choices of what space counts as that no camera has seen."""
+
+
+@dc.dataclass
+class CropConfig(Config):
+    """A box in W; splats whose centres lie outside are left out."""
+
+    # Corner of the box with the smallest coordinates x, y, z in W [m].
+    lower: Position = dc.field(default_factory=lambda: [-1e3] * 3)
+    # Corner of the box with the largest coordinates x, y, z in W [m].
+    upper: Position = dc.field(default_factory=lambda: [1e3] * 3)
+
+
+@dc.dataclass
+class SceneConfig(Config):
+    """What surrounds the robot; file names are relative to the scenario's."""
+
+    # Splat file (.ply, or any that `remosplat convert` reads), in frame G;
+    # empty for none.
+    splat: str = ""
+    # Pose of the splat's frame G in the world W.
+    X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
+    # Metres per unit of the splat's file, applied before X_WG. Other than 1 it
+    # is refused for a splat with a quality report or seen space beside it,
+    # which were measured in metres [m].
+    scale: Annotated[float, Interval(ge=LEAST_SCALE, le=LARGEST_SCALE)] = 1.0
+    crop: CropConfig | None = None
+    # File of the true geometry (RMMI JSON), for metrics, contact and
+    # !GroundTruth; empty for none.
+    truth: str = ""
+    # File of what the true geometry becomes when somebody changes the scene
+    # during a simulated teleoperation (RMMI JSON); empty: it stays.
+    truth_later: str = ""
+    # Further objects, as Drake's model directives (`add_model`, `add_weld`):
+    # boxes and cylinders that are fixed to the world. They are part of both
+    # true geometries; a splat that does not show them stays as it is.
+    directives: Annotated[list[ModelDirective], Len(0, 1000)] = dc.field(
+        default_factory=list
+    )
+    # Largest over-estimate of a distance by the splat; absent: not known. The
+    # quality report beside the splat counts, too, and the larger of both holds.
+    # Stopping distances must exceed it [m].
+    map_error: Annotated[float, Interval(ge=0, le=1)] | None = None
+    # File that says what the cameras of the splat's capture saw, as `remosplat
+    # reconstruct` writes it; empty: the one beside the splat, if there is one.
+    seen: str = ""
+    # What space counts as that no camera has seen: `free`, `obstacle`, or
+    # `warn`, free after a warning; absent: `obstacle` with --hardware, `warn`
+    # in simulation.
+    unknown: Annotated[str, OneOf(UNKNOWN)] | None = None
+    # Height in W below which the robot's floor links do not see the scene, so
+    # that wheels may stand on the floor [m].
+    floor_height: Annotated[float, Interval(ge=-100, le=0.1)] = 0.03
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Checks that each of the directives says one thing.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
+        for i, directive in enumerate(self.directives):
+            names = field_types(ModelDirective)
+            given = [n for n in names if getattr(directive, n) is not None]
+            if len(given) != 1:
+                problem = f"give one of {', '.join(names)}, got {len(given)}"
+                yield f"directives[{i}]", problem
