@@ -1,24 +1,19 @@
 """`remosplat run`: one scenario, watched in the browser or headless."""
 
 import argparse
-import dataclasses as dc
-import json
 import math
 import time
 from pathlib import Path
 
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
 from remosplat_drake.app import warm_up
-from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.diagram import build
 from remosplat_drake.app.map_knowledge import examine_map, target_places
+from remosplat_drake.app.run_files import METRICS, TRAJECTORY, save_result
 from remosplat_drake.app.run_result import INTERRUPTED, REACHED, RunResult
+from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.base.real_time import LoopQuality, Spread
 from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.commands.flags import (
@@ -41,23 +36,19 @@ from remosplat_drake.commands.hold import (
 )
 from remosplat_drake.commands.number_flags import not_negative
 from remosplat_drake.commands.run_page import account_of, show_verdict
+from remosplat_drake.commands.run_summary import facts_of, print_summary
 from remosplat_drake.commands.splat_scenario import load_given
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_robot_arguments,
     prepare_robot,
 )
-from remosplat_drake.recording.metrics import RunMetrics
-from remosplat_drake.recording.trajectory import save_trajectory
 from remosplat_drake.visualization.page_state import (
     PageState,
     ended,
     unsupervised,
 )
 from remosplat_drake.visualization.robot_view import draw_robot
-
-METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
-"""Names of a run's files in its output folder."""
 
 EXAMPLES = """
 remosplat run BookshelfReach
@@ -163,11 +154,6 @@ def run(arguments: argparse.Namespace) -> int:
         console.print(f"watch at [bold]{page.url}[/bold]")
     if page is not None and application.supervisor is None:
         page.show(unsupervised())
-    rate = arguments.realtime_rate
-    if rate is None and scenario.simulator is not None:
-        rate = scenario.simulator.target_realtime_rate
-    elif rate is None:
-        rate = 0.0 if arguments.headless else 1.0
     waits = not arguments.headless and is_held(arguments.hold)
     start = 0.0
     try:
@@ -180,7 +166,7 @@ def run(arguments: argparse.Namespace) -> int:
         result, loop = drive(
             application,
             console,
-            rate=None if arguments.hardware else rate,
+            rate=_rate(arguments, scenario),
             patience=math.inf if waits else 0.0,
         )
     finally:
@@ -192,8 +178,8 @@ def run(arguments: argparse.Namespace) -> int:
     if page is not None:
         page.finish_recording()
         page.end(state_at_end(result))
-    facts = _facts(result, loop)
-    _print_summary(result, facts, console)
+    facts = facts_of(result, loop)
+    print_summary(result, facts, console)
     if arguments.output:
         known = admission.document()
         save_result(result, application, arguments.output, loop, known)
@@ -208,6 +194,17 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if result.outcome == REACHED else 1
 
 
+def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float | None:
+    """The pace against the wall clock; None: the real robot's own."""
+    if arguments.hardware:
+        return None
+    if arguments.realtime_rate is not None:
+        return arguments.realtime_rate
+    if scenario.simulator is not None:
+        return scenario.simulator.target_realtime_rate
+    return 0.0 if arguments.headless else 1.0
+
+
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuses what could not be written after the run before it starts."""
     paths = [arguments.graphviz, arguments.save_html, arguments.save_scenario]
@@ -217,138 +214,12 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         check_writable(path)
 
 
-def _print_summary(
-    result: RunResult, facts: list[tuple[str, str]], console: Console
-) -> None:
-    table = Table(show_header=False, box=None, pad_edge=False)
-    style = "bold green" if result.outcome == REACHED else "bold red"
-    table.add_row("outcome", Text(result.standing.text, style))
-    for name, value in facts:
-        table.add_row(name, value)
-    console.print(table)
-
-
-def _facts(
-    result: RunResult, loop: LoopQuality | None
-) -> list[tuple[str, str]]:
-    """Returns names and values of what was measured, for people."""
-    metrics = result.metrics
-    truth = metrics.truth_clearance_min, metrics.truth_clearance_mean
-    facts = [
-        ("time", f"{metrics.duration:.2f} s"),
-        (
-            "clearance (oracle)",
-            _millimetres(metrics.clearance_min, metrics.clearance_mean),
-        ),
-        ("clearance (truth)", _millimetres(*truth)),
-    ]
-    if metrics.unseen_clearance_min is not None:
-        facts.append(("unseen space", _unseen(metrics)))
-    most, mean = metrics.line_deviation_max, metrics.line_deviation_mean
-    if most is not None and mean is not None:
-        beside = f"max {1e3 * most:.1f} mm, mean {1e3 * mean:.1f} mm"
-        facts.append(("beside the line", beside))
-    facts += [
-        (
-            "path",
-            f"{_paths(metrics)}, base {metrics.base_path_length:.3f} m",
-        ),
-        (
-            "tick",
-            f"p50 {1e3 * metrics.tick_p50:.2f} ms,"
-            f" p99 {1e3 * metrics.tick_p99:.2f} ms"
-            f" ({metrics.control_rate:.0f} Hz possible)",
-        ),
-    ]
-    if loop is not None:
-        facts += [
-            ("status to command", _spread(loop.age)),
-            ("period jitter", _spread(loop.jitter)),
-            (
-                "loop",
-                f"{loop.ticks} ticks, {loop.missed} left out,"
-                f" {loop.unheard} without a new status",
-            ),
-        ]
-        if loop.sight is not None:
-            facts.append(("image to command", _spread(loop.sight)))
-    statuses = ", ".join(f"{k} {v}" for k, v in metrics.statuses.items())
-    return [*facts, ("ticks", f"{metrics.ticks}: {statuses}")]
-
-
 def state_at_end(result: RunResult) -> PageState:
-    """Returns what the page says of a run that has ended."""
-    if result.outcome == REACHED:
-        return ended(f"in {result.metrics.duration:.1f} s", reached=True)
-    return ended(result.standing.text, reached=False)
-
-
-def _paths(metrics: RunMetrics) -> str:
-    paths = metrics.effector_paths or {"end effector": metrics.path_length}
-    return ", ".join(f"{name} {path:.3f} m" for name, path in paths.items())
-
-
-def _unseen(metrics: RunMetrics) -> str:
-    """Says how near the robot came to what no camera has seen."""
-    least = metrics.unseen_clearance_min or 0.0
-    if not metrics.unseen_ticks:
-        return f"min {1e3 * least:.1f} mm away"
-    return (
-        f"entered for {metrics.unseen_ticks} ticks, up to"
-        f" {-1e3 * least:.1f} mm deep"
-    )
-
-
-def _spread(spread: Spread) -> str:
-    return (
-        f"p50 {1e3 * spread.p50:.2f} ms, p99 {1e3 * spread.p99:.2f} ms,"
-        f" max {1e3 * spread.max:.2f} ms"
-    )
-
-
-def _millimetres(minimum: float | None, mean: float | None) -> str:
-    if minimum is None or mean is None:
-        return "unknown"
-    return f"min {1e3 * minimum:.1f} mm, mean {1e3 * mean:.1f} mm"
-
-
-def save_result(
-    result: RunResult,
-    application: Application,
-    folder: Path,
-    loop: LoopQuality | None,
-    known: dict,
-) -> None:
-    """Writes metrics.json and trajectory.npz, each atomically.
+    """Returns what the page says of a run that has ended.
 
     Args:
         result: Result of the run.
-        application: The diagram that was run.
-        folder: Folder that receives both files.
-        loop: Timing of a real robot's loop; None in a simulation.
-        known: What was known of the map, from `Admission.document`.
     """
-    save_trajectory(result.trajectory, folder / TRAJECTORY)
-    document = {
-        "scenario": application.scenario.source,
-        "outcome": result.outcome,
-        "targets_reached": result.targets_reached,
-        "targets": result.targets,
-        "position_error": result.position_error,
-        "angle_error": result.angle_error,
-        "effector_errors": result.effector_errors,
-        "standing": result.standing.document(),
-        "standings": [
-            {"time": time, **standing.document()}
-            for time, standing in result.standings
-        ],
-        "search_effort": dc.asdict(result.search_effort),
-        "map": application.world.field.revision,
-        **known,
-        **dc.asdict(result.metrics),
-    }
-    if loop is not None:
-        document["loop"] = dc.asdict(loop)
-    with atomic_write(folder / METRICS) as file:
-        json.dump(document, file, indent=2)
-        file.write("\n")
+    if result.outcome == REACHED:
+        return ended(f"in {result.metrics.duration:.1f} s", reached=True)
+    return ended(result.standing.text, reached=False)

@@ -176,10 +176,11 @@ def still_hidden(
         if time - view.seen < config.expiry:
             told = view.tells(old.face_W, spheres, config)
             left &= blurred | ~told
+    hidden = np.flatnonzero(blurred)
     for thing in things:
         left &= blurred | (thing.distances(old.face_W) > 0)
-        apart = cdist(old.face_W, thing.shown.face_W).min(axis=1)
-        left &= ~blurred | (apart > _AGAIN)
+        apart = cdist(old.face_W[hidden], thing.shown.face_W).min(axis=1)
+        left[hidden[apart <= _AGAIN]] = False
     few = left.sum() < max(config.least_points, _LEFT * len(old))
     if few and not blurred[left].any():
         return Stretches.none()

@@ -77,13 +77,18 @@ class View:
         z, measured = self.image.depths_at(p_W)
         with np.errstate(invalid="ignore"):
             there = (z > 0) & (measured > z - config.margin(z))
-        p_WC = self.image.p_WC
         radius = np.asarray(spheres.radius) + config.robot_margin
-        ray_W, p_CS = p_W - p_WC, spheres.p_WS - p_WC
+        ray_W = p_W - self.image.p_WC
+        p_CS = spheres.p_WS - self.image.p_WC
         square = np.einsum("ni,ni->n", ray_W, ray_W)[:, None]
-        share = np.clip(ray_W @ p_CS.T / np.maximum(square, 1e-12), 0, 1)
-        apart = np.linalg.norm(share[..., None] * ray_W[:, None] - p_CS, axis=2)
-        behind = (apart <= radius).any(axis=1)
+        along = ray_W @ p_CS.T
+        share = np.clip(along / np.maximum(square, 1e-12), 0, 1)
+        apart_squared = (
+            np.einsum("ni,ni->n", p_CS, p_CS)
+            - 2 * share * along
+            + share**2 * square
+        )
+        behind = (apart_squared <= radius**2).any(axis=1)
         return self.looks_through(p_W, config) | (there & ~behind)
 
     def moved_on(

@@ -1,0 +1,56 @@
+"""The files of a run: what was measured, and all its ticks."""
+
+import dataclasses as dc
+import json
+from pathlib import Path
+
+from remosplat_drake.app.diagram import Application
+from remosplat_drake.app.run_result import RunResult
+from remosplat_drake.base.atomic_file import atomic_write
+from remosplat_drake.base.real_time import LoopQuality
+from remosplat_drake.recording.trajectory import save_trajectory
+
+METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
+"""Names of a run's files in its output folder."""
+
+
+def save_result(
+    result: RunResult,
+    application: Application,
+    folder: Path,
+    loop: LoopQuality | None,
+    known: dict,
+) -> None:
+    """Writes metrics.json and trajectory.npz, each atomically.
+
+    Args:
+        result: Result of the run.
+        application: The diagram that was run.
+        folder: Folder that receives both files.
+        loop: Timing of a real robot's loop; None in a simulation.
+        known: What was known of the map, from `Admission.document`.
+    """
+    save_trajectory(result.trajectory, folder / TRAJECTORY)
+    document = {
+        "scenario": application.scenario.source,
+        "outcome": result.outcome,
+        "targets_reached": result.targets_reached,
+        "targets": result.targets,
+        "position_error": result.position_error,
+        "angle_error": result.angle_error,
+        "effector_errors": result.effector_errors,
+        "standing": result.standing.document(),
+        "standings": [
+            {"time": time, **standing.document()}
+            for time, standing in result.standings
+        ],
+        "search_effort": dc.asdict(result.search_effort),
+        "map": application.world.field.revision,
+        **known,
+        **dc.asdict(result.metrics),
+    }
+    if loop is not None:
+        document["loop"] = dc.asdict(loop)
+    with atomic_write(folder / METRICS) as file:
+        json.dump(document, file, indent=2)
+        file.write("\n")
