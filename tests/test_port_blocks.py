@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Diagram, System
 
 import remosplat_drake
@@ -27,6 +28,7 @@ from remosplat_drake.mapping.localization.base_localization import (
     BaseLocalization,
 )
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+from remosplat_drake.sight.map_announcer import MapAnnouncer
 from remosplat_drake.station.actuated_command import ActuatedCommand
 from remosplat_drake.teleop.lcm_operator import LcmOperator
 from remosplat_drake.teleop.teleop_config import PoseStreamConfig
@@ -116,6 +118,7 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         BaseLocalization(n_q=10, period=0.1, speed=0.1),
         MotionPredictor(robot=world.robot, model=axes, period=0.1),
         ActuatedCommand(model=axes, step=0.1),
+        MapAnnouncer(lcm=DrakeLcm("memq://"), channel="MAP"),
     ]
     yield {type(part).__name__: part for root in roots for part in parts(root)}
     teleoperation.close()

@@ -163,7 +163,7 @@ def build(
     live_map = log = None
     if teleoperation is not None:
         ConnectSupervision(builder, loop)
-        live_map = AddLiveMap(builder, loop, teleoperation)
+        live_map = AddLiveMap(builder, loop, teleoperation, hardware=hardware)
     if teleoperation is not None or mcap is not None:
         log = AddLog(builder, loop, teleoperation, live_map, mcap)
     if cockpit is not None and teleoperation is not None:

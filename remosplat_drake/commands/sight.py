@@ -2,6 +2,7 @@
 
 import argparse
 import time
+from pathlib import Path
 
 from rich.console import Console
 
@@ -13,6 +14,7 @@ from remosplat_drake.base.stop_signals import StopRequest, stop_signals
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import announce_wire
 from remosplat_drake.hardware.hardware_config import REHEARSAL_URL
+from remosplat_drake.sight.followed_map import FollowedMap
 from remosplat_drake.sight.wire_sight import WireSight
 
 _REPORT = 10.0
@@ -21,6 +23,7 @@ _REPORT = 10.0
 EXAMPLES = """
 remosplat sight PersonSeen
 remosplat sight PersonSeen --lcm-url 'udpm://239.255.76.67:7667?ttl=1'
+remosplat sight PersonSeen --session kitchen
 """
 """What `--help` ends with."""
 
@@ -44,6 +47,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="URL",
         help="the wire of the images (default: the scenario's"
         " hardware.camera_url)",
+    )
+    parser.add_argument(
+        "--session",
+        type=Path,
+        metavar="DIR",
+        help="folder of the teleoperation whose map grows: what that shows by"
+        " now is no longer told of (default: the scenario's map stays)",
     )
 
 
@@ -73,15 +83,24 @@ def _open(
         hardware.camera_url = arguments.camera_url
     world = load_world(scenario)
     known = known_scene(scenario, world)
+    followed = None
+    if arguments.session:
+        followed = FollowedMap(arguments.session, known, scenario.sight)
     announce_wire(hardware.url, console)
     return WireSight(
-        scenario.cameras, world.robot, known, scenario.sight, hardware
+        scenario.cameras,
+        world.robot,
+        known,
+        scenario.sight,
+        hardware,
+        followed,
     )
 
 
 def _watch(sight: WireSight, console: Console, request: StopRequest) -> None:
     """Looks at images, and says what is wrong with cameras and how it goes."""
     missing: list[str] = []
+    map_in_use = ""
     problems: dict[str, str] = {}
     latency: list[float] = []
     due = time.monotonic() + _REPORT
@@ -90,6 +109,8 @@ def _watch(sight: WireSight, console: Console, request: StopRequest) -> None:
             latency.append(sight.latency)
         if sight.missing != missing and (missing := sight.missing):
             console.print(f"waits for {', '.join(missing)}")
+        if sight.map_in_use != map_in_use and (map_in_use := sight.map_in_use):
+            console.print(f"goes by {map_in_use}", highlight=False)
         for name, problem in sight.problems.items():
             if problem.split(" for ")[0] != problems.get(name, ""):
                 problems[name] = problem.split(" for ")[0]

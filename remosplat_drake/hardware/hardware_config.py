@@ -49,6 +49,8 @@ class ChannelNames(Config):
     localization: ChannelName = wire.BASE_LOCALIZATION
     # Channel of all that moves, mover_list.
     movers: ChannelName = wire.MOVERS
+    # Channel of which map counts, counting_map.
+    counting_map: ChannelName = wire.COUNTING_MAP
     # Channel of the wrist camera's images, lcmt_image_array.
     wrist_camera: ChannelName = wire.WRIST_CAMERA
 

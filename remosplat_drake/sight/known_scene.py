@@ -12,6 +12,9 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 NODE = 0.02
 """Distance between neighbouring nodes of the grid [m]."""
 
+_PORTION = 2000
+"""Nodes that are measured at once while others wait."""
+
 _SHOWN = 1500
 """Most points of its surfaces that tell whether a camera's pose is right."""
 
@@ -89,6 +92,19 @@ class KnownScene:
         distance = self._distances(p_W)
         steps = np.clip(np.rint(distance / STEP), 0, FAR)
         self.nodes.reshape(-1)[asked] = steps.astype(np.uint8)
+
+    def prepare_as(self, other: "KnownScene") -> None:
+        """Measures the nodes that somebody has asked another map for.
+
+        In small portions: other threads have their turn in between.
+
+        Args:
+            other: A map with the same grid.
+        """
+        asked = np.flatnonzero(other.nodes.reshape(-1) != UNASKED)
+        mine = asked[self.nodes.reshape(-1)[asked] == UNASKED]
+        for first in range(0, len(mine), _PORTION):
+            self.ask(mine[first : first + _PORTION])
 
     def _distances(self, p_W: np.ndarray) -> np.ndarray:
         assert self._field is not None

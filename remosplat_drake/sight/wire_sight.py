@@ -6,6 +6,7 @@
 import dataclasses as dc
 import time as clock
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from remosplat_drake.hardware.wire.movers import encode_movers
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.sight.depth_image import DepthImage
+from remosplat_drake.sight.followed_map import FollowedMap
 from remosplat_drake.sight.known_scene import KnownScene
 from remosplat_drake.sight.sight import Sight, look, without
 from remosplat_drake.sight.sight_camera_config import SightCameraConfig
@@ -50,6 +52,8 @@ class WireSight:
         known: What the map shows.
         config: Errors, margins and bounds.
         hardware: The LCM URLs and the names of the channels.
+        followed: The map of the control loop, where it grows; None: `known`
+            stays what it is.
 
     Attributes:
         sight: What is known by now.
@@ -70,17 +74,20 @@ class WireSight:
         known: KnownScene,
         config: SightConfig,
         hardware: HardwareConfig,
+        followed: FollowedMap | None = None,
     ):
         self._robot, self._known, self._config = robot, known, config
+        self._followed = followed
         self._cameras = {
             camera.channel_name: _Camera(camera, camera.K, camera.pose(robot))
             for camera in cameras
         }
         self._history = MotionHistory(len(robot.home), robot.n_base > 0)
         names = hardware.channels
-        self._arm, self._movers = names.arm_status, names.movers
+        self._arm, self._base = names.arm_status, names.base_status
+        self._movers, self._map = names.movers, names.counting_map
         self._lcm = hardware.open_lcm()
-        self._statuses = Inbox(self._lcm, [names.arm_status, names.base_status])
+        self._told = Inbox(self._lcm, [self._arm, self._base, self._map])
         self._images = Inbox(hardware.open_camera_lcm(), list(self._cameras))
         self.sight = Sight()
         self.told = 0
@@ -98,6 +105,18 @@ class WireSight:
         told = self.sight.movers(self._config).cameras
         return {camera.name: camera.problem for camera in told}
 
+    @property
+    def map_in_use(self) -> str:
+        """Says which map counts, and what is wrong with that; may be empty."""
+        followed = self._followed
+        if followed is None:
+            return ""
+        number = followed.version
+        text = (
+            f"map {number} of the session" if number else "the scenario's map"
+        )
+        return f"{text}: {followed.trouble}" if followed.trouble else text
+
     def step(self, timeout: float = 0.01) -> bool:
         """Takes in what has come, and tells what moves if an image was there.
 
@@ -110,11 +129,15 @@ class WireSight:
         # Of a camera whose images have queued up, only the newest counts.
         newest = dict(self._images.fetch(timeout))
         started = clock.thread_time()
-        for channel, data in self._statuses.fetch():
+        for channel, data in self._told.fetch():
             if channel == self._arm:
                 self._history.hear_arm(data)
-            else:
+            elif channel == self._base:
                 self._history.hear_base(data)
+            elif self._followed is not None:
+                self._hear_map(self._followed, data)
+        if self._followed is not None:
+            self._known = self._followed.at(clock.time())
         for channel, data in newest.items():
             self._take(self._cameras[channel], data)
         if not newest or self.missing or self.sight.time < 0:
@@ -125,6 +148,12 @@ class WireSight:
         self.latency = clock.time() - movers.stamp
         self.work = clock.thread_time() - started
         return True
+
+    @staticmethod
+    def _hear_map(followed: FollowedMap, data: bytes) -> None:
+        """Takes in which map counts; what names none says nothing."""
+        with suppress(BrokenMessage):
+            followed.hear(data, clock.time())
 
     def _take(self, camera: _Camera, data: bytes) -> None:
         """Takes in an image, or notes what is wrong with it."""

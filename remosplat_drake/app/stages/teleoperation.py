@@ -26,6 +26,7 @@ from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.sight.map_announcer import MapAnnouncer
 from remosplat_drake.sight.settled_requests import SettledRequests
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.teleop.command_merger import CommandMerger
@@ -208,7 +209,11 @@ def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:
 
 
 def AddLiveMap(
-    builder: DiagramBuilder, loop: ControlLoop, teleoperation: Teleoperation
+    builder: DiagramBuilder,
+    loop: ControlLoop,
+    teleoperation: Teleoperation,
+    *,
+    hardware: bool,
 ) -> LiveMap | None:
     """Adds the map that grows while the robot moves, if there is one.
 
@@ -216,13 +221,15 @@ def AddLiveMap(
         builder: The builder of the diagram.
         loop: The control loop whose oracle uses the map.
         teleoperation: What the diagram needs to be teleoperated.
+        hardware: Whether the robot is real: what moves is then seen by others,
+            who are told which map counts.
 
     Returns:
         The live map; None if nothing is mapped.
     """
     if teleoperation.mapping is None:
         return None
-    return LiveMap.AddToBuilder(
+    live_map = LiveMap.AddToBuilder(
         builder,
         configuration=loop.odometry,
         requests=loop.targets.GetOutputPort("map_requests"),
@@ -241,6 +248,15 @@ def AddLiveMap(
         latency=loop.scenario.mapping.latency,
         tracking=loop.localization is not None,
     )
+    wire = loop.scenario.hardware
+    if hardware and wire.movers is not None and not wire.shadow:
+        MapAnnouncer.AddToBuilder(
+            builder,
+            map_status=live_map.GetOutputPort("map_status"),
+            lcm=wire.open_lcm(),
+            channel=wire.channels.counting_map,
+        )
+    return live_map
 
 
 def AddSettledRequests(

@@ -21,6 +21,8 @@ BASE_LOCALIZATION = "BASE_LOCALIZATION"
 """base_localization: where the base is in the map, as a localiser tells."""
 MOVERS = "MOVERS"
 """mover_list: what a perception process knows to move, and what it watches."""
+COUNTING_MAP = "COUNTING_MAP"
+"""counting_map: which version of its live map a control loop goes by."""
 WRIST_CAMERA = "WRIST_CAMERA"
 """lcmt_image_array: an RGB and a depth image of the wrist camera."""
 
