@@ -193,7 +193,7 @@ def _blurred(
 ) -> np.ndarray:
     """Whether what is hidden may be too near to robot or map to be told."""
     p_W, off = track.hidden.face_W, track.error + _AGAIN
-    beside = config.robot_margin - config.pose_error + off
+    beside = config.beside(track.error) + _AGAIN
     apart = cdist(p_W, spheres.p_WS) - np.asarray(spheres.radius)
     near = np.any(apart <= beside, axis=1)
     if not track.is_still(config):

@@ -80,6 +80,11 @@ class SightConfig(Config):
         """Returns by how much points at depths z may be misplaced [m]."""
         return self.pose_error + self.sigmas * self.deviation(z)
 
-    def beside(self, z: float) -> float:
-        """Returns how far from the robot a depth z is taken for it [m]."""
-        return self.robot_margin + self.sigmas * float(self.deviation(z))
+    def beside(self, error: float) -> float:
+        """Returns how far from its spheres something is taken for the robot.
+
+        Args:
+            error: By how much it may be misplaced, from `margin` [m]; the
+                camera's pose is in the robot's margin already.
+        """
+        return self.robot_margin + error - self.pose_error

@@ -55,7 +55,7 @@ class Thing:
         """
         far = float(depth.max())
         margin = float(config.margin(far))
-        touch_W = _touches(shown.face_W, spheres, config.beside(far) + pitch)
+        touch_W = _touches(shown.face_W, spheres, config.beside(margin) + pitch)
         return Thing(
             shown,
             enclose(

@@ -54,9 +54,8 @@ class View:
         Returns:
             True where it does, shape (n,) bool.
         """
-        z, measured = self.image.depths_at(p_W)
-        with np.errstate(invalid="ignore"):
-            return (z > 0) & (measured > z + 2 * config.margin(z))
+        through, _ = self._seen_at(p_W, config)
+        return through
 
     def tells(
         self, p_W: np.ndarray, spheres: Spheres, config: SightConfig
@@ -74,9 +73,7 @@ class View:
         Returns:
             True where it does, shape (n,) bool.
         """
-        z, measured = self.image.depths_at(p_W)
-        with np.errstate(invalid="ignore"):
-            there = (z > 0) & (measured > z - config.margin(z))
+        through, there = self._seen_at(p_W, config)
         radius = np.asarray(spheres.radius) + config.robot_margin
         ray_W = p_W - self.image.p_WC
         p_CS = spheres.p_WS - self.image.p_WC
@@ -89,7 +86,23 @@ class View:
             + share**2 * square
         )
         behind = (apart_squared <= radius**2).any(axis=1)
-        return self.looks_through(p_W, config) | (there & ~behind)
+        return through | (there & ~behind)
+
+    def _seen_at(
+        self, p_W: np.ndarray, config: SightConfig
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Whether something is seen behind points, and whether there or behind.
+
+        The first needs twice the margin: nothing vanishes by noise.
+        """
+        z, measured = self.image.depths_at(p_W)
+        margin = config.margin(z)
+        with np.errstate(invalid="ignore"):
+            ahead = z > 0
+            return (
+                ahead & (measured > z + 2 * margin),
+                ahead & (measured > z - margin),
+            )
 
     def moved_on(
         self, tracks: Sequence[Track], newer: "View", config: SightConfig

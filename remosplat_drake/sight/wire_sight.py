@@ -87,7 +87,7 @@ class WireSight:
         self._arm, self._base = names.arm_status, names.base_status
         self._movers, self._map = names.movers, names.counting_map
         self._lcm = hardware.open_lcm()
-        self._told = Inbox(self._lcm, [self._arm, self._base, self._map])
+        self._packets = Inbox(self._lcm, [self._arm, self._base, self._map])
         self._images = Inbox(hardware.open_camera_lcm(), list(self._cameras))
         self.sight = Sight()
         self.told = 0
@@ -129,7 +129,7 @@ class WireSight:
         # Of a camera whose images have queued up, only the newest counts.
         newest = dict(self._images.fetch(timeout))
         started = clock.thread_time()
-        for channel, data in self._told.fetch():
+        for channel, data in self._packets.fetch():
             if channel == self._arm:
                 self._history.hear_arm(data)
             elif channel == self._base:

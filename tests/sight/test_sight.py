@@ -217,7 +217,7 @@ def test_a_thing_a_little_beside_the_robot_is_seen():
     robot = LEFT[:3, 3] + 1.6 * ahead
     watch.spheres = Spheres.at(robot[None], 0.15)
     gap = 0.06
-    assert gap < CONFIG.beside(1.6)
+    assert gap < CONFIG.beside(CONFIG.margin(1.6))
     still = ball(robot + (0.15 + gap + 0.06) * right, radius=0.06)
     for i in range(10):
         _, movers = watch.see(i * FRAME, still)

@@ -15,13 +15,10 @@ from scipy.interpolate import CubicSpline
 
 from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
 from remosplat_drake.scene.mover import Mover
-from remosplat_drake.scene.moving.track import time_goes_on
+from remosplat_drake.scene.moving.track import SLACK, time_goes_on
 
 _LOOKS = 200
 """Looks at a stretch between two waypoints, for the greatest of its speeds."""
-
-_SLACK = 1.02
-"""By how much bounds exceed the greatest that is seen at these looks."""
 
 Size = Annotated[float, Interval(ge=0, le=100)]
 
@@ -201,4 +198,4 @@ class MoverTrack:
             + np.cross(w_W[:, None], turned_W)
         )
         speed, push = np.linalg.norm(v_W, axis=2), np.linalg.norm(a_W, axis=2)
-        return _SLACK * float(speed.max()), _SLACK * float(push.max())
+        return SLACK * float(speed.max()), SLACK * float(push.max())
