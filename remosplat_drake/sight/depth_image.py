@@ -7,7 +7,9 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.capture.capture import check_camera
+from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.mover_camera import MoverCamera
+from remosplat_drake.sight.kernels.depth_lookup import depth_lookup
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -96,22 +98,21 @@ class DepthImage:
             p_W: n points in W, shape (n, 3) [m].
 
         Returns:
-            Their depths z, and how far the camera sees at their pixels, shape
-            (n,) each [m]; the latter NaN where nothing was measured, or the
+            The points in C, shape (n, 3) [m], and how far the camera sees at
+            their pixels, shape (n,) [m]; NaN where nothing was measured, or the
             point is outside of the image.
         """
-        p_C = (p_W - self.p_WC) @ self.X_WC[:3, :3]
-        z = p_C[:, 2]
-        ahead = np.where(z > 1e-6, z, np.nan)
-        height, width = self.depth.shape
-        with np.errstate(invalid="ignore"):
-            u = self.K[0, 0] * p_C[:, 0] / ahead + self.K[0, 2]
-            v = self.K[1, 1] * p_C[:, 1] / ahead + self.K[1, 2]
-            inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
-        measured = np.full(len(p_W), np.nan)
-        row, column = v[inside].astype(int), u[inside].astype(int)
-        found = self.depth[row, column].astype(float)
-        measured[inside] = np.where(
-            found > 0, np.minimum(found, self.far), np.nan
-        )
-        return z, measured
+        p_W = np.ascontiguousarray(p_W)
+        return depth_lookup(self.depth, self.K, self.X_WC, self.far, p_W)
+
+    def balls(self, spheres: Spheres) -> np.ndarray:
+        """Returns spheres as the camera sees them.
+
+        Args:
+            spheres: Spheres in W.
+
+        Returns:
+            Their centres in C and radii, shape (n, 4) [m].
+        """
+        p_CS = (spheres.p_WS - self.p_WC) @ self.X_WC[:3, :3]
+        return np.column_stack([p_CS, spheres.radius])

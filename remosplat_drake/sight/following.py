@@ -5,10 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from scipy.spatial.distance import cdist
 
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.sight.edge_filter import Edges, outline
+from remosplat_drake.sight.kernels.near_any import near_any
 from remosplat_drake.sight.known_scene import KnownScene
 from remosplat_drake.sight.sight_config import SightConfig
 from remosplat_drake.sight.things import Thing
@@ -172,15 +172,18 @@ def still_hidden(
     if track.is_still(config):
         # It has settled: by now it may be what the map shows.
         left &= scene.distances(old.face_W) > track.error
+    hidden, clear = np.flatnonzero(blurred), np.flatnonzero(left & ~blurred)
+    gone = np.zeros(len(clear), bool)
     for view in views.values():
         if time - view.seen < config.expiry:
-            told = view.tells(old.face_W, spheres, config)
-            left &= blurred | ~told
-    hidden = np.flatnonzero(blurred)
+            gone |= view.tells(old.face_W[clear], spheres, config)
+    shows_again = np.zeros(len(hidden), bool)
     for thing in things:
-        left &= blurred | (thing.distances(old.face_W) > 0)
-        apart = cdist(old.face_W[hidden], thing.shown.face_W).min(axis=1)
-        left[hidden[apart <= _AGAIN]] = False
+        gone |= thing.distances(old.face_W[clear]) <= 0
+        seen_W = thing.shown.face_W
+        again = np.full(len(seen_W), _AGAIN)
+        shows_again |= near_any(old.face_W[hidden], seen_W, again)
+    left[clear[gone]] = left[hidden[shows_again]] = False
     few = left.sum() < max(config.least_points, _LEFT * len(old))
     if few and not blurred[left].any():
         return Stretches.none()
@@ -194,8 +197,7 @@ def _blurred(
     """Whether what is hidden may be too near to robot or map to be told."""
     p_W, off = track.hidden.face_W, track.error + _AGAIN
     beside = config.beside(track.error) + _AGAIN
-    apart = cdist(p_W, spheres.p_WS) - np.asarray(spheres.radius)
-    near = np.any(apart <= beside, axis=1)
+    near = near_any(p_W, spheres.p_WS, np.asarray(spheres.radius) + beside)
     if not track.is_still(config):
         near |= scene.distances(p_W) <= off
-    return np.asarray(near)
+    return near

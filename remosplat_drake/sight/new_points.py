@@ -64,8 +64,6 @@ def find_new(
     height, width = image.depth.shape
     most = (height // stride + 1) * (width // stride + 1)
     found, asked = np.empty((most, 4)), np.empty(8 * most, np.int64)
-    p_CS = (spheres.p_WS - image.p_WC) @ image.X_WC[:3, :3]
-    balls_C = np.column_stack([p_CS, spheres.radius])
     rules = np.array(
         [
             config.range,
@@ -87,7 +85,7 @@ def find_new(
             scene.lower,
             NODE,
             rules,
-            balls_C,
+            image.balls(spheres),
             asked,
             found,
         )

@@ -33,10 +33,10 @@ def contradiction(
     Returns:
         What is wrong; empty if nothing is.
     """
-    z, measured = image.depths_at(scene.surface_W)
+    p_C, measured = image.depths_at(scene.surface_W)
+    z = p_C[:, 2]
     off = measured - z
-    counts = np.isfinite(z) & (z > 0) & (z < config.range)
-    counts &= ~np.isnan(measured)
+    counts = (z < config.range) & ~np.isnan(measured)
     margin = 2 * config.margin(z)
     through = int((counts & (off > margin)).sum())
     agreeing = int((counts & (np.abs(off) <= margin)).sum())

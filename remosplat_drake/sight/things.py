@@ -9,6 +9,7 @@ from scipy.spatial.distance import cdist
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.sight.clusters import clustered
 from remosplat_drake.sight.enclosure import RoundedBox, enclose
+from remosplat_drake.sight.kernels.near_any import near_any
 from remosplat_drake.sight.sight_config import SightConfig
 from remosplat_drake.sight.track import Stretches
 from remosplat_drake.sight.view import View, backs
@@ -75,7 +76,9 @@ class Thing:
 
 def _touches(p_W: np.ndarray, spheres: Spheres, beside: float) -> np.ndarray:
     """Where things whose points are beside the robot would touch it."""
-    gap = cdist(p_W, spheres.p_WS) - np.asarray(spheres.radius)
+    radius = np.asarray(spheres.radius)
+    p_W = p_W[near_any(p_W, spheres.p_WS, radius + beside)]
+    gap = cdist(p_W, spheres.p_WS) - radius
     near, sphere = np.nonzero((gap > 0) & (gap <= beside))
     way_W = spheres.p_WS[sphere] - p_W[near]
     way_W /= np.linalg.norm(way_W, axis=1, keepdims=True)

@@ -121,10 +121,9 @@ class UnseenSpace:
         free = p_W[:, 2] < config.floor_height
         for image in images:
             if speed * (time - image.time) <= _REST:
-                z, measured = image.depths_at(p_W)
-                with np.errstate(invalid="ignore"):
-                    through = measured > z + config.margin(z)
-                free |= through & (z > 0)
+                p_C, measured = image.depths_at(p_W)
+                z = p_C[:, 2]
+                free |= measured > z + config.margin(z)
         left = np.flatnonzero(~free)
         solid = _within(p_W[left], spheres, 0.0)
         solid |= scene.distances(p_W[left]) <= 0.0

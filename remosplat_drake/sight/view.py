@@ -7,6 +7,7 @@ import numpy as np
 
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.sight.depth_image import DepthImage
+from remosplat_drake.sight.kernels.robot_mask import robot_mask
 from remosplat_drake.sight.new_points import NewPoints
 from remosplat_drake.sight.sight_config import SightConfig
 from remosplat_drake.sight.track import Track
@@ -54,16 +55,18 @@ class View:
         Returns:
             True where it does, shape (n,) bool.
         """
-        through, _ = self._seen_at(p_W, config)
-        return through
+        p_C, measured = self.image.depths_at(p_W)
+        z = p_C[:, 2]
+        # Twice the margin: nothing vanishes by noise.
+        return measured > z + 2 * config.margin(z)
 
     def tells(
         self, p_W: np.ndarray, spheres: Spheres, config: SightConfig
     ) -> np.ndarray:
         """Tells of which points the image shows whether something is there.
 
-        It does not where the robot may be in between: what is seen there is
-        taken for the robot.
+        It does not where what it shows is taken for the robot, unless that is
+        behind them.
 
         Args:
             p_W: The points in W, shape (n, 3).
@@ -73,36 +76,21 @@ class View:
         Returns:
             True where it does, shape (n,) bool.
         """
-        through, there = self._seen_at(p_W, config)
-        radius = np.asarray(spheres.radius) + config.robot_margin
-        ray_W = p_W - self.image.p_WC
-        p_CS = spheres.p_WS - self.image.p_WC
-        square = np.einsum("ni,ni->n", ray_W, ray_W)[:, None]
-        along = ray_W @ p_CS.T
-        share = np.clip(along / np.maximum(square, 1e-12), 0, 1)
-        apart_squared = (
-            np.einsum("ni,ni->n", p_CS, p_CS)
-            - 2 * share * along
-            + share**2 * square
+        p_C, measured = self.image.depths_at(p_W)
+        z, margin = p_C[:, 2], config.margin(p_C[:, 2])
+        there = np.flatnonzero(measured > z - margin)
+        p_C, measured = p_C[there], measured[there]
+        mask = robot_mask(
+            p_C,
+            measured,
+            config.sigmas * config.deviation(measured),
+            self.image.balls(spheres),
+            config.robot_margin,
         )
-        behind = (apart_squared <= radius**2).any(axis=1)
-        return through | (there & ~behind)
-
-    def _seen_at(
-        self, p_W: np.ndarray, config: SightConfig
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Whether something is seen behind points, and whether there or behind.
-
-        The first needs twice the margin: nothing vanishes by noise.
-        """
-        z, measured = self.image.depths_at(p_W)
-        margin = config.margin(z)
-        with np.errstate(invalid="ignore"):
-            ahead = z > 0
-            return (
-                ahead & (measured > z + 2 * margin),
-                ahead & (measured > z - margin),
-            )
+        through = measured > p_C[:, 2] + 2 * margin[there]
+        told = np.zeros(len(p_W), bool)
+        told[there] = through | ~mask
+        return told
 
     def moved_on(
         self, tracks: Sequence[Track], newer: "View", config: SightConfig

@@ -21,6 +21,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.sight.depth_image import DepthImage
 from remosplat_drake.sight.followed_map import FollowedMap
 from remosplat_drake.sight.known_scene import KnownScene
+from remosplat_drake.sight.rehearsal import rehearse
 from remosplat_drake.sight.sight import Sight, look, without
 from remosplat_drake.sight.sight_camera_config import SightCameraConfig
 from remosplat_drake.sight.sight_config import SightConfig
@@ -76,6 +77,7 @@ class WireSight:
         hardware: HardwareConfig,
         followed: FollowedMap | None = None,
     ):
+        rehearse(robot, known, config)
         self._robot, self._known, self._config = robot, known, config
         self._followed = followed
         self._cameras = {

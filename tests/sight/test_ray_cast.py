@@ -29,6 +29,7 @@ def draw(rng) -> tuple[PrimitiveScene, Movers, Spheres]:
     movers = [
         Mover("round", pose(), rng.uniform(0, 0.3, 3), 0.1),
         Mover("box", pose(), rng.uniform(0.05, 0.3, 3), 0.0),
+        Mover("capsule", pose(), np.array([0, 0, rng.uniform(0, 0.5)]), 0.15),
         Mover.sphere("ball", pose().translation(), 0.2),
     ]
     spheres = Spheres.at(rng.uniform([-1, -1, 1], [1, 1, 3], (3, 3)), 0.15)

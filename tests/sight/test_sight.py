@@ -232,9 +232,9 @@ def test_what_is_seen_beside_the_robot_may_be_the_robot_or_a_thing():
     view, place = watch.sight.views["0"], np.zeros((2, 3))
     place[0] = LEFT[:3, 3] + 1.5 * (ahead + 0.22 * right)
     place[1] = LEFT[:3, 3] + 1.5 * (ahead + 0.35 * right)
-    z, _ = view.image.depths_at(place)
+    p_C, _ = view.image.depths_at(place)
     for behind, told in [(0.0, [False, True]), (0.5, [True, True])]:
-        depth = np.full_like(view.image.depth, z[0] + behind)
+        depth = np.full_like(view.image.depth, p_C[0, 2] + behind)
         image = dc.replace(view.image, depth=depth)
         seen = dc.replace(view, image=image)
         assert seen.tells(place, watch.spheres, CONFIG).tolist() == told
@@ -329,7 +329,8 @@ def test_what_a_camera_watches_is_what_it_sees():
     shot, movers = watch.see(0.0)
     (told,) = movers.cameras
     p_W = np.random.default_rng(0).uniform(-2, 2, (500, 3))
-    z, measured = shot.image.depths_at(p_W)
+    p_C, measured = shot.image.depths_at(p_W)
+    z = p_C[:, 2]
     framed = told.frames(p_W)
     assert framed.sum() > 20
     assert not framed[np.isnan(z) | (z < told.near) | (z > told.far)].any()

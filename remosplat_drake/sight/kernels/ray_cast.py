@@ -2,11 +2,10 @@
 
 import math
 
+import numpy as np
+
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.scene.kernels.solid_distance import (
-    box_distance,
-    cylinder_distance,
-)
+from remosplat_drake.scene.kernels.solid_distance import box_distance
 
 _STEPS = 1000
 """Most steps along a ray; each goes as far as nothing can be hit. Rays that
@@ -46,20 +45,66 @@ def _slab(px, dx, half, near, far):
 
 
 @helper
-def _march(solids, s, o, d, length, near, far):
-    """Goes along a ray until it hits a solid; -1 if it does not.
+def _between(square, along, rest):
+    """Where a square t^2 + 2 along t + rest is not positive: from, to."""
+    if square < 1e-12:
+        if rest > 0.0:
+            return math.inf, -math.inf
+        return -math.inf, math.inf
+    root = along * along - square * rest
+    if root < 0.0:
+        return math.inf, -math.inf
+    root = math.sqrt(root)
+    return (-along - root) / square, (-along + root) / square
+
+
+@helper
+def _ball(o, d, height, radius):
+    """Where a ray is within a ball around (0, 0, height)."""
+    z = o[2] - height
+    return _between(
+        d[0] * d[0] + d[1] * d[1] + d[2] * d[2],
+        o[0] * d[0] + o[1] * d[1] + z * d[2],
+        o[0] * o[0] + o[1] * o[1] + z * z - radius * radius,
+    )
+
+
+@helper
+def _cylinder(o, d, half_height, radius):
+    """Where a ray is within an upright cylinder."""
+    near, far = _between(
+        d[0] * d[0] + d[1] * d[1],
+        o[0] * d[0] + o[1] * d[1],
+        o[0] * o[0] + o[1] * o[1] - radius * radius,
+    )
+    near, far = _slab(o[2], d[2], half_height, near, far)
+    if near > far:
+        return math.inf, -math.inf
+    return near, far
+
+
+@helper
+def _capsule(o, d, half_height, radius):
+    """Where a ray is within an upright capsule: in one stretch, as in all
+    that is convex."""
+    near, far = _cylinder(o, d, half_height, radius)
+    for height in (-half_height, half_height):
+        first, last = _ball(o, d, height, radius)
+        near, far = min(near, first), max(far, last)
+    return near, far
+
+
+@helper
+def _march(size, radius, o, d, length, near, far):
+    """Goes along a ray until it hits a rounded box; -1 if it does not.
 
     `o` and `d` are the ray's origin and direction in the solid's frame, and
     `length` is that of the direction.
     """
-    size, radius = solids.half_extents[s], solids.radius[s]
     t = near
     for _ in range(_STEPS):
         x, y, z = o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]
-        if solids.is_box[s]:
-            apart, _, _, _ = box_distance(x, y, z, size)
-        else:
-            apart, _, _, _ = cylinder_distance(x, y, z, size)
+        apart, _, _, _ = box_distance(x, y, z, size)
         apart -= radius
         if apart < _HIT:
             return t
@@ -70,32 +115,23 @@ def _march(solids, s, o, d, length, near, far):
 
 
 @helper
-def _hit(solids, s, o, d, length, near, far):
-    """Depth at which a ray enters a solid; -1 if it does not."""
+def _enter(solids, s, o, d, length, near, far):
+    """Depth at which a ray enters a solid within a stretch; -1 if nowhere."""
     size, radius = solids.half_extents[s], solids.radius[s]
-    # The ball around it comes first.
-    reach = solids.reach[s]
-    along = -(o[0] * d[0] + o[1] * d[1] + o[2] * d[2]) / (length * length)
-    x, y, z = o[0] + along * d[0], o[1] + along * d[1], o[2] + along * d[2]
-    rest = reach * reach - (x * x + y * y + z * z)
-    if rest < 0.0:
-        return -1.0
-    half = math.sqrt(rest) / length
-    near, far = max(near, along - half), min(far, along + half)
-    if near >= far:
-        return -1.0
-    if not solids.is_box[s]:
-        return _march(solids, s, o, d, length, near, far)
-    if size[0] + size[1] + size[2] == 0.0:
-        return near
     first, last = near, far
-    for c in range(3):
-        first, last = _slab(o[c], d[c], size[c] + radius, first, last)
+    if not solids.is_box[s]:
+        first, last = _cylinder(o, d, size[2], size[0])
+    elif size[0] + size[1] == 0.0:
+        first, last = _capsule(o, d, size[2], radius)
+    else:
+        for c in range(3):
+            first, last = _slab(o[c], d[c], size[c] + radius, first, last)
+    first, last = max(first, near), min(last, far)
     if first >= last:
         return -1.0
-    if radius == 0.0:
+    if radius == 0.0 or size[0] + size[1] == 0.0:
         return first
-    return _march(solids, s, o, d, length, first, last)
+    return _march(size, radius, o, d, length, first, last)
 
 
 @kernel
@@ -113,38 +149,63 @@ def ray_cast(K, X_WC, solids, first_label, nearest, depth, label) -> None:
         label: Labels of that, shape (h, w), int32.
     """
     height, width = depth.shape
+    R_WG, R_GC = solids.R_WG, np.empty((3, 3))
+    p_CG = np.empty((len(solids.radius), 3))
     for s in range(len(solids.radius)):
-        R, p = solids.R_WG[s], solids.p_WG[s]
-        ox, oy, oz = p[0] - X_WC[0, 3], p[1] - X_WC[1, 3], p[2] - X_WC[2, 3]
-        cx = X_WC[0, 0] * ox + X_WC[1, 0] * oy + X_WC[2, 0] * oz
-        cy = X_WC[0, 1] * ox + X_WC[1, 1] * oy + X_WC[2, 1] * oz
-        cz = X_WC[0, 2] * ox + X_WC[1, 2] * oy + X_WC[2, 2] * oz
+        x = solids.p_WG[s, 0] - X_WC[0, 3]
+        y = solids.p_WG[s, 1] - X_WC[1, 3]
+        z = solids.p_WG[s, 2] - X_WC[2, 3]
+        for c in range(3):
+            p_CG[s, c] = X_WC[0, c] * x + X_WC[1, c] * y + X_WC[2, c] * z
+    # The nearest first: they hide pixels of the others.
+    for s in np.argsort(p_CG[:, 2] - solids.reach):
+        cx, cy, cz = p_CG[s]
         reach = solids.reach[s]
         if cz + reach <= nearest:
             continue
         left, right = _span(cx, cz, reach, K[0, 2], K[0, 0], width)
         top, bottom = _span(cy, cz, reach, K[1, 2], K[1, 1], height)
+        offset = reach * reach - (cx * cx + cy * cy + cz * cz)
+        half = solids.half_extents[s]
+        is_ball = solids.is_box[s] and half[0] + half[1] + half[2] == 0.0
+        for i in range(3):
+            for j in range(3):
+                R_GC[i, j] = (
+                    R_WG[s, 0, i] * X_WC[0, j]
+                    + R_WG[s, 1, i] * X_WC[1, j]
+                    + R_WG[s, 2, i] * X_WC[2, j]
+                )
         # The camera in the solid's frame.
         o = (
-            -(R[0, 0] * ox + R[1, 0] * oy + R[2, 0] * oz),
-            -(R[0, 1] * ox + R[1, 1] * oy + R[2, 1] * oz),
-            -(R[0, 2] * ox + R[1, 2] * oy + R[2, 2] * oz),
+            -(R_GC[0, 0] * cx + R_GC[0, 1] * cy + R_GC[0, 2] * cz),
+            -(R_GC[1, 0] * cx + R_GC[1, 1] * cy + R_GC[1, 2] * cz),
+            -(R_GC[2, 0] * cx + R_GC[2, 1] * cy + R_GC[2, 2] * cz),
         )
         for row in range(top, bottom + 1):
             y = (row + 0.5 - K[1, 2]) / K[1, 1]
             for column in range(left, right + 1):
-                x = (column + 0.5 - K[0, 2]) / K[0, 0]
-                wx = X_WC[0, 0] * x + X_WC[0, 1] * y + X_WC[0, 2]
-                wy = X_WC[1, 0] * x + X_WC[1, 1] * y + X_WC[1, 2]
-                wz = X_WC[2, 0] * x + X_WC[2, 1] * y + X_WC[2, 2]
-                d = (
-                    R[0, 0] * wx + R[1, 0] * wy + R[2, 0] * wz,
-                    R[0, 1] * wx + R[1, 1] * wy + R[2, 1] * wz,
-                    R[0, 2] * wx + R[1, 2] * wy + R[2, 2] * wz,
-                )
-                length = math.sqrt(x * x + y * y + 1.0)
                 far = float(depth[row, column])
-                z = _hit(solids, s, o, d, length, nearest, far)
+                if far <= cz - reach:
+                    continue
+                # The ball around it comes first.
+                x = (column + 0.5 - K[0, 2]) / K[0, 0]
+                square = x * x + y * y + 1.0
+                along = (cx * x + cy * y + cz) / square
+                rest = offset / square + along * along
+                if rest < 0.0:
+                    continue
+                chord = math.sqrt(rest)
+                z = max(nearest, along - chord)
+                end = min(far, along + chord)
+                if z >= end:
+                    continue
+                if not is_ball:
+                    d = (
+                        R_GC[0, 0] * x + R_GC[0, 1] * y + R_GC[0, 2],
+                        R_GC[1, 0] * x + R_GC[1, 1] * y + R_GC[1, 2],
+                        R_GC[2, 0] * x + R_GC[2, 1] * y + R_GC[2, 2],
+                    )
+                    z = _enter(solids, s, o, d, math.sqrt(square), z, end)
                 if 0.0 < z < far:
                     depth[row, column] = z
                     label[row, column] = first_label + s

@@ -9,6 +9,7 @@ allowed for, so that what the map shows is not taken for new.
 import math
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.sight.kernels.robot_mask import is_robot
 
 STEP = 0.002
 """Unit of the distances that are kept at nodes [m]."""
@@ -53,32 +54,6 @@ def _is_unasked(nodes, i, j, k) -> bool:
     for corner in range(8):
         a, b, c = i + (corner & 1), j + ((corner >> 1) & 1), k + (corner >> 2)
         if nodes[a, b, c] >= ASKED:
-            return True
-    return False
-
-
-@helper
-def _is_robot(x, y, z, slack, balls_C, margin) -> bool:
-    """Whether the ray (x, y, 1) may meet a sphere before the depth z ends.
-
-    Where it passes is known but for the margin; the depth, which noise is in,
-    but for the slack.
-    """
-    square = x * x + y * y + 1.0
-    for s in range(len(balls_C)):
-        cx, cy, cz = balls_C[s, 0], balls_C[s, 1], balls_C[s, 2]
-        radius = balls_C[s, 3] + margin
-        middle = cx * x + cy * y + cz
-        offset = cx * cx + cy * cy + cz * cz - radius * radius
-        discriminant = middle * middle - square * offset
-        if discriminant < 0.0:
-            continue
-        root = math.sqrt(discriminant)
-        if offset <= 0.0:
-            # The camera is within: it looks out of the sphere.
-            if (z - slack) * square <= middle + root:
-                return True
-        elif middle > 0.0 and middle - root <= (z + slack) * square:
             return True
     return False
 
@@ -162,7 +137,7 @@ def scan(
             steep = deviation + 3.0 * pitch * z
             if _agreeing(depth, row, column, z, steep) < 2:
                 continue
-            if _is_robot(x, y, z, deviation, balls_C, rules[5]):
+            if is_robot(x, y, z, deviation, balls_C, rules[5]):
                 continue
             found[n_found, 0], found[n_found, 1] = px, py
             found[n_found, 2], found[n_found, 3] = pz, z

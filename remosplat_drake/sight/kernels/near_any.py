@@ -1,0 +1,28 @@
+"""Which points are near others."""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import kernel
+
+
+@kernel
+def near_any(p, q, reach):
+    """Tells which points are within reach of any of others.
+
+    Args:
+        p: Points, shape (n, 3) [m].
+        q: Others, shape (m, 3) [m].
+        reach: How far each of those reaches, shape (m,), not negative [m].
+
+    Returns:
+        True where a point is, shape (n,) bool.
+    """
+    found = np.zeros(len(p), np.bool_)
+    for i in range(len(p)):
+        x, y, z = p[i, 0], p[i, 1], p[i, 2]
+        for j in range(len(q)):
+            a, b, c = q[j, 0] - x, q[j, 1] - y, q[j, 2] - z
+            if a * a + b * b + c * c <= reach[j] * reach[j]:
+                found[i] = True
+                break
+    return found

@@ -1,0 +1,41 @@
+"""Looks at made-up images, so that no real one waits for a compiler."""
+
+import numpy as np
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.sight.depth_image import DepthImage
+from remosplat_drake.sight.known_scene import KnownScene
+from remosplat_drake.sight.sight import Sight, look
+from remosplat_drake.sight.sight_config import SightConfig
+
+_AWAY = 1.0
+"""Distance of the cameras from the robot's highest sphere [m]."""
+
+_SIDE, _FOCAL = 24, 30.0
+
+
+def rehearse(robot: RobotModel, known: KnownScene, config: SightConfig) -> None:
+    """Sees something beside the robot by two cameras, and loses it again.
+
+    Numba loads what it has compiled once a process, or compiles it now: a stall
+    that later would leave a robot blind among people.
+
+    Args:
+        robot: The robot that the cameras will see.
+        known: What the map shows; a place of it is measured, and kept.
+        config: Errors, margins and bounds.
+    """
+    known.distances(known.lower[None])
+    spheres = robot.spheres_at(robot.home)
+    nothing, sight = KnownScene(None, config), Sight()
+    X_WC = np.eye(4)
+    X_WC[:3, :3] = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]  # It looks along x.
+    highest = spheres.p_WS[spheres.p_WS[:, 2].argmax()]
+    X_WC[:3, 3] = highest - [_AWAY, 0, 0]
+    K = np.array([[_FOCAL, 0, 12.0], [0, _FOCAL, 12.0], [0, 0, 1.0]])
+    for i in range(6):
+        depth = np.full((_SIDE, _SIDE), np.inf, np.float32)
+        depth[6:18, 6 : 18 - 2 * i] = 0.8 * _AWAY
+        image = DepthImage(f"rehearsal {i % 2}", 0.01 * i, K, X_WC, depth)
+        sight = look(sight, image, spheres, nothing, config)
+        sight.movers(config)
