@@ -77,8 +77,8 @@ class View:
             True where it does, shape (n,) bool.
         """
         p_C, measured = self.image.depths_at(p_W)
-        z, margin = p_C[:, 2], config.margin(p_C[:, 2])
-        there = np.flatnonzero(measured > z - margin)
+        margin = np.asarray(config.margin(p_C[:, 2]))
+        there = np.flatnonzero(measured > p_C[:, 2] - margin)
         p_C, measured = p_C[there], measured[there]
         mask = robot_mask(
             p_C,

@@ -85,8 +85,7 @@ def _cylinder(o, d, half_height, radius):
 
 @helper
 def _capsule(o, d, half_height, radius):
-    """Where a ray is within an upright capsule: in one stretch, as in all
-    that is convex."""
+    """Where a ray is within an upright capsule, which is one stretch."""
     near, far = _cylinder(o, d, half_height, radius)
     for height in (-half_height, half_height):
         first, last = _ball(o, d, height, radius)
