@@ -59,7 +59,12 @@ def follow(
         and the number of tracks so far.
     """
     old = [track.after(time, config) for track in tracks]
-    matched = _matched(old, things, time, config)
+    cost = _costs(old, things, time, config)
+    matched = {
+        int(j): old[i]
+        for i, j in zip(*linear_sum_assignment(cost), strict=True)
+        if cost[i, j] < _NEVER
+    }
     new: list[Track] = []
     for j, thing in enumerate(things):
         if j in matched:
@@ -68,7 +73,10 @@ def follow(
             new.append(_followed(track, thing, rest, config))
         else:
             count += 1
-            new.append(_begun(f"seen {count}", thing, time, config))
+            # What has come off a thing was seen before, as a part of it.
+            whole = np.flatnonzero(cost[:, j] < _NEVER)
+            images = 1 + max((old[i].images for i in whole), default=0)
+            new.append(_begun(f"seen {count}", thing, images, time, config))
     followed = {track.name for track in matched.values()}
     for track in old:
         if track.name not in followed and track.images >= TRUSTED:
@@ -78,13 +86,13 @@ def follow(
     return tuple(new), count
 
 
-def _matched(
+def _costs(
     old: Sequence[Track],
     things: Sequence[Thing],
     time: float,
     config: SightConfig,
-) -> dict[int, Track]:
-    """Finds the predicted track of each thing that can be one seen before."""
+) -> np.ndarray:
+    """How little each thing is like each predicted track, `_NEVER` at most."""
     cost = np.full((len(old), len(things)), _NEVER)
     for i, track in enumerate(old):
         far = min(config.max_speed * (time - track.seen), 1.0)
@@ -94,14 +102,12 @@ def _matched(
             if near <= _NEAR + track.error + far:
                 off = outline(thing.shown.face_W).mean(axis=0) - middle
                 cost[i, j] = near + np.linalg.norm(off)
-    return {
-        int(j): old[i]
-        for i, j in zip(*linear_sum_assignment(cost), strict=True)
-        if cost[i, j] < _NEVER
-    }
+    return cost
 
 
-def _begun(name: str, thing: Thing, time: float, config: SightConfig) -> Track:
+def _begun(
+    name: str, thing: Thing, images: int, time: float, config: SightConfig
+) -> Track:
     place = outline(thing.shown.face_W)
     return Track(
         name,
@@ -109,7 +115,7 @@ def _begun(name: str, thing: Thing, time: float, config: SightConfig) -> Track:
         thing.shown,
         Stretches.none(),
         Edges.first(place, thing.deviation, config.max_speed, time),
-        1,
+        images,
         thing.pitch,
         thing.error,
         time,

@@ -73,7 +73,7 @@ class Track:
         hidden: What of it was seen before, and may be where no camera sees now,
             moved on as it was predicted.
         edges: Its outlines, and how fast they move.
-        images: Number of images that showed it.
+        images: Number of images that showed it, or what it came off.
         padding: How far it may reach beyond its points [m].
         error: By how much these may be misplaced [m].
         still_since: Since when it has not left its place [s].

@@ -283,6 +283,24 @@ def test_two_balls_are_two_things():
     assert max(speeds.values()) > 0.2
 
 
+def test_what_comes_off_a_thing_counts_at_once():
+    watch = Watch([LEFT])
+    for i in range(30):
+        y = 0.02 * max(i - 6, 0)
+        pair = [
+            Mover.sphere("stays", [0.3, -0.06, 0.9], 0.07),
+            Mover.sphere("goes", [0.3, 0.06 + y, 0.9], 0.07),
+        ]
+        before = watch.sight.tracks
+        watch.see(i * FRAME, Movers(i * FRAME, pair))
+        if len(watch.sight.tracks) > 1 == len(before):
+            assert min(len(t.shown) for t in watch.sight.tracks) < 40
+            assert all(t.is_trusted for t in watch.sight.tracks)
+            break
+    else:
+        raise AssertionError("they have never come apart")
+
+
 def test_an_image_that_contradicts_its_pose_tells_nothing_else():
     watch = Watch([LEFT])
     watch.see(0.0)

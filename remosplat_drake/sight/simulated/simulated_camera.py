@@ -1,5 +1,6 @@
 """`SimulatedCamera`: depth images of solids, the robot's spheres and movers."""
 
+import copy
 import dataclasses as dc
 
 import numpy as np
@@ -48,7 +49,8 @@ class SimulatedCamera:
         size: Height and width [pixels].
         scene: What stands still; None for nothing.
         noise: The camera's imperfections.
-        seed: Seed of its noise.
+        seed: Seed of its noise; that of an image depends on it and on how
+            many were taken before.
         far: Greatest depth that it sees, whatever its noise [m].
     """
 
@@ -65,10 +67,13 @@ class SimulatedCamera:
         self.name, self.K, self.size = name, np.array(K, float), size
         self._far = far
         self._noise = noise or SensorNoise()
-        self._rng = np.random.default_rng(seed)
+        self._seed, self._taken = seed, 0
         self._solids = scene_solids(scene or PrimitiveScene())
         self._X_WC = np.full((4, 4), np.nan)
         self._still = np.full(size, np.inf, np.float32)
+
+    def __deepcopy__(self, memo) -> "SimulatedCamera":
+        return copy.copy(self)  # Arrays are replaced, never written to.
 
     def take(
         self,
@@ -127,5 +132,7 @@ class SimulatedCamera:
             return depth
         nothing = np.isinf(depth) | (depth > self._noise.max_range)
         clean = np.where(np.isinf(depth), np.float32(0), depth)
-        noisy = noisy_depth(self.K, clean, self._noise, self._rng)
+        self._taken += 1
+        rng = np.random.default_rng([self._seed, self._taken])
+        noisy = noisy_depth(self.K, clean, self._noise, rng)
         return np.where(nothing, np.float32(np.inf), noisy)

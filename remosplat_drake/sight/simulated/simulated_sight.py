@@ -5,6 +5,7 @@ for each control tick:
     movers = sight.at(time, q, true_movers)
 """
 
+import copy
 import dataclasses as dc
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -75,6 +76,13 @@ class SimulatedSight:
         self._sent: deque[tuple[float, SimulatedImage, Spheres]] = deque()
         self._movers = Movers(0.0)
         self.sight = Sight()
+
+    def __deepcopy__(self, memo) -> "SimulatedSight":
+        # Drake copies all state at every update of any of it.
+        other = copy.copy(self)
+        other._cameras = copy.deepcopy(self._cameras, memo)
+        other._due, other._sent = self._due.copy(), self._sent.copy()
+        return other
 
     def learn(self, field: DistanceField) -> None:
         """Takes another version of the map, if it is one.
