@@ -163,6 +163,23 @@ def test_the_main_job_imports_no_optional_package(command):
     assert output_of(program) == ""
 
 
+def test_a_run_waits_for_nothing_that_it_may_not_need():
+    """Scipy's parts take half a second; what makes maps another quarter."""
+    kept_out = [
+        "scipy.linalg",
+        "scipy.spatial",
+        f"{NAME}.mapping.live_map",
+        f"{NAME}.reconstruction.pipeline",
+        f"{NAME}.cockpit.cockpit_process",
+        f"{NAME}.sight.sight",
+    ]
+    program = (
+        f"import sys, {NAME}.commands.run; "
+        f"print(*(set({kept_out}) & sys.modules.keys()))"
+    )
+    assert output_of(program) == ""
+
+
 def test_finding_a_command_is_quick():
     """`remosplat --help` loads neither Drake nor numba."""
     program = (

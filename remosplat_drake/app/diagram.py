@@ -7,6 +7,7 @@ connected.
 import dataclasses as dc
 from collections.abc import Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
@@ -14,32 +15,25 @@ from remosplat_drake.app.control_loop import AddControlLoop, ControlLoop
 from remosplat_drake.app.other_robots import AddOtherRobots, with_right_of_way
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scene_config import OBSTACLE
-from remosplat_drake.app.stages.cockpit import (
-    AddCockpitOperator,
-    AddCockpitView,
-)
 from remosplat_drake.app.stages.records import AddRecorder
 from remosplat_drake.app.stages.supervision import AddPanel
 from remosplat_drake.app.stages.targets import AddTargets
-from remosplat_drake.app.stages.teleoperation import (
-    AddLiveMap,
-    AddLog,
-    AddOperatorTarget,
-    AddOperatorViews,
-    ConnectSupervision,
-    Teleoperation,
-)
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.ranges import check_ranges
-from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.controller.ingredient import Ingredient
-from remosplat_drake.mapping.live_map import LiveMap
-from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
-from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.unseen_space import show_unseen_space
 from remosplat_drake.visualization.views import AddViews
+
+# Whoever only runs a scenario does not wait for what makes maps: that is
+# imported where it is wanted.
+if TYPE_CHECKING:
+    from remosplat_drake.app.stages.teleoperation import Teleoperation
+    from remosplat_drake.cockpit.cockpit_process import CockpitProcess
+    from remosplat_drake.mapping.live_map import LiveMap
+    from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
+    from remosplat_drake.recording.trajectory_log import TrajectoryLog
 
 KEPT = 10.0
 """Time that a teleoperation keeps in memory; its log on disk has all [s]."""
@@ -65,8 +59,8 @@ class Application(ControlLoop):
 
     diagram: Diagram
     recorder: TrajectoryRecorder
-    live_map: LiveMap | None = None
-    log: TrajectoryLog | None = None
+    live_map: "LiveMap | None" = None
+    log: "TrajectoryLog | None" = None
 
 
 def build(
@@ -75,10 +69,10 @@ def build(
     page: MeshcatPage | None = None,
     *,
     hardware: bool = False,
-    teleoperation: Teleoperation | None = None,
+    teleoperation: "Teleoperation | None" = None,
     ingredients: Sequence[Ingredient] = (),
-    mcap: McapRecorder | None = None,
-    cockpit: CockpitProcess | None = None,
+    mcap: "McapRecorder | None" = None,
+    cockpit: "CockpitProcess | None" = None,
 ) -> Application:
     """Wires a scenario's stages into one diagram.
 
@@ -111,11 +105,15 @@ def build(
     panel = AddPanel(builder, scenario, world.robot, page, hardware=hardware)
     operator = None
     if cockpit is not None and teleoperation is not None:
+        from remosplat_drake.app.stages.cockpit import AddCockpitOperator
+
         scenes = teleoperation.scenes
         operator = AddCockpitOperator(builder, cockpit, scenes)
     if teleoperation is None:
         add_targets = partial(AddTargets, builder, scenario, world)
     else:
+        from remosplat_drake.app.stages.teleoperation import AddOperatorTarget
+
         add_targets = partial(
             AddOperatorTarget,
             builder,
@@ -162,15 +160,28 @@ def build(
     )
     live_map = log = None
     if teleoperation is not None:
+        from remosplat_drake.app.stages.teleoperation import (
+            AddLiveMap,
+            ConnectSupervision,
+        )
+
         ConnectSupervision(builder, loop)
         live_map = AddLiveMap(builder, loop, teleoperation, hardware=hardware)
     if teleoperation is not None or mcap is not None:
+        from remosplat_drake.app.stages.teleoperation import AddLog
+
         log = AddLog(builder, loop, teleoperation, live_map, mcap)
     if cockpit is not None and teleoperation is not None:
+        from remosplat_drake.app.stages.cockpit import AddCockpitView
+
         AddCockpitView(builder, loop, teleoperation, cockpit, live_map)
     if page is not None:
         _AddWorldViews(builder, loop, page, live_map)
         if teleoperation is not None and log is not None:
+            from remosplat_drake.app.stages.teleoperation import (
+                AddOperatorViews,
+            )
+
             AddOperatorViews(builder, loop, teleoperation, page, live_map, log)
     diagram = builder.Build()
     diagram.set_name("remosplat")
@@ -188,7 +199,7 @@ def _AddWorldViews(
     builder: DiagramBuilder,
     loop: ControlLoop,
     page: MeshcatPage,
-    live_map: LiveMap | None,
+    live_map: "LiveMap | None",
 ) -> None:
     """Adds the systems that draw the scene, the robot and its guidance.
 

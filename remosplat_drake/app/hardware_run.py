@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 import gc
+import importlib
 import math
 import time
 from collections.abc import Callable
@@ -43,6 +44,9 @@ from remosplat_drake.signals.optional_input import value_or_none
 STATUS_TIMEOUT = 0.003
 """Time that a tick waits for the arm's next status, which comes every
 millisecond [s]."""
+
+_SCIPY = ("linalg", "ndimage", "optimize", "sparse.csgraph", "spatial")
+"""What scipy would load at its first use, which may be in some later tick."""
 
 REHEARSAL = 0.3
 """Time that the loop runs before anything is sent [s]."""
@@ -230,6 +234,8 @@ class HardwareLoop:
         which the robot relies. Kernels have been compiled before, by
         `warm_up.compile_kernels`.
         """
+        for name in _SCIPY:
+            importlib.import_module(f"scipy.{name}")
         log = self._application.log
         if log is not None:
             log.is_paused = True

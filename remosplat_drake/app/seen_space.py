@@ -12,12 +12,16 @@ from remosplat_drake.app.pose_config import make_transform
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError
-from remosplat_drake.mapping.known_space import with_free
 from remosplat_drake.oracle.oracle_config import GroundTruth
 from remosplat_drake.oracle.placed_unknown_space import PlacedUnknownSpace
 from remosplat_drake.reconstruction.seen_file import read_seen_space, seen_path
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.coverage import SURFACE, UNSEEN, Coverage
+from remosplat_drake.signals.coverage import (
+    SURFACE,
+    UNSEEN,
+    Coverage,
+    with_free,
+)
 
 _AROUND = 0.3
 """How far about its start and its targets a robot's way leads [m]."""

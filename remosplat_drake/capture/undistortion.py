@@ -14,7 +14,7 @@ ray went in the old one.
 import dataclasses as dc
 
 import numpy as np
-from scipy.ndimage import map_coordinates
+import scipy
 
 
 @dc.dataclass(frozen=True)
@@ -89,7 +89,7 @@ def undistort(
     )
     rows, columns = np.where(outside[..., None], 0, nearest).transpose(2, 0, 1)
     colors = [
-        map_coordinates(
+        scipy.ndimage.map_coordinates(
             channel.astype(np.float32),
             row_column.transpose(2, 0, 1),
             order=1,

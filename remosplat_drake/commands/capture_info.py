@@ -16,11 +16,11 @@ from remosplat_drake.capture.checks.inspection import (
 from remosplat_drake.capture.checks.overlap import TOLERANCE
 from remosplat_drake.capture.formats import detect_format
 from remosplat_drake.commands.capture_admission import tell_findings
-from remosplat_drake.commands.flags import (
+from remosplat_drake.commands.capture_flags import (
     add_capture_arguments,
     captured,
-    check_positive,
 )
+from remosplat_drake.commands.flags import check_positive
 from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.tables import open_console, print_table
 

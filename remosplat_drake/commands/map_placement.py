@@ -6,7 +6,7 @@ from pathlib import Path
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.commands.flags import TRUTH
+from remosplat_drake.commands.capture_flags import TRUTH
 from remosplat_drake.reconstruction.placement import (
     AUTO,
     CAPTURE,

@@ -13,12 +13,14 @@ from remosplat_drake.commands.capture_admission import (
     admitted,
     after_alignment,
 )
-from remosplat_drake.commands.flags import captured
+from remosplat_drake.commands.capture_flags import captured
 from remosplat_drake.commands.map_placement import find_placement
 from remosplat_drake.reconstruction.alignment.alignment import Alignment
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
-from remosplat_drake.reconstruction.alignment.summary import AlignmentSummary
 from remosplat_drake.reconstruction.placement import Placement
+from remosplat_drake.reconstruction.report.alignment_summary import (
+    AlignmentSummary,
+)
 from remosplat_drake.reconstruction.workspace import Workspace
 
 

@@ -21,9 +21,11 @@ from remosplat_drake.commands.capture_admission import (
     after_alignment,
     check_inspection_arguments,
 )
-from remosplat_drake.commands.flags import (
+from remosplat_drake.commands.capture_flags import (
     add_capture_arguments,
     captured,
+)
+from remosplat_drake.commands.flags import (
     check_finite,
     check_positive,
     check_seed,

@@ -17,9 +17,8 @@ from remosplat_drake.commands.capture_admission import (
     add_inspection_arguments,
     check_inspection_arguments,
 )
+from remosplat_drake.commands.capture_flags import TRUTH, add_capture_arguments
 from remosplat_drake.commands.flags import (
-    TRUTH,
-    add_capture_arguments,
     check_finite,
     check_positive,
     check_seed,
@@ -34,11 +33,8 @@ from remosplat_drake.commands.prepared_capture import (
     prepare_capture,
 )
 from remosplat_drake.commands.quality import print_report
-from remosplat_drake.commands.suggested_scenario import (
-    FRANKIE,
-    scenario_path,
-    write_scenario,
-)
+from remosplat_drake.commands.suggested_entry import FRANKIE, scenario_path
+from remosplat_drake.commands.suggested_scenario import write_scenario
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.reconstruction.alignment.cameras_file import (
     cameras_path,

@@ -31,8 +31,8 @@ from remosplat_drake.capture.rendering.solids import (
     extent,
     primitive_solids,
 )
+from remosplat_drake.commands.capture_flags import TRUTH
 from remosplat_drake.commands.flags import (
-    TRUTH,
     check_finite,
     check_positive,
     check_seed,

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
-from remosplat_drake.app.stages.movers import known_scene
+from remosplat_drake.app.stages.camera_sight import known_scene
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.stop_signals import StopRequest, stop_signals

@@ -27,7 +27,7 @@ from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.base.resources import expand, resolve
 from remosplat_drake.base.strict_yaml import load_text
-from remosplat_drake.commands.suggested_scenario import (
+from remosplat_drake.commands.suggested_entry import (
     as_yaml,
     scenario_path,
     suggested_entry,

@@ -10,7 +10,13 @@ from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.reconstruction.coverage import make_coverage
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
+from remosplat_drake.signals.coverage import (
+    FREE,
+    SURFACE,
+    UNSEEN,
+    Coverage,
+    with_free,
+)
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.3
@@ -99,23 +105,6 @@ def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
     return with_free(_nothing_seen(config), robot, config.start_margin)
 
 
-def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
-    """Marks unseen voxels as free that are near to where the robot was.
-
-    Args:
-        coverage: What is known without that.
-        spheres: The spheres of a robot that has touched nothing, in one
-            configuration or in many.
-        margin: Distance from the spheres within which space is free [m].
-    """
-    state = coverage.state.copy()
-    ball = np.column_stack([spheres.p_WS, spheres.radius + margin])
-    # A base stands still while the arm looks around.
-    for *p_WS, reach in np.unique(ball, axis=0):
-        _free_ball(state, coverage, np.array(p_WS), reach)
-    return dc.replace(coverage, state=state)
-
-
 def _nothing_seen(config: MappingConfig) -> Coverage:
     """The voxels of the mapped box, all unseen."""
     lower = np.array(config.volume_lower, float)
@@ -159,25 +148,3 @@ def _without_shadows(
         seen = times_looked_through(since, p_W[index], coverage.voxel / 4) > 0
         state[tuple(voxels[index[~seen]].T)] = UNSEEN
     return dc.replace(coverage, state=state)
-
-
-def _free_ball(
-    state: np.ndarray, coverage: Coverage, p_WS: np.ndarray, reach: float
-) -> None:
-    """Marks the unseen voxels that any part of a ball is in as free."""
-    shape, voxel = np.array(state.shape), coverage.voxel
-    low, high = (
-        np.floor((p_WS + side * reach - coverage.lower) / voxel).astype(int)
-        for side in (-1, 1)
-    )
-    low, high = np.clip(low, 0, shape), np.clip(high + 1, 0, shape)
-    if (low >= high).any():
-        return
-    squares = []
-    for axis in range(3):
-        start = coverage.lower[axis] + voxel * np.arange(low[axis], high[axis])
-        gap = np.maximum(start - p_WS[axis], p_WS[axis] - start - voxel)
-        squares.append(np.maximum(gap, 0) ** 2)
-    x, y, z = np.ix_(*squares)
-    block = state[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
-    block[(x + y + z < reach**2) & (block == UNSEEN)] = FREE

@@ -4,6 +4,8 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.robot.sphere_model import Spheres
+
 UNSEEN, FREE, SURFACE = 0, 1, 2
 """States of a voxel: no camera saw it; it is free; it holds a surface."""
 
@@ -45,3 +47,42 @@ class Coverage:
     def upper(self) -> np.ndarray:
         """Upper corner of the box, shape (3,) [m]."""
         return self.lower + self.voxel * np.array(self.state.shape)
+
+
+def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
+    """Marks unseen voxels as free that are near to where the robot was.
+
+    Args:
+        coverage: What is known without that.
+        spheres: The spheres of a robot that has touched nothing, in one
+            configuration or in many.
+        margin: Distance from the spheres within which space is free [m].
+    """
+    state = coverage.state.copy()
+    ball = np.column_stack([spheres.p_WS, spheres.radius + margin])
+    # A base stands still while the arm looks around.
+    for *p_WS, reach in np.unique(ball, axis=0):
+        _free_ball(state, coverage, np.array(p_WS), reach)
+    return dc.replace(coverage, state=state)
+
+
+def _free_ball(
+    state: np.ndarray, coverage: Coverage, p_WS: np.ndarray, reach: float
+) -> None:
+    """Marks the unseen voxels that any part of a ball is in as free."""
+    shape, voxel = np.array(state.shape), coverage.voxel
+    low, high = (
+        np.floor((p_WS + side * reach - coverage.lower) / voxel).astype(int)
+        for side in (-1, 1)
+    )
+    low, high = np.clip(low, 0, shape), np.clip(high + 1, 0, shape)
+    if (low >= high).any():
+        return
+    squares = []
+    for axis in range(3):
+        start = coverage.lower[axis] + voxel * np.arange(low[axis], high[axis])
+        gap = np.maximum(start - p_WS[axis], p_WS[axis] - start - voxel)
+        squares.append(np.maximum(gap, 0) ** 2)
+    x, y, z = np.ix_(*squares)
+    block = state[low[0] : high[0], low[1] : high[1], low[2] : high[2]]
+    block[(x + y + z < reach**2) & (block == UNSEEN)] = FREE

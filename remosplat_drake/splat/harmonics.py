@@ -6,7 +6,7 @@ the Condon-Shortley sign (-1)^m. Of each degree l there are 2 l + 1, by m from
 """
 
 import numpy as np
-from scipy.special import factorial, lpmv
+import scipy
 
 from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.base.errors import RemoSplatError
@@ -31,10 +31,14 @@ def harmonics(degree: int, directions: np.ndarray) -> np.ndarray:
     for m in range(-degree, degree + 1):
         k = abs(m)
         norm = (2 * degree + 1) / (4 * np.pi)
-        norm *= factorial(degree - k) / factorial(degree + k)
+        norm *= scipy.special.factorial(degree - k) / scipy.special.factorial(
+            degree + k
+        )
         wave = np.sin(k * azimuth) if m < 0 else np.cos(k * azimuth)
         twice = np.sqrt(2.0) if m else 1.0
-        columns.append(twice * np.sqrt(norm) * lpmv(k, degree, z) * wave)
+        columns.append(
+            twice * np.sqrt(norm) * scipy.special.lpmv(k, degree, z) * wave
+        )
     return np.stack(columns, axis=1)
 
 

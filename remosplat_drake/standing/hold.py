@@ -4,7 +4,7 @@ import dataclasses as dc
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
@@ -109,7 +109,7 @@ def pressures(binding: Binding) -> np.ndarray:
         return np.zeros(0)
     length = np.linalg.norm(binding.A, axis=1)
     length = np.where(length > 0, length, 1.0)
-    return nnls((binding.A / length[:, None]).T, binding.push)[0]
+    return scipy.optimize.nnls((binding.A / length[:, None]).T, binding.push)[0]
 
 
 def _strongest(

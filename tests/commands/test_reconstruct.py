@@ -15,10 +15,8 @@ from remosplat_drake.base.resources import models_dir
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.readers.nerfstudio import write_capture
 from remosplat_drake.commands.main import main
-from remosplat_drake.commands.suggested_scenario import (
-    suggested_entry,
-    write_scenario,
-)
+from remosplat_drake.commands.suggested_entry import suggested_entry
+from remosplat_drake.commands.suggested_scenario import write_scenario
 from remosplat_drake.reconstruction.report.quality_report import (
     pose_path,
     read_report,

@@ -6,7 +6,7 @@ from laden_table import joined
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.changes import find_changes, without
-from remosplat_drake.mapping.known_space import in_box, known_space, with_free
+from remosplat_drake.mapping.known_space import in_box, known_space
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.reconstruction.surfels.surfels import (
@@ -14,7 +14,13 @@ from remosplat_drake.reconstruction.surfels.surfels import (
     surfels_from_capture,
 )
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
+from remosplat_drake.signals.coverage import (
+    FREE,
+    SURFACE,
+    UNSEEN,
+    Coverage,
+    with_free,
+)
 
 NOTHING = np.zeros((1, 80, 80), bool)
 """That has come."""

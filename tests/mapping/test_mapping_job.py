@@ -5,10 +5,11 @@ import dataclasses as dc
 import numpy as np
 from mapped_table import looking_around, make_job, table_world
 
-from remosplat_drake.mapping.known_space import space_around, with_free
+from remosplat_drake.mapping.known_space import space_around
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.mapping.mapping_job import free_around
 from remosplat_drake.oracle.unknown_space import unknown_space_field
+from remosplat_drake.signals.coverage import with_free
 
 
 def test_the_space_around_the_start_stays_free(tmp_path):

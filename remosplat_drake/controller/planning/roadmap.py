@@ -8,8 +8,7 @@ import dataclasses as dc
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
+import scipy
 
 from remosplat_drake.controller.planning.free_space import FreeSpace
 
@@ -109,10 +108,12 @@ def _distance(q: np.ndarray, other: np.ndarray) -> np.ndarray:
 def _shortest(cost: dict, count: int, goals: range) -> list[int] | None:
     """Finds the cheapest way from place 0 to a goal, as places."""
     ends = np.array(list(cost), int).reshape(-1, 2)
-    graph = csr_array(
+    graph = scipy.sparse.csr_array(
         (list(cost.values()), (ends[:, 0], ends[:, 1])), (count, count)
     )
-    far, before = dijkstra(graph, indices=0, return_predecessors=True)
+    far, before = scipy.sparse.csgraph.dijkstra(
+        graph, indices=0, return_predecessors=True
+    )
     goal = min(goals, key=lambda k: far[k])
     if not np.isfinite(far[goal]):
         return None

@@ -1,16 +1,13 @@
 """How far the surfaces of views are apart, by the distance of the views."""
 
-import dataclasses as dc
 import itertools
-from typing import Annotated
 
 import numpy as np
-from annotated_types import Interval
 
-from remosplat_drake.base.ranges import Config
 from remosplat_drake.reconstruction.alignment.pair_kernel import pair_residuals
 from remosplat_drake.reconstruction.alignment.solver import State
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
+from remosplat_drake.reconstruction.report.alignment_summary import ResidualRow
 
 DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
 """Limits between the rows of a table [m]."""
@@ -26,31 +23,6 @@ _LEAST_POINTS = 20
 
 _KEPT = 0.9
 """Fewer points with a surface than this part are a loss, however near."""
-
-_SIZE = Annotated[float, Interval(ge=0, le=1e4)]
-_COUNT = Annotated[int, Interval(ge=0, le=10**12)]
-
-
-@dc.dataclass
-class ResidualRow(Config):
-    """Residuals of the pairs of views that are about so far apart."""
-
-    # Distance of the views, from [m].
-    nearest: _SIZE = 0.0
-    # Distance of the views, to [m].
-    farthest: _SIZE = 0.0
-    # Number of pairs of views.
-    pairs: _COUNT = 0
-    # Number of points.
-    points: _COUNT = 0
-    # Median distance of a point from the other view's surface, as captured [m].
-    median_before: _SIZE = 0.0
-    # Its 95th percentile [m].
-    high_before: _SIZE = 0.0
-    # Median distance after the refinement [m].
-    median_after: _SIZE = 0.0
-    # Its 95th percentile [m].
-    high_after: _SIZE = 0.0
 
 
 def distances_of_pairs(

@@ -1,45 +1,12 @@
-"""`AlignmentSummary`: what a quality report says of the cameras."""
-
-import dataclasses as dc
-from typing import Annotated
+"""What a quality report says of an alignment."""
 
 import numpy as np
-from annotated_types import Interval
 
-from remosplat_drake.base.ranges import Config
 from remosplat_drake.reconstruction.alignment.alignment import Alignment
 from remosplat_drake.reconstruction.alignment.perturbation import difference
-from remosplat_drake.reconstruction.alignment.residual_table import ResidualRow
-
-_SIZE = Annotated[float, Interval(ge=0, le=1e4)]
-
-
-@dc.dataclass
-class AlignmentSummary(Config):
-    """How poses, depth scale and offset were refined."""
-
-    # Whether the refinement was kept: only if other views agree better.
-    accepted: bool = False
-    # Factor by which measured depths were multiplied.
-    scale: Annotated[float, Interval(ge=0, le=1e4)] = 1.0
-    # Its standard deviation.
-    scale_std: _SIZE = 0.0
-    # What was added to the depths [m].
-    offset: Annotated[float, Interval(ge=-1e4, le=1e4)] = 0.0
-    # Its standard deviation [m].
-    offset_std: _SIZE = 0.0
-    # Median motion of the cameras [m].
-    moved: _SIZE = 0.0
-    # Median rotation of the cameras [rad].
-    turned: _SIZE = 0.0
-    # Median standard deviation of a camera's position [m].
-    position_std: _SIZE = 0.0
-    # Number of groups of views that share no surface.
-    groups: Annotated[int, Interval(ge=0, le=10**9)] = 1
-    # Residuals before and after, by the distance of the views.
-    rows: list[ResidualRow] = dc.field(default_factory=list)
-    # What was done and what is not known, in words.
-    words: str = ""
+from remosplat_drake.reconstruction.report.alignment_summary import (
+    AlignmentSummary,
+)
 
 
 def summarize_alignment(

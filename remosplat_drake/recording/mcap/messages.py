@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from pydrake.math import RotationMatrix
 
 from remosplat_drake.base.system_libraries import import_optional
 from remosplat_drake.hardware.wire.images import CameraImages
@@ -172,13 +172,14 @@ def transforms(record: TickRecord, robot: RobotModel) -> Message | None:
 
 
 def _transform(at: dict, name: str, X_WF: np.ndarray) -> dict:
-    quaternion = Rotation.from_matrix(X_WF[:3, :3]).as_quat().tolist()
+    R_WF = RotationMatrix.ProjectToRotationMatrix(X_WF[:3, :3])
+    quaternion = R_WF.ToQuaternion()
     return {
         "timestamp": at,
         "parent_frame_id": WORLD,
         "child_frame_id": name,
         "translation": dict(zip("xyz", X_WF[:3, 3].tolist(), strict=True)),
-        "rotation": dict(zip("xyzw", quaternion, strict=True)),
+        "rotation": {axis: getattr(quaternion, axis)() for axis in "xyzw"},
     }
 
 

@@ -3,7 +3,7 @@
 import dataclasses as dc
 
 import numpy as np
-from scipy.spatial.distance import cdist
+import scipy
 
 from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.robot.fitting.solid_grid import SolidGrid
@@ -43,7 +43,7 @@ class LinkSpheres:
         Returns:
             Shape (n, k) [m], negative inside.
         """
-        return cdist(p, self.p_LS) - self.radius
+        return scipy.spatial.distance.cdist(p, self.p_LS) - self.radius
 
     def grown_over(self, p: np.ndarray, margin: float) -> "LinkSpheres":
         """Enlarges the radii so that the spheres also enclose further points.

@@ -3,7 +3,7 @@
 import dataclasses as dc
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 # Voxels around a link in which its neighbours are looked at, at most.
 _MAX_PAD = 24
@@ -32,7 +32,7 @@ class SolidGrid:
         inside = np.clip(cell, 0, last)
         beyond = self.pitch * np.linalg.norm(cell - inside, axis=-1)
         flat = inside.reshape(-1, 3).T
-        value = ndimage.map_coordinates(self.depth, flat, order=1)
+        value = scipy.ndimage.map_coordinates(self.depth, flat, order=1)
         return value.reshape(cell.shape[:-1]) - beyond
 
     def contains(self, p: np.ndarray) -> np.ndarray:
@@ -73,10 +73,10 @@ def make_solid_grid(
         seen += np.logical_or.accumulate(occupied, axis)
         back = np.flip(occupied, axis)
         seen += np.flip(np.logical_or.accumulate(back, axis), axis)
-    solid = ndimage.binary_closing(occupied | (seen >= 4))
+    solid = scipy.ndimage.binary_closing(occupied | (seen >= 4))
     solid |= occupied
     # The surface runs through the middle of the occupied voxels.
-    shell = occupied & ndimage.binary_dilation(~solid)
+    shell = occupied & scipy.ndimage.binary_dilation(~solid)
     return SolidGrid(origin, pitch, _depth(solid & ~shell, pitch))
 
 
@@ -111,13 +111,13 @@ def join_solids(
             hidden[hidden] = neighbour.contains(p_N)
         inside |= hidden
     # Joints have gaps of a millimetre or two.
-    inside = ndimage.binary_closing(inside, iterations=2)
-    core = ndimage.binary_erosion(inside)
+    inside = scipy.ndimage.binary_closing(inside, iterations=2)
+    core = scipy.ndimage.binary_erosion(inside)
     return SolidGrid(origin, solid.pitch, _depth(core, solid.pitch))
 
 
 def _depth(core: np.ndarray, pitch: float) -> np.ndarray:
     """Depth [m], zero on the voxels just outside of `core`."""
-    inside = np.asarray(ndimage.distance_transform_edt(core))
-    outside = np.asarray(ndimage.distance_transform_edt(~core))
+    inside = np.asarray(scipy.ndimage.distance_transform_edt(core))
+    outside = np.asarray(scipy.ndimage.distance_transform_edt(~core))
     return pitch * np.where(core, inside, 1.0 - outside)

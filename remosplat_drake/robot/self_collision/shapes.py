@@ -9,6 +9,7 @@ import dataclasses as dc
 from functools import cached_property
 
 import numpy as np
+import scipy
 from pydrake.geometry import (
     Box,
     Capsule,
@@ -24,7 +25,6 @@ from pydrake.geometry import (
     Sphere,
 )
 from pydrake.multibody.plant import MultibodyPlant
-from scipy.spatial import ConvexHull
 
 from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.base.errors import FieldError
@@ -225,4 +225,4 @@ def _core(shape: Shape) -> ConvexShape | None:
 def _around_unit_ball() -> np.ndarray:
     """Corners of a polyhedron that holds the unit ball, evenly spread."""
     p = spread_directions(_DIRECTIONS)
-    return p / -ConvexHull(p).equations[:, 3].max()
+    return p / -scipy.spatial.ConvexHull(p).equations[:, 3].max()

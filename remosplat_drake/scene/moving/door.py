@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+import scipy
 from annotated_types import Interval, Len
 from pydrake.math import RigidTransform, RotationMatrix
-from scipy.interpolate import CubicSpline
 
 from remosplat_drake.base.ranges import AngleDeg, Config, Position
 from remosplat_drake.scene.mover import Mover
@@ -89,7 +89,9 @@ class DoorTrack:
         if len(angles) == 1:
             self._times = self._times[0] + np.array([0.0, 1.0])
             angles = np.repeat(angles, 2)
-        self._angle = CubicSpline(self._times, angles, bc_type="clamped")
+        self._angle = scipy.interpolate.CubicSpline(
+            self._times, angles, bc_type="clamped"
+        )
         # Of all points the outer edge is the fastest; on a stretch between
         # two angles, rate and its change are polynomials of low degree.
         looks = np.concatenate(

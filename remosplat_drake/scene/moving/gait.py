@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
+import scipy
 from annotated_types import Interval, Len
-from scipy.interpolate import CubicSpline
 
 from remosplat_drake.base.ranges import AngleDeg, Config, Coordinate, Position
 
@@ -131,7 +131,7 @@ def _walk(
         yaw = math.radians(walk[0].yaw_deg or 0.0)
         zeros = np.zeros(len(times))
         return np.repeat(p, len(times), axis=0), zeros + yaw, zeros, zeros
-    way = CubicSpline(knots, p, bc_type="clamped")
+    way = scipy.interpolate.CubicSpline(knots, p, bc_type="clamped")
     now = np.clip(times, knots[0], knots[-1])
     speed = np.linalg.norm(way(now, 1), axis=1)
     step = np.diff(times, prepend=times[0])

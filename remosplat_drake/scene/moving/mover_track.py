@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+import scipy
 from annotated_types import Interval, Len
 from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
-from scipy.interpolate import CubicSpline
 
 from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
 from remosplat_drake.scene.mover import Mover
@@ -107,7 +107,9 @@ class MoverTrack:
         self._position = None
         if len(X_WMs) > 1:
             p_WM = np.array([X.translation() for X in X_WMs])
-            self._position = CubicSpline(self._times, p_WM, bc_type="clamped")
+            self._position = scipy.interpolate.CubicSpline(
+                self._times, p_WM, bc_type="clamped"
+            )
         self._R_WM = np.array([X.rotation().matrix() for X in X_WMs])
         self._turns_W = [
             b.rotation().multiply(a.rotation().inverse()).ToAngleAxis()

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
+import scipy
 from pydrake.math import RigidTransform, RotationMatrix
-from scipy.interpolate import CubicSpline
 
 from remosplat_drake.scene.mover import Mover
 from remosplat_drake.scene.moving.track import SLACK
@@ -47,7 +47,7 @@ class Rods:
         self._span = float(times[0]), float(times[-1])
         self._length = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
         self._half_length = 0.5 * self._length.mean(axis=0)
-        self._spline = CubicSpline(
+        self._spline = scipy.interpolate.CubicSpline(
             times,
             np.stack([ends.mean(axis=2), ends[:, :, 1] - ends[:, :, 0]], 1),
             bc_type="clamped",

@@ -1,0 +1,64 @@
+"""The stage of simulated cameras that watch for what moves."""
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.world import World
+from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.sight.known_scene import KnownScene, surface_points
+from remosplat_drake.sight.simulated.camera_sight import (
+    CameraSight,
+    simulated_sight,
+)
+
+
+def AddCameraSight(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+    oracle: DistanceOracle,
+    truth: OutputPort,
+) -> OutputPort:
+    """Adds the simulated cameras that watch for what moves.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+        oracle: The system that hands out the map.
+        truth: The output port of the true `Movers`.
+
+    Returns:
+        The output port of the `Movers` that they see.
+    """
+    sight = CameraSight.AddToBuilder(
+        builder,
+        sight=simulated_sight(
+            scenario.cameras,
+            world.robot,
+            world.truth,
+            known_scene(scenario, world),
+            scenario.sight,
+            scenario.seed,
+        ),
+        configuration=configuration,
+        truth=truth,
+        distance_field=oracle.GetOutputPort("distance_field"),
+        period=scenario.control_period,
+    )
+    return sight.GetOutputPort("movers")
+
+
+def known_scene(scenario: Scenario, world: World) -> KnownScene:
+    """Makes what cameras that watch for movers know of the scene.
+
+    Args:
+        scenario: The scenario.
+        world: What its files hold.
+    """
+    surface_W = surface_points(world.splat_W, None)
+    if not len(surface_W):
+        surface_W = surface_points(None, world.truth)
+    return KnownScene(world.field, scenario.sight, surface_W)
