@@ -9,20 +9,24 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from remosplat_drake.app.control_loop import AddControlLoop, ControlLoop
 from remosplat_drake.app.other_robots import AddOtherRobots, with_right_of_way
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scene_config import OBSTACLE
+from remosplat_drake.app.stages.log import AddLog
 from remosplat_drake.app.stages.records import AddRecorder
 from remosplat_drake.app.stages.supervision import AddPanel
 from remosplat_drake.app.stages.targets import AddTargets
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.controller.ingredient import Ingredient
+from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
+from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
 from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.safety_panel import SafetyPanel
 from remosplat_drake.visualization.unseen_space import show_unseen_space
 from remosplat_drake.visualization.views import AddViews
 
@@ -32,8 +36,6 @@ if TYPE_CHECKING:
     from remosplat_drake.app.stages.teleoperation import Teleoperation
     from remosplat_drake.cockpit.cockpit_process import CockpitProcess
     from remosplat_drake.mapping.live_map import LiveMap
-    from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
-    from remosplat_drake.recording.trajectory_log import TrajectoryLog
 
 KEPT = 10.0
 """Time that a teleoperation keeps in memory; its log on disk has all [s]."""
@@ -60,7 +62,7 @@ class Application(ControlLoop):
     diagram: Diagram
     recorder: TrajectoryRecorder
     live_map: "LiveMap | None" = None
-    log: "TrajectoryLog | None" = None
+    log: TrajectoryLog | None = None
 
 
 def build(
@@ -71,7 +73,7 @@ def build(
     hardware: bool = False,
     teleoperation: "Teleoperation | None" = None,
     ingredients: Sequence[Ingredient] = (),
-    mcap: "McapRecorder | None" = None,
+    mcap: McapRecorder | None = None,
     cockpit: "CockpitProcess | None" = None,
 ) -> Application:
     """Wires a scenario's stages into one diagram.
@@ -103,27 +105,15 @@ def build(
     scenario = with_right_of_way(scenario)
     builder = DiagramBuilder()
     panel = AddPanel(builder, scenario, world.robot, page, hardware=hardware)
-    operator = None
-    if cockpit is not None and teleoperation is not None:
-        from remosplat_drake.app.stages.cockpit import AddCockpitOperator
+    operation = None
+    add_targets = partial(AddTargets, builder, scenario, world)
+    if teleoperation is not None:
+        from remosplat_drake.app.stages.operation import Operation
 
-        scenes = teleoperation.scenes
-        operator = AddCockpitOperator(builder, cockpit, scenes)
-    if teleoperation is None:
-        add_targets = partial(AddTargets, builder, scenario, world)
-    else:
-        from remosplat_drake.app.stages.teleoperation import AddOperatorTarget
-
-        add_targets = partial(
-            AddOperatorTarget,
-            builder,
-            scenario,
-            world,
-            teleoperation=teleoperation,
-            # Whoever finds a real robot's page must not steer it.
-            page=None if hardware else page,
-            operators=[operator] if operator else [],
+        operation = Operation(
+            builder, teleoperation, page, cockpit, hardware=hardware
         )
+        add_targets = partial(operation.AddTarget, scenario, world)
     loop = AddControlLoop(
         builder,
         scenario,
@@ -135,19 +125,7 @@ def build(
         if not hardware
         else lambda *_: (),
     )
-    if panel is not None and loop.supervisor is not None:
-        panel.ConnectTo(
-            builder,
-            supervisor=loop.supervisor,
-            report=loop.report,
-            status=loop.status,
-            standing=loop.standing.GetOutputPort("standing"),
-        )
-    elif operator is not None and loop.supervisor is not None:
-        builder.Connect(
-            operator.GetOutputPort("operator"),
-            loop.supervisor.GetInputPort("operator"),
-        )
+    _ConnectPanel(builder, loop, panel, operation and operation.operator)
     recorder = AddRecorder(
         builder,
         scenario,
@@ -156,33 +134,18 @@ def build(
         loop.controller,
         loop.executed,
         loop.true_movers,
-        keep=None if teleoperation is None else KEPT,
+        keep=None if operation is None else KEPT,
     )
-    live_map = log = None
-    if teleoperation is not None:
-        from remosplat_drake.app.stages.teleoperation import (
-            AddLiveMap,
-            ConnectSupervision,
-        )
-
-        ConnectSupervision(builder, loop)
-        live_map = AddLiveMap(builder, loop, teleoperation, hardware=hardware)
+    live_map = operation and operation.AddMap(loop)
+    log = None
     if teleoperation is not None or mcap is not None:
-        from remosplat_drake.app.stages.teleoperation import AddLog
-
-        log = AddLog(builder, loop, teleoperation, live_map, mcap)
-    if cockpit is not None and teleoperation is not None:
-        from remosplat_drake.app.stages.cockpit import AddCockpitView
-
-        AddCockpitView(builder, loop, teleoperation, cockpit, live_map)
+        folder = teleoperation and teleoperation.run
+        grows = live_map and live_map.GetOutputPort("map_status")
+        log = AddLog(builder, loop, folder, grows, mcap)
     if page is not None:
         _AddWorldViews(builder, loop, page, live_map)
-        if teleoperation is not None and log is not None:
-            from remosplat_drake.app.stages.teleoperation import (
-                AddOperatorViews,
-            )
-
-            AddOperatorViews(builder, loop, teleoperation, page, live_map, log)
+    if operation is not None and log is not None:
+        operation.AddViews(loop, live_map, log)
     diagram = builder.Build()
     diagram.set_name("remosplat")
     parts = {f.name: getattr(loop, f.name) for f in dc.fields(loop)}
@@ -193,6 +156,30 @@ def build(
         live_map=live_map,
         log=log,
     )
+
+
+def _ConnectPanel(
+    builder: DiagramBuilder,
+    loop: ControlLoop,
+    panel: SafetyPanel | None,
+    operator: LeafSystem | None,
+) -> None:
+    """Lets the page's panel, or else an operator, speak to the supervisor."""
+    if loop.supervisor is None:
+        return
+    if panel is not None:
+        panel.ConnectTo(
+            builder,
+            supervisor=loop.supervisor,
+            report=loop.report,
+            status=loop.status,
+            standing=loop.standing.GetOutputPort("standing"),
+        )
+    elif operator is not None:
+        builder.Connect(
+            operator.GetOutputPort("operator"),
+            loop.supervisor.GetInputPort("operator"),
+        )
 
 
 def _AddWorldViews(

@@ -36,6 +36,6 @@ def rehearse(robot: RobotModel, known: KnownScene, config: SightConfig) -> None:
     for i in range(6):
         depth = np.full((_SIDE, _SIDE), np.inf, np.float32)
         depth[6:18, 6 : 18 - 2 * i] = 0.8 * _AWAY
-        image = DepthImage(f"rehearsal {i % 2}", 0.01 * i, K, X_WC, depth)
+        image = DepthImage(f"rehearsal {i % 2}", 0.08 * i, K, X_WC, depth)
         sight = look(sight, image, spheres, nothing, config)
         sight.movers(config)

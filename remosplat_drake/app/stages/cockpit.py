@@ -6,10 +6,8 @@ from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scene_config import OBSTACLE
-from remosplat_drake.app.stages.teleoperation import (
-    Teleoperation,
-    what_happens,
-)
+from remosplat_drake.app.stages.log import what_happens
+from remosplat_drake.app.stages.teleoperation import Teleoperation
 from remosplat_drake.app.teleop_session import camera_maker
 from remosplat_drake.cockpit.cockpit_operator import CockpitOperator
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
@@ -51,8 +49,9 @@ def AddCockpitView(
         process: The cockpit.
         live_map: The map that grows; None without one.
     """
+    grows = live_map and live_map.GetOutputPort("map_status")
     inputs = {
-        **what_happens(loop, live_map),
+        **what_happens(loop, grows),
         "configuration": loop.configuration,
         "target_state": loop.targets.GetOutputPort("state"),
     }

@@ -22,7 +22,6 @@ from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.controller.map_change import objection
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
-from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -283,66 +282,6 @@ def AddSettledRequests(
         settle=loop.scenario.sight.settle,
     )
     return system.GetOutputPort("map_requests")
-
-
-def what_happens(
-    loop: ControlLoop, live_map: LiveMap | None
-) -> dict[str, OutputPort]:
-    """Returns the ports that tell how a run goes, by the inputs they belong to.
-
-    Args:
-        loop: The control loop, with or without a supervisor.
-        live_map: The map that grows meanwhile; None without one.
-    """
-    ports = {
-        "report": loop.report,
-        "standing": loop.standing.GetOutputPort("standing"),
-    }
-    if loop.supervisor is not None:
-        ports["supervision"] = loop.supervisor.GetOutputPort("supervision")
-    if live_map is not None:
-        ports["map_status"] = live_map.GetOutputPort("map_status")
-    return ports
-
-
-def AddLog(
-    builder: DiagramBuilder,
-    loop: ControlLoop,
-    teleoperation: Teleoperation | None,
-    live_map: LiveMap | None,
-    recorder: McapRecorder | None,
-) -> TrajectoryLog:
-    """Adds the log that writes every tick and every event to disk.
-
-    Args:
-        builder: The builder of the diagram.
-        loop: The control loop whose ticks are written.
-        teleoperation: What the diagram needs to be teleoperated; its `run` is
-            the folder of the log. None for another run, which has no folder.
-        live_map: The map whose events are written; None without one.
-        recorder: Writes the run as an MCAP file; None for none.
-
-    Raises:
-        FileError: The files of the log cannot be made.
-    """
-    robot, targets = loop.world.robot, loop.targets
-    inputs = {
-        **what_happens(loop, live_map),
-        "velocity_executed": loop.executed,
-        "station_status": loop.status,
-    }
-    if teleoperation is not None:
-        inputs["target_state"] = targets.GetOutputPort("state")
-        inputs["map_requests"] = targets.GetOutputPort("map_requests")
-    return TrajectoryLog.AddToBuilder(
-        builder,
-        inputs=inputs,
-        folder=None if teleoperation is None else teleoperation.run,
-        recorder=recorder,
-        n_q=robot.n_q,
-        n_u=robot.n_u,
-        period=loop.scenario.control_period,
-    )
 
 
 def AddOperatorViews(

@@ -1,0 +1,71 @@
+"""The stage of the log, and what there is to log of a run."""
+
+from pathlib import Path
+
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+
+from remosplat_drake.app.control_loop import ControlLoop
+from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
+from remosplat_drake.recording.trajectory_log import TrajectoryLog
+
+
+def what_happens(
+    loop: ControlLoop, map_status: OutputPort | None
+) -> dict[str, OutputPort]:
+    """Returns the ports that tell how a run goes, by the inputs they belong to.
+
+    Args:
+        loop: The control loop, with or without a supervisor.
+        map_status: The output port of the map that grows meanwhile; None
+            without one.
+    """
+    ports = {
+        "report": loop.report,
+        "standing": loop.standing.GetOutputPort("standing"),
+    }
+    if loop.supervisor is not None:
+        ports["supervision"] = loop.supervisor.GetOutputPort("supervision")
+    if map_status is not None:
+        ports["map_status"] = map_status
+    return ports
+
+
+def AddLog(
+    builder: DiagramBuilder,
+    loop: ControlLoop,
+    folder: Path | None,
+    map_status: OutputPort | None,
+    recorder: McapRecorder | None,
+) -> TrajectoryLog:
+    """Adds the log that writes every tick and every event to disk.
+
+    Args:
+        builder: The builder of the diagram.
+        loop: The control loop whose ticks are written.
+        folder: Folder of a teleoperation's run, which gets the log; None for
+            another run, which has no folder.
+        map_status: The output port of the map whose events are written; None
+            without one.
+        recorder: Writes the run as an MCAP file; None for none.
+
+    Raises:
+        FileError: The files of the log cannot be made.
+    """
+    robot, targets = loop.world.robot, loop.targets
+    inputs = {
+        **what_happens(loop, map_status),
+        "velocity_executed": loop.executed,
+        "station_status": loop.status,
+    }
+    if folder is not None:
+        inputs["target_state"] = targets.GetOutputPort("state")
+        inputs["map_requests"] = targets.GetOutputPort("map_requests")
+    return TrajectoryLog.AddToBuilder(
+        builder,
+        inputs=inputs,
+        folder=folder,
+        recorder=recorder,
+        n_q=robot.n_q,
+        n_u=robot.n_u,
+        period=loop.scenario.control_period,
+    )

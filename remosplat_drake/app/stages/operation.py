@@ -1,0 +1,102 @@
+"""`Operation`: what a diagram has only where an operator moves the target."""
+
+from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
+
+from remosplat_drake.app.control_loop import ControlLoop
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.stages.cockpit import (
+    AddCockpitOperator,
+    AddCockpitView,
+)
+from remosplat_drake.app.stages.teleoperation import (
+    AddLiveMap,
+    AddOperatorTarget,
+    AddOperatorViews,
+    ConnectSupervision,
+    Teleoperation,
+)
+from remosplat_drake.app.world import World
+from remosplat_drake.cockpit.cockpit_process import CockpitProcess
+from remosplat_drake.mapping.live_map import LiveMap
+from remosplat_drake.recording.trajectory_log import TrajectoryLog
+from remosplat_drake.teleop.operator_target import OperatorTarget
+from remosplat_drake.visualization.page import MeshcatPage
+
+
+class Operation:
+    """Adds an operator's stages before, in and around a control loop.
+
+    Args:
+        builder: The builder of the diagram.
+        teleoperation: What the diagram needs to be teleoperated.
+        page: The browser page to draw on; None draws nothing.
+        cockpit: The operator's own page; None for none.
+        hardware: Whether the robot is the real one.
+
+    Attributes:
+        operator: The operator at the cockpit, who is to be connected to the
+            supervisor; None without a cockpit.
+    """
+
+    def __init__(
+        self,
+        builder: DiagramBuilder,
+        teleoperation: Teleoperation,
+        page: MeshcatPage | None,
+        cockpit: CockpitProcess | None,
+        *,
+        hardware: bool,
+    ):
+        self._builder, self._teleoperation = builder, teleoperation
+        self._page, self._cockpit, self._hardware = page, cockpit, hardware
+        self.operator: LeafSystem | None = None
+        if cockpit is not None:
+            scenes = teleoperation.scenes
+            self.operator = AddCockpitOperator(builder, cockpit, scenes)
+
+    def AddTarget(
+        self, scenario: Scenario, world: World, configuration: OutputPort
+    ) -> OperatorTarget:
+        """Adds all operators, and the target that they move.
+
+        Args:
+            scenario: The scenario.
+            world: What the scenario's files hold.
+            configuration: The output port of the measured q, n_q entries.
+
+        Raises:
+            RemoSplatError: See `AddOperatorTarget`.
+        """
+        return AddOperatorTarget(
+            self._builder,
+            scenario,
+            world,
+            configuration,
+            self._teleoperation,
+            # Whoever finds a real robot's page must not steer it.
+            None if self._hardware else self._page,
+            [self.operator] if self.operator is not None else [],
+        )
+
+    def AddMap(self, loop: ControlLoop) -> LiveMap | None:
+        """Adds the map that grows, if there is one, to a control loop."""
+        ConnectSupervision(self._builder, loop)
+        return AddLiveMap(
+            self._builder, loop, self._teleoperation, hardware=self._hardware
+        )
+
+    def AddViews(
+        self, loop: ControlLoop, live_map: LiveMap | None, log: TrajectoryLog
+    ) -> None:
+        """Adds what shows the operator how things stand.
+
+        Args:
+            loop: The control loop.
+            live_map: The map that grows; None without one.
+            log: The log, whose trouble with the disk is shown.
+        """
+        at = self._builder, loop, self._teleoperation
+        if self._cockpit is not None:
+            AddCockpitView(*at, self._cockpit, live_map)
+        if self._page is not None:
+            AddOperatorViews(*at, self._page, live_map, log)
