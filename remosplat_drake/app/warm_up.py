@@ -16,7 +16,7 @@ from pydrake.systems.analysis import Simulator
 from rich.console import Console
 
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario import CAMERAS, Scenario
 from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.app.world import World
@@ -107,6 +107,8 @@ def compile_kernels(
         simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
         _tick_among_movers(scenario, beside)
         _plan_once(scenario, beside)
+    if scenario.movers_from == CAMERAS:
+        _look(scenario, world)
 
 
 def _fields(
@@ -167,6 +169,14 @@ def _plan_once(scenario: Scenario, world: World) -> None:
     q[-1] += _TURN
     X_WT = robot.end_effector_pose(q)
     planner.plan(world.q0, X_WT, world.field.for_look_ahead, 0.0)
+
+
+def _look(scenario: Scenario, world: World) -> None:
+    """Rehearses the looks of a scenario's cameras."""
+    from remosplat_drake.app.stages.camera_sight import known_scene
+    from remosplat_drake.sight.rehearsal import rehearse
+
+    rehearse(world.robot, known_scene(scenario, world), scenario.sight)
 
 
 def _tick_among_movers(scenario: Scenario, world: World) -> None:
