@@ -140,8 +140,7 @@ def build(
     log = None
     if teleoperation is not None or mcap is not None:
         folder = teleoperation and teleoperation.run
-        grows = live_map and live_map.GetOutputPort("map_status")
-        log = AddLog(builder, loop, folder, grows, mcap)
+        log = AddLog(builder, loop, folder, live_map, mcap)
     if page is not None:
         _AddWorldViews(builder, loop, page, live_map)
     if operation is not None and log is not None:

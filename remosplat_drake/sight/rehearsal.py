@@ -12,6 +12,7 @@ _AWAY = 1.0
 """Distance of the cameras from the robot's highest sphere [m]."""
 
 _SIDE, _FOCAL = 24, 30.0
+"""Their images' width and height, and focal length [pixels]."""
 
 
 def rehearse(robot: RobotModel, known: KnownScene, config: SightConfig) -> None:
@@ -32,7 +33,8 @@ def rehearse(robot: RobotModel, known: KnownScene, config: SightConfig) -> None:
     X_WC[:3, :3] = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]  # It looks along x.
     highest = spheres.p_WS[spheres.p_WS[:, 2].argmax()]
     X_WC[:3, 3] = highest - [_AWAY, 0, 0]
-    K = np.array([[_FOCAL, 0, 12.0], [0, _FOCAL, 12.0], [0, 0, 1.0]])
+    middle = 0.5 * _SIDE
+    K = np.array([[_FOCAL, 0, middle], [0, _FOCAL, middle], [0, 0, 1.0]])
     for i in range(6):
         depth = np.full((_SIDE, _SIDE), np.inf, np.float32)
         depth[6:18, 6 : 18 - 2 * i] = 0.8 * _AWAY

@@ -55,10 +55,7 @@ class View:
         Returns:
             True where it does, shape (n,) bool.
         """
-        p_C, measured = self.image.depths_at(p_W)
-        z = p_C[:, 2]
-        # Twice the margin: nothing vanishes by noise.
-        return measured > z + 2 * config.margin(z)
+        return _is_behind(*self.image.depths_at(p_W), config)
 
     def tells(
         self, p_W: np.ndarray, spheres: Spheres, config: SightConfig
@@ -77,19 +74,15 @@ class View:
             True where it does, shape (n,) bool.
         """
         p_C, measured = self.image.depths_at(p_W)
-        margin = np.asarray(config.margin(p_C[:, 2]))
-        there = np.flatnonzero(measured > p_C[:, 2] - margin)
-        p_C, measured = p_C[there], measured[there]
-        mask = robot_mask(
-            p_C,
-            measured,
-            config.sigmas * config.deviation(measured),
+        told, z = _is_behind(p_C, measured, config), p_C[:, 2]
+        there = np.flatnonzero(~told & (measured > z - config.margin(z)))
+        told[there] = ~robot_mask(
+            p_C[there],
+            measured[there],
+            config.sigmas * config.deviation(measured[there]),
             self.image.balls(spheres),
             config.robot_margin,
         )
-        through = measured > p_C[:, 2] + 2 * margin[there]
-        told = np.zeros(len(p_W), bool)
-        told[there] = through | ~mask
         return told
 
     def moved_on(
@@ -120,6 +113,14 @@ class View:
             points, p_W=moved[keep], depth=points.depth[keep], time=time
         )
         return dc.replace(self, points=points, of=self.of[keep])
+
+
+def _is_behind(
+    p_C: np.ndarray, measured: np.ndarray, config: SightConfig
+) -> np.ndarray:
+    """Whether depths are behind points; by so much that it is no noise."""
+    z = p_C[:, 2]
+    return measured > z + 2 * config.margin(z)
 
 
 def backs(

@@ -5,6 +5,8 @@ the Condon-Shortley sign (-1)^m. Of each degree l there are 2 l + 1, by m from
 -l to l.
 """
 
+import math
+
 import numpy as np
 import scipy
 
@@ -31,14 +33,11 @@ def harmonics(degree: int, directions: np.ndarray) -> np.ndarray:
     for m in range(-degree, degree + 1):
         k = abs(m)
         norm = (2 * degree + 1) / (4 * np.pi)
-        norm *= scipy.special.factorial(degree - k) / scipy.special.factorial(
-            degree + k
-        )
+        norm *= math.factorial(degree - k) / math.factorial(degree + k)
         wave = np.sin(k * azimuth) if m < 0 else np.cos(k * azimuth)
         twice = np.sqrt(2.0) if m else 1.0
-        columns.append(
-            twice * np.sqrt(norm) * scipy.special.lpmv(k, degree, z) * wave
-        )
+        legendre = scipy.special.lpmv(k, degree, z)
+        columns.append(twice * np.sqrt(norm) * legendre * wave)
     return np.stack(columns, axis=1)
 
 

@@ -1,12 +1,10 @@
 """The message about the first, slow start."""
 
 import io
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from numba_work import printed_number
 from rich.console import Console
 
 from remosplat_drake.app import warm_up
@@ -47,43 +45,28 @@ def test_a_cache_that_cannot_be_written_stops_nobody(
 # Runs a scenario, and prints how often its ticks made numba load or compile.
 IN_TICKS = """
 import sys
-from numba.core import event
+from numba_work import NumbaWork
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import load_world
 
-class Count(event.Listener):
-    total = 0
-    def on_start(self, event):
-        self.total += 1
-    def on_end(self, event):
-        pass
-
 scenario = load_scenario(sys.argv[1], sys.argv[2])
 world = load_world(scenario)
 compile_kernels(scenario, world)
 application = build(scenario, world)
-count = Count()
-event.register("numba:compiler_lock", count)
+work = NumbaWork()
 totals = []
-run(application, on_progress=lambda *_: totals.append(count.total))
+run(application, on_progress=lambda *_: totals.append(work.total))
 assert len(totals) > 50
 print(totals[-1])
 """
 
 
-def loads_in_ticks(text: str, environment: dict[str, str]) -> int:
+def loads_in_ticks(text: str, **environment: str) -> int:
     """How often numba is at work while the default scenario runs."""
-    result = subprocess.run(
-        [sys.executable, "-c", IN_TICKS, DEFAULT_SCENARIO, text],
-        env=os.environ | environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return int(result.stdout)
+    return printed_number(IN_TICKS, DEFAULT_SCENARIO, text, **environment)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +82,7 @@ def test_no_tick_loads_a_kernel(oracle):
 
     Somebody comes by, who is not what the kernels were compiled with.
     """
-    assert loads_in_ticks(f"{{oracle: {oracle}, movers: {ADA}}}", {}) == 0
+    assert loads_in_ticks(f"{{oracle: {oracle}, movers: {ADA}}}") == 0
 
 
 ADA = """[{name: Ada, radius: 0.2, half_extents: [0, 0, 0.5], waypoints: [
@@ -112,7 +95,7 @@ def test_no_tick_of_cameras_that_watch_loads_a_kernel():
         " [1.1, 0.9, 0.9]}]}], cameras: [{translation: [-0.2, 1.6, 1.7],"
         " look_at: [1.0, 0.2, 0.7]}]}"
     )
-    assert loads_in_ticks(text, {}) == 0
+    assert loads_in_ticks(text) == 0
 
 
 def test_a_live_map_has_its_kernels_too(monkeypatch):
@@ -133,4 +116,4 @@ def test_a_live_map_has_its_kernels_too(monkeypatch):
 
 @pytest.mark.slow
 def test_no_tick_of_the_very_first_run_compiles(tmp_path):
-    assert loads_in_ticks("{}", {"NUMBA_CACHE_DIR": str(tmp_path)}) == 0
+    assert loads_in_ticks("{}", NUMBA_CACHE_DIR=str(tmp_path)) == 0

@@ -49,9 +49,8 @@ def AddCockpitView(
         process: The cockpit.
         live_map: The map that grows; None without one.
     """
-    grows = live_map and live_map.GetOutputPort("map_status")
     inputs = {
-        **what_happens(loop, grows),
+        **what_happens(loop, live_map),
         "configuration": loop.configuration,
         "target_state": loop.targets.GetOutputPort("state"),
     }

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
@@ -10,14 +10,13 @@ from remosplat_drake.recording.trajectory_log import TrajectoryLog
 
 
 def what_happens(
-    loop: ControlLoop, map_status: OutputPort | None
+    loop: ControlLoop, live_map: LeafSystem | None
 ) -> dict[str, OutputPort]:
     """Returns the ports that tell how a run goes, by the inputs they belong to.
 
     Args:
         loop: The control loop, with or without a supervisor.
-        map_status: The output port of the map that grows meanwhile; None
-            without one.
+        live_map: The map that grows meanwhile; None without one.
     """
     ports = {
         "report": loop.report,
@@ -25,8 +24,8 @@ def what_happens(
     }
     if loop.supervisor is not None:
         ports["supervision"] = loop.supervisor.GetOutputPort("supervision")
-    if map_status is not None:
-        ports["map_status"] = map_status
+    if live_map is not None:
+        ports["map_status"] = live_map.GetOutputPort("map_status")
     return ports
 
 
@@ -34,7 +33,7 @@ def AddLog(
     builder: DiagramBuilder,
     loop: ControlLoop,
     folder: Path | None,
-    map_status: OutputPort | None,
+    live_map: LeafSystem | None,
     recorder: McapRecorder | None,
 ) -> TrajectoryLog:
     """Adds the log that writes every tick and every event to disk.
@@ -44,8 +43,7 @@ def AddLog(
         loop: The control loop whose ticks are written.
         folder: Folder of a teleoperation's run, which gets the log; None for
             another run, which has no folder.
-        map_status: The output port of the map whose events are written; None
-            without one.
+        live_map: The map whose events are written; None without one.
         recorder: Writes the run as an MCAP file; None for none.
 
     Raises:
@@ -53,7 +51,7 @@ def AddLog(
     """
     robot, targets = loop.world.robot, loop.targets
     inputs = {
-        **what_happens(loop, map_status),
+        **what_happens(loop, live_map),
         "velocity_executed": loop.executed,
         "station_status": loop.status,
     }
