@@ -7,6 +7,7 @@ from pydrake.systems.analysis import (
     Simulator,
     SimulatorConfig,
 )
+from pydrake.systems.framework import Context, EventStatus
 
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.run_monitor import (
@@ -18,6 +19,7 @@ from remosplat_drake.app.run_monitor import (
 from remosplat_drake.app.run_result import RunResult, make_result
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.station.station_config import kinematic_simulator_config
@@ -35,8 +37,10 @@ def run(
 ) -> RunResult:
     """Simulates until the last target is reached or time is up.
 
-    A robot that its supervisor has stopped ends the run, too. The real robot
-    runs by its own clock: see `hardware_run.run_on_hardware`.
+    A robot that its supervisor has stopped ends the run, too. So does Ctrl-C or
+    SIGTERM, after the step that it falls into; a second one interrupts that
+    step. The real robot runs by its own clock: see
+    `hardware_run.run_on_hardware`.
 
     Args:
         application: The diagram to run, with all of its parts.
@@ -83,16 +87,29 @@ def run(
         until=until,
         patience=patience,
     )
-    simulator.set_monitor(monitor)
     interrupted = False
-    try:
-        simulator.Initialize()
+    with stop_signals() as request:
+
+        def watch(root: Context) -> EventStatus:
+            status = monitor(root)
+            if request.made:
+                return EventStatus.ReachedTermination(
+                    application.diagram, "somebody interrupted"
+                )
+            return status
+
+        simulator.set_monitor(watch)
         end = 0.0
-        while not monitor.is_finished and end < monitor.time_limit:
-            end = monitor.time_limit
-            simulator.AdvanceTo(end)
-    except KeyboardInterrupt:
-        interrupted = True
+        try:
+            simulator.Initialize()
+            while not (monitor.is_finished or request.made):
+                if end >= monitor.time_limit:
+                    break
+                end = monitor.time_limit
+                simulator.AdvanceTo(end)
+        except KeyboardInterrupt:
+            interrupted = True
+        interrupted |= request.made
     return make_result(
         application, simulator.get_context(), interrupted, monitor.standings
     )

@@ -53,3 +53,15 @@ def stop_signals() -> Iterator[StopRequest]:
     finally:
         for number, handler in zip(_SIGNALS, before, strict=True):
             signal.signal(number, handler)
+
+
+def is_interrupt(error: BaseException) -> bool:
+    """Whether Ctrl-C is what an exception comes of.
+
+    Compiled code that an interrupt strikes, Numba's for example, may report it
+    as a `SystemError` of its own, whose cause it is.
+    """
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        cause = cause.__cause__
+    return cause is not None

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.kernel_cache import drop_stale_kernels
 from remosplat_drake.base.reading import UnreadableError
+from remosplat_drake.base.stop_signals import is_interrupt
 from remosplat_drake.base.version import __version__
 from remosplat_drake.commands.catalogue import COMMANDS, overview
 from remosplat_drake.commands.command_parser import CommandParser
@@ -47,7 +48,9 @@ def exit_code(run: Callable[[], int]) -> int:
         what = f": {one_line(error)}" if str(error) else ""
         print(f"remosplat: not enough memory{what}", file=sys.stderr)
         return USER_ERROR
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as error:
+        if not is_interrupt(error):
+            raise
         print("remosplat: interrupted", file=sys.stderr)
         return 130
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+import signal
 import time
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from remosplat_drake.commands import driving
 from remosplat_drake.commands import run as run_command
 from remosplat_drake.commands.main import main
 from remosplat_drake.recording.trajectory import load_trajectory
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
 
@@ -147,6 +149,29 @@ def test_an_interrupted_run_keeps_what_it_has(folder):
     result = run(application, on_progress=interrupt)
     assert result.outcome == INTERRUPTED
     assert len(result.trajectory) == 6
+    check_consistent(result, application)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_run_after_its_step(folder, monkeypatch, number):
+    """In the middle of a step, it would come out of a kernel as a defect."""
+    application = make_application(folder, "One")
+    spheres_at = RobotModel.spheres_at
+    calls = []
+
+    def interrupted(robot, q):
+        if application.recorder.latest is not None and not calls:
+            signal.raise_signal(number)
+            calls.append("passed")
+        return spheres_at(robot, q)
+
+    monkeypatch.setattr(RobotModel, "spheres_at", interrupted)
+    before = signal.getsignal(number)
+    result = run(application)
+    assert signal.getsignal(number) is before
+    assert calls == ["passed"]
+    assert result.outcome == INTERRUPTED
+    assert 1 <= len(result.trajectory) <= 3
     check_consistent(result, application)
 
 

@@ -21,6 +21,27 @@ def test_too_little_memory_is_one_line(monkeypatch, capsys, detail):
     assert detail in error
 
 
+def test_an_interrupt_that_compiled_code_reports_is_one(monkeypatch, capsys):
+    def run(arguments):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as interrupt:
+            raise SystemError("returned a result") from interrupt
+
+    monkeypatch.setattr(scenarios, "run", run)
+    assert main(["scenarios"]) == 130
+    assert capsys.readouterr().err == "remosplat: interrupted\n"
+
+
+def test_another_system_error_keeps_its_traceback(monkeypatch):
+    def run(arguments):
+        raise SystemError("returned a result")
+
+    monkeypatch.setattr(scenarios, "run", run)
+    with pytest.raises(SystemError, match="returned a result"):
+        main(["scenarios"])
+
+
 @pytest.fixture
 def state(tmp_path, monkeypatch):
     """The user's folder for logs."""
