@@ -9,8 +9,10 @@ from numba import njit
 from numba.extending import register_jitable
 
 from remosplat_drake.base.kernel_linking import link_only
+from remosplat_drake.base.kernel_lock import take_turns
 
 link_only()
+take_turns()
 
 kernel = njit(cache=True, nogil=True, no_cfunc_wrapper=True)
 """Compiles a function that is called by Python, too, and keeps it on disk.

@@ -1,0 +1,45 @@
+"""Processes that save variants of one function at the same time."""
+
+import subprocess
+import sys
+
+from remosplat_drake.base.kernel_lock import LockedCacheFile
+
+SAVE = """
+import sys
+from numba.core import caching
+import remosplat_drake.base.kernels
+
+folder, name = sys.argv[1:]
+file = caching.IndexDataCacheFile(folder, "mine", "stamp")
+input()
+for i in range(40):
+    file.save((name, i), f"variant {i} of {name}")
+    assert file.load((name, i)) == f"variant {i} of {name}"
+"""
+
+
+def test_nothing_that_many_processes_save_is_lost_or_mixed_up(tmp_path):
+    names = "abcd"
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", SAVE, str(tmp_path), name],
+            stdin=subprocess.PIPE,
+            text=True,
+        )
+        for name in names
+    ]
+    for process in processes:
+        assert process.stdin is not None
+        process.stdin.write("\n")
+        process.stdin.flush()
+    assert [process.wait() for process in processes] == [0] * len(names)
+    file = LockedCacheFile(str(tmp_path), "mine", "stamp")
+    for name in names:
+        for i in range(40):
+            assert file.load((name, i)) == f"variant {i} of {name}"
+
+
+def test_a_folder_that_is_not_there_holds_nothing(tmp_path):
+    file = LockedCacheFile(str(tmp_path / "none"), "mine", "stamp")
+    assert file.load("a") is None
