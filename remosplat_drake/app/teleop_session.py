@@ -14,6 +14,7 @@ from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scenario_text import scenario_text
 from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.seen_space import seen_file
+from remosplat_drake.app.stages.movers import tracks_of
 from remosplat_drake.app.stages.teleoperation import Teleoperation
 from remosplat_drake.app.world import World, true_scenes
 from remosplat_drake.base.errors import FieldError, MissingExtraError
@@ -222,7 +223,13 @@ def camera_maker(
     config = scenario.camera or WristCameraConfig()
     if hardware:
         return partial(LcmCamera, config, world.robot, scenario.hardware)
-    camera = partial(RenderedCamera, config, world.robot, world.truth)
+    camera = partial(
+        RenderedCamera,
+        config,
+        world.robot,
+        world.truth,
+        tracks=tracks_of(scenario),
+    )
     station = scenario.station
     if isinstance(station, KinematicStation):
         camera = partial(camera, odometry_drift=station.odometry_drift)

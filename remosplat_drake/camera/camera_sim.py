@@ -4,6 +4,7 @@
 """
 
 import contextlib
+from collections.abc import Sequence
 
 import numpy as np
 from drake import lcmt_image_array
@@ -25,6 +26,7 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 from remosplat_drake.robot.robot_description import RobotDescription
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.moving.track import Track, movers_at
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
 
@@ -40,6 +42,7 @@ class CameraSim:
         config: WristCameraConfig,
         robot: RobotModel,
         scene: PrimitiveScene | None,
+        tracks: Sequence[Track],
         lcm: DrakeLcmInterface,
     ):
         """Builds the scene and the camera.
@@ -48,13 +51,17 @@ class CameraSim:
             config: Mount, lens and range of the camera.
             robot: The robot that carries it.
             scene: The solids that it sees besides the robot; None for none.
+            tracks: How things move.
             lcm: Where the images are published.
 
         Raises:
             RemoSplatError: A setting is unusable.
         """
         builder = DiagramBuilder()
-        self._scene = CameraScene.AddToBuilder(builder, config, robot, scene)
+        self._tracks = tuple(tracks)
+        self._scene = CameraScene.AddToBuilder(
+            builder, config, robot, scene, list(movers_at(tracks, 0.0))
+        )
         images = self._scene.images
         message = builder.AddSystem(ImageToLcmImageArrayT(do_compress=True))
         self._publisher = builder.AddSystem(
@@ -75,20 +82,29 @@ class CameraSim:
         )
         self._root = builder.Build().CreateDefaultContext()
 
-    def take(self, q: np.ndarray, utime: int) -> None:
+    def take(self, q: np.ndarray, utime: int, time: float) -> None:
         """Renders and publishes one colour and one depth image.
 
         Args:
             q: The robot's configuration, shape (n_q,).
             utime: Stamp of the images: wall clock of the Unix epoch [us].
+            time: Time of what moves, since it began to [s].
         """
-        self._scene.place(self._root, q, utime / MICROSECONDS)
+        movers = movers_at(self._tracks, time)
+        self._scene.place(self._root, q, utime / MICROSECONDS, movers)
         context = self._publisher.GetMyContextFromRoot(self._root)
         self._publisher.ForcedPublish(context)
 
 
+_MOVED = 5e-3
+"""Change of a position by which a robot has begun to move [m, rad]."""
+
+
 class HeardConfiguration:
     """The robot's latest configuration, put together from LCM statuses.
+
+    What moves by itself begins when the robot does, as in a simulation. All who
+    hear the robot's statuses agree on that time.
 
     Attributes:
         channels: The LCM channels that it has to hear.
@@ -104,6 +120,8 @@ class HeardConfiguration:
         self._n = len(description.arm.joints)
         self._pose = None if self._has_base else np.zeros(0)
         self._joints: np.ndarray | None = None
+        self._first: np.ndarray | None = None
+        self._began: float | None = None
         base = [BASE_STATUS] if self._has_base else []
         self.channels = [*base, PANDA_STATUS]
 
@@ -116,9 +134,33 @@ class HeardConfiguration:
         """
         with contextlib.suppress(BrokenMessage):
             if channel == BASE_STATUS and self._has_base:
-                self._pose = decode_base_status(data).pose
+                base = decode_base_status(data)
+                self._pose = base.pose
+                self._watch(base.stamp)
             elif channel == PANDA_STATUS:
-                self._joints = decode_panda_status(data, self._n).q
+                arm = decode_panda_status(data, self._n)
+                self._joints = arm.q
+                self._watch(arm.stamp)
+
+    def _watch(self, stamp: float) -> None:
+        """Notes when the robot is seen to be elsewhere than at first."""
+        q = self.q
+        if q is None or self._began is not None:
+            return
+        if self._first is None:
+            self._first = q
+        elif np.abs(q - self._first).max() > _MOVED:
+            self._began = stamp
+
+    def time_at(self, utime: int) -> float:
+        """Returns the time since the robot began to move, 0 before that [s].
+
+        Args:
+            utime: Wall clock of the Unix epoch [us].
+        """
+        if self._began is None:
+            return 0.0
+        return max(utime / MICROSECONDS - self._began, 0.0)
 
     @property
     def q(self) -> np.ndarray | None:

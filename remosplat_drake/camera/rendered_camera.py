@@ -11,15 +11,17 @@ from remosplat_drake.camera.rgbd_image import from_drake
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.moving.track import Track, movers_at
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
 
 
 class RenderedCamera:
-    """A `WristCamera` that renders the true scene with the robot in it.
+    """A `WristCamera` that renders the true scene, the robot and what moves.
 
     It runs beside a simulation, in the mapping process, and knows nothing of
-    it but the configurations that it is told. Frames have the robot hidden.
+    it but the configurations and times that it is told. Frames have the robot
+    hidden.
     """
 
     def __init__(
@@ -28,6 +30,7 @@ class RenderedCamera:
         robot: RobotModel,
         scene: PrimitiveScene | None,
         odometry_drift: Sequence[float] = (0.0, 0.0, 0.0),
+        tracks: Sequence[Track] = (),
     ):
         """Builds the scene and the camera.
 
@@ -37,6 +40,7 @@ class RenderedCamera:
             scene: The solids that it sees besides the robot; None for none.
             odometry_drift: Velocity with which the base's configurations that
                 it is told leave the true ones [m/s, m/s, rad/s].
+            tracks: How things move.
 
         Raises:
             RemoSplatError: A setting is unusable.
@@ -44,6 +48,7 @@ class RenderedCamera:
         self._config = config
         self._robot = robot
         self._drift = np.array(odometry_drift)
+        self._tracks = tuple(tracks)
         self._K = config.intrinsics().intrinsic_matrix()
         self._mount = CameraMount(robot, config.hand_eye(), config.frame)
         self.show(scene)
@@ -52,7 +57,11 @@ class RenderedCamera:
         """Shows another scene from now on; None for an empty one."""
         builder = DiagramBuilder()
         self._scene = CameraScene.AddToBuilder(
-            builder, self._config, self._robot, scene
+            builder,
+            self._config,
+            self._robot,
+            scene,
+            list(movers_at(self._tracks, 0.0)),
         )
         self._diagram = builder.Build()
         self._root = self._diagram.CreateDefaultContext()
@@ -70,7 +79,8 @@ class RenderedCamera:
         true_q = np.array(q, float)
         if self._robot.n_base:
             true_q[:3] -= self._drift * time
-        self._scene.place(self._root, true_q, time)
+        movers = movers_at(self._tracks, time)
+        self._scene.place(self._root, true_q, time, movers)
         color, depth = (
             self._scene.images[name].Eval(self._camera_context)
             for name in (ports.WRIST_CAMERA_RGB, ports.WRIST_CAMERA_DEPTH)

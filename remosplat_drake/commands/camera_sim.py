@@ -55,8 +55,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--camera",
         metavar="NAME",
-        help="one of the scenario's `cameras`, with its movers, in place of"
-        " the camera on the wrist",
+        help="one of the scenario's `cameras`, in place of the camera on the"
+        " wrist",
     )
     parser.add_argument(
         "--rate",
@@ -68,7 +68,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Sends images until Ctrl-C, once the whole robot has been heard."""
+    """Sends images until Ctrl-C, once the whole robot has been heard.
+
+    What moves begins when the robot does.
+    """
     scenario = load_scenario(arguments.scenario)
     if arguments.camera is not None:
         scenario.sight_camera(arguments.camera)  # Before the files are read.
@@ -85,7 +88,8 @@ def run(arguments: argparse.Namespace) -> int:
             _listen(inbox, heard, 1.0 / arguments.rate)
             if heard.q is not None:
                 ahead = camera.lead if isinstance(camera, WireCamera) else 0
-                camera.take(heard.q, wall_utime() + min(ahead, _MOST_AHEAD))
+                utime = wall_utime() + min(ahead, _MOST_AHEAD)
+                camera.take(heard.q, utime, heard.time_at(utime))
     return 0
 
 
@@ -93,11 +97,10 @@ def _camera(
     name: str | None, scenario: Scenario, world: World, lcm: DrakeLcm
 ) -> CameraSim | WireCamera:
     """The camera on the wrist, or the one of a name."""
-    robot, truth = world.robot, world.truth
+    robot, truth, tracks = world.robot, world.truth, tracks_of(scenario)
     if name is None:
         wrist = scenario.camera or WristCameraConfig()
-        return CameraSim(wrist, robot, truth, lcm)
-    tracks = tracks_of(scenario)
+        return CameraSim(wrist, robot, truth, tracks, lcm)
     return WireCamera(scenario.sight_camera(name), robot, truth, tracks, lcm)
 
 

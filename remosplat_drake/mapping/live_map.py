@@ -33,10 +33,12 @@ from remosplat_drake.mapping.messages import (
 from remosplat_drake.mapping.store.map_file import open_map
 from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.robot.planar_pose import largest_error
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.scene_map import SceneMap
 
 _AHEAD = 1.0
@@ -59,6 +61,7 @@ class LiveMap(LeafSystem):
         - configuration
         - requests (optional)
         - settled (optional)
+        - passing (optional)
         - velocity_executed (optional)
         output_ports:
         - distance_field
@@ -74,7 +77,8 @@ class LiveMap(LeafSystem):
     else `hold` gives its reason, for a supervisor that stops the robot, and it
     is asked again at every tick. `configuration` is the measured q, `requests`
     takes the `MapRequests` of operators and `settled` those for things that
-    have come to stay, `distance_field` gives the map's `DistanceField`,
+    have come to stay, `passing` the `Movers` that have not, which frames do not
+    show, `distance_field` gives the map's `DistanceField`,
     `map_status` a `MapStatus` and `correction` the newest `BaseCorrection` that
     any map brought. `map_age` tells how long ago the newest frame of the map
     was taken [s]; before the first it is 0.
@@ -126,6 +130,9 @@ class LiveMap(LeafSystem):
         self._settled_input = self.DeclareAbstractInputPort(
             "settled", Value(MapRequests())
         )
+        self._passing_input = self.DeclareAbstractInputPort(
+            "passing", Value[object](Movers(0.0))
+        )
         self._executed_input = self.DeclareVectorInputPort(
             "velocity_executed", n_u
         )
@@ -170,6 +177,7 @@ class LiveMap(LeafSystem):
         configuration: OutputPort,
         requests: OutputPort | None = None,
         settled: OutputPort | None = None,
+        passing: OutputPort | None = None,
         oracle: LeafSystem,
         supervisor: LeafSystem | None = None,
         executed: OutputPort | None = None,
@@ -183,6 +191,7 @@ class LiveMap(LeafSystem):
             configuration: The measured configuration q, not corrected.
             requests: The `MapRequests` of operators; None for none.
             settled: Further `MapRequests`, for what has settled; None for none.
+            passing: The `Movers` that have not settled; None for none.
             oracle: The distance oracle; it asks the live map from now on.
             supervisor: The safety supervisor, which is told the map's age and
                 what a new map waits for; None for none.
@@ -197,6 +206,8 @@ class LiveMap(LeafSystem):
             builder.Connect(requests, live_map.GetInputPort("requests"))
         if settled is not None:
             builder.Connect(settled, live_map.GetInputPort("settled"))
+        if passing is not None:
+            builder.Connect(passing, live_map.GetInputPort("passing"))
         builder.Connect(
             live_map.GetOutputPort("distance_field"),
             oracle.GetInputPort("distance_field"),
@@ -288,7 +299,8 @@ class LiveMap(LeafSystem):
         if wanted == memory.known:
             return memory
         q, time = self._configuration_input.Eval(context), context.get_time()
-        requests = news(memory.known, wanted, q, time)
+        passing = value_or_none(self._passing_input, context) or Movers(0.0)
+        requests = news(memory.known, wanted, q, time, passing)
         for request in requests:
             self._process.request(request)
         memory = dc.replace(memory, known=wanted)

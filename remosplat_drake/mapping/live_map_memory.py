@@ -13,6 +13,7 @@ from remosplat_drake.mapping.messages import (
     ShowScene,
     Undo,
 )
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.base_correction import BaseCorrection
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.map_status import MapStatus
@@ -89,7 +90,11 @@ def changed(memory: LiveMapMemory, objection: str) -> LiveMapMemory:
 
 
 def news(
-    known: MapRequests, wanted: MapRequests, q: np.ndarray, time: float
+    known: MapRequests,
+    wanted: MapRequests,
+    q: np.ndarray,
+    time: float,
+    passing: Movers,
 ) -> list[Request]:
     """Turns what was newly asked for into requests, in the order to do them.
 
@@ -98,12 +103,13 @@ def news(
         wanted: All that has been asked for by now.
         q: The robot's configuration now, shape (n_q,).
         time: Time now, by the diagram's clock [s].
+        passing: What moves and shall not be in the map.
     """
     requests: list[Request] = []
     if wanted.scene is not None and wanted.scene is not known.scene:
         requests.append(ShowScene(wanted.scene))
     frames = wanted.frames - known.frames
-    requests += [AddFrame(np.array(q), time)] * frames
+    requests += [AddFrame(np.array(q), time, passing)] * frames
     if frames > wanted.unfinished - known.unfinished:
         requests.append(Build("quick"))
     if wanted.refines > known.refines:

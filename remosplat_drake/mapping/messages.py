@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.base_correction import BaseCorrection
 
@@ -20,10 +21,12 @@ class AddFrame:
     Attributes:
         q: The robot's configuration, shape (n_q,).
         time: Time now, by the diagram's clock [s].
+        passing: What moves and shall not be in the map.
     """
 
     q: np.ndarray
     time: float
+    passing: Movers = dc.field(default_factory=lambda: Movers(0.0))
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -25,6 +25,7 @@ from remosplat_drake.mapping.frame_choice import (
     contradiction,
     frames_to_keep,
 )
+from remosplat_drake.mapping.hide_movers import hide_movers
 from remosplat_drake.mapping.localization.frame_aligner import (
     Graph,
     Key,
@@ -58,6 +59,7 @@ from remosplat_drake.mapping.messages import (
 )
 from remosplat_drake.mapping.store.map_file import open_map, write_map
 from remosplat_drake.mapping.store.session import Session
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.splat.codecs.ply import write_ply
 
 _LOOK = 0.01
@@ -178,8 +180,8 @@ class _Worker:
 
     def _do(self, request: Request) -> None:
         match request:
-            case AddFrame(q=q, time=taken):
-                self._add_frame(q, taken)
+            case AddFrame(q=q, time=taken, passing=passing):
+                self._add_frame(q, taken, passing)
             case Track(q=q, time=taken):
                 self._track(q, taken)
             case Build(effort):
@@ -192,10 +194,14 @@ class _Worker:
             case ShowScene(scene=scene):
                 self._camera.show(scene)
 
-    def _add_frame(self, q: np.ndarray, taken: float) -> None:
+    def _add_frame(self, q: np.ndarray, taken: float, passing: Movers) -> None:
         frame = self._camera.frame(q, taken)
         if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
             self._tell(FrameRefused("the frame has no depth"))
+            return
+        frame = hide_movers(frame, passing)
+        if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
+            self._tell(FrameRefused("what moves hides most of the frame"))
             return
         name = self._session.frames.add(frame, q)
         self._session.activate(name)

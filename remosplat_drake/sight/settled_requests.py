@@ -1,4 +1,4 @@
-"""`SettledRequests`: asks a live map for what has settled."""
+"""`SettledRequests`: asks a live map for what has settled, and for no more."""
 
 from collections.abc import Callable
 
@@ -31,11 +31,13 @@ class SettledRequests(LeafSystem):
         - movers
         output_ports:
         - map_requests
+        - passing
 
     `configuration` is the robot's q, `movers` the `Movers` that cameras tell,
     and `map_requests` a `MapRequests` for another frame whenever something has
     settled where the map's camera sees it. Until a version of the map shows it
-    nothing changes: it stays among the movers.
+    nothing changes: it stays among the movers. `passing` are the `Movers` that
+    have not settled, which no frame of a map should show.
 
     Args:
         in_view: Says whether the map's camera can see a point in W, given q and
@@ -67,6 +69,16 @@ class SettledRequests(LeafSystem):
             {self.abstract_state_ticket(self._things)},
         )
 
+        self.DeclareAbstractOutputPort(
+            "passing",
+            Value[object](Movers(0.0)).Clone,
+            self._calc_passing,
+            {
+                self.abstract_state_ticket(self._things),
+                self._movers.ticket(),
+            },
+        )
+
     def _look(self, context: Context, state: State) -> None:
         q = self._configuration.Eval(context)
         things = self._known(context).after(
@@ -82,6 +94,10 @@ class SettledRequests(LeafSystem):
 
     def _calc_requests(self, context: Context, output: AbstractValue) -> None:
         output.set_value(MapRequests(frames=self._known(context).asked))
+
+    def _calc_passing(self, context: Context, output: AbstractValue) -> None:
+        movers = self._movers.Eval(context)
+        output.set_value(self._known(context).passing(movers))
 
     @staticmethod
     def AddToBuilder(

@@ -25,6 +25,7 @@ class _Thing:
 
     outline: np.ndarray
     since: float
+    has_settled: bool = False
     asked: float = -np.inf
 
 
@@ -76,13 +77,26 @@ class SettledThings:
             thing = self.things.get(name)
             if thing is None or np.abs(outline - thing.outline).max() > _STILL:
                 thing = _Thing(outline, time)
-            is_due = time - thing.since >= settle
-            is_due &= time - thing.asked >= _AGAIN
+            if not thing.has_settled and time - thing.since >= settle:
+                thing = dc.replace(thing, has_settled=True)
+            is_due = thing.has_settled and time - thing.asked >= _AGAIN
             if is_due and in_view(thing.outline.mean(axis=0)):
                 thing = dc.replace(thing, asked=time)
                 asked += 1
             things[name] = thing
         return SettledThings(things, asked)
+
+    def passing(self, movers: Movers) -> Movers:
+        """Returns what had not settled at the last look.
+
+        Args:
+            movers: What moves. Nothing settles that is known otherwise than by
+                cameras; and what nobody sees is nothing.
+        """
+        stays = {name for name, t in self.things.items() if t.has_settled}
+        stays.add(UNSEEN)
+        passing = [m for m in movers if _thing_of(m) not in stays]
+        return dc.replace(movers, movers=passing)
 
 
 def _thing_of(mover: Mover) -> str:

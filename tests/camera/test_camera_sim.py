@@ -30,8 +30,9 @@ from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.robot.robot_description import load_robot_description
 
 
-def arm_status(joints) -> bytes:
+def arm_status(joints, utime: int = 0) -> bytes:
     message = lcmt_panda_status()
+    message.utime = utime
     message.num_joints = len(joints)
     for name in message.__slots__:
         if name.startswith("joint_"):
@@ -39,8 +40,9 @@ def arm_status(joints) -> bytes:
     return message.encode()
 
 
-def base(pose) -> bytes:
+def base(pose, utime: int = 0) -> bytes:
     message = base_status()
+    message.utime = utime
     message.pose = list(pose)
     return message.encode()
 
@@ -70,6 +72,23 @@ def test_broken_statuses_are_ignored():
     heard.receive(PANDA_STATUS, arm_status(range(6)))
     heard.receive(PANDA_STATUS, arm_status([math.inf] * 7))
     assert heard.q is None
+
+
+def test_what_moves_begins_when_the_robot_does():
+    heard = HeardConfiguration(load_robot_description("frankie"))
+    assert heard.time_at(5_000_000) == 0.0
+    still = [0, -0.3, 0, -2.2, 0, 2, 0.8]
+    for utime in range(1_000_000, 2_000_000, 100_000):
+        heard.receive(BASE_STATUS, base((1, 2, 3), utime))
+        heard.receive(PANDA_STATUS, arm_status(still, utime))
+    trembling = [0.001, *still[1:]]
+    heard.receive(PANDA_STATUS, arm_status(trembling, 2_000_000))
+    assert heard.time_at(5_000_000) == 0.0
+    heard.receive(BASE_STATUS, base((1.01, 2, 3), 3_000_000))
+    assert heard.time_at(3_000_000) == 0.0
+    assert heard.time_at(5_000_000) == 2.0
+    heard.receive(PANDA_STATUS, arm_status([1] * 7, 4_000_000))
+    assert heard.time_at(5_000_000) == 2.0
 
 
 class Viewer:
@@ -117,8 +136,8 @@ def test_images_arrive_and_show_where_the_robot_is(frankie, scene):
     viewer = Viewer(url)
     q = np.array([0, 0, 0, *frankie.home])
     config = WristCameraConfig(width=64, height=48)
-    camera = CameraSim(config, frankie, scene, DrakeLcm(url))
-    color, depth = viewer.see(lambda: camera.take(q, 1_000_000))
+    camera = CameraSim(config, frankie, scene, [], DrakeLcm(url))
+    color, depth = viewer.see(lambda: camera.take(q, 1_000_000, 0.0))
     assert color.shape == (48, 64, 4)
     assert depth.shape == (48, 64, 1)
     away = q - [3.0, *[0.0] * 9]
@@ -127,7 +146,7 @@ def test_images_arrive_and_show_where_the_robot_is(frankie, scene):
     # Some that were taken before may still be under way.
     while np.array_equal(depth_away, depth):
         assert time.monotonic() < end
-        _, depth_away = viewer.see(lambda: camera.take(away, 2_000_000))
+        _, depth_away = viewer.see(lambda: camera.take(away, 2_000_000, 0.0))
 
 
 @pytest.mark.slow

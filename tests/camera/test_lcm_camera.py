@@ -87,12 +87,12 @@ class Robot:
         # The renderer belongs to the thread that makes it.
         lcm = DrakeLcm(self._url)
         images = DrakeLcm(beside(self._url))
-        camera = CameraSim(CONFIG, self._frankie, self._scene, images)
+        camera = CameraSim(CONFIG, self._frankie, self._scene, [], images)
         while not self._end.wait(0.02):
             now = wall_utime()
             lcm.Publish(PANDA_STATUS, arm(self._q[3:], now))
             lcm.Publish(BASE_STATUS, base(self._q[:3], now))
-            camera.take(self._q, now)
+            camera.take(self._q, now, 0.0)
             self._begun.set()
 
     def __enter__(self):

@@ -3,6 +3,7 @@
 import dataclasses as dc
 
 import numpy as np
+import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.camera.rendered_camera import RenderedCamera
@@ -10,6 +11,11 @@ from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.capture import back_project
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.moving.mover_track import (
+    MoverConfig,
+    MoverTrack,
+    WaypointConfig,
+)
 from remosplat_drake.scene.primitive_scene import Box
 
 CONFIG = WristCameraConfig(width=64, height=48)
@@ -48,3 +54,21 @@ def test_it_sees_what_has_been_put_there(frankie, scene):
     after = camera.frame(start(frankie), TIME)
     nearer = (after.depth < before.depth - 0.05) & (after.depth > 0)
     assert nearer.mean() > 0.02
+
+
+def test_it_sees_what_moves_where_that_is_at_the_time(frankie, scene):
+    still = RenderedCamera(CONFIG, frankie, scene).frame(start(frankie), 0.0)
+    ahead, behind = (still.X_WC @ [[0, 0], [0, 0], [0.4, -1], [1, 1]])[:3].T
+    ball = MoverConfig(
+        radius=0.05,
+        waypoints=[
+            WaypointConfig(0.0, behind.tolist()),
+            WaypointConfig(2.0, ahead.tolist()),
+        ],
+    )
+    tracks = [MoverTrack(ball)]
+    camera = RenderedCamera(CONFIG, frankie, scene, tracks=tracks)
+    before = camera.frame(start(frankie), 0.0)
+    np.testing.assert_array_equal(before.depth, still.depth)
+    after = camera.frame(start(frankie), 2.0)
+    assert after.depth[24, 32] == pytest.approx(0.4 - 0.05, abs=2e-3)

@@ -10,6 +10,7 @@ from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.scene.mover_camera import MoverCamera
 from remosplat_drake.sight.settled_things import SettledThings
+from remosplat_drake.sight.unseen_space import UNSEEN
 
 CAMERA = MoverCamera(
     "room", RigidTransform(), -np.ones(2), np.ones(2), 0.1, 4.0, 0.0
@@ -81,3 +82,22 @@ def test_a_camera_sees_what_is_in_its_image():
         ([0, 0, 0], False),
     ):
         assert camera.sees(X_WC, np.array(p_W)) == is_seen
+
+
+def test_what_has_not_settled_passes():
+    things = SettledThings()
+    unseen = Mover.sphere(UNSEEN, np.zeros(3), 1.0)
+    both = seen(0.0)
+    both = dc.replace(both, movers=[*both, unseen])
+    for i in range(4):
+        assert things.passing(both).movers == both.movers[:2]
+        things = things.after(both, 0.5 * i, lambda p_W: False, 1.5)
+    assert not len(things.passing(both))
+    things = things.after(seen(0.3), 2.0, lambda p_W: False, 1.5)
+    assert len(things.passing(seen(0.3))) == 2
+
+
+def test_what_is_known_otherwise_passes_always():
+    known = seen(0.0, cameras=())
+    things = SettledThings().after(known, 9.0, lambda p_W: True, 1.5)
+    assert things.passing(known).movers == known.movers

@@ -73,7 +73,7 @@ def test_a_process_tells_what_cameras_see_and_which_is_silent(spec):
             base = base_message(utime=now, pose=q[:3])
             lcm.Publish(channels.BASE_STATUS, base)
             for camera in cameras:
-                camera.take(world.q0, now)
+                camera.take(world.q0, now, 0.0)
             for _, data in inbox.fetch(0.02):
                 told.append(decode_movers(data))
 

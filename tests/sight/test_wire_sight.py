@@ -62,6 +62,7 @@ class Rig:
         self.q = robot.q_home.copy()
         self.q[0] -= 0.6
         self.told: list[Movers] = []
+        self.start = wall_utime()
 
     @property
     def movers(self) -> Movers:
@@ -83,7 +84,8 @@ class Rig:
             assert time.monotonic() < end, self.sight.problems
             self.say()
             if take:
-                self.camera.take(self.q, wall_utime())
+                now = wall_utime()
+                self.camera.take(self.q, now, (now - self.start) / 1e6)
             self.sight.step(0.005)
             for _, data in self.inbox.fetch(0.001):
                 self.told.append(decode_movers(data))

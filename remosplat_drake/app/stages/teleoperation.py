@@ -228,11 +228,13 @@ def AddLiveMap(
     """
     if teleoperation.mapping is None:
         return None
+    settled = AddSettledRequests(builder, loop)
     live_map = LiveMap.AddToBuilder(
         builder,
         configuration=loop.odometry,
         requests=loop.targets.GetOutputPort("map_requests"),
-        settled=AddSettledRequests(builder, loop),
+        settled=settled and settled.GetOutputPort("map_requests"),
+        passing=settled and settled.GetOutputPort("passing"),
         oracle=loop.oracle,
         supervisor=loop.supervisor,
         executed=loop.executed,
@@ -260,7 +262,7 @@ def AddLiveMap(
 
 def AddSettledRequests(
     builder: DiagramBuilder, loop: ControlLoop
-) -> OutputPort | None:
+) -> SettledRequests | None:
     """Adds what asks the live map for things that cameras see stay put.
 
     Args:
@@ -268,20 +270,19 @@ def AddSettledRequests(
         loop: The control loop, which may know what moves.
 
     Returns:
-        The output port of the `MapRequests`; None where nothing moves.
+        The system; None where nothing moves.
     """
     mount = wrist_camera_mount(loop.scenario, loop.world.robot)
     if loop.movers is None or mount is None:
         return None
     config = loop.scenario.camera or WristCameraConfig()
-    system = SettledRequests.AddToBuilder(
+    return SettledRequests.AddToBuilder(
         builder,
         configuration=loop.configuration,
         movers=loop.movers,
         in_view=lambda q, p_W: config.sees(mount.pose(q), p_W),
         settle=loop.scenario.sight.settle,
     )
-    return system.GetOutputPort("map_requests")
 
 
 def AddOperatorViews(

@@ -18,9 +18,9 @@ from remosplat_drake.sight.simulated.simulated_camera import SimulatedCamera
 class WireCamera:
     """Casts depth images of scene, robot and movers, and publishes them.
 
-    Movers begin their ways with the first image. Casting one takes longer than
-    real cameras need, but a simulation knows what comes: an image may be
-    stamped in the future, by `lead`, and is then sent at that time.
+    Casting one takes longer than real cameras need, but a simulation knows what
+    comes: an image may be stamped in the future, by `lead`, and is then sent at
+    that time.
 
     Args:
         config: The camera.
@@ -50,20 +50,17 @@ class WireCamera:
         )
         self._channel, self._pose = config.channel_name, config.pose(robot)
         self._robot, self._tracks, self._lcm = robot, tuple(tracks), lcm
-        self._start: int | None = None
         self.lead = 0
 
-    def take(self, q: np.ndarray, utime: int) -> None:
+    def take(self, q: np.ndarray, utime: int, time: float) -> None:
         """Casts and publishes one depth image.
 
         Args:
             q: The robot's configuration, shape (n_q,).
             utime: Stamp of the image: wall clock of the Unix epoch [us].
+            time: Time of what moves, since it began to [s].
         """
         began = wall_utime()
-        if self._start is None:
-            self._start = utime
-        time = (utime - self._start) / MICROSECONDS
         shot = self._camera.take(
             self._pose(q),
             time,
