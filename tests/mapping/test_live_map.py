@@ -34,6 +34,7 @@ from remosplat_drake.mapping.messages import (
     Undo,
 )
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.scene_map import SceneMap
@@ -175,7 +176,8 @@ SCENE = PrimitiveScene()
 )
 def test_what_is_new_is_passed_on_once(wanted, expected):
     known = MapRequests(frames=4, refines=1, unfinished=2, scene=SCENE)
-    requests = news(known, known + MapRequests(**wanted), np.ones(2), 1.5)
+    wanted = known + MapRequests(**wanted)
+    requests = news(known, wanted, np.ones(2), 1.5, Movers(1.5))
     kinds = [AddFrame if isinstance(r, AddFrame) else r for r in requests]
     assert kinds == expected
 
@@ -183,9 +185,11 @@ def test_what_is_new_is_passed_on_once(wanted, expected):
 def test_another_scene_is_passed_on_before_the_frames():
     known, other = MapRequests(scene=SCENE), PrimitiveScene()
     wanted = known + MapRequests(frames=1, scene=other)
-    shown, frame, _ = news(known, wanted, np.ones(2), 1.5)
+    passing = Movers(1.4, [Mover.sphere("ball", np.ones(3), 0.1)])
+    shown, frame, _ = news(known, wanted, np.ones(2), 1.5, passing)
     assert isinstance(shown, ShowScene) and shown.scene is other
     assert isinstance(frame, AddFrame) and frame.time == 1.5
+    assert frame.passing is passing
     np.testing.assert_array_equal(frame.q, np.ones(2))
 
 
