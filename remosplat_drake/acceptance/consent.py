@@ -6,18 +6,23 @@ import time
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.hardware.client.operator import Operator
-from remosplat_drake.signals.supervisor_state import UNARMED
+from remosplat_drake.signals.supervisor_state import STOPPED, UNARMED
 
 _AGAIN = 0.2
 """Time after which an operator asks once more [s]."""
 
 
 class Consent:
-    """Arms, over the wire, the controllers that wait for it; once each."""
+    """Arms, over the wire, the controllers that wait for it."""
 
-    def __init__(self, url: str):
-        """Joins the controllers' wire at an LCM URL."""
-        self._operator = Operator(DrakeLcm(url))
+    def __init__(self, url: str, *, again: bool = False):
+        """Joins the controllers' wire.
+
+        Args:
+            url: Its LCM URL.
+            again: Whether to release robots that have been stopped, too.
+        """
+        self._operator, self._again = Operator(DrakeLcm(url)), again
         self._asked = -math.inf
 
     def give(self) -> None:
@@ -26,6 +31,7 @@ class Consent:
         if time.monotonic() - self._asked < _AGAIN:
             return
         for lease in leases:
-            if lease.reason.startswith(UNARMED):
+            stands = self._again and lease.mode == STOPPED
+            if stands or lease.reason.startswith(UNARMED):
                 self._operator.arm(lease.who.session)
                 self._asked = time.monotonic()

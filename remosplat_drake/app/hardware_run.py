@@ -15,6 +15,7 @@ from remosplat_drake.app.arming import Arming
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_limits import check_for_hardware
 from remosplat_drake.app.run_monitor import (
+    MapCallback,
     ProgressCallback,
     RunMonitor,
     StandingCallback,
@@ -122,6 +123,7 @@ def run_on_hardware(
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
     on_standing: StandingCallback | None = None,
+    on_map: MapCallback | None = None,
     between_ticks: Callable[[Context], None] | None = None,
     patience: float = 0.0,
 ) -> HardwareResult:
@@ -146,6 +148,8 @@ def run_on_hardware(
             has changed.
         on_standing: Called with the time since the start [s] and how things
             stand whenever that is news.
+        on_map: Called with the live map's status whenever its `news` are
+            others.
         between_ticks: Called after every tick with the diagram's context, for
             a program that stops the robot or releases it.
         patience: Time that a stopped robot waits to be released before the
@@ -167,6 +171,7 @@ def run_on_hardware(
                     on_progress=on_progress,
                     on_supervision=on_supervision,
                     on_standing=on_standing,
+                    on_map=on_map,
                     patience=patience,
                     progress_period=PROGRESS_PERIOD,
                 )

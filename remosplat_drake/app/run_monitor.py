@@ -7,11 +7,13 @@ from pydrake.systems.framework import Context, EventStatus
 
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.run_readings import (
+    map_status_of,
     selection_of,
     standing_of,
     supervision_of,
 )
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.standing import NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import (
     STOPPED,
@@ -29,6 +31,9 @@ SupervisionCallback = Callable[[SupervisorState], None]
 StandingCallback = Callable[[float, Standing], None]
 """Function that is told the time [s] and how things stand with the robot."""
 
+MapCallback = Callable[[MapStatus], None]
+"""Function that is told how the live map is coming on."""
+
 
 class RunMonitor:
     """Drake's monitor of a run: looks on after every step and ends the run.
@@ -45,6 +50,7 @@ class RunMonitor:
         on_progress: ProgressCallback | None = None,
         on_supervision: SupervisionCallback | None = None,
         on_standing: StandingCallback | None = None,
+        on_map: MapCallback | None = None,
         until: Callable[[PoseError], bool] | None = None,
         patience: float = 0.0,
         progress_period: float = 0.0,
@@ -60,6 +66,8 @@ class RunMonitor:
                 mode has changed, or a release was refused.
             on_standing: Called with the time since the start [s] and how
                 things stand whenever that is news.
+            on_map: Called with the live map's status whenever its `news` are
+                others.
             until: Function that ends the run in place of the arrival at the
                 last target; asked once a step with the error to the present
                 target.
@@ -72,6 +80,8 @@ class RunMonitor:
         self._on_progress = on_progress
         self._on_supervision = on_supervision
         self._on_standing = on_standing
+        self._on_map = on_map
+        self._map_news = ""
         self._standings: list[tuple[float, Standing]] = []
         self._until = until
         self._patience = patience
@@ -130,6 +140,7 @@ class RunMonitor:
         else:
             self.is_finished = self._until(targets.error(context))
         self._listen(time, root)
+        self._heed_map(root)
         self._heed_guidance(root)
         if self.is_finished:
             return EventStatus.ReachedTermination(
@@ -147,6 +158,15 @@ class RunMonitor:
         known.append((time, standing))
         if self._on_standing is not None:
             self._on_standing(time, standing)
+
+    def _heed_map(self, root: Context) -> None:
+        """Tells what is news about the live map."""
+        status = map_status_of(self._application, root)
+        if status is None or self._on_map is None:
+            return
+        before, self._map_news = self._map_news, status.news or self._map_news
+        if self._map_news != before:
+            self._on_map(status)
 
     def _heed_guidance(self, root: Context) -> None:
         """Ends the run where guidance has given up, if that is wanted."""

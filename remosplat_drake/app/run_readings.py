@@ -4,6 +4,7 @@ from pydrake.systems.framework import Context
 
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.supervisor_state import SupervisorState
 
@@ -46,3 +47,16 @@ def standing_of(application: Application, root: Context) -> Standing:
     """
     system = application.standing
     return system.latest(system.GetMyContextFromRoot(root))
+
+
+def map_status_of(application: Application, root: Context) -> MapStatus | None:
+    """Reads how the live map is coming on; None without one.
+
+    Args:
+        application: The diagram that runs, with all of its parts.
+        root: Context of the whole diagram.
+    """
+    live_map = application.live_map
+    if live_map is None:
+        return None
+    return live_map.status(live_map.GetMyContextFromRoot(root))

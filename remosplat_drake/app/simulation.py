@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, EventStatus
 
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.run_monitor import (
+    MapCallback,
     ProgressCallback,
     RunMonitor,
     StandingCallback,
@@ -32,6 +33,7 @@ def run(
     on_progress: ProgressCallback | None = None,
     on_supervision: SupervisionCallback | None = None,
     on_standing: StandingCallback | None = None,
+    on_map: MapCallback | None = None,
     until: Callable[[PoseError], bool] | None = None,
     patience: float = 0.0,
 ) -> RunResult:
@@ -52,6 +54,8 @@ def run(
             has changed.
         on_standing: Called with the time [s] and how things stand whenever
             that is news.
+        on_map: Called with the live map's status whenever its `news` are
+            others.
         until: Function that ends the run in place of the arrival at the last
             target; asked once a step with the error to the present target.
         patience: Time that a stopped robot waits to be released before the
@@ -84,6 +88,7 @@ def run(
         on_progress=on_progress,
         on_supervision=on_supervision,
         on_standing=on_standing,
+        on_map=on_map,
         until=until,
         patience=patience,
     )

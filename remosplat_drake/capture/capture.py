@@ -142,16 +142,20 @@ def back_project(
     return p_C @ X_WC[:3, :3].T + X_WC[:3, 3]
 
 
-def check_reconstructible(capture: Capture):
+def check_reconstructible(capture: Capture, least_views: int = MIN_VIEWS):
     """Checks that a splat can be made of a capture, before any work starts.
+
+    Args:
+        capture: The capture.
+        least_views: Least number of views.
 
     Raises:
         RemoSplatError: There are too few views, or too little depth.
     """
-    if len(capture) < MIN_VIEWS:
+    if len(capture) < least_views:
         raise RemoSplatError(
             f"the capture has {len(capture)} view; a reconstruction needs at"
-            f" least {MIN_VIEWS}"
+            f" least {least_views}"
         )
     known = (capture.depth > 0).mean()
     if known < MIN_DEPTH_FRACTION:

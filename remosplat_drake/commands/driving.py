@@ -15,6 +15,7 @@ from remosplat_drake.app.simulation import run as simulate
 from remosplat_drake.base.real_time import LoopQuality
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.signals import standing as stands
+from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
@@ -81,10 +82,16 @@ def drive(
                 line.append(standing.text, _COLOURS[standing.kind])
                 console.print(line, soft_wrap=not console.is_terminal)
 
+        def tell_of_map(status: MapStatus):
+            line = Text("map: ", "dim")
+            line.append(status.news, "yellow" if status.trouble else "")
+            console.print(line, soft_wrap=not console.is_terminal)
+
         watchers = {
             "on_progress": show,
             "on_supervision": tell,
             "on_standing": explain,
+            "on_map": tell_of_map,
         }
         if rate is None:
             done = run_on_hardware(application, patience=patience, **watchers)

@@ -185,8 +185,8 @@ def run(arguments: argparse.Namespace) -> int:
             application,
             console,
             rate=None if arguments.hardware else _rate(arguments, scenario),
-            # Without a page nobody releases a stopped robot.
-            patience=math.inf if url else 0.0,
+            # A real robot is released from here; a page releases others.
+            patience=math.inf if url or arguments.hardware else 0.0,
         )
     finally:
         log.close()

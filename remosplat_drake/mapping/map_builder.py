@@ -180,7 +180,8 @@ def _describe(
     seconds: float,
 ) -> str:
     alone = np.count_nonzero(~confirmed)
-    frames = f"{len(confirmed)} frames"
+    n = len(confirmed)
+    frames = "1 frame" if n == 1 else f"{n} frames"
     if alone:
         frames += f" ({alone} borne out by nothing: clearing no space)"
     discs = f"{len(splat) / 1000:.0f}k" if len(splat) > 999 else len(splat)

@@ -11,7 +11,7 @@ from remosplat_drake.mapping.messages import (
     Note,
     Trouble,
 )
-from remosplat_drake.signals.map_status import MapStatus
+from remosplat_drake.signals.map_status import MAKING, MapStatus
 from remosplat_drake.signals.scene_map import SceneMap
 
 
@@ -33,7 +33,7 @@ def noted(status: MapStatus, event: Event) -> MapStatus:
                 status, text=f"{name} added", trouble="", frames=total
             )
         case Building(stage, done, total):
-            text = f"making a map: {stage} {done}/{total}"
+            text = f"{MAKING}{stage} {done}/{total}"
             return dc.replace(status, text=text)
         case Note(text):
             return dc.replace(status, text=text, trouble="")

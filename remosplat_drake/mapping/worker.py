@@ -295,7 +295,7 @@ class _Worker:
         self._offered = set(self._session.active)
         frames = self._usable_frames()
         if frames is None:
-            self._tell(Note(f"a map needs at least {MIN_VIEWS} frames"))
+            self._tell(Note(f"a map needs {MIN_VIEWS} frames that differ"))
             return
         self._builder.start(next_map(self._job, self._session, frames, effort))
 
@@ -316,7 +316,7 @@ class _Worker:
             poses, residual = self._graph.X_WC[rows], self._graph.residual[rows]
             q[:, :3] = self._graph.X_WB[rows]
         kept = frames_to_keep(poses, self._job.config.max_frames)
-        if len(kept) < MIN_VIEWS:
+        if len(kept) < self._least_frames:
             return None
         names = tuple(names[i] for i in kept)
         capture = frames.capture(names)
@@ -332,13 +332,18 @@ class _Worker:
             }
         )
         right = np.setdiff1d(np.arange(len(names)), wrong)
-        if len(right) < MIN_VIEWS:
+        if len(right) < self._least_frames:
             return None
         return UsableFrames(
             tuple(names[i] for i in right),
             capture.select(right),
             q[kept[right]],
         )
+
+    @property
+    def _least_frames(self) -> int:
+        """Number of frames of which a map can be made: one adds to a splat."""
+        return MIN_VIEWS if self._job.base is None else 1
 
     def _align(self) -> None:
         """Aligns all frames, and refuses those whose places stay vague."""

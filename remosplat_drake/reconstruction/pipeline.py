@@ -12,7 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.capture.capture import Capture, check_reconstructible
+from remosplat_drake.capture.capture import (
+    MIN_VIEWS,
+    Capture,
+    check_reconstructible,
+)
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.devices import (
     AUTO,
@@ -84,7 +88,8 @@ def reconstruct(
         device: One of `DEVICES`.
         initialisation: How surfels are laid on the measured surfaces; None
             takes the defaults.
-        surfels: Surfels to start from, in place of an initialisation.
+        surfels: Surfels to start from, in place of an initialisation; with
+            them a single view will do.
         refinement: Settings of the refinement; None takes the defaults.
         bounded: Whether gaps are closed and discs get an uncertainty.
         errors: Draws of the errors of the cameras, which count in that; None
@@ -100,7 +105,7 @@ def reconstruct(
         RemoSplatError: The capture or a setting is unusable.
     """
     device = choose_device(device)
-    check_reconstructible(capture)
+    check_reconstructible(capture, MIN_VIEWS if surfels is None else 1)
     start = time.perf_counter()
     if held_out is None:
         held_out = np.zeros(len(capture), bool)

@@ -4,6 +4,9 @@ import dataclasses as dc
 
 from remosplat_drake.signals.scene_map import SceneMap
 
+MAKING = "making a map: "
+"""What the text begins with while a map is being made."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class MapStatus:
@@ -24,6 +27,13 @@ class MapStatus:
     is_building: bool = False
     frames: int = 0
     swaps: int = 0
+
+    @property
+    def news(self) -> str:
+        """What is to be told once: the failure, or the text if no progress."""
+        if self.trouble:
+            return self.trouble
+        return "" if self.text.startswith(MAKING) else self.text
 
     def __deepcopy__(self, memo) -> "MapStatus":
         return self

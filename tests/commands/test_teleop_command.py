@@ -1,6 +1,7 @@
 """`remosplat teleop` without a browser: sessions, and a user's mistakes."""
 
 import json
+import re
 import sys
 
 import numpy as np
@@ -81,6 +82,8 @@ def test_a_script_scans_drives_and_goes_back_a_map(session, script, frankie):
     # Where lines are broken depends on how long the folder's name is.
     shown = "".join(said.split())
     assert f"`remosplatreplay{session}`showsit" in shown
+    assert said.count("map: frame 1 added\n") == 1
+    assert re.findall(r"^map: version (\d): ", said, re.MULTILINE) == [*"121"]
     log, events = recorded(session, 1)
     assert [e.version for e in events if e.kind == MAP] == [0, 1, 2, 1]
     assert "scan done" in [e.text for e in events if e.kind == TARGET]
