@@ -18,6 +18,10 @@ from remosplat_drake.scene.mover import Mover, Movers
 _STEP = 1e-4
 """Time over which the motion of links is looked at [s]."""
 
+_JUMP = 5e-3
+"""How far commands that change all at once, from tick to tick, take a link
+beyond what its acceleration explains [m]."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class LinkShape:
@@ -114,6 +118,7 @@ def link_movers(
                 np.array([turn[2, 1], turn[0, 2], turn[1, 0]]),
                 max_speed,
                 max_acceleration,
+                position_error=_JUMP,
             )
         )
     return movers

@@ -1,5 +1,7 @@
 """Two robots in one simulation: who has the right of way goes first."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
@@ -11,7 +13,11 @@ from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.recording.mover_contacts import distances
+from remosplat_drake.scene.kernels.mover_reach import reach
 from remosplat_drake.scene.mover import Movers
+from remosplat_drake.station.robot_movers import RobotMovers
+
+CORNERS = np.array(list(product([-1.0, 1.0], repeat=3)))
 
 # Cheap ones: the true scene, without looking ahead.
 CHEAP = "oracle: !GroundTruth {}, controller: {guidance: {enabled: false}}"
@@ -70,6 +76,15 @@ class Both:
         )
         return float(gap.min())
 
+    def movers(self) -> list[Movers]:
+        """What each is to the other."""
+        ports = [
+            system.get_output_port()
+            for system in self.app.diagram.GetSystems()
+            if isinstance(system, RobotMovers)
+        ] + [self.other.GetOutputPort("movers")]
+        return [p.Eval(self.context(p.get_system())) for p in ports]
+
     def run(self, limit: float) -> tuple[list[tuple[int, int]], float]:
         """Progresses that occur, and the least distance."""
         seen, least = [], np.inf
@@ -97,6 +112,34 @@ def test_without_a_right_of_way_they_keep_apart(tmp_path):
     """Whether one finds a way round the other or both wait is not promised."""
     _, least = Both(load(tmp_path, "nobodys")).run(20.0)
     assert least > 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("right_of_way", ["ours", "theirs"])
+def test_they_keep_the_bounds_that_the_other_is_told(tmp_path, right_of_way):
+    both = Both(load(tmp_path, right_of_way))
+    told = []
+    for time in np.arange(1, 600) * 0.02:
+        both.simulator.AdvanceTo(time)
+        told.append(both.movers())
+    outside = [
+        beyond(was, now)
+        for ahead in (1, 2, 3, 5, 10, 25)
+        for before, after in zip(told[::3], told[ahead::3], strict=False)
+        for was, now in zip(before, after, strict=True)
+    ]
+    assert len(outside) > 2000 and max(outside) <= 0.0
+
+
+def beyond(was: Movers, now: Movers) -> float:
+    """How far corners are from where they may be by what was told [m]."""
+    time, far = now.stamp - was.stamp, []
+    arrays = was.at(now.stamp)
+    for j, (told, true) in enumerate(zip(was, now, strict=True)):
+        p_M = (CORNERS * told.half_extents).T
+        apart = true.X_WM @ p_M - told.after(time) @ p_M
+        far.append(np.linalg.norm(apart, axis=0).max() - reach(arrays, j, 0.0))
+    return max(far)
 
 
 def test_a_scenario_that_is_not_there_is_named(tmp_path):
