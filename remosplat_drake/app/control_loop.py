@@ -76,6 +76,8 @@ class ControlLoop:
         standing: The system that says how things stand, in one sentence.
         movers: The output port of the `Movers` that are known, or of the true
             ones where nobody tells the robot; None where nothing moves.
+        known_movers: The output port of the `Movers` that the robot is told of;
+            None where nobody tells it of any.
         true_movers: The output port of the true `Movers` of a simulation, or of
             what is heard of a real robot's; None where nothing moves.
     """
@@ -94,6 +96,7 @@ class ControlLoop:
     supervisor: SafetySupervisor | None
     standing: StandingSystem
     movers: OutputPort | None
+    known_movers: OutputPort | None
     true_movers: OutputPort | None
 
     @property
@@ -214,6 +217,7 @@ def AddControlLoop(
         supervisor=supervisor,
         standing=standing,
         movers=movers or true_movers,
+        known_movers=movers,
         true_movers=true_movers,
     )
     _Close(builder, loop, predictor, hardware=hardware)

@@ -6,6 +6,7 @@ from typing import Annotated
 from annotated_types import Interval, Len
 
 from remosplat_drake.base.ranges import Config, OneOf
+from remosplat_drake.station.robot_movers import MOST_ACCELERATION
 
 OURS, THEIRS, NOBODYS = "ours", "theirs", "nobodys"
 """Whose the right of way is."""
@@ -34,7 +35,7 @@ class OtherRobot(Config):
     # No point of a robot ever moves faster, as far as the other is told [m/s].
     max_speed: Annotated[float, Interval(gt=0, le=100)] = 1.5
     # No point of a robot ever accelerates more, as far as the other is told
-    # [m/s^2]. A Panda that brakes with its arm stretched out reaches 13; what
-    # its limits allow if all joints work together, 200, would keep it from
-    # being approached at all.
-    max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = 15.0
+    # [m/s^2].
+    max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = (
+        MOST_ACCELERATION
+    )

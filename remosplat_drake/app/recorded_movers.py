@@ -12,7 +12,11 @@ from remosplat_drake.base.ranges import Config
 from remosplat_drake.recording.trajectory import Trajectory, load_trajectory
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.mover import Mover
-from remosplat_drake.station.robot_movers import link_movers, link_shapes
+from remosplat_drake.station.robot_movers import (
+    MOST_ACCELERATION,
+    link_movers,
+    link_shapes,
+)
 
 
 @dc.dataclass
@@ -34,7 +38,9 @@ class RecordedMovers(Config):
     max_speed: Annotated[float, Interval(gt=0, le=100)] = 1.5
     # No point of its links ever accelerates more, as far as the robot is told
     # [m/s^2].
-    max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = 6.0
+    max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = (
+        MOST_ACCELERATION
+    )
 
     def make(self, folder: Path) -> "RecordedTrack | RecordedRobot":
         """Reads the recording.

@@ -1,6 +1,7 @@
 """`RunMonitor`: looks on after every step of a run, and ends it."""
 
 import math
+import re
 from collections.abc import Callable
 
 from pydrake.systems.framework import Context, EventStatus
@@ -30,6 +31,8 @@ SupervisionCallback = Callable[[SupervisorState], None]
 
 StandingCallback = Callable[[float, Standing], None]
 """Function that is told the time [s] and how things stand with the robot."""
+
+_NUMBER = re.compile(r"\d+(\.\d+)?")
 
 MapCallback = Callable[[MapStatus], None]
 """Function that is told how the live map is coming on."""
@@ -164,7 +167,11 @@ class RunMonitor:
         status = map_status_of(self._application, root)
         if status is None or self._on_map is None:
             return
-        before, self._map_news = self._map_news, status.news or self._map_news
+        news = status.news
+        if status.trouble:
+            # A clearance that is too small is another one at every tick.
+            news = _NUMBER.sub("#", news)
+        before, self._map_news = self._map_news, news or self._map_news
         if self._map_news != before:
             self._on_map(status)
 

@@ -1,5 +1,6 @@
 """`run`: simulates an application to its end."""
 
+import signal
 from collections.abc import Callable
 
 from pydrake.systems.analysis import (
@@ -39,10 +40,9 @@ def run(
 ) -> RunResult:
     """Simulates until the last target is reached or time is up.
 
-    A robot that its supervisor has stopped ends the run, too. So does Ctrl-C or
-    SIGTERM, after the step that it falls into; a second one interrupts that
-    step. The real robot runs by its own clock: see
-    `hardware_run.run_on_hardware`.
+    A robot that its supervisor has stopped ends the run, too. So does Ctrl-C,
+    after the step that it falls into; a second one interrupts that step. The
+    real robot runs by its own clock: see `hardware_run.run_on_hardware`.
 
     Args:
         application: The diagram to run, with all of its parts.
@@ -93,7 +93,7 @@ def run(
         patience=patience,
     )
     interrupted = False
-    with stop_signals() as request:
+    with stop_signals([signal.SIGINT]) as request:
 
         def watch(root: Context) -> EventStatus:
             status = monitor(root)

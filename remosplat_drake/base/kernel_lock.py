@@ -42,6 +42,9 @@ def _locked(folder: str, how: int) -> Iterator[None]:
             fcntl.flock(descriptor, how)
         yield
     finally:
+        # A child that was forked meanwhile holds the descriptor, too.
+        with suppress(OSError):
+            fcntl.flock(descriptor, fcntl.LOCK_UN)
         os.close(descriptor)
 
 

@@ -2,7 +2,7 @@
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -36,22 +36,32 @@ class StopRequest:
 
 
 @contextmanager
-def stop_signals() -> Iterator[StopRequest]:
-    """Handles SIGINT and SIGTERM while the block runs.
+def stop_signals(
+    numbers: Sequence[signal.Signals] = _SIGNALS,
+) -> Iterator[StopRequest]:
+    """Handles signals while the block runs.
 
     A loop looks at the request between two rounds. An exception in the middle
     of a message's delivery would come out of Drake as another one. In a thread
-    other than the main one, signals are handled as before.
+    other than the main one, signals are handled as before, and those that are
+    ignored stay ignored.
+
+    Args:
+        numbers: The signals, SIGINT and SIGTERM if they are not given.
     """
     request = StopRequest()
     if threading.current_thread() is not threading.main_thread():
         yield request
         return
-    before = [signal.signal(number, request.make) for number in _SIGNALS]
+    before = {
+        number: signal.signal(number, request.make)
+        for number in numbers
+        if signal.getsignal(number) is not signal.SIG_IGN
+    }
     try:
         yield request
     finally:
-        for number, handler in zip(_SIGNALS, before, strict=True):
+        for number, handler in before.items():
             signal.signal(number, handler)
 
 

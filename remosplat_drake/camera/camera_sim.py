@@ -103,8 +103,8 @@ _MOVED = 5e-3
 class HeardConfiguration:
     """The robot's latest configuration, put together from LCM statuses.
 
-    What moves by itself begins when the robot does, as in a simulation. All who
-    hear the robot's statuses agree on that time.
+    What moves by itself begins when the robot is first seen to move. All who
+    hear its statuses by then agree on that time.
 
     Attributes:
         channels: The LCM channels that it has to hear.

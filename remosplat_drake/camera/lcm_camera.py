@@ -1,6 +1,5 @@
 """`LcmCamera`: the wrist camera of the real robot, heard by LCM."""
 
-import dataclasses as dc
 import time as clock
 
 import numpy as np
@@ -92,20 +91,19 @@ class LcmCamera:
         Args:
             q: Not used: the pose follows from the statuses around the
                 image's stamp.
-            time: When the frame was asked for, by the diagram's clock [s].
+            time: Not used: the image's stamp is by the wall clock, as a real
+                robot's diagram is.
 
         Returns:
-            The frame, with its time by the diagram's clock [s].
+            The frame, with its time by that clock [s].
 
         Raises:
             RemoSplatError: The camera is silent or sends something else, or
                 the robot's statuses do not say where it was.
         """
-        asked = clock.time()
         image = self._next_image()
         self._hear_until(image.time)
-        frame = self._mount.frame(image, self._history.at(image.time))
-        return dc.replace(frame, time=time + image.time - asked)
+        return self._mount.frame(image, self._history.at(image.time))
 
     def _next_image(self) -> RgbdImage:
         self.listen()

@@ -83,7 +83,7 @@ def drive(
                 console.print(line, soft_wrap=not console.is_terminal)
 
         def tell_of_map(status: MapStatus):
-            line = Text("map: ", "dim")
+            line = Text().append("map: ", "dim")
             line.append(status.news, "yellow" if status.trouble else "")
             console.print(line, soft_wrap=not console.is_terminal)
 

@@ -112,7 +112,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=math.inf,
         metavar="S",
-        help="end after so many seconds (default: at Ctrl-C)",
+        help="end after so many seconds, without a page at a stop, too"
+        " (default: at Ctrl-C)",
     )
     parser.add_argument(
         "--viewer",
@@ -165,6 +166,9 @@ def run(arguments: argparse.Namespace) -> int:
     )
     log = application.log
     assert log is not None
+    # A page releases a stopped robot, and whoever arms a real one. A script of
+    # a given duration waits for nobody.
+    waits = arguments.hardware and math.isinf(arguments.duration)
     try:
         console.print(f"everything goes to [bold]{folder}[/bold]")
         url = page.url if page is not None else ""
@@ -185,8 +189,7 @@ def run(arguments: argparse.Namespace) -> int:
             application,
             console,
             rate=None if arguments.hardware else _rate(arguments, scenario),
-            # A real robot is released from here; a page releases others.
-            patience=math.inf if url or arguments.hardware else 0.0,
+            patience=math.inf if url or waits else 0.0,
         )
     finally:
         log.close()

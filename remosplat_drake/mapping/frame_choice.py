@@ -1,5 +1,7 @@
 """Chooses the frames that a map is made of."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
@@ -9,6 +11,7 @@ from remosplat_drake.capture.checks.overlap import (
     supported_fractions,
     wrong_frames,
 )
+from remosplat_drake.capture.frames import Frame
 from remosplat_drake.mapping.base_splat import shares_of
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -18,21 +21,42 @@ SAME_POSITION = 0.01
 SAME_ROTATION = np.deg2rad(2.0)
 """Angle between two cameras below which they may see the same [rad]."""
 
+_HIDDEN_SHARE = 0.01
+"""Share of a frame's pixels that a newer one may hide and take its place."""
+
 _MIN_SHARE = 0.2
 """Something bears a frame out that shows so much of the same. Of rendered
 tables, others show 0.58 or more of a frame that is right, and nothing of one
 that is elsewhere."""
 
 
-def frames_to_keep(X_WC: np.ndarray, most: int) -> np.ndarray:
+def hides(newer: Frame, older: Frame) -> bool:
+    """Whether a frame hides what an older one from the same pose shows.
+
+    Args:
+        newer: A frame, of which something may be hidden.
+        older: A frame from nearly the same pose.
+    """
+    if newer.hidden is None or newer.hidden.shape != older.depth.shape:
+        return False
+    return bool((newer.hidden & (older.depth > 0)).mean() > _HIDDEN_SHARE)
+
+
+def frames_to_keep(
+    X_WC: np.ndarray,
+    most: int,
+    hides: Callable[[int, int], bool] = lambda newer, older: False,
+) -> np.ndarray:
     """Chooses frames from different poses, and the newest ones.
 
-    Of nearly equal poses it keeps the newest frame, and of too many frames
-    the newest ones.
+    Of nearly equal poses it keeps the newest frame, and those whose view that
+    one hides; of too many frames the newest ones.
 
     Args:
         X_WC: Poses of the cameras, oldest first, shape (n, 4, 4).
         most: Greatest number of frames to keep.
+        hides: Whether one of two frames from nearly the same pose, given their
+            indices, hides what the other shows, which is older.
 
     Returns:
         Indices of the frames to keep, ascending.
@@ -44,7 +68,8 @@ def frames_to_keep(X_WC: np.ndarray, most: int) -> np.ndarray:
         # The trace of R_AB is 1 + 2 cos(angle).
         trace = np.einsum("kij,ij->k", others[:, :3, :3], X_WC[i, :3, :3])
         turn = np.arccos(np.clip((trace - 1) / 2, -1, 1))
-        if not ((shift < SAME_POSITION) & (turn < SAME_ROTATION)).any():
+        same = (shift < SAME_POSITION) & (turn < SAME_ROTATION)
+        if all(hides(kept[j], i) for j in np.flatnonzero(same)):
             kept.append(i)
     return np.array(sorted(kept[:most]), int)
 

@@ -6,10 +6,11 @@ import numpy as np
 
 from remosplat_drake.capture.capture import back_project
 from remosplat_drake.capture.frames import Frame
+from remosplat_drake.scene.kernels.mover_reach import reach
 from remosplat_drake.scene.mover import Movers
 
 _MARGIN = 0.05
-"""How far from a mover a measured point may still be its own [m]."""
+"""How far from a mover a point that is measured may still be its own [m]."""
 
 
 def hide_movers(frame: Frame, movers: Movers) -> Frame:
@@ -19,29 +20,33 @@ def hide_movers(frame: Frame, movers: Movers) -> Frame:
     later frame looks through it.
 
     Args:
-        frame: The frame; one without a time was taken at the movers' stamp.
-        movers: What moves, with the velocities that it has.
+        frame: The frame, with colours, depths and hidden pixels of one size, as
+            `CameraMount.frame` makes it; one without a time was taken at the
+            movers' stamp.
+        movers: What moves, with the velocities and the bounds that it has.
 
     Returns:
-        A frame without depth where a point lies on or near a mover, and with
-        these pixels among the hidden ones; the frame itself where none does.
+        A frame without depth where a mover may have been when it was taken,
+        and with these pixels among the hidden ones; the frame itself where
+        there are none.
     """
     if not len(movers):
         return frame
     time = movers.stamp if frame.time is None else frame.time
-    late = abs(time - movers.stamp)
-    p_WS = back_project(frame.K, frame.depth, frame.X_WC)
-    shown = np.zeros(frame.depth.shape, bool)
-    for mover in movers.predicted(time):
+    arrays = movers.at(time)
+    known = frame.depth > 0
+    p_WS = back_project(frame.K, frame.depth, frame.X_WC)[known]
+    near_any = np.zeros(len(p_WS), bool)
+    for i, mover in enumerate(movers.predicted(time)):
         p_WM, R_WM = mover.X_WM.translation(), mover.X_WM.rotation().matrix()
         p_MS = (p_WS - p_WM) @ R_WM
         outside = np.maximum(np.abs(p_MS) - mover.half_extents, 0.0)
-        near = mover.radius + mover.position_error + _MARGIN
-        near += mover.velocity_error * late
-        # Where there is no depth the distance is not a number: not near.
-        shown |= np.linalg.norm(outside, axis=-1) <= near
-    if not shown.any():
+        near = mover.radius + reach(arrays, i, 0.0) + _MARGIN
+        near_any |= np.einsum("ij,ij->i", outside, outside) <= near * near
+    if not near_any.any():
         return frame
+    shown = np.zeros(frame.depth.shape, bool)
+    shown[known] = near_any
     depth = np.where(shown, np.float32(0), frame.depth)
     hidden = shown if frame.hidden is None else frame.hidden | shown
     return dc.replace(frame, depth=depth, hidden=hidden)

@@ -95,7 +95,8 @@ def build_map(
     start = perf_counter()
     report("comparing frames", 0, 1)
     looks = without_specks(capture)
-    confirmed = confirmed_frames(looks, base)
+    # A single frame may have slid along walls that it shares with the splat.
+    confirmed = confirmed_frames(looks, base) & (len(looks) > 1)
     changes = find_changes(looks, confirmed)
     report("comparing frames", 1, 1)
     looks = without(looks, changes.outdated).select(np.flatnonzero(confirmed))

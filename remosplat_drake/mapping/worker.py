@@ -19,11 +19,13 @@ from remosplat_drake.capture.capture import (
     MIN_DEPTH_FRACTION,
     MIN_VIEWS,
 )
+from remosplat_drake.capture.frames import Frame
 from remosplat_drake.mapping.build_thread import BuildThread
 from remosplat_drake.mapping.frame_choice import (
     contradicting_frames,
     contradiction,
     frames_to_keep,
+    hides,
 )
 from remosplat_drake.mapping.hide_movers import hide_movers
 from remosplat_drake.mapping.localization.frame_aligner import (
@@ -59,6 +61,7 @@ from remosplat_drake.mapping.messages import (
 )
 from remosplat_drake.mapping.store.map_file import open_map, write_map
 from remosplat_drake.mapping.store.session import Session
+from remosplat_drake.robot.planar_pose import matrix, odometry_frame
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.splat.codecs.ply import write_ply
 
@@ -199,7 +202,7 @@ class _Worker:
         if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
             self._tell(FrameRefused("the frame has no depth"))
             return
-        frame = hide_movers(frame, passing)
+        frame = self._without(frame, q, passing)
         if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
             self._tell(FrameRefused("what moves hides most of the frame"))
             return
@@ -212,6 +215,16 @@ class _Worker:
                 self._refuse({name: f"{name} {tracked.problem}"})
                 return
         self._tell(FrameAdded(name, len(self._session.active)))
+
+    def _without(self, frame: Frame, q: np.ndarray, passing: Movers) -> Frame:
+        """Hides what moves in W in a frame whose pose is by odometry."""
+        if self._aligner is None or frame.time is None:
+            return hide_movers(frame, passing)
+        X_OB = q[:3]
+        X_WB, _ = self._aligner.correction.base_at(frame.time, X_OB)
+        X_WC = matrix(odometry_frame(X_WB, X_OB)) @ frame.X_WC
+        placed = hide_movers(dc.replace(frame, X_WC=X_WC), passing)
+        return dc.replace(placed, X_WC=frame.X_WC)
 
     def _track(self, q: np.ndarray, taken: float) -> None:
         """Looks where the base is; whatever happens, there is an answer."""
@@ -295,7 +308,9 @@ class _Worker:
         self._offered = set(self._session.active)
         frames = self._usable_frames()
         if frames is None:
-            self._tell(Note(f"a map needs {MIN_VIEWS} frames that differ"))
+            least = self._least_frames
+            what = "a frame" if least == 1 else f"{least} frames that differ"
+            self._tell(Note(f"a map needs {what}"))
             return
         self._builder.start(next_map(self._job, self._session, frames, effort))
 
@@ -315,7 +330,11 @@ class _Worker:
             rows = self._graph.rows(self._keys(names))
             poses, residual = self._graph.X_WC[rows], self._graph.residual[rows]
             q[:, :3] = self._graph.X_WB[rows]
-        kept = frames_to_keep(poses, self._job.config.max_frames)
+        kept = frames_to_keep(
+            poses,
+            self._job.config.max_frames,
+            lambda i, j: hides(frames.frame(names[i]), frames.frame(names[j])),
+        )
         if len(kept) < self._least_frames:
             return None
         names = tuple(names[i] for i in kept)

@@ -152,8 +152,7 @@ def test_an_interrupted_run_keeps_what_it_has(folder):
     check_consistent(result, application)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_run_after_its_step(folder, monkeypatch, number):
+def test_ctrl_c_ends_the_run_after_its_step(folder, monkeypatch):
     """In the middle of a step, it would come out of a kernel as a defect."""
     application = make_application(folder, "One")
     spheres_at = RobotModel.spheres_at
@@ -161,14 +160,14 @@ def test_a_signal_ends_the_run_after_its_step(folder, monkeypatch, number):
 
     def interrupted(robot, q):
         if application.recorder.latest is not None and not calls:
-            signal.raise_signal(number)
+            signal.raise_signal(signal.SIGINT)
             calls.append("passed")
         return spheres_at(robot, q)
 
     monkeypatch.setattr(RobotModel, "spheres_at", interrupted)
-    before = signal.getsignal(number)
+    before = signal.getsignal(signal.SIGINT)
     result = run(application)
-    assert signal.getsignal(number) is before
+    assert signal.getsignal(signal.SIGINT) is before
     assert calls == ["passed"]
     assert result.outcome == INTERRUPTED
     assert 1 <= len(result.trajectory) <= 3

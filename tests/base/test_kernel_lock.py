@@ -12,6 +12,7 @@ import remosplat_drake.base.kernels
 
 folder, name = sys.argv[1:]
 file = caching.IndexDataCacheFile(folder, "mine", "stamp")
+print("ready", flush=True)
 input()
 for i in range(40):
     file.save((name, i), f"variant {i} of {name}")
@@ -25,10 +26,14 @@ def test_nothing_that_many_processes_save_is_lost_or_mixed_up(tmp_path):
         subprocess.Popen(
             [sys.executable, "-c", SAVE, str(tmp_path), name],
             stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
             text=True,
         )
         for name in names
     ]
+    for process in processes:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
     for process in processes:
         assert process.stdin is not None
         process.stdin.write("\n")

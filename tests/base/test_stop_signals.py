@@ -55,3 +55,20 @@ def test_another_thread_has_no_signals():
     thread.start()
     thread.join()
     assert seen == [False]
+
+
+def test_what_is_ignored_stays_ignored():
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with stop_signals() as request:
+            os.kill(os.getpid(), signal.SIGINT)
+            assert not request.made
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_other_signals_are_left_alone():
+    before = signal.getsignal(signal.SIGTERM)
+    with stop_signals([signal.SIGINT]):
+        assert signal.getsignal(signal.SIGTERM) is before

@@ -9,12 +9,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.capture.frames import Frame
 from remosplat_drake.mapping.frame_choice import (
     SAME_POSITION,
     SAME_ROTATION,
     confirmed_frames,
     contradicting_frames,
     frames_to_keep,
+    hides,
 )
 from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
@@ -109,3 +111,29 @@ def test_of_two_nobody_knows_which_is_wrong(bare):
     with pytest.raises(RemoSplatError, match="contradict each other"):
         contradicting_frames(pair, trusted=0)
     np.testing.assert_array_equal(contradicting_frames(pair, trusted=1), [1])
+
+
+def test_a_frame_stays_whose_view_a_newer_one_hides():
+    X_WC = poses(0, 0, 0)
+    assert frames_to_keep(X_WC, 80, lambda newer, older: True).tolist() == [
+        0,
+        1,
+        2,
+    ]
+    # The newest hides what the first shows; the second shows no more.
+    asked = {(2, 1): False, (2, 0): True}
+    kept = frames_to_keep(X_WC, 80, lambda i, j: asked[i, j])
+    assert kept.tolist() == [0, 2]
+
+
+def test_what_is_hidden_that_an_older_frame_shows():
+    depth = np.ones((20, 30), np.float32)
+    depth[:, :10] = 0.0
+    older = Frame("older", np.eye(3), np.eye(4), np.zeros((20, 30, 3)), depth)
+    hidden = np.zeros((20, 30), bool)
+    assert not hides(older, older)
+    assert not hides(dc.replace(older, hidden=hidden), older)
+    hidden[:, :10] = True
+    assert not hides(dc.replace(older, hidden=hidden), older)
+    hidden[:, 11] = True
+    assert hides(dc.replace(older, hidden=hidden), older)

@@ -38,9 +38,17 @@ def test_what_moves_is_hidden_and_nothing_beside_it():
 
 
 def test_it_is_hidden_where_it_was_when_the_frame_was_taken():
-    ball = sphere(2.1, v_WM=np.array([0, 0, -1.0]))
+    ball = sphere(2.1, v_WM=np.array([0, 0, -1.0]), max_acceleration=0.0)
     assert hide_movers(wall_frame(4.0), Movers(4.0, [ball])).depth[15, 20]
     assert not hide_movers(wall_frame(5.0), Movers(4.0, [ball])).depth[15, 20]
+
+
+def test_it_is_hidden_wherever_it_can_have_been_by_then():
+    bounds = {"max_acceleration": 2.0, "max_speed": 1.0}
+    movers = Movers(4.0, [sphere(1.7, **bounds)])
+    # 0.6 m from its surface, of which 5 cm are the noise of the camera.
+    assert hide_movers(wall_frame(4.7), movers).depth[15, 20]
+    assert not hide_movers(wall_frame(4.8), movers).depth[15, 20]
 
 
 def test_what_was_hidden_remains_so():

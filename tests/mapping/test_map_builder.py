@@ -139,6 +139,17 @@ def test_nor_does_it_say_that_anything_has_gone(laden):
     assert len(alone.splat_W) >= len(base)
 
 
+def test_a_single_frame_adds_to_a_splat_and_clears_nothing(bare, laden):
+    one = np.array([0])
+    added = a_map(laden.select(one), base=a_map(bare).splat_W)
+    assert "1 frame (1 borne out by nothing" in added.quality
+    assert np.median(distances(added, BESIDE_THING) - truth(THING)) < 0.01
+    base = a_map(laden).splat_W
+    again = a_map(bare.select(one), base=base)
+    assert len(again.splat_W) >= len(base)
+    assert (distances(again, BESIDE_THING) <= truth(THING) + 0.01).all()
+
+
 def test_unknown_space_is_an_obstacle_if_so_configured(laden):
     under_table = Spheres.at([1, 0, 0.2])
     beside = Spheres.at([1, 0.2, 0.6])

@@ -270,16 +270,16 @@ def AddSettledRequests(
         loop: The control loop, which may know what moves.
 
     Returns:
-        The system; None where nothing moves.
+        The system; None where nothing is known to move.
     """
     mount = wrist_camera_mount(loop.scenario, loop.world.robot)
-    if loop.movers is None or mount is None:
+    if loop.known_movers is None or mount is None:
         return None
     config = loop.scenario.camera or WristCameraConfig()
     return SettledRequests.AddToBuilder(
         builder,
         configuration=loop.configuration,
-        movers=loop.movers,
+        movers=loop.known_movers,
         in_view=lambda q, p_W: config.sees(mount.pose(q), p_W),
         settle=loop.scenario.sight.settle,
     )
