@@ -6,14 +6,19 @@ import numpy as np
 
 from remosplat_drake.capture.capture import back_project
 from remosplat_drake.capture.frames import Frame
+from remosplat_drake.robot.planar_pose import matrix
 from remosplat_drake.scene.kernels.mover_reach import reach
 from remosplat_drake.scene.mover import Movers
 
 _MARGIN = 0.05
 """How far from a mover a point that is measured may still be its own [m]."""
 
+_W_IS_O = np.zeros(3)
 
-def hide_movers(frame: Frame, movers: Movers) -> Frame:
+
+def hide_movers(
+    frame: Frame, movers: Movers, X_WO: np.ndarray = _W_IS_O
+) -> Frame:
     """Hides the pixels of a frame that may show something that moves.
 
     A map that had taken them for things that stand would keep a ghost until a
@@ -23,7 +28,9 @@ def hide_movers(frame: Frame, movers: Movers) -> Frame:
         frame: The frame, with colours, depths and hidden pixels of one size, as
             `CameraMount.frame` makes it; one without a time was taken at the
             movers' stamp.
-        movers: What moves, with the velocities and the bounds that it has.
+        movers: What moves in W, with its velocities and its bounds.
+        X_WO: Pose of the odometry, by which the frame has its own, in W, shape
+            (3,) [m, rad].
 
     Returns:
         A frame without depth where a mover may have been when it was taken,
@@ -35,7 +42,8 @@ def hide_movers(frame: Frame, movers: Movers) -> Frame:
     time = movers.stamp if frame.time is None else frame.time
     arrays = movers.at(time)
     known = frame.depth > 0
-    p_WS = back_project(frame.K, frame.depth, frame.X_WC)[known]
+    p_WS = back_project(frame.K, frame.depth, matrix(X_WO) @ frame.X_WC)
+    p_WS = p_WS[known]
     near_any = np.zeros(len(p_WS), bool)
     for i, mover in enumerate(movers.predicted(time)):
         p_WM, R_WM = mover.X_WM.translation(), mover.X_WM.rotation().matrix()

@@ -61,7 +61,7 @@ from remosplat_drake.mapping.messages import (
 )
 from remosplat_drake.mapping.store.map_file import open_map, write_map
 from remosplat_drake.mapping.store.session import Session
-from remosplat_drake.robot.planar_pose import matrix, odometry_frame
+from remosplat_drake.robot.planar_pose import odometry_frame
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.splat.codecs.ply import write_ply
 
@@ -202,7 +202,7 @@ class _Worker:
         if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
             self._tell(FrameRefused("the frame has no depth"))
             return
-        frame = self._without(frame, q, passing)
+        frame = hide_movers(frame, passing, self._odometry_frame(frame, q))
         if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
             self._tell(FrameRefused("what moves hides most of the frame"))
             return
@@ -216,15 +216,12 @@ class _Worker:
                 return
         self._tell(FrameAdded(name, len(self._session.active)))
 
-    def _without(self, frame: Frame, q: np.ndarray, passing: Movers) -> Frame:
-        """Hides what moves in W in a frame whose pose is by odometry."""
+    def _odometry_frame(self, frame: Frame, q: np.ndarray) -> np.ndarray:
+        """X_WO when a frame was taken, as far as it is known, shape (3,)."""
         if self._aligner is None or frame.time is None:
-            return hide_movers(frame, passing)
-        X_OB = q[:3]
-        X_WB, _ = self._aligner.correction.base_at(frame.time, X_OB)
-        X_WC = matrix(odometry_frame(X_WB, X_OB)) @ frame.X_WC
-        placed = hide_movers(dc.replace(frame, X_WC=X_WC), passing)
-        return dc.replace(placed, X_WC=frame.X_WC)
+            return np.zeros(3)
+        X_WB, _ = self._aligner.correction.base_at(frame.time, q[:3])
+        return odometry_frame(X_WB, q[:3])
 
     def _track(self, q: np.ndarray, taken: float) -> None:
         """Looks where the base is; whatever happens, there is an answer."""

@@ -6,6 +6,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.mapping.hide_movers import hide_movers
+from remosplat_drake.robot.planar_pose import matrix
 from remosplat_drake.scene.mover import Mover, Movers
 
 K = np.array([[40.0, 0, 20.5], [0, 40, 15.5], [0, 0, 1]])
@@ -49,6 +50,19 @@ def test_it_is_hidden_wherever_it_can_have_been_by_then():
     # 0.6 m from its surface, of which 5 cm are the noise of the camera.
     assert hide_movers(wall_frame(4.7), movers).depth[15, 20]
     assert not hide_movers(wall_frame(4.8), movers).depth[15, 20]
+
+
+def test_it_is_hidden_where_a_drifting_base_sees_it():
+    """The base is 1 m farther on than its odometry says, and turned about."""
+    X_WO = np.array([1.0, 0.3, np.pi / 2])
+    p_OM = np.array([1.0, 2.0, 4.1])
+    p_WM = (matrix(X_WO) @ [*p_OM, 1.0])[:3]
+    movers = Movers(5.0, [Mover.sphere("ball", p_WM, 0.1)])
+    frame = hide_movers(wall_frame(), movers, X_WO)
+    assert frame.hidden is not None
+    assert np.argwhere(frame.hidden).tolist() == [[15, 20]]
+    np.testing.assert_array_equal(frame.X_WC, X_WC)
+    assert hide_movers(wall_frame(), movers).hidden is None
 
 
 def test_what_was_hidden_remains_so():
