@@ -299,8 +299,7 @@ class LiveMap(LeafSystem):
         if wanted == memory.known:
             return memory
         q, time = self._configuration_input.Eval(context), context.get_time()
-        passing = value_or_none(self._passing_input, context) or Movers(0.0)
-        requests = news(memory.known, wanted, q, time, passing)
+        requests = news(memory.known, wanted, q, time, self._passing(context))
         for request in requests:
             self._process.request(request)
         memory = dc.replace(memory, known=wanted)
@@ -320,7 +319,8 @@ class LiveMap(LeafSystem):
         is_due = time >= memory.tracked + _TRACKING_PERIOD - _ROUNDING
         if not self._tracking or not is_due:
             return memory
-        request = Track(self._configuration_input.Eval(context), time)
+        q = self._configuration_input.Eval(context)
+        request = Track(q, time, self._passing(context))
         if self._latency is None:
             self._process.track(request)
             return dc.replace(memory, tracked=time)
@@ -328,6 +328,10 @@ class LiveMap(LeafSystem):
         answer = time + self._latency, self._process.sent, False
         due = (*memory.due, answer)
         return dc.replace(memory, tracked=time, due=due)
+
+    def _passing(self, context: Context) -> Movers:
+        """What moves and has not settled, as far as it is known."""
+        return value_or_none(self._passing_input, context) or Movers(0.0)
 
     def _heard(self, time: float, memory: LiveMapMemory) -> LiveMapMemory:
         """Takes in what the process has told."""

@@ -36,10 +36,12 @@ class Track:
     Attributes:
         q: The robot's configuration, shape (n_q,).
         time: Time now, by the diagram's clock [s].
+        passing: What moves and tells nothing of where the base is.
     """
 
     q: np.ndarray
     time: float
+    passing: Movers = dc.field(default_factory=lambda: Movers(0.0))
 
 
 @dc.dataclass(frozen=True)

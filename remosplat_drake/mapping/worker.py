@@ -185,8 +185,8 @@ class _Worker:
         match request:
             case AddFrame(q=q, time=taken, passing=passing):
                 self._add_frame(q, taken, passing)
-            case Track(q=q, time=taken):
-                self._track(q, taken)
+            case Track(q=q, time=taken, passing=passing):
+                self._track(q, taken, passing)
             case Build(effort):
                 if self._wanted != "full":
                     self._wanted = effort
@@ -223,11 +223,12 @@ class _Worker:
         X_WB, _ = self._aligner.correction.base_at(frame.time, q[:3])
         return odometry_frame(X_WB, q[:3])
 
-    def _track(self, q: np.ndarray, taken: float) -> None:
+    def _track(self, q: np.ndarray, taken: float, passing: Movers) -> None:
         """Looks where the base is; whatever happens, there is an answer."""
         assert self._aligner is not None
         try:
             frame = self._camera.frame(q, taken)
+            frame = hide_movers(frame, passing, self._odometry_frame(frame, q))
             time = taken if frame.time is None else frame.time
             self._aligner.track(one_frame(frame, q[:3], time))
         finally:
