@@ -74,8 +74,6 @@ class ControlLoop:
         supervisor: The safety supervisor between controller and station; None
             if the scenario wants none.
         standing: The system that says how things stand, in one sentence.
-        movers: The output port of the `Movers` that are known, or of the true
-            ones where nobody tells the robot; None where nothing moves.
         known_movers: The output port of the `Movers` that the robot is told of;
             None where nobody tells it of any.
         true_movers: The output port of the true `Movers` of a simulation, or of
@@ -95,9 +93,17 @@ class ControlLoop:
     selector: GuidanceSelector | None
     supervisor: SafetySupervisor | None
     standing: StandingSystem
-    movers: OutputPort | None
     known_movers: OutputPort | None
     true_movers: OutputPort | None
+
+    @property
+    def movers(self) -> OutputPort | None:
+        """The output port of the `Movers` that are known.
+
+        It is that of the true ones where nobody tells the robot; None where
+        nothing moves.
+        """
+        return self.known_movers or self.true_movers
 
     @property
     def report(self) -> OutputPort:
@@ -216,7 +222,6 @@ def AddControlLoop(
         selector=selector,
         supervisor=supervisor,
         standing=standing,
-        movers=movers or true_movers,
         known_movers=movers,
         true_movers=true_movers,
     )

@@ -32,10 +32,11 @@ SupervisionCallback = Callable[[SupervisorState], None]
 StandingCallback = Callable[[float, Standing], None]
 """Function that is told the time [s] and how things stand with the robot."""
 
-_NUMBER = re.compile(r"\d+(\.\d+)?")
-
 MapCallback = Callable[[MapStatus], None]
 """Function that is told how the live map is coming on."""
+
+_NUMBER = re.compile(r"\d+(\.\d+)?")
+"""What differs between two tellings of the same trouble."""
 
 
 class RunMonitor:

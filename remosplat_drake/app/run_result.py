@@ -59,6 +59,16 @@ class RunResult:
         default_factory=dict
     )
 
+    def uninterrupted(self) -> "RunResult":
+        """Returns the result itself, for who cannot use half a run.
+
+        Raises:
+            KeyboardInterrupt: Somebody has ended the run.
+        """
+        if self.outcome == INTERRUPTED:
+            raise KeyboardInterrupt
+        return self
+
 
 def make_result(
     application: Application,

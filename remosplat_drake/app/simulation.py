@@ -8,7 +8,7 @@ from pydrake.systems.analysis import (
     Simulator,
     SimulatorConfig,
 )
-from pydrake.systems.framework import Context, EventStatus
+from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.run_monitor import (
@@ -92,15 +92,25 @@ def run(
         until=until,
         patience=patience,
     )
-    interrupted = False
+    interrupted = _advance(simulator, monitor, application.diagram)
+    return make_result(
+        application, simulator.get_context(), interrupted, monitor.standings
+    )
+
+
+def _advance(
+    simulator: Simulator, monitor: RunMonitor, diagram: Diagram
+) -> bool:
+    """Simulates until the monitor ends it; returns whether somebody else did.
+
+    The time limit may recede meanwhile: a robot that stands stopped has time.
+    """
     with stop_signals([signal.SIGINT]) as request:
 
         def watch(root: Context) -> EventStatus:
             status = monitor(root)
             if request.made:
-                return EventStatus.ReachedTermination(
-                    application.diagram, "somebody interrupted"
-                )
+                return EventStatus.ReachedTermination(diagram, "interrupted")
             return status
 
         simulator.set_monitor(watch)
@@ -113,11 +123,8 @@ def run(
                 end = monitor.time_limit
                 simulator.AdvanceTo(end)
         except KeyboardInterrupt:
-            interrupted = True
-        interrupted |= request.made
-    return make_result(
-        application, simulator.get_context(), interrupted, monitor.standings
-    )
+            return True
+        return request.made
 
 
 def simulator_config(scenario: Scenario) -> SimulatorConfig:

@@ -8,7 +8,6 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.run_result import INTERRUPTED
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.simulation import run
@@ -242,9 +241,7 @@ def _drive(
     until = _ArrivedByEveryRule(scenario)
     if not method.controller:
         scenario = dc.replace(scenario, targets=[_pose(task.X_WE_target)])
-        result = run(build(scenario, world), until=until)
-        if result.outcome == INTERRUPTED:
-            raise KeyboardInterrupt
+        result = run(build(scenario, world), until=until).uninterrupted()
         return result.trajectory, result.search_effort
     X_WT = task.X_WE_target.GetAsMatrix4()
     dt = scenario.control_period

@@ -10,7 +10,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, OutputPort
 
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.scene.moving.track import Track, movers_at
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station.dynamic_station import add_dynamic_body
 from remosplat_drake.station.station_config import DynamicStation
@@ -26,13 +26,15 @@ class CameraScene:
     Attributes:
         plant: The plant that poses robot and scene.
         joints: Index of each of the robot's positions in the plant's.
-        movers: The bodies of what moves by itself.
+        tracks: How things move by themselves.
+        movers: The bodies of these things' parts, in their order.
         images: The camera's output ports by their names in
             `signals.station_ports`.
     """
 
     plant: MultibodyPlant
     joints: list[int]
+    tracks: Sequence[Track]
     movers: Sequence[RigidBody]
     images: dict[str, OutputPort]
 
@@ -42,7 +44,7 @@ class CameraScene:
         config: WristCameraConfig,
         robot: RobotModel,
         scene: PrimitiveScene | None,
-        movers: Sequence[Mover] = (),
+        tracks: Sequence[Track] = (),
     ) -> "CameraScene":
         """Adds plant, scene graph and camera to a diagram.
 
@@ -51,36 +53,38 @@ class CameraScene:
             config: Mount, lens and range of the camera.
             robot: The robot that carries it.
             scene: The solids that it sees besides the robot; None for none.
-            movers: What moves, as it is at the start.
+            tracks: How things move by themselves.
 
         Raises:
             RemoSplatError: A setting is unusable.
         """
+        start = list(movers_at(tracks, 0.0))
         body = add_dynamic_body(
-            builder, DynamicStation(), robot, scene, robot.q_home, movers
+            builder, DynamicStation(), robot, scene, robot.q_home, start
         )
         images = config.AddToStation(builder, body.plant, body.scene_graph)
         joints = [
             body.plant.GetJointByName(name).position_start()
             for name in robot.joint_names
         ]
-        return CameraScene(body.plant, joints, body.movers, images)
+        return CameraScene(body.plant, joints, tracks, body.movers, images)
 
     def place(
-        self, root: Context, q: np.ndarray, time: float, movers: Movers
+        self, root: Context, q: np.ndarray, stamp: float, time: float
     ) -> None:
         """Poses the robot and what moves, and sets the images' time.
 
         Args:
             root: Context of the whole diagram.
             q: The robot's configuration, shape (n_q,).
-            time: Time at which the images are taken [s].
-            movers: What moves, as many as at the start and in their order.
+            stamp: Time at which the images are taken [s].
+            time: Time of what moves, since it began to [s].
         """
-        root.SetTime(time)
+        root.SetTime(stamp)
         context = self.plant.GetMyMutableContextFromRoot(root)
         positions = self.plant.GetPositions(context)
         positions[self.joints] = q
         self.plant.SetPositions(context, positions)
+        movers = movers_at(self.tracks, time)
         for body, mover in zip(self.movers, movers, strict=True):
             self.plant.SetFreeBodyPose(context, body, mover.X_WM)

@@ -26,7 +26,7 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 from remosplat_drake.robot.robot_description import RobotDescription
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.scene.moving.track import Track, movers_at
+from remosplat_drake.scene.moving.track import Track
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
 
@@ -58,9 +58,8 @@ class CameraSim:
             RemoSplatError: A setting is unusable.
         """
         builder = DiagramBuilder()
-        self._tracks = tuple(tracks)
         self._scene = CameraScene.AddToBuilder(
-            builder, config, robot, scene, list(movers_at(tracks, 0.0))
+            builder, config, robot, scene, tracks
         )
         images = self._scene.images
         message = builder.AddSystem(ImageToLcmImageArrayT(do_compress=True))
@@ -90,8 +89,7 @@ class CameraSim:
             utime: Stamp of the images: wall clock of the Unix epoch [us].
             time: Time of what moves, since it began to [s].
         """
-        movers = movers_at(self._tracks, time)
-        self._scene.place(self._root, q, utime / MICROSECONDS, movers)
+        self._scene.place(self._root, q, utime / MICROSECONDS, time)
         context = self._publisher.GetMyContextFromRoot(self._root)
         self._publisher.ForcedPublish(context)
 

@@ -11,7 +11,7 @@ from remosplat_drake.camera.rgbd_image import from_drake
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.scene.moving.track import Track, movers_at
+from remosplat_drake.scene.moving.track import Track
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
 
@@ -48,7 +48,7 @@ class RenderedCamera:
         self._config = config
         self._robot = robot
         self._drift = np.array(odometry_drift)
-        self._tracks = tuple(tracks)
+        self._tracks = tracks
         self._K = config.intrinsics().intrinsic_matrix()
         self._mount = CameraMount(robot, config.hand_eye(), config.frame)
         self.show(scene)
@@ -57,11 +57,7 @@ class RenderedCamera:
         """Shows another scene from now on; None for an empty one."""
         builder = DiagramBuilder()
         self._scene = CameraScene.AddToBuilder(
-            builder,
-            self._config,
-            self._robot,
-            scene,
-            list(movers_at(self._tracks, 0.0)),
+            builder, self._config, self._robot, scene, self._tracks
         )
         self._diagram = builder.Build()
         self._root = self._diagram.CreateDefaultContext()
@@ -79,8 +75,7 @@ class RenderedCamera:
         true_q = np.array(q, float)
         if self._robot.n_base:
             true_q[:3] -= self._drift * time
-        movers = movers_at(self._tracks, time)
-        self._scene.place(self._root, true_q, time, movers)
+        self._scene.place(self._root, true_q, time, time)
         color, depth = (
             self._scene.images[name].Eval(self._camera_context)
             for name in (ports.WRIST_CAMERA_RGB, ports.WRIST_CAMERA_DEPTH)

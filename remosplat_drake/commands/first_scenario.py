@@ -14,7 +14,6 @@ import yaml
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.app.diagram import build
-from remosplat_drake.app.run_result import INTERRUPTED
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.base.atomic_file import write_atomically
@@ -226,9 +225,7 @@ def _write(
 def _try(folder: Path) -> Tried:
     """Runs the scenario in a simulation."""
     scenario = load_scenario(str(folder / "scenario.yaml"), _IMPATIENT)
-    result = run(build(scenario))
-    if result.outcome == INTERRUPTED:
-        raise KeyboardInterrupt
+    result = run(build(scenario)).uninterrupted()
     metrics = result.metrics
     assert metrics.truth_clearance_min is not None
     return Tried(

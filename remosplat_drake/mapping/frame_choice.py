@@ -30,7 +30,7 @@ tables, others show 0.58 or more of a frame that is right, and nothing of one
 that is elsewhere."""
 
 
-def hides(newer: Frame, older: Frame) -> bool:
+def hides_view_of(newer: Frame, older: Frame) -> bool:
     """Whether a frame hides what an older one from the same pose shows.
 
     Args:

@@ -78,10 +78,10 @@ class LiveMap(LeafSystem):
     is asked again at every tick. `configuration` is the measured q, `requests`
     takes the `MapRequests` of operators and `settled` those for things that
     have come to stay, `passing` the `Movers` that have not, which frames do not
-    show, `distance_field` gives the map's `DistanceField`,
-    `map_status` a `MapStatus` and `correction` the newest `BaseCorrection` that
-    any map brought. `map_age` tells how long ago the newest frame of the map
-    was taken [s]; before the first it is 0.
+    show. `distance_field` gives the map's `DistanceField`, `map_status` a
+    `MapStatus` and `correction` the newest `BaseCorrection` that any map
+    brought. `map_age` tells how long ago the newest frame of the map was taken
+    [s]; before the first it is 0.
 
     With a fixed latency simulated maps take effect exactly so long after
     they were asked for, however fast the simulation runs: it waits then.

@@ -25,7 +25,7 @@ from remosplat_drake.mapping.frame_choice import (
     contradicting_frames,
     contradiction,
     frames_to_keep,
-    hides,
+    hides_view_of,
 )
 from remosplat_drake.mapping.hide_movers import hide_movers
 from remosplat_drake.mapping.localization.frame_aligner import (
@@ -331,7 +331,9 @@ class _Worker:
         kept = frames_to_keep(
             poses,
             self._job.config.max_frames,
-            lambda i, j: hides(frames.frame(names[i]), frames.frame(names[j])),
+            lambda i, j: hides_view_of(
+                frames.frame(names[i]), frames.frame(names[j])
+            ),
         )
         if len(kept) < self._least_frames:
             return None

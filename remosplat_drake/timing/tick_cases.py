@@ -169,7 +169,7 @@ def _over(
 def _recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
     """Returns the ticks of a headless run, as the controller saw them."""
     application = build(scenario, world)
-    run(application)
+    run(application).uninterrupted()
     ticks = []
     reports = application.recorder.reports
     for before, report in pairwise(reports):

@@ -170,6 +170,8 @@ def test_ctrl_c_ends_the_run_after_its_step(folder, monkeypatch):
     assert signal.getsignal(signal.SIGINT) is before
     assert calls == ["passed"]
     assert result.outcome == INTERRUPTED
+    with pytest.raises(KeyboardInterrupt):
+        result.uninterrupted()
     assert 1 <= len(result.trajectory) <= 3
     check_consistent(result, application)
 

@@ -16,7 +16,7 @@ from remosplat_drake.mapping.frame_choice import (
     confirmed_frames,
     contradicting_frames,
     frames_to_keep,
-    hides,
+    hides_view_of,
 )
 from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
@@ -131,9 +131,9 @@ def test_what_is_hidden_that_an_older_frame_shows():
     depth[:, :10] = 0.0
     older = Frame("older", np.eye(3), np.eye(4), np.zeros((20, 30, 3)), depth)
     hidden = np.zeros((20, 30), bool)
-    assert not hides(older, older)
-    assert not hides(dc.replace(older, hidden=hidden), older)
+    assert not hides_view_of(older, older)
+    assert not hides_view_of(dc.replace(older, hidden=hidden), older)
     hidden[:, :10] = True
-    assert not hides(dc.replace(older, hidden=hidden), older)
+    assert not hides_view_of(dc.replace(older, hidden=hidden), older)
     hidden[:, 11] = True
-    assert hides(dc.replace(older, hidden=hidden), older)
+    assert hides_view_of(dc.replace(older, hidden=hidden), older)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from handover import who_knows
 from mapped_table import CAMERA, make_job, table_world
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
@@ -17,7 +18,6 @@ from remosplat_drake.camera.rendered_camera import RenderedCamera
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
-from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.moving.mover_track import MoverConfig, WaypointConfig
 from remosplat_drake.sight.known_scene import KnownScene, surface_points
 from remosplat_drake.sight.settled_requests import SettledRequests
@@ -130,17 +130,9 @@ class Room:
 
     def who_knows(self) -> set[str]:
         """Who knows at this time that the parcel is at its place."""
-        known = set()
         field = self.evaluated(self.oracle, "distance_field")
-        top = Spheres.at(np.add(PLACE, [0, 0, HALF[2]]))
-        if field.clearances(top, 0.5).minimum() < 0.03:
-            known.add("map")
-        for mover in self.evaluated(self.sight, "movers"):
-            p_M = mover.X_WM.inverse().multiply(PLACE)
-            out = np.maximum(np.abs(p_M) - mover.half_extents, 0)
-            if np.linalg.norm(out) <= mover.radius:
-                known.add("movers")
-        return known
+        movers = self.evaluated(self.sight, "movers")
+        return who_knows(PLACE, HALF, field, movers)
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 import pytest
+from handover import who_knows
 from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 
@@ -26,7 +27,6 @@ from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.movers import decode_movers
 from remosplat_drake.mapping.store.map_file import open_map
 from remosplat_drake.mapping.store.session import Session
-from remosplat_drake.robot.sphere_model import Spheres
 
 PLACE, HALF = np.array([0.95, 0.42, 0.65]), np.array([0.06, 0.06, 0.05])
 TABLE = "package://remosplat_drake/models/scenes/table"
@@ -68,7 +68,7 @@ class Listener:
         self.wanted = [channels.MOVERS, channels.COUNTING_MAP]
         self.inbox = Inbox(DrakeLcm(url), self.wanted)
         self.session, self.field = session, field
-        self.version, self.movers, self.listens = 0, None, False
+        self.version, self.movers = 0, None
 
     def listen(self) -> None:
         for channel, data in self.inbox.fetch(0.02):
@@ -83,19 +83,6 @@ class Listener:
         if version > self.version:
             path = Session.open(self.session).map_path(version)
             self.version, self.field = version, open_map(path).field
-
-    def who_knows(self) -> set[str]:
-        """Who knows that the parcel is at its place."""
-        known = set()
-        top = Spheres.at(np.add(PLACE, [0, 0, HALF[2]]))
-        if self.field.clearances(top, 0.5).minimum() < 0.03:
-            known.add("map")
-        for mover in self.movers or []:
-            p_M = mover.X_WM.inverse().multiply(PLACE)
-            out = np.maximum(np.abs(p_M) - mover.half_extents, 0)
-            if np.linalg.norm(out) <= mover.radius:
-                known.add("movers")
-        return known
 
 
 @pytest.mark.slow
@@ -125,7 +112,9 @@ def test_a_parcel_is_in_the_map_before_it_leaves_the_movers(tmp_path):
         while story[-1:] != [{"map"}]:
             assert teleop.poll() is None and time.monotonic() < end, story
             listener.listen()
-            known = listener.who_knows()
+            known = who_knows(
+                PLACE, HALF, listener.field, listener.movers or []
+            )
             if known not in story[-1:]:
                 story.append(known)
     # While it comes, an enclosure may still be beside the place.
