@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from remosplat_drake.controller.compiled_program import CompiledProgram
 from remosplat_drake.controller.program_data import ProgramData
 from remosplat_drake.signals.binding import (
     BOUND,
@@ -24,6 +25,8 @@ def find_binding(program: ProgramData, u: np.ndarray) -> Binding:
         program: The program.
         u: Its optimum, shape (n_u,).
     """
+    if isinstance(program, CompiledProgram):
+        return program.binding(u, TIGHT)
     tight = program.tight_rows(u, TIGHT)
     if not tight:
         return NONE_BINDS

@@ -1,6 +1,5 @@
 """`CompiledLaw`: a law's ingredients, of which one kernel adds the most."""
 
-import math
 from collections.abc import Sequence
 from typing import Any, cast
 
@@ -9,7 +8,6 @@ import numpy as np
 from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.compiled_program import CompiledProgram
 from remosplat_drake.controller.controller_config import default_ingredients
-from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.ingredient import Ingredient, complete
 from remosplat_drake.controller.ingredients import SelfCollisionDamper
 from remosplat_drake.controller.kernels.assemble import (
@@ -21,16 +19,13 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.tick_arrays import (
-    GuidanceArrays,
     NearQuestion,
     ProgramArrays,
-    near_arrays,
 )
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.scene.kernels.mover_reach import MoverArrays
-from remosplat_drake.scene.mover import Movers
+from remosplat_drake.scene.mover import STILL
 
 
 class CompiledLaw:
@@ -75,6 +70,11 @@ class CompiledLaw:
         if not present[_OWN]:
             near = near._replace(reach=-1.0)
         self._near = Packed(near)
+
+    @property
+    def ingredients(self) -> Sequence[CompiledIngredient]:
+        """An ingredient of each kind that kernels add, in their order."""
+        return self._parts
 
     @property
     def parts(self) -> Packed[Parts]:
@@ -123,53 +123,16 @@ class CompiledLaw:
             tick.state.arrays,
             tick.aim.arrays,
             rows,
-            mover_arrays(tick.movers, tick.time),
-            near_arrays(self.near, tick.state.X_WL),
+            (STILL if tick.movers is None else tick.movers).at(tick.time),
+            self._near,
             np.array(tick.u_previous, float),
             float(tick.dt),
             tube,
-            guidance_arrays(tick.guidance, self._robot.n_q),
+            tick.guidance.arrays,
         )
 
 
 _OWN = PARTS.index(SelfCollisionDamper)
-
-
-_STILL = Movers(0.0).at(0.0)
-
-
-def mover_arrays(movers: Movers | None, time: float) -> MoverArrays:
-    """Returns what moves as kernels take it, where nothing does as well.
-
-    Args:
-        movers: What moves; None if nothing is known to.
-        time: The present time [s].
-    """
-    return _STILL if movers is None else movers.at(time)
-
-
-def guidance_arrays(guidance: Guidance, n_q: int) -> GuidanceArrays:
-    """Returns a guidance as kernels take it.
-
-    Args:
-        guidance: How a tick is bent.
-        n_q: Number of configuration variables.
-    """
-    path, joint_stop = guidance.path, guidance.joint_stop
-    return GuidanceArrays(
-        float(guidance.side),
-        float(guidance.bearing),
-        float(guidance.active_scale),
-        _or_nan(guidance.stopping),
-        math.nan if joint_stop is None else math.radians(joint_stop),
-        _or_nan(guidance.slide_stop),
-        np.zeros((0, n_q)) if path is None else path.q.copy(),
-        np.zeros(0) if path is None else path.s.copy(),
-    )
-
-
-def _or_nan(value: float | None) -> float:
-    return math.nan if value is None else float(value)
 
 
 def _floats(settings: Any) -> Any:

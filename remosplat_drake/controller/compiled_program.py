@@ -1,28 +1,44 @@
 """`CompiledProgram`: the program of a tick as kernels have put it together."""
 
 import dataclasses as dc
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 
 from remosplat_drake.controller.active_set import DenseProgram
+from remosplat_drake.controller.kernels.binding_arrays import (
+    BOUND_PART,
+    binding_arrays,
+)
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.dense import (
     HOPELESS,
     dense,
+    slack_form,
     solve_program,
-    tight_rows,
 )
 from remosplat_drake.controller.kernels.tick_arrays import ProgramArrays
 from remosplat_drake.controller.program_data import (
     Rows,
+    Terms,
     Tracking,
+    names_of,
     tracking_name,
 )
 from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.slack_form import SlackForm
 from remosplat_drake.controller.tick import Tick
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.binding import (
+    BOUND,
+    NONE_BINDS,
+    Binding,
+    BoundRow,
+)
 
 
 class CompiledProgram(ReactiveProgram):
@@ -53,45 +69,51 @@ class CompiledProgram(ReactiveProgram):
         self.arrays = arrays
         self._ingredients, self._tick = ingredients, tick
         self.lower, self.upper = arrays.lower, arrays.upper
-        self._take_costs_and_rows()
-        _, tracker, accelerates, *_ = arrays.count.tolist()
-        if tracker:
-            self._take_trackings(ingredients[tracker - 1].term)
-        self.has_acceleration_bounds = bool(accelerates)
+        self.has_acceleration_bounds = bool(arrays.count[2])
         self._is_finished = True
 
-    def _take_costs_and_rows(self) -> None:
-        arrays = self.arrays
+    @cached_property
+    def terms(self) -> Terms:
+        """Costs, rows and trackings, named when they are first asked for."""
+        arrays, terms = self.arrays, Terms()
         has, spans = arrays.has.tolist(), arrays.rows.tolist()
         for k, part in enumerate(self._ingredients):
             is_linear, is_quadratic = has[k]
             if is_linear:
-                self.add_linear_cost(part.term, arrays.linear[k])
+                terms.linear[part.term] = arrays.linear[k]
             if is_quadratic:
-                self.add_quadratic_cost(part.term, arrays.quadratic[k])
+                terms.quadratic[part.term] = arrays.quadratic[k]
             first, last = spans[k]
             if first < last:
                 span = slice(first, last)
-                self.rows[part.term] = Rows(
+                terms.rows[part.term] = Rows(
                     arrays.A[span],
                     arrays.b[span],
                     arrays.kept[span],
                     _Labels(part, self._tick, arrays.about[span]),
                 )
+        tracker = int(arrays.count[1])
+        if tracker:
+            term = self._ingredients[tracker - 1].term
+            terms.trackings.update(self._trackings(term))
+        return terms
 
-    def _take_trackings(self, term: str) -> None:
+    def _trackings(self, term: str) -> Iterator[tuple[str, Tracking]]:
         arrays, first = self.arrays, 0
         for effector, last in enumerate(arrays.tracked.tolist()):
             if last == first:
                 continue
             name = tracking_name(term, self._tick.robot.effectors[effector])
             span = slice(first, last)
-            self.trackings[name] = Tracking(
+            yield (
                 name,
-                arrays.J[span],
-                arrays.V[span],
-                float(arrays.price[first]),
-                arrays.limit[span],
+                Tracking(
+                    name,
+                    arrays.J[span],
+                    arrays.V[span],
+                    float(arrays.price[first]),
+                    arrays.limit[span],
+                ),
             )
             first = last
 
@@ -133,8 +155,7 @@ class CompiledProgram(ReactiveProgram):
         """Returns an unfinished program of the same terms, to add more to."""
         program = ReactiveProgram(self._tick.robot.velocity_limit)
         program.lower, program.upper = self.lower, self.upper
-        program.rows, program.trackings = self.rows, self.trackings
-        program.linear, program.quadratic = self.linear, self.quadratic
+        program.terms = self.terms
         program.has_acceleration_bounds = self.has_acceleration_bounds
         return program
 
@@ -147,6 +168,23 @@ class CompiledProgram(ReactiveProgram):
         """Returns the program in u alone, its slack replaced by V - J u."""
         return DenseProgram(*dense(self.arrays))
 
+    def slack_form(self) -> SlackForm:
+        """Returns the program with its slack, as few terms as it takes."""
+        return SlackForm(*slack_form(self.arrays))
+
+    def kept(self, name: str) -> np.ndarray:
+        """Returns which of a set's rows are in the program, shape (m,), bool.
+
+        Args:
+            name: Name of the set, which has no rows where there is none.
+        """
+        for part, (first, last) in zip(
+            self._ingredients, self.arrays.rows.tolist(), strict=True
+        ):
+            if part.term == name and first < last:
+                return self.arrays.kept[first:last]
+        return np.zeros(0, bool)
+
     def optimum(self) -> tuple[np.ndarray, int]:
         """Solves `dense` by the library's own method.
 
@@ -156,28 +194,47 @@ class CompiledProgram(ReactiveProgram):
         """
         return solve_program(self.arrays)
 
-    def tight_rows(
-        self, u: np.ndarray, tolerance: float
-    ) -> list[tuple[str, int]]:
-        """Finds the rows that are kept and hold with equality.
+    def binding(self, u: np.ndarray, tolerance: float) -> Binding:
+        """Finds the rows that hold with equality; see `find_binding`.
 
         Args:
-            u: A command, shape (n_u,).
+            u: The optimum, shape (n_u,).
             tolerance: By how much less than b a row may be [m/s, rad/s].
-
-        Returns:
-            The name of each one's set, and its number in that.
         """
-        numbers = tight_rows(self.arrays, u, tolerance).tolist()
-        if not numbers:
-            return []
-        spans = zip(self._ingredients, self.arrays.rows.tolist(), strict=True)
-        return [
-            (part.term, i - first)
-            for part, (first, last) in spans
-            for i in numbers
-            if first <= i < last
-        ]
+        found = binding_arrays(self.arrays, u, tolerance)
+        robot, movers = self._tick.robot, self._tick.movers
+        return named_binding(self._ingredients, robot, movers, *found)
+
+
+def named_binding(
+    ingredients: Sequence[CompiledIngredient],
+    robot: RobotModel,
+    movers: Movers | None,
+    tight: np.ndarray,
+    A: np.ndarray,
+    push: np.ndarray,
+) -> Binding:
+    """Names the rows that a kernel has found to hold with equality.
+
+    Args:
+        ingredients: The ingredients, in the kernels' order.
+        robot: The robot that is driven.
+        movers: What moves; None if nothing is known to.
+        tight: The rows, as `binding_arrays` returns them.
+        A: Their coefficients, shape (k, n_u).
+        push: Direction in which the cost falls, shape (n_u,).
+    """
+    if not len(tight):
+        return NONE_BINDS
+    rows = []
+    for number, index, about in tight.tolist():
+        if number == BOUND_PART:
+            rows.append(BoundRow(BOUND, index, ()))
+            continue
+        part = ingredients[number]
+        names = names_of(part.about(robot, movers, about))
+        rows.append(BoundRow(part.term, index, names))
+    return Binding(tuple(rows), A, push)
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -196,4 +253,5 @@ class _Labels:
 
     def __call__(self, i: int) -> str | tuple[str, ...]:
         """Says what row i is about."""
-        return self.part.about(self.tick, int(self.number[i]))
+        robot, movers = self.tick.robot, self.tick.movers
+        return self.part.about(robot, movers, int(self.number[i]))

@@ -27,6 +27,13 @@ to all rows, and verification to nothing.
 """
 
 
+TOO_SUDDEN = "infeasible with acceleration bounds"
+"""Why acceleration bounds are left out."""
+
+NOT_FEASIBLE = "no feasible command found"
+"""Why the robot brakes where not even that helps."""
+
+
 class Solver(Protocol):
     """Finds the optimum of the convex quadratic program of a tick."""
 
@@ -116,20 +123,24 @@ def decide(
         u = solve(program, solver)
         if u is not None:
             return Decision(
-                u,
-                tick_report.ACCELERATION_DROPPED,
-                "infeasible with acceleration bounds",
-                program,
+                u, tick_report.ACCELERATION_DROPPED, TOO_SUDDEN, program
             )
     for names in _yielding(program):
         program = weakened(acceleration=strict, relax=names)
         u = solve(program, solver)
         if u is not None:
-            reason = f"infeasible; yielded: {', '.join(program.yielded)}"
+            reason = yielding_reason(program.yielded)
             return Decision(u, tick_report.RELAXED, reason, program)
-    return brake(
-        tick.robot, tick.u_previous, tick.dt, "no feasible command found"
-    )
+    return brake(tick.robot, tick.u_previous, tick.dt, NOT_FEASIBLE)
+
+
+def yielding_reason(names: Sequence[str]) -> str:
+    """Says which rows had to yield.
+
+    Args:
+        names: The rows, as `program_data.row_name` names them.
+    """
+    return f"infeasible; yielded: {', '.join(names)}"
 
 
 def _yielding(program: ReactiveProgram) -> Iterator[frozenset[str]]:

@@ -2,14 +2,35 @@
 
 import dataclasses as dc
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
 from remosplat_drake.controller.active_set import DenseProgram
+from remosplat_drake.controller.slack_form import SlackForm
 
 Label = Callable[[int], str | tuple[str, ...]]
 """Says what a row is about, by its number: names of links or joints, or a
 text."""
+
+
+def names_of(said: str | tuple[str, ...]) -> tuple[str, ...]:
+    """Returns what a row is about as names: a text is one of them.
+
+    Args:
+        said: What a `Label` has said.
+    """
+    return (said,) if isinstance(said, str) else said
+
+
+def row_name(term: str, about: tuple[str, ...]) -> str:
+    """Names a row for people.
+
+    Args:
+        term: Name of its set of rows.
+        about: What it is about.
+    """
+    return f"{term}[{' and '.join(about)}]"
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -31,13 +52,12 @@ class Rows:
 
     def about(self, i: int) -> tuple[str, ...]:
         """Returns what row i is about, as names or a text."""
-        said = self.label(i)
-        return (said,) if isinstance(said, str) else said
+        return names_of(self.label(i))
 
     def yielding(self, name: str) -> list[str]:
         """Says which rows demand a retreat, under a name for all of them."""
         rows = np.flatnonzero(self.b < 0).tolist()
-        return [f"{name}[{' and '.join(self.about(i))}]" for i in rows]
+        return [row_name(name, self.about(i)) for i in rows]
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -70,6 +90,24 @@ def tracking_name(term: str, effector: str) -> str:
     return f"{term} {effector}".rstrip()
 
 
+@dc.dataclass(eq=False)
+class Terms:
+    """The terms of a program, by their names.
+
+    Attributes:
+        rows: Inequality rows A u <= b.
+        linear: Vectors c of linear costs c'u, shape (n_u,) each.
+        quadratic: Diagonals w of quadratic costs u' diag(w) u / 2, shape
+            (n_u,) each.
+        trackings: How the end effectors' twists are tracked.
+    """
+
+    rows: dict[str, Rows] = dc.field(default_factory=dict)
+    linear: dict[str, np.ndarray] = dc.field(default_factory=dict)
+    quadratic: dict[str, np.ndarray] = dc.field(default_factory=dict)
+    trackings: dict[str, Tracking] = dc.field(default_factory=dict)
+
+
 class ProgramData:
     """Costs, bounds and rows in the command u and the slack delta.
 
@@ -84,19 +122,36 @@ class ProgramData:
             them.
         upper: Upper bounds on u, shape (n_u,); ingredients may only lower
             them.
-        rows: Inequality rows A u <= b by name.
-        linear: Vectors c of linear costs c'u by name, shape (n_u,) each.
-        quadratic: Diagonals w of quadratic costs u' diag(w) u / 2 by name,
-            shape (n_u,) each.
-        trackings: How the end effectors' twists are tracked, by name.
+        terms: Costs, rows and trackings.
     """
 
     def __init__(self, velocity_limit: np.ndarray):
         self.lower, self.upper = -velocity_limit, velocity_limit
-        self.rows: dict[str, Rows] = {}
-        self.linear: dict[str, np.ndarray] = {}
-        self.quadratic: dict[str, np.ndarray] = {}
-        self.trackings: dict[str, Tracking] = {}
+
+    @cached_property
+    def terms(self) -> Terms:
+        """Costs, rows and trackings, to which ingredients add."""
+        return Terms()
+
+    @property
+    def rows(self) -> dict[str, Rows]:
+        """Inequality rows A u <= b by name."""
+        return self.terms.rows
+
+    @property
+    def linear(self) -> dict[str, np.ndarray]:
+        """Vectors c of linear costs c'u by name, shape (n_u,) each."""
+        return self.terms.linear
+
+    @property
+    def quadratic(self) -> dict[str, np.ndarray]:
+        """Diagonals w of costs u' diag(w) u / 2 by name, shape (n_u,) each."""
+        return self.terms.quadratic
+
+    @property
+    def trackings(self) -> dict[str, Tracking]:
+        """How the end effectors' twists are tracked, by name."""
+        return self.terms.trackings
 
     @property
     def tracking(self) -> Tracking | None:
@@ -140,6 +195,42 @@ class ProgramData:
             A.append(slack_A[kept])
             b.append(slack_b[kept])
         return DenseProgram(H, c, np.concatenate(A), np.concatenate(b))
+
+    def kept(self, name: str) -> np.ndarray:
+        """Returns which of a set's rows are in the program, shape (m,), bool.
+
+        Args:
+            name: Name of the set, which has no rows where there is none.
+        """
+        rows = self.rows.get(name)
+        return np.zeros(0, bool) if rows is None else rows.kept
+
+    def slack_form(self) -> SlackForm:
+        """Returns the program with its slack, as few terms as it takes."""
+        n_u, rows = self.n_u, self.rows.values()
+        trackings = self.trackings.values()
+        J = np.concatenate([np.zeros((0, n_u)), *(t.J for t in trackings)])
+        V = np.concatenate([np.zeros(0), *(t.V for t in trackings)])
+        limit = np.concatenate([np.zeros(0), *(t.limit for t in trackings)])
+        prices = [np.full(len(t.V), t.price) for t in trackings]
+        weights = sum(self.quadratic.values(), np.zeros(n_u))
+        c = sum(self.linear.values(), np.zeros(n_u))
+        is_low = self.can_bind(J, limit + V)
+        is_high = self.can_bind(-J, limit - V)
+        A = [np.zeros((0, n_u)), *(r.A[r.kept] for r in rows)]
+        b = [np.zeros(0), *(r.b[r.kept] for r in rows)]
+        return SlackForm(
+            self.lower,
+            self.upper,
+            np.where(is_low, -limit, -np.inf),
+            np.where(is_high, limit, np.inf),
+            np.concatenate(A),
+            np.concatenate(b),
+            np.hstack([J, np.eye(len(V))]),
+            V,
+            np.diag(np.concatenate([weights, *prices])),
+            np.concatenate([c, np.zeros(len(V))]),
+        )
 
     def tight_rows(
         self, u: np.ndarray, tolerance: float

@@ -13,7 +13,6 @@ from remosplat_drake.controller.controller_config import (
     default_ingredients,
 )
 from remosplat_drake.controller.decision import Solver
-from remosplat_drake.controller.guidance.kernels.rollout_step import LoopArrays
 from remosplat_drake.controller.ingredient import Ingredient
 from remosplat_drake.controller.ingredients import (
     CollisionDamper,
@@ -24,6 +23,7 @@ from remosplat_drake.controller.ingredients import (
     SelfCollisionDamperConfig,
     VelocityLimits,
 )
+from remosplat_drake.controller.kernels.settle import LoopArrays
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.solvers import (
     ActiveSetSolver,
@@ -178,10 +178,14 @@ class ReactiveLaw:
         None where only Python can, since an ingredient is from outside or the
         solver is none of the library's own.
         """
-        compiled = self.compiled
-        if compiled.outside or not isinstance(self.solver, ActiveSetSolver):
-            return None
+        is_own = isinstance(self.solver, ActiveSetSolver)
+        return self.arrays if is_own and not self.compiled.outside else None
+
+    @property
+    def arrays(self) -> Packed[LoopArrays]:
+        """The law as kernels take it, without what is from outside."""
         if self._loop is None:
+            compiled = self.compiled
             loop = LoopArrays(
                 compiled.parts.values,
                 float(self.dt),

@@ -15,6 +15,7 @@ from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover_camera import MoverCamera
 
@@ -197,10 +198,18 @@ class Movers:
         """Returns the movers as kernels take them, seen from a later time.
 
         Args:
+            time: The time [s]; see `age`.
+        """
+        return self.arrays.values._replace(age=self.age(time))
+
+    def age(self, time: float) -> float:
+        """Returns how old what is known of them is at a time [s].
+
+        Args:
             time: The time [s]. What is stamped later than that counts as
                 older by as much: clocks that disagree tell nothing.
         """
-        return MoverArrays(*self._arrays[:-1], abs(float(time) - self.stamp))
+        return abs(float(time) - self.stamp)
 
     def predicted(self, time: float) -> "Movers":
         """Returns the movers at another time, if each keeps its twist.
@@ -234,8 +243,9 @@ class Movers:
         return dc.replace(self, movers=moved)
 
     @cached_property
-    def _arrays(self) -> MoverArrays:
-        return _arrays(self.movers)
+    def arrays(self) -> Packed[MoverArrays]:
+        """The movers as kernels take them, at their stamp."""
+        return Packed(_arrays(self.movers))
 
 
 def _arrays(movers: Sequence[Mover]) -> MoverArrays:
@@ -254,3 +264,7 @@ def _arrays(movers: Sequence[Mover]) -> MoverArrays:
         rows([[getattr(m, bound) for bound in _BOUNDS] for m in movers], 4),
         0.0,
     )
+
+
+STILL = Movers(0.0)
+"""Nothing moves."""

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from pydrake.math import RigidTransform
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.target_arrays import AimArrays
 from remosplat_drake.signals.target import Target
@@ -53,11 +54,11 @@ class Aim:
         return self.items[0][1]
 
     @cached_property
-    def arrays(self) -> AimArrays:
+    def arrays(self) -> Packed[AimArrays]:
         """The aim as kernels take it."""
         effectors = np.array([i for i, _ in self.items])
         parts = zip(*(target.arrays for _, target in self.items), strict=True)
-        return AimArrays(effectors, *map(np.array, parts))
+        return Packed(AimArrays(effectors, *map(np.array, parts)))
 
     @property
     def is_known(self) -> bool:

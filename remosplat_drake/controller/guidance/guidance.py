@@ -1,8 +1,14 @@
 """`Guidance`: how a tick is bent, and the candidates to choose among."""
 
 import dataclasses as dc
+import math
 from collections.abc import Sequence
+from functools import cached_property
 
+import numpy as np
+
+from remosplat_drake.base.packed import Packed
+from remosplat_drake.controller.kernels.tick_arrays import GuidanceArrays
 from remosplat_drake.controller.planning.path import Path
 
 
@@ -38,6 +44,26 @@ class Guidance:
 
     def __deepcopy__(self, memo) -> "Guidance":
         return self
+
+    @cached_property
+    def arrays(self) -> Packed[GuidanceArrays]:
+        """The guidance as kernels take it."""
+        path, joint_stop = self.path, self.joint_stop
+        arrays = GuidanceArrays(
+            float(self.side),
+            float(self.bearing),
+            float(self.active_scale),
+            _or_nan(self.stopping),
+            math.nan if joint_stop is None else math.radians(joint_stop),
+            _or_nan(self.slide_stop),
+            np.zeros((0, 0)) if path is None else path.q,
+            np.zeros(0) if path is None else path.s,
+        )
+        return Packed(arrays)
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else float(value)
 
 
 DIRECT = Guidance()

@@ -6,10 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from remosplat_drake.controller.compiled_law import (
-    guidance_arrays,
-    mover_arrays,
-)
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.kernels.rollout_step import (
     FORESIGHT,
@@ -18,7 +14,7 @@ from remosplat_drake.controller.guidance.kernels.rollout_step import (
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.scene.mover import Movers
+from remosplat_drake.scene.mover import STILL, Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
@@ -174,18 +170,20 @@ def _compiled_step(
         return None
     if not field.is_lipschitz:
         return None
+    movers = STILL if rollout.movers is None else rollout.movers
     u, q, X_WEs, is_decided = rollout_step(
         loop,
         law.robot.arrays,
         maps,
         compiled,
-        mover_arrays(rollout.movers, rollout.start),
+        movers.arrays,
+        movers.age(rollout.start),
         float(rollout.time),
         aim.arrays,
         # Copies, since numba compiles for arrays that may be written.
         np.array(rollout.q, float),
         np.array(rollout.u, float),
-        guidance_arrays(rollout.guidance, law.robot.n_q),
+        rollout.guidance.arrays,
     )
     return (u, q, X_WEs) if is_decided else None
 

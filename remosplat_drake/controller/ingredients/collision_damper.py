@@ -16,6 +16,7 @@ from remosplat_drake.controller.kernels.tick_arrays import given_or, new_row
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import COLLISION
 
 
@@ -96,7 +97,7 @@ class CollisionDamper(CompiledIngredient):
         b = config.gain * margin / (config.influence - stopping)
 
         def label(i: int) -> str:
-            return self.about(tick, clearances.sphere[i])
+            return self.about(tick.robot, None, clearances.sphere[i])
 
         program.add_rows(self.term, tick.approach_rates, b, label)
 
@@ -105,9 +106,11 @@ class CollisionDamper(CompiledIngredient):
         config = self.config
         return CollisionSettings(config.influence, config.stopping, config.gain)
 
-    def about(self, tick: Tick, number: int) -> str:
+    def about(
+        self, robot: RobotModel, movers: Movers | None, number: int
+    ) -> str:
         """Names a sphere and its link; see `CompiledIngredient`."""
-        return f"sphere {number} on {tick.robot.spheres.links[number]}"
+        return f"sphere {number} on {robot.spheres.links[number]}"
 
 
 class CollisionSettings(NamedTuple):

@@ -23,6 +23,7 @@ from remosplat_drake.controller.kernels.tick_arrays import given_or, new_row
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import JOINT_LIMIT
 
 
@@ -140,7 +141,11 @@ class JointLimitDamper(CompiledIngredient):
         stop = config.stop_of(robot, tick.guidance)
         gain = np.where(robot.arm_turns, config.gain, config.slide_gain)
         b = (gain / (influence - stop))[joint] * (rho[near] - stop[joint])
-        program.add_rows(self.term, A, b, lambda i: self.about(tick, joint[i]))
+
+        def label(i: int) -> str:
+            return self.about(robot, None, joint[i])
+
+        program.add_rows(self.term, A, b, label)
 
     def settings(self, robot: RobotModel) -> "JointLimitSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -154,9 +159,11 @@ class JointLimitDamper(CompiledIngredient):
             joint_margins(robot, math.inf, math.inf, STOP_SHARE),
         )
 
-    def about(self, tick: Tick, number: int) -> str:
+    def about(
+        self, robot: RobotModel, movers: Movers | None, number: int
+    ) -> str:
         """Names a joint of the arm; see `CompiledIngredient`."""
-        return tick.robot.description.arm.joints[number]
+        return robot.description.arm.joints[number]
 
 
 class JointLimitSettings(NamedTuple):

@@ -16,6 +16,7 @@ from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import MOVER
 
 
@@ -85,7 +86,8 @@ class MoverDamper(CompiledIngredient):
         n = len(tick.robot.spheres)
 
         def label(i: int) -> tuple[str, str]:
-            return self.about(tick, near.mover[i] * n + near.sphere[i])
+            number = near.mover[i] * n + near.sphere[i]
+            return self.about(tick.robot, tick.movers, number)
 
         rates = near.approach_rates(tick.state.Jv_WS)
         program.add_rows(self.term, rates, b - near.closing, label)
@@ -95,11 +97,13 @@ class MoverDamper(CompiledIngredient):
         config = self.config
         return MoverSettings(config.influence, config.separation, config.gain)
 
-    def about(self, tick: Tick, number: int) -> tuple[str, str]:
+    def about(
+        self, robot: RobotModel, movers: Movers | None, number: int
+    ) -> tuple[str, str]:
         """Names a sphere's link and a mover; see `CompiledIngredient`."""
-        assert tick.movers is not None
-        mover, sphere = divmod(int(number), len(tick.robot.spheres))
-        return tick.robot.spheres.links[sphere], tick.movers.movers[mover].name
+        assert movers is not None
+        mover, sphere = divmod(int(number), len(robot.spheres))
+        return robot.spheres.links[sphere], movers.movers[mover].name
 
 
 class MoverSettings(NamedTuple):

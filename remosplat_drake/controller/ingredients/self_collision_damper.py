@@ -20,6 +20,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import (
     self_collision_pairs,
 )
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import SELF_COLLISION
 
 
@@ -97,7 +98,7 @@ class SelfCollisionDamper(CompiledIngredient):
         b = config.gain * (near.distance - config.stopping) / span
 
         def label(i: int) -> tuple[str, str]:
-            return self.about(tick, near.pair[i])
+            return self.about(tick.robot, None, near.pair[i])
 
         program.add_rows(self.term, A, b, label)
 
@@ -117,7 +118,9 @@ class SelfCollisionDamper(CompiledIngredient):
         span = config.influence - config.stopping
         return SelfCollisionSettings(config.stopping, config.gain / span)
 
-    def about(self, tick: Tick, number: int) -> tuple[str, str]:
+    def about(
+        self, robot: RobotModel, movers: Movers | None, number: int
+    ) -> tuple[str, str]:
         """Names the links of a pair; see `CompiledIngredient`."""
         return self._pairs.links(number)
 

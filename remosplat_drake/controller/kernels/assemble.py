@@ -66,6 +66,7 @@ from remosplat_drake.controller.kernels.tick_arrays import (
     find_movers,
     make_program,
     make_tick,
+    near_arrays,
 )
 
 PARTS = (
@@ -150,7 +151,8 @@ def assemble(
         aim: The `AimArrays`.
         rows: Spheres, distances and directions of the m clearances.
         movers: The `MoverArrays`.
-        near: The `NearArrays` of the robot's links.
+        near: Where to look whether links are near each other, the
+            `NearQuestion`.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
         tube: By how much each sphere may be off its path, shape (n,) [m].
@@ -164,10 +166,11 @@ def assemble(
         parts.active.lead,
         parts.active.mover_influence,
     )
+    links = near_arrays(near, state.X_WL)
     tick = make_tick(
-        robot, state, aim, rows, found, near, u_previous, dt, tube, guidance
+        robot, state, aim, rows, found, links, u_previous, dt, tube, guidance
     )
-    most = len(rows[0]) + len(near.pair) + 2 * len(parts.joints.gain)
+    most = len(rows[0]) + len(links.pair) + 2 * len(parts.joints.gain)
     most += len(tick.moving.sphere)
     has = parts.present
     program = make_program(

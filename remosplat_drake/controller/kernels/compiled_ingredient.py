@@ -2,8 +2,8 @@
 
 from abc import ABC, abstractmethod
 
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.mover import Movers
 
 
 class CompiledIngredient(ABC):
@@ -26,12 +26,15 @@ class CompiledIngredient(ABC):
             robot: The robot that is driven.
         """
 
-    def about(self, tick: Tick, number: int) -> str | tuple[str, ...]:
+    def about(
+        self, robot: RobotModel, movers: Movers | None, number: int
+    ) -> str | tuple[str, ...]:
         """Says what a row is about, for people: names, or a text.
 
         Args:
-            tick: What is known at the tick.
+            robot: The robot that is driven.
+            movers: What moves; None if nothing is known to.
             number: What the kernel gave to `new_row`.
         """
-        del tick
+        del robot, movers
         return f"row {number}"

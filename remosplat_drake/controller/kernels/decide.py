@@ -7,6 +7,12 @@ from remosplat_drake.controller.active_set import OPTIMAL, UNDECIDED
 from remosplat_drake.controller.braking import next_on_ramp
 from remosplat_drake.controller.kernels.assemble import YIELDING
 from remosplat_drake.controller.kernels.dense import prune, solve_program
+from remosplat_drake.signals.tick_report import STATUSES
+
+NOT_DECIDED = -1
+"""Where rounding leaves the solver undecided: another one must be asked."""
+
+_WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
 
 
 @kernel
@@ -21,33 +27,39 @@ def decide(program, robot, u_previous, dt, strict):
         strict: Whether every command keeps to the acceleration bounds.
 
     Returns:
-        The command, shape (n_u,), and whether it is decided: where rounding
-        leaves the solver undecided, another one must be asked.
+        The command, shape (n_u,), and the number of its status in
+        `tick_report.STATUSES`, or NOT_DECIDED.
     """
     u, ended = solve_program(program)
-    if ended == UNDECIDED or _is_optimum(u, ended):
-        return u, ended != UNDECIDED
+    if _is_answer(u, ended):
+        return u, _status(ended, _WHOLE)
     if program.count[2] and not strict:
         for j in range(len(u)):
             program.lower[j] = program.free_lower[j]
             program.upper[j] = program.free_upper[j]
         prune(program)
         u, ended = solve_program(program)
-        if ended == UNDECIDED or _is_optimum(u, ended):
-            return u, ended != UNDECIDED
+        if _is_answer(u, ended):
+            return u, _status(ended, _DROPPED)
     for k in YIELDING:
         if not _raise_to_zero(program, k):
             continue
         prune(program)
         u, ended = solve_program(program)
-        if ended == UNDECIDED or _is_optimum(u, ended):
-            return u, ended != UNDECIDED
-    return next_on_ramp(u_previous, robot.acceleration_limit, dt), True
+        if _is_answer(u, ended):
+            return u, _status(ended, _RELAXED)
+    ramp = next_on_ramp(u_previous, robot.acceleration_limit, dt)
+    return ramp, BRAKING
 
 
 @helper
-def _is_optimum(u, ended):
-    return ended == OPTIMAL and np.isfinite(u).all()
+def _is_answer(u, ended):
+    return ended == UNDECIDED or (ended == OPTIMAL and np.isfinite(u).all())
+
+
+@helper
+def _status(ended, status):
+    return NOT_DECIDED if ended == UNDECIDED else status
 
 
 @helper
@@ -57,5 +69,5 @@ def _raise_to_zero(program, k):
     for i in range(program.rows[k, 0], program.rows[k, 1]):
         if program.b[i] < 0.0:
             program.b[i] = 0.0
-            is_raised = True
+            program.raised[i] = is_raised = True
     return is_raised

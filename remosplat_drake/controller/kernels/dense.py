@@ -116,24 +116,56 @@ def dense(program):
 
 
 @kernel
-def tight_rows(program, u, tolerance):
-    """Finds the rows that are kept and hold with equality.
+def slack_form(program):
+    """Computes the program with its slack.
 
     Args:
         program: The `ProgramArrays`, pruned.
-        u: A command, shape (n_u,).
-        tolerance: By how much less than b a row may be.
 
     Returns:
-        Their numbers, ascending, shape (k,).
+        The ten arrays of a `SlackForm`.
     """
-    found, count = np.empty(program.count[0], np.int64), 0
+    n_u, r = len(program.lower), program.count[3]
+    Q, c = np.zeros((n_u + r, n_u + r)), np.zeros(n_u + r)
+    for k in range(len(program.linear)):
+        for j in range(n_u):
+            c[j] += program.linear[k, j]
+            Q[j, j] += program.quadratic[k, j]
+    m = 0
+    for i in range(program.count[0]):
+        m += program.kept[i]
+    A, b = np.empty((m, n_u)), np.empty(m)
+    row = 0
     for i in range(program.count[0]):
         if program.kept[i]:
-            value = 0.0
-            for j in range(len(u)):
-                value += program.A[i, j] * u[j]
-            if value >= program.b[i] - tolerance:
-                found[count] = i
-                count += 1
-    return found[:count]
+            for j in range(n_u):
+                A[row, j] = program.A[i, j]
+            b[row] = program.b[i]
+            row += 1
+    J, slack_lower, slack_upper = (
+        np.zeros((r, n_u + r)),
+        np.full(r, -np.inf),
+        np.full(r, np.inf),
+    )
+    for k in range(r):
+        for j in range(n_u):
+            J[k, j] = program.J[k, j]
+        J[k, n_u + k], Q[n_u + k, n_u + k] = 1.0, program.price[k]
+        least, most = _span(program, program.J[k])
+        limit, V = program.limit[k], program.V[k]
+        if most > limit + V:
+            slack_lower[k] = -limit
+        if -least > limit - V:
+            slack_upper[k] = limit
+    return (
+        program.lower,
+        program.upper,
+        slack_lower,
+        slack_upper,
+        A,
+        b,
+        J,
+        program.V[:r].copy(),
+        Q,
+        c,
+    )

@@ -145,6 +145,8 @@ class ProgramArrays(NamedTuple):
         A: Coefficients of rows A u <= b, shape (most, n_u).
         b: Right-hand sides of the rows, shape (most,).
         kept: Which rows the bounds on u do not imply, shape (most,), bool.
+        raised: Of which rows negative right-hand sides were raised to zero,
+            shape (most,), bool.
         about: What each row is about: the number of a sphere, a joint, ...,
             shape (most,).
         rows: First of each ingredient's rows, and the one after its last,
@@ -171,6 +173,7 @@ class ProgramArrays(NamedTuple):
     A: np.ndarray
     b: np.ndarray
     kept: np.ndarray
+    raised: np.ndarray
     about: np.ndarray
     rows: np.ndarray
     J: np.ndarray
@@ -294,6 +297,7 @@ def make_program(velocity_limit, n_effectors, n_parts, most) -> ProgramArrays:
         np.zeros((n_parts, 2), np.bool_),
         np.zeros((most, n_u)),
         np.empty(most),
+        np.zeros(most, np.bool_),
         np.zeros(most, np.bool_),
         np.empty(most, np.int64),
         np.zeros((n_parts, 2), np.int64),

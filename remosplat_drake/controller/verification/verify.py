@@ -50,6 +50,10 @@ from remosplat_drake.controller.verification.kernels.map_sweep import (
 from remosplat_drake.controller.verification.kernels.mover_sweep import (
     keeps_off_movers,
 )
+from remosplat_drake.controller.verification.kernels.verified import (
+    SCALES,
+    TOLERANCE,
+)
 from remosplat_drake.controller.verification.scene_sweep import (
     keeps_off_the_scene,
 )
@@ -66,16 +70,6 @@ from remosplat_drake.signals.binding import (
 )
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.motion import Motion
-
-SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
-"""Fractions of the way from braking to the command that are tried."""
-
-TOLERANCE = 5e-4
-"""How far distances may fall below their level between the ends of ticks [m].
-
-Without it a sphere that glides along an obstacle at its stopping distance
-could never be shown to keep it.
-"""
 
 
 @dc.dataclass(frozen=True, eq=False)

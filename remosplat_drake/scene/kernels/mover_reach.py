@@ -72,6 +72,26 @@ class NearMoverArrays(NamedTuple):
 
 
 @helper
+def aged(movers, age) -> MoverArrays:
+    """Returns movers as they are seen at another time.
+
+    Args:
+        movers: The `MoverArrays`.
+        age: Time since their stamp by then [s].
+    """
+    return MoverArrays(
+        movers.half_extents,
+        movers.radius,
+        movers.R_WM,
+        movers.p_WM,
+        movers.v_WM,
+        movers.w_WM,
+        movers.bounds,
+        age,
+    )
+
+
+@helper
 def predicted_speed(movers, j):
     """Bounds the speed of all points of a predicted core [m/s].
 

@@ -5,6 +5,7 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from asked_in_python import AskedInPython
 
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.guidance.guidance import (
@@ -103,7 +104,7 @@ def test_the_compiled_step_is_the_tick(frankie, kind, gains, way):
     rollout = Rollout(guidance[way], q, np.zeros(frankie.n_u))
     scaled = 0
     for _ in range(80):
-        reference = _step(law, rollout, field, Aim.of(X_WT))
+        reference = _step(law, rollout, AskedInPython(field), Aim.of(X_WT))
         step = _compiled_step(law, rollout, field, Aim.of(X_WT))
         assert step is not None
         for ours, theirs in zip(step, reference, strict=True):

@@ -1,0 +1,177 @@
+"""One control tick in one compiled call, and its report."""
+
+from collections.abc import Sequence
+from time import perf_counter
+
+import numpy as np
+
+from remosplat_drake.controller.compiled_program import named_binding
+from remosplat_drake.controller.decision import (
+    NOT_FEASIBLE,
+    TOO_SUDDEN,
+    yielding_reason,
+)
+from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.kernels.decide import NOT_DECIDED
+from remosplat_drake.controller.kernels.settle import Settled, settle_tick
+from remosplat_drake.controller.program_data import names_of, row_name
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.verification.kernels.verified import (
+    OBJECTIONS,
+    verified,
+)
+from remosplat_drake.controller.verification.verify import Verdict
+from remosplat_drake.scene.mover import STILL, Movers
+from remosplat_drake.signals import tick_report
+from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.binding import COLLISION, Binding
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.tick_report import STATUSES, TickReport
+
+
+def settled_tick(
+    law: ReactiveLaw,
+    time: float,
+    q: np.ndarray,
+    aim: Aim,
+    clearances: Clearances,
+    field: DistanceField,
+    u_previous: np.ndarray,
+    guidance: Guidance,
+    movers: Movers | None,
+) -> TickReport | None:
+    """Runs a tick as `run_tick` does, in one compiled call.
+
+    Args:
+        law: The control law.
+        time: Time of the tick [s].
+        q: Measured configuration, finite, shape (n_q,) [rad, m].
+        aim: What the end effectors shall reach, finite.
+        clearances: The oracle's answer at q, all within the influence distance.
+        field: The map, which verification asks along the command's path.
+        u_previous: The command being executed, shape (n_u,).
+        guidance: How the tick is bent.
+        movers: What moves; None if nothing is known to.
+
+    Returns:
+        The report, without the separation from what moves; None where kernels
+        cannot run the tick: with another solver, ingredients from outside, or
+        a map that only Python can ask.
+    """
+    start, loop = perf_counter(), law.loop
+    placed = field.placed if field.is_lipschitz else None
+    if loop is None or placed is None:
+        return None
+    moving = STILL if movers is None else movers
+    rows = clearances.sphere, clearances.distance, clearances.direction_W
+    found = Settled(
+        *settle_tick(
+            loop,
+            law.robot.arrays,
+            *placed,
+            moving.arrays,
+            moving.age(time),
+            aim.arrays,
+            # Copies, since numba compiles for arrays that may be written.
+            tuple(np.array(values) for values in rows),
+            np.array(q, float),
+            np.array(u_previous, float),
+            guidance.arrays,
+        )
+    )
+    if found.status == NOT_DECIDED:
+        return None
+    parts = law.compiled.ingredients
+    binding = named_binding(parts, law.robot, movers, *found.binding)
+    end = perf_counter()
+    return TickReport(
+        time=time,
+        q=q,
+        command=found.command,
+        status=STATUSES[found.status],
+        reason=_reason(found, parts, law, movers),
+        scale=found.scale,
+        clearances=clearances,
+        kept=found.kept,
+        tight=tight_clearances(binding, len(clearances)),
+        aim=aim,
+        binding=binding,
+        line_deviation=_line_deviation(law, aim, q),
+        objection=OBJECTIONS[found.objection],
+        timings={"solve": end - start},
+    )
+
+
+def compiled_verdict(
+    law: ReactiveLaw,
+    around: tuple,
+    u: np.ndarray,
+    u_previous: np.ndarray,
+) -> Verdict:
+    """Verifies a command as `verified_command` does, in one compiled call.
+
+    Args:
+        law: The control law.
+        around: The map as `DistanceField.placed`, what moves or None, the
+            `RobotState`, the clearance of each sphere, shape (n,) [m], and the
+            stopping distance [m].
+        u: The wanted command, shape (n_u,).
+        u_previous: The command being executed, shape (n_u,).
+    """
+    (compiled, off), movers, state, clearance, stopping = around
+    command, scale, objection = verified(
+        law.arrays,
+        law.robot.arrays,
+        compiled,
+        off,
+        STILL.at(0.0) if movers is None else movers,
+        state.arrays,
+        clearance,
+        float(stopping),
+        np.array(u, float),
+        np.array(u_previous, float),
+    )
+    return Verdict(command, scale, OBJECTIONS[objection])
+
+
+def tight_clearances(binding: Binding, m: int) -> np.ndarray:
+    """Returns which of m clearances hold with equality, shape (m,), bool.
+
+    Args:
+        binding: All rows that do.
+        m: Number of clearances.
+    """
+    tight = np.zeros(m, bool)
+    tight[[row.index for row in binding.rows if row.name == COLLISION]] = True
+    return tight
+
+
+def _reason(
+    found: Settled,
+    parts: Sequence[CompiledIngredient],
+    law: ReactiveLaw,
+    movers: Movers | None,
+) -> str:
+    """Says why the command is not the optimum of the whole program."""
+    status = STATUSES[found.status]
+    if status == tick_report.OPTIMAL:
+        return ""
+    if status == tick_report.ACCELERATION_DROPPED:
+        return TOO_SUDDEN
+    if status == tick_report.BRAKING:
+        return NOT_FEASIBLE
+    names = []
+    for number, about in found.yielded.tolist():
+        part = parts[number]
+        said = names_of(part.about(law.robot, movers, about))
+        names.append(row_name(part.term, said))
+    return yielding_reason(names)
+
+
+def _line_deviation(law: ReactiveLaw, aim: Aim, q: np.ndarray) -> float:
+    if not aim.has_line:
+        return float("nan")
+    return aim.line_deviation(law.robot.end_effector_poses(q))

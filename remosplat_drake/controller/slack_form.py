@@ -1,0 +1,37 @@
+"""`SlackForm`: the program of a tick in command and slack, as matrices."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class SlackForm(NamedTuple):
+    """The program in x = (u, delta): minimise 1/2 x'Q x + c'x.
+
+    All costs are one, and all rows: what is left out is implied by the bounds
+    on u.
+
+    Attributes:
+        lower: Lower bounds on u, shape (n_u,).
+        upper: Upper bounds on u, shape (n_u,).
+        slack_lower: Lower bounds on delta, -inf where the bounds on u imply
+            one, shape (r,).
+        slack_upper: Upper bounds on delta, likewise, shape (r,).
+        A: Coefficients of the rows A u <= b that are kept, shape (m, n_u).
+        b: Right-hand sides of these, shape (m,).
+        J: The left-hand side J x = V of what is tracked, shape (r, n_u + r).
+        V: The tracked twists, shape (r,).
+        Q: Matrix of the cost, shape (n_u + r, n_u + r).
+        c: Vector of the cost, shape (n_u + r,).
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    slack_lower: np.ndarray
+    slack_upper: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+    J: np.ndarray
+    V: np.ndarray
+    Q: np.ndarray
+    c: np.ndarray
