@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.solvers import MathematicalProgram
 
 from remosplat_drake.controller.program_data import ProgramData, Tracking
+from remosplat_drake.controller.slack_form import SlackForm
 
 
 class DrakeProgram:
@@ -28,6 +29,59 @@ class DrakeProgram:
         self.u = self.prog.NewContinuousVariables(n_u, "u")
         self.delta = self.u[:0]
         self.extended = extended
+
+
+class KeptProgram:
+    """A `MathematicalProgram` that is kept from tick to tick.
+
+    Making variables and bindings takes Drake longer than filling them in.
+
+    Args:
+        n_u: Number of entries of the command u.
+        r: Number of entries of the slack delta.
+
+    Attributes:
+        prog: The `MathematicalProgram` itself.
+        u: Decision variables of the command, shape (n_u,).
+    """
+
+    def __init__(self, n_u: int, r: int):
+        self.prog = MathematicalProgram()
+        self.u = self.prog.NewContinuousVariables(n_u, "u")
+        self._size = n_u, r
+        delta = self.prog.NewContinuousVariables(r, "delta")
+        x = np.concatenate([self.u, delta])
+        one, none = np.ones(n_u + r), np.zeros(n_u + r)
+        self._bounds = self.prog.AddBoundingBoxConstraint(-one, one, x)
+        self._rows = self.prog.AddLinearConstraint(
+            np.zeros((1, n_u)), np.full(1, -np.inf), np.zeros(1), self.u
+        )
+        self._twists = self.prog.AddLinearEqualityConstraint(
+            np.hstack([np.zeros((r, n_u)), np.eye(r)]), none[n_u:], x
+        )
+        self._cost = self.prog.AddQuadraticCost(
+            np.diag(one), none, x, is_convex=True
+        )
+
+    def has_size(self, n_u: int, r: int) -> bool:
+        """Tells whether it has so many entries of u and delta."""
+        return self._size == (n_u, r)
+
+    def fill(self, form: SlackForm) -> None:
+        """Fills a tick's program in.
+
+        Args:
+            form: The program, of the same size.
+        """
+        self._bounds.evaluator().set_bounds(
+            np.concatenate([form.lower, form.slack_lower]),
+            np.concatenate([form.upper, form.slack_upper]),
+        )
+        self._rows.evaluator().UpdateCoefficients(
+            form.A, np.full(len(form.b), -np.inf), form.b
+        )
+        self._twists.evaluator().UpdateCoefficients(form.J, form.V)
+        self._cost.evaluator().UpdateCoefficients(form.Q, form.c, 0.0, True)
 
 
 def fill(drake: DrakeProgram, program: ProgramData) -> None:

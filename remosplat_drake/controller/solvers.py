@@ -1,13 +1,17 @@
 """Which convex solvers may be named in a scenario."""
 
+from threading import local
+
 import numpy as np
 from pydrake.solvers import (
     ClarabelSolver,
     GurobiSolver,
+    MathematicalProgram,
     MosekSolver,
     OsqpSolver,
     ScsSolver,
     SolverInterface,
+    SolverOptions,
 )
 
 from remosplat_drake.base.errors import FieldError, unknown_name
@@ -16,7 +20,9 @@ from remosplat_drake.controller.active_set import (
     OPTIMAL,
 )
 from remosplat_drake.controller.decision import Solver
+from remosplat_drake.controller.drake_program import KeptProgram
 from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.slack_form import SlackForm
 
 CLARABEL = "clarabel"
 
@@ -35,7 +41,11 @@ SOLVERS = (ACTIVE_SET, *DRAKE_SOLVERS)
 
 
 class DrakeSolver:
-    """One of Drake's solvers, which solves the `MathematicalProgram`.
+    """One of Drake's solvers, which solves a `MathematicalProgram`.
+
+    It keeps the program from tick to tick, one for each thread, and fills in
+    what is new. What an ingredient has added to Drake's program itself only
+    that program knows, and so it is solved.
 
     Args:
         solver: The solver, which must be available and enabled.
@@ -43,6 +53,8 @@ class DrakeSolver:
 
     def __init__(self, solver: SolverInterface):
         self._solver = solver
+        self._kept = _KeptPrograms()
+        self._attempts = _attempts(solver)
 
     def __reduce__(self):
         # Drake's solvers hold nothing, but do not know how to be pickled.
@@ -54,10 +66,62 @@ class DrakeSolver:
         Args:
             program: The finished program of a tick.
         """
-        result = self._solver.Solve(program.prog, None, None)  # pyright: ignore
-        if not result.is_success():
-            return None
-        return result.GetSolution(program.drake.u)
+        if program.is_extended:
+            options = self._attempts[-1]
+            return self._optimum(program.prog, program.drake.u, options)
+        kept = self._kept.filled(program.slack_form())
+        for options in self._attempts:
+            u = self._optimum(kept.prog, kept.u, options)
+            if u is not None:
+                return u
+        return None
+
+    def _optimum(
+        self,
+        prog: MathematicalProgram,
+        u: np.ndarray,
+        options: SolverOptions | None,
+    ) -> np.ndarray | None:
+        result = self._solver.Solve(prog, None, options)  # pyright: ignore
+        return result.GetSolution(u) if result.is_success() else None
+
+
+class _KeptPrograms(local):
+    """The program that each thread keeps."""
+
+    program: KeptProgram | None = None
+
+    def filled(self, form: SlackForm) -> KeptProgram:
+        """Returns the kept program, filled with a tick's."""
+        n_u, r = len(form.lower), len(form.V)
+        if self.program is None or not self.program.has_size(n_u, r):
+            self.program = KeptProgram(n_u, r)
+        self.program.fill(form)
+        return self.program
+
+
+def _attempts(solver: SolverInterface) -> tuple[SolverOptions | None, ...]:
+    """By which options a solver is asked, until it finds an optimum.
+
+    Programs as small and well scaled as these Clarabel solves in two thirds of
+    the time, and as exactly, without what it does for others; should it fail,
+    it is asked with all its care. OSQP's own tolerances leave commands
+    centimetres per second off, and are what is left where it gets no nearer.
+    """
+    options = SolverOptions()
+    if isinstance(solver, ClarabelSolver):
+        for name in (
+            "equilibrate_enable",
+            "presolve_enable",
+            "iterative_refinement_enable",
+        ):
+            options.SetOption(solver.solver_id(), name, 0)
+        return options, None
+    if isinstance(solver, OsqpSolver):
+        for name in ("eps_abs", "eps_rel"):
+            options.SetOption(solver.solver_id(), name, 1e-6)
+        return options, None
+    return (None,)
 
 
 def _drake_solver(maker: type[SolverInterface]) -> DrakeSolver:
