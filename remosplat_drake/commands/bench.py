@@ -2,6 +2,8 @@
 
 import argparse
 import dataclasses as dc
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from rich.progress import track
@@ -20,21 +22,21 @@ from remosplat_drake.commands.json_output import json_text, print_json
 from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.timing.depth_cases import depth_cases
 from remosplat_drake.timing.guidance_cases import guidance_cases
-from remosplat_drake.timing.measuring import Timing, measure
+from remosplat_drake.timing.measuring import Case, Timing, measure
 from remosplat_drake.timing.oracle_cases import oracle_cases
 from remosplat_drake.timing.planning_cases import planning_cases
 from remosplat_drake.timing.self_collision_cases import self_collision_cases
 from remosplat_drake.timing.tick_cases import tick_cases
 
-GROUPS = (
-    "tick",
-    "oracle",
-    "depth",
-    "guidance",
-    "planning",
-    "self-collision",
-)
-"""Names of the groups of functions that are timed."""
+GROUPS: dict[str, Callable[[], list[Case]]] = {
+    "tick": tick_cases,
+    "oracle": oracle_cases,
+    "depth": depth_cases,
+    "guidance": guidance_cases,
+    "planning": planning_cases,
+    "self-collision": self_collision_cases,
+}
+"""By their names, what makes the groups of functions that are timed."""
 
 ON_A_WIRE = ("hardware", "sight", "faults")
 """Groups that drive the stand-in robot, each with its own table."""
@@ -106,19 +108,9 @@ def run(arguments: argparse.Namespace) -> int:
         _write(arguments.json, fault_rows(results))
         return 1 if any(result.problem for result in results) else 0
     earlier = _read(arguments.compare) if arguments.compare else {}
-    cases = []
-    if arguments.group in (None, "tick"):
-        cases += tick_cases(arguments.scenario)
-    if arguments.group in (None, "oracle"):
-        cases += oracle_cases()
-    if arguments.group in (None, "depth"):
-        cases += depth_cases()
-    if arguments.group in (None, "guidance"):
-        cases += guidance_cases()
-    if arguments.group in (None, "planning"):
-        cases += planning_cases()
-    if arguments.group in (None, "self-collision"):
-        cases += self_collision_cases()
+    makers = {**GROUPS, "tick": partial(tick_cases, arguments.scenario)}
+    chosen = [arguments.group] if arguments.group else GROUPS
+    cases = [case for group in chosen for case in makers[group]()]
     news = open_console(stderr=True)
     timings = [
         measure(case)

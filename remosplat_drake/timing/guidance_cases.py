@@ -33,7 +33,6 @@ from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.timing.measuring import Case
 
@@ -47,7 +46,7 @@ _WARM_UP = 200  # Steps after which rollouts have been near the scene, too.
 
 @dc.dataclass(frozen=True, eq=False)
 class _Task:
-    """A robot before a scene, its target, and the law that takes it there."""
+    """A robot before a scene, its aim, and the law that takes it there."""
 
     scenario: Scenario
     robot: RobotModel
@@ -55,7 +54,7 @@ class _Task:
     law: ReactiveLaw
     rule: SelectionRule
     q0: np.ndarray
-    target: Target
+    aim: Aim
 
 
 def guidance_cases() -> list[Case]:
@@ -98,7 +97,7 @@ def _make_task() -> _Task:
         law,
         rule,
         np.array([*scene.X_WB_start, *robot.home]),
-        scene.X_WE_target.GetAsMatrix4(),
+        Aim.of(scene.X_WE_target),
     )
 
 
@@ -110,16 +109,14 @@ def _rollout_steps(task: _Task) -> Iterator[None]:
     """The rollouts of all candidates from the start, again and again."""
     rule = task.rule
     while True:
-        for guidance in rule.candidates(
-            task.q0, Aim.of(task.target), task.field
-        )[0]:
+        for guidance in rule.candidates(task.q0, task.aim, task.field)[0]:
             rollout = Rollout(guidance, task.q0, np.zeros(task.robot.n_u))
             while rollout.status == RUNNING:
                 rollout = step_rollout(
                     rule.law,
                     rollout,
                     task.field,
-                    task.target,
+                    task.aim,
                     rule.arrived,
                     rule.horizon,
                 )
@@ -142,7 +139,7 @@ def _periods(task: _Task, budget: int) -> Iterator[None]:
                 time=time,
                 q=q,
                 u=u,
-                aim=task.target,
+                aim=task.aim,
                 field=field,
                 budget=budget,
             )
@@ -150,9 +147,10 @@ def _periods(task: _Task, budget: int) -> Iterator[None]:
                 robot.spheres_at(q), law.collision.influence
             )
             u = run_tick(
-                law, time, q, task.target, clearances, field, u, guidance
+                law, time, q, task.aim, clearances, field, u, guidance
             ).command
             q = robot.advance(q, u, dt)
-            error = task.target.error(robot.end_effector_pose(q))
-            arrived, time = rule.arrived(error), time + dt
+            X_WEs = robot.end_effector_poses(q)
+            arrived = task.aim.is_reached(X_WEs, rule.arrived)
+            time += dt
             yield
