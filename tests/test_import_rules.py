@@ -29,6 +29,9 @@ OPTIONAL = HEAVY | {
     "cyclonedds",
     "panda_py",
     "ruckig",
+    "proxsuite",
+    "daqp",
+    "rtree",
 }
 """All that a default installation does without."""
 

@@ -23,9 +23,12 @@ from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.timing.depth_cases import depth_cases
 from remosplat_drake.timing.guidance_cases import guidance_cases
 from remosplat_drake.timing.measuring import Case, Timing, measure
+from remosplat_drake.timing.optional_packages import advice
 from remosplat_drake.timing.oracle_cases import oracle_cases
 from remosplat_drake.timing.planning_cases import planning_cases
 from remosplat_drake.timing.self_collision_cases import self_collision_cases
+from remosplat_drake.timing.solver_cases import PACKAGES as SOLVER_PACKAGES
+from remosplat_drake.timing.solver_cases import solver_cases
 from remosplat_drake.timing.tick_cases import tick_cases
 
 GROUPS: dict[str, Callable[[], list[Case]]] = {
@@ -35,8 +38,12 @@ GROUPS: dict[str, Callable[[], list[Case]]] = {
     "guidance": guidance_cases,
     "planning": planning_cases,
     "self-collision": self_collision_cases,
+    "solvers": solver_cases,
 }
 """By their names, what makes the groups of functions that are timed."""
+
+OTHERS = {"solvers": SOLVER_PACKAGES}
+"""By groups, the packages of others that they time where they are there."""
 
 ON_A_WIRE = ("hardware", "sight", "faults")
 """Groups that drive the stand-in robot, each with its own table."""
@@ -63,7 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " cameras that see somebody move, faults lets things go wrong with it",
     )
     parser.add_argument(
-        "--scenario", help="scenario whose run the tick cases follow"
+        "--scenario", help="scenario of whose run tick and solvers are"
     )
     parser.add_argument(
         "--case",
@@ -108,7 +115,11 @@ def run(arguments: argparse.Namespace) -> int:
         _write(arguments.json, fault_rows(results))
         return 1 if any(result.problem for result in results) else 0
     earlier = _read(arguments.compare) if arguments.compare else {}
-    makers = {**GROUPS, "tick": partial(tick_cases, arguments.scenario)}
+    makers = {
+        **GROUPS,
+        "tick": partial(tick_cases, arguments.scenario),
+        "solvers": partial(solver_cases, arguments.scenario),
+    }
     chosen = [arguments.group] if arguments.group else GROUPS
     cases = [case for group in chosen for case in makers[group]()]
     news = open_console(stderr=True)
@@ -116,7 +127,8 @@ def run(arguments: argparse.Namespace) -> int:
         measure(case)
         for case in track(cases, "measuring", console=news, transient=True)
     ]
-    print_table(console, _table(timings, earlier))
+    others = (package for group in chosen for package in OTHERS.get(group, ()))
+    print_table(console, _table(timings, earlier, advice(others)))
     _write(arguments.json, [dc.asdict(timing) for timing in timings])
     return 0
 
@@ -140,7 +152,9 @@ def _read(path: Path) -> dict[str, float]:
         ) from error
 
 
-def _table(timings: list[Timing], earlier: dict[str, float]) -> Table:
+def _table(
+    timings: list[Timing], earlier: dict[str, float], notes: str
+) -> Table:
     header = ["case", "p50 [ms]", "p99 [ms]", "max [ms]", "calls"]
     if earlier:
         header.append("p50 / earlier")
@@ -153,4 +167,4 @@ def _table(timings: list[Timing], earlier: dict[str, float]) -> Table:
             before = earlier.get(timing.name)
             row.append(f"{timing.p50 / before:.2f}" if before else "")
         rows.append(tuple(row))
-    return Table("", tuple(header), tuple(rows))
+    return Table("", tuple(header), tuple(rows), notes)

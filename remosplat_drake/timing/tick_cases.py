@@ -49,7 +49,7 @@ def tick_cases(
     """
     scenario = load_scenario(scenario_name)
     world = load_world(scenario)
-    ticks = _recorded_ticks(scenario, world)
+    ticks = recorded_ticks(scenario, world)
     laws = {}
     for name, verify in (("plain", False), ("verified", True)):
         config = load_scenario(scenario_name).controller
@@ -166,8 +166,13 @@ def _over(
     return lambda: body(next(states))
 
 
-def _recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
-    """Returns the ticks of a headless run, as the controller saw them."""
+def recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
+    """Returns ticks of a headless run, one every few, as the controller saw it.
+
+    Args:
+        scenario: The scenario.
+        world: What its files hold.
+    """
     application = build(scenario, world)
     run(application).uninterrupted()
     ticks = []

@@ -1,0 +1,152 @@
+"""What our solver takes for the programs of a run, and what others would.
+
+All start cold and from what they take: the dense matrices in u alone, or
+Drake's program that is filled already.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from itertools import cycle
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.solvers import SolverOptions
+
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.world import load_world
+from remosplat_drake.controller.active_set import DenseProgram, solve_dense
+from remosplat_drake.controller.drake_program import DrakeProgram
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.solvers import DRAKE_SOLVERS
+from remosplat_drake.timing.measuring import Case
+from remosplat_drake.timing.optional_packages import is_there
+from remosplat_drake.timing.tick_cases import recorded_ticks
+
+PACKAGES = ("proxsuite", "daqp")
+"""Packages that nothing depends on, whose solvers are timed where they are."""
+
+_OSQP = 1e-6
+"""Tolerance with which OSQP is as exact as the others, by its polishing."""
+
+_PROXQP = 1e-8
+"""The same of ProxQP, with the duality gap."""
+
+
+class Problem(NamedTuple):
+    """A program of a tick, in the two forms that solvers take.
+
+    Attributes:
+        dense: The program as matrices in u alone.
+        drake: The same as Drake's, filled.
+    """
+
+    dense: DenseProgram
+    drake: DrakeProgram
+
+
+Solve = Callable[[Problem], np.ndarray]
+"""Finds the optimal command u, shape (n_u,)."""
+
+
+class Solver(NamedTuple):
+    """A solver that is timed.
+
+    Attributes:
+        make: Makes the function that solves.
+        package: The package that has to be there; empty for none.
+    """
+
+    make: Callable[[], Solve]
+    package: str = ""
+
+
+def solver_cases(scenario_name: str | None = None) -> list[Case]:
+    """Makes a case for each solver that is there.
+
+    Args:
+        scenario_name: Name of the scenario, or its file, whose run the
+            programs are of; None for the default one.
+    """
+    problems = recorded_problems(scenario_name)
+    return [
+        _case(name, solver.make(), problems)
+        for name, solver in SOLVERS.items()
+        if not solver.package or is_there(solver.package)
+    ]
+
+
+def _case(name: str, solve: Solve, problems: list[Problem]) -> Case:
+    again = cycle(problems)
+    return Case(f"solvers: {name}", lambda: solve(next(again)))
+
+
+def recorded_problems(scenario_name: str | None = None) -> list[Problem]:
+    """Returns the programs of a headless run, one every few ticks.
+
+    Args:
+        scenario_name: Name of the scenario or its file; None for the default
+            one.
+    """
+    scenario = load_scenario(scenario_name)
+    world = load_world(scenario)
+    law = ReactiveLaw.make(
+        scenario.controller, world.robot, scenario.control_period
+    )
+    programs = map(law.program, recorded_ticks(scenario, world))
+    return [Problem(program.dense(), program.drake) for program in programs]
+
+
+def _active_set() -> Solve:
+    return lambda problem: solve_dense(*problem.dense)[0]
+
+
+def _drakes(name: str, **options: float) -> Solve:
+    solver, given = DRAKE_SOLVERS[name](), SolverOptions()
+    for option, value in options.items():
+        given.SetOption(solver.solver_id(), option, value)
+
+    def solve(problem: Problem) -> np.ndarray:
+        result = solver.Solve(problem.drake.prog, None, given)
+        return result.GetSolution(problem.drake.u)
+
+    return solve
+
+
+def _proxqp() -> Solve:
+    from proxsuite import proxqp
+
+    # Unless it looks at the duality gap, ProxQP ends at points that satisfy
+    # all rows with multipliers of the wrong sign, and calls them solved.
+    options = {
+        "eps_abs": _PROXQP,
+        "eps_rel": 0.0,
+        "check_duality_gap": True,
+        "eps_duality_gap_abs": _PROXQP,
+        "eps_duality_gap_rel": 0.0,
+    }
+
+    def solve(problem: Problem) -> np.ndarray:
+        H, c, A, b = problem.dense
+        none = None
+        return proxqp.dense.solve(H, c, none, none, A, none, b, **options).x
+
+    return solve
+
+
+def _daqp() -> Solve:
+    import daqp
+
+    return lambda problem: daqp.solve(*problem.dense)[0]
+
+
+SOLVERS = {
+    "active set": Solver(_active_set),
+    "DAQP": Solver(_daqp, "daqp"),
+    "ProxQP, dense": Solver(_proxqp, "proxsuite"),
+    "Clarabel, Drake's": Solver(partial(_drakes, "clarabel")),
+    "OSQP, Drake's": Solver(partial(_drakes, "osqp")),
+    f"OSQP, Drake's, to {_OSQP:g}": Solver(
+        partial(_drakes, "osqp", eps_abs=_OSQP, eps_rel=_OSQP)
+    ),
+}
+"""All solvers, by what tables call them; the first is our own."""
