@@ -23,6 +23,8 @@ from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.timing.depth_cases import depth_cases
 from remosplat_drake.timing.guidance_cases import guidance_cases
 from remosplat_drake.timing.measuring import Case, Timing, measure
+from remosplat_drake.timing.mesh_cases import PACKAGES as MESH_PACKAGES
+from remosplat_drake.timing.mesh_cases import mesh_cases
 from remosplat_drake.timing.optional_packages import advice
 from remosplat_drake.timing.oracle_cases import oracle_cases
 from remosplat_drake.timing.planning_cases import planning_cases
@@ -39,10 +41,11 @@ GROUPS: dict[str, Callable[[], list[Case]]] = {
     "planning": planning_cases,
     "self-collision": self_collision_cases,
     "solvers": solver_cases,
+    "mesh": mesh_cases,
 }
 """By their names, what makes the groups of functions that are timed."""
 
-OTHERS = {"solvers": SOLVER_PACKAGES}
+OTHERS = {"solvers": SOLVER_PACKAGES, "mesh": MESH_PACKAGES}
 """By groups, the packages of others that they time where they are there."""
 
 ON_A_WIRE = ("hardware", "sight", "faults")
@@ -121,12 +124,14 @@ def run(arguments: argparse.Namespace) -> int:
         "solvers": partial(solver_cases, arguments.scenario),
     }
     chosen = [arguments.group] if arguments.group else GROUPS
-    cases = [case for group in chosen for case in makers[group]()]
-    news = open_console(stderr=True)
-    timings = [
-        measure(case)
-        for case in track(cases, "measuring", console=news, transient=True)
-    ]
+    news, timings = open_console(stderr=True), []
+    for group in chosen:
+        # Made in turn: libraries of others, which the last groups load, change
+        # how threads are run.
+        cases = track(
+            makers[group](), f"measuring {group}", console=news, transient=True
+        )
+        timings += [measure(case) for case in cases]
     others = (package for group in chosen for package in OTHERS.get(group, ()))
     print_table(console, _table(timings, earlier, advice(others)))
     _write(arguments.json, [dc.asdict(timing) for timing in timings])

@@ -1,0 +1,116 @@
+"""What distances to a mesh take by others' means, beside ours to its surfels.
+
+The scene is that of the shipped table, once as few triangles as it can be and
+once as many as there are surfels; the spheres are those of the oracle's cases.
+All answer with the closest points, from and to NumPy, on one thread.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.base import resources
+from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.generation.primitive_surfels import surfel_splat
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.scene.rmmi import read_scene
+from remosplat_drake.timing.measuring import Case
+from remosplat_drake.timing.optional_packages import is_there
+from remosplat_drake.timing.oracle_cases import MAX_DISTANCE, robot_spheres
+from remosplat_drake.timing.primitive_mesh import surface_triangles
+
+PACKAGES = ("open3d", "trimesh", "rtree")
+"""Packages whose queries are timed where they are."""
+
+_SCENE = "package://remosplat_drake/models/scenes/table/scene.json"
+
+_LONGEST = 0.085
+"""Longest edge with which there are as many triangles as surfels [m]."""
+
+Query = Callable[[np.ndarray], np.ndarray]
+"""Finds the points of a mesh that are closest to points, shape (n, 3) each."""
+
+
+class MeshQuery(NamedTuple):
+    """A way to find the closest points of a mesh.
+
+    Attributes:
+        make: Makes the query of a mesh, of its corners of shape (t, 3, 3).
+        packages: The packages that have to be there.
+    """
+
+    make: Callable[[np.ndarray], Query]
+    packages: tuple[str, ...]
+
+
+def mesh_cases() -> list[Case]:
+    """Makes cases: our query, and what is there of the others for a mesh."""
+    scene, spheres = table(), robot_spheres()
+    splat = surfel_splat(scene)
+    clearances = SphereToEllipsoidField(splat).clearances
+    cases = [
+        Case(
+            f"mesh: ours, {len(splat)} surfels{where}",
+            partial(clearances, spheres, reach),
+        )
+        for where, reach in (
+            (f", at most {MAX_DISTANCE:g} m", MAX_DISTANCE),
+            ("", np.inf),
+        )
+    ]
+    for triangles in (
+        surface_triangles(scene),
+        surface_triangles(scene, _LONGEST),
+    ):
+        cases += [
+            Case(
+                f"mesh: {name}, {len(triangles)} triangles",
+                partial(query.make(triangles), spheres.p_WS),
+            )
+            for name, query in QUERIES.items()
+            if all(map(is_there, query.packages))
+        ]
+    return cases
+
+
+def table() -> PrimitiveScene:
+    """Reads the true scene of the shipped table, with its floor."""
+    return read_scene(resources.resolve(_SCENE))
+
+
+def _embree(triangles: np.ndarray) -> Query:
+    o3d = import_optional("open3d", "Embree", "reconstruction")
+    scene = o3d.t.geometry.RaycastingScene(nthreads=1)
+    p_WV, indices = _indexed(triangles)
+    scene.add_triangles(p_WV.astype(np.float32), indices.astype(np.uint32))
+
+    def query(p_WQ: np.ndarray) -> np.ndarray:
+        points = o3d.core.Tensor(p_WQ.astype(np.float32))
+        return scene.compute_closest_points(points, 1)["points"].numpy()
+
+    return query
+
+
+def _rtree(triangles: np.ndarray) -> Query:
+    import trimesh
+
+    closest = trimesh.proximity.ProximityQuery(
+        trimesh.Trimesh(*_indexed(triangles))
+    )
+    return lambda p_WQ: closest.on_surface(p_WQ)[0]
+
+
+def _indexed(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices, shape (3t, 3), and the three of each triangle, shape (t, 3)."""
+    p_WV = triangles.reshape(-1, 3)
+    return p_WV, np.arange(len(p_WV)).reshape(-1, 3)
+
+
+QUERIES = {
+    "Embree (Open3D)": MeshQuery(_embree, ("open3d",)),
+    "R-tree (trimesh)": MeshQuery(_rtree, ("trimesh", "rtree")),
+}
+"""Queries of meshes, by what tables call them."""
