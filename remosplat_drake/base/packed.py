@@ -49,9 +49,9 @@ class Packed(Generic[Values]):
                 named tuples within are packed, too, if they are not yet.
         """
         self.values = _contiguous(values)
-        self._numba_type_ = _packed_type(self.values)
+        self._numba_type_ = _known_type(self.values)
         self._words = np.array(_words(self.values), np.int64)
-        self.address = self._words.ctypes.data
+        self.address = _address(self._words)
 
     def __getattr__(self, name: str) -> Any:
         """Reads a field, as kernels do."""
@@ -80,12 +80,17 @@ def _contiguous(value: Any) -> Any:
 def _words(value: Any) -> list[int]:
     """What is stored: of an array its address, shape and strides."""
     if isinstance(value, np.ndarray):
-        return [value.ctypes.data, *value.shape, *value.strides]
+        return [_address(value), *value.shape, *value.strides]
     if isinstance(value, tuple):
         return [word for part in value for word in _words(part)]
     if isinstance(value, float):
         return [int(np.float64(value).view(np.int64))]
     return [int(value)]
+
+
+def _address(array: np.ndarray) -> int:
+    # Several times as fast as what `ctypes` says.
+    return array.__array_interface__["data"][0]
 
 
 class PackedType(types.Type):
@@ -102,6 +107,26 @@ class PackedType(types.Type):
     def key(self) -> tuple:
         """What tells it from other types."""
         return self.kind, self.names, self.fields
+
+
+_types: dict[tuple, "PackedType"] = {}
+
+
+def _known_type(values: Any) -> PackedType:
+    """The type of a named tuple, made once of all that look alike."""
+    looks = _looks(values)
+    if looks not in _types:
+        _types[looks] = _packed_type(values)
+    return _types[looks]
+
+
+def _looks(value: Any) -> Any:
+    """What tells values of different types from each other."""
+    if isinstance(value, np.ndarray):
+        return value.dtype, value.ndim
+    if isinstance(value, tuple):
+        return type(value), tuple(map(_looks, value))
+    return type(value)
 
 
 def _packed_type(values: Any) -> PackedType:

@@ -92,11 +92,12 @@ def run_tick(
 
 
 def _unknown_surroundings(q: np.ndarray, clearances: Clearances) -> str:
-    # A sum is finite where all terms are: these few are, or are unit vectors.
-    if not math.isfinite(float(q.sum())):
+    # A sum of squares is finite where all terms are; nothing is that large.
+    if not math.isfinite(np.dot(q, q)):
         return "measured configuration is not finite"
-    directions = float(clearances.direction_W.sum())
-    if not (clearances.is_known and math.isfinite(directions)):
+    n_W, distance = clearances.direction_W, clearances.distance
+    is_known = math.isfinite(np.dot(distance, distance)) or clearances.is_known
+    if not (is_known and math.isfinite(np.vdot(n_W, n_W))):
         return "clearances are not finite"
     return ""
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.packed import Packed
-from remosplat_drake.oracle.question import question
+from remosplat_drake.oracle.question import asked_in_one
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.signals.compiled_map import Maps, find_rows, together
+from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import Thing
 
@@ -87,12 +87,7 @@ class CompositeDistanceField(DistanceField):
         maps = self.compiled_rows
         if maps is None:
             return self.gathered(spheres, max_distance)
-        asked, radius = question(spheres, max_distance), spheres.radius
-        # A copy, since numba compiles for arrays that may be written.
-        rows = find_rows(
-            maps, asked, np.array(radius, float), float(max_distance)
-        )
-        return Clearances(*rows, self.revision)
+        return asked_in_one(maps, spheres, max_distance, self.revision)
 
     def gathered(
         self, spheres: Spheres, max_distance: float = np.inf

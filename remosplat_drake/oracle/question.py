@@ -4,7 +4,41 @@ import math
 
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.compiled_map import Maps, clearance_rows
+from remosplat_drake.signals.distance_field import Clearances
+
+UNDEFINED = "a sphere's centre, radius or floor is undefined"
+"""What is wrong with spheres that are not known: NaN compares as false
+everywhere, and would look like a free path."""
+
+
+def asked_in_one(
+    maps: Packed[Maps], spheres: Spheres, max_distance: float, revision: str
+) -> Clearances:
+    """Asks several maps for all their clearances, in one compiled call.
+
+    Args:
+        maps: The maps, as `DistanceField.compiled_rows`.
+        spheres: The n robot spheres, placed in W.
+        max_distance: Rows at or beyond this distance are left out [m].
+        revision: Name of the maps' content.
+
+    Raises:
+        ValueError: A centre is not finite, or a radius or floor is NaN.
+    """
+    sphere, distance, direction_W, p_WC, is_defined = clearance_rows(
+        maps,
+        # Copies, since numba compiles for arrays that may be written.
+        np.array(spheres.p_WS, float),
+        np.array(spheres.radius, float),
+        np.array(spheres.ignore_below, float),
+        float(max_distance),
+    )
+    if not is_defined:
+        raise ValueError(UNDEFINED)
+    return Clearances(sphere, distance, direction_W, p_WC, revision)
 
 
 def question(spheres: Spheres, max_distance: float) -> np.ndarray:
@@ -26,9 +60,8 @@ def question(spheres: Spheres, max_distance: float) -> np.ndarray:
     asked[:, 3] = spheres.radius
     asked[:, 3] += max_distance
     asked[:, 4] = spheres.ignore_below
-    # NaN compares as false everywhere: it would look like a free path. Sums
-    # and minima pass it on.
+    # Sums and minima pass NaN on.
     is_finite = math.isfinite(asked[:, :3].sum())
     if not is_finite or math.isnan(asked[:, 3:].min(initial=0.0)):
-        raise ValueError("a sphere's centre, radius or floor is undefined")
+        raise ValueError(UNDEFINED)
     return asked

@@ -17,7 +17,8 @@ from remosplat_drake.oracle.kernels.solid_records import (
     fill_boxes,
     fill_records,
 )
-from remosplat_drake.oracle.question import question
+from remosplat_drake.oracle.kernels.wide_tree import widen
+from remosplat_drake.oracle.question import asked_in_one, question
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
@@ -106,9 +107,11 @@ class SphereToEllipsoidField(DistanceField):
         nodes, records = prepared["nodes"], prepared["records"]
         for array in prepared.values():
             array.flags.writeable = False
+        wide, children = _widened(nodes, records, bisection_steps is None)
         self._tree = SplatTree(
             nodes,
-            nodes.view(np.int32),
+            wide,
+            children,
             records,
             prepared["order"],
             splat_W.is_surfel,
@@ -159,6 +162,9 @@ class SphereToEllipsoidField(DistanceField):
         Raises:
             ValueError: A centre is not finite, or a radius or floor is NaN.
         """
+        if self._num_threads == 1:
+            maps = self.compiled_rows
+            return asked_in_one(maps, spheres, max_distance, self.revision)
         answer = self._answer(spheres, max_distance)
         found = np.flatnonzero(answer[:, 0] >= 0)
         answer = answer[found]
@@ -221,6 +227,15 @@ def _prepare(
         "records": records[hierarchy.order],
         "order": index[hierarchy.order],
     }
+
+
+def _widened(
+    nodes: np.ndarray, records: np.ndarray, is_solved: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """The wide hierarchy over the splats' own boxes."""
+    boxes = np.empty((len(records), 8))
+    fill_boxes(records, is_solved, boxes)
+    return widen(nodes, nodes.view(np.int32), boxes)
 
 
 def splat_records(

@@ -60,12 +60,12 @@ class Aim:
         parts = zip(*(target.arrays for _, target in self.items), strict=True)
         return Packed(AimArrays(effectors, *map(np.array, parts)))
 
-    @property
+    @cached_property
     def is_known(self) -> bool:
         """Whether all that says where the targets are is finite."""
         return all(target.is_known for _, target in self.items)
 
-    @property
+    @cached_property
     def has_line(self) -> bool:
         """Whether one of the targets shall be reached on a line."""
         return any(target.line is not None for _, target in self.items)

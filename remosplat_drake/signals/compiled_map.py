@@ -159,22 +159,34 @@ def _ask_each(maps, question, answers):
 
 
 @kernel
-def find_rows(maps, question, radius, within):
+def clearance_rows(maps, p_WS, radius, ignore_below, within):
     """Finds the rows of `Clearances`: the answer of each map to each sphere.
 
     Args:
         maps: The k maps, as `DistanceField.compiled_rows`.
-        question: What `ask` takes of the n spheres, shape (n, 5) [m].
+        p_WS: Centres of the n spheres in W, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
+        ignore_below: Heights below which they see nothing, shape (n,) [m].
         within: Rows at or beyond this distance are left out [m].
 
     Returns:
         The attributes `sphere`, `distance`, `direction_W` and `p_WC` of the
-        rows, sphere by sphere, and each in the order of the maps.
+        rows, sphere by sphere, and each in the order of the maps; and whether
+        what was asked is defined: no centre is infinite, and nothing is NaN.
     """
     k, n = len(maps.parts), len(radius)
+    question, is_defined = np.empty((n, 5)), True
+    for i in range(n):
+        for c in range(3):
+            question[i, c] = p_WS[i, c]
+            is_defined &= np.isfinite(p_WS[i, c])
+        question[i, 3] = radius[i] + within
+        question[i, 4] = ignore_below[i]
+        is_defined &= not np.isnan(question[i, 3])
+        is_defined &= not np.isnan(ignore_below[i])
     answers = np.full((k, n, 8), -1.0)
-    ask_each(maps, question, answers)
+    if is_defined:
+        ask_each(maps, question, answers)
     sphere, distance = np.empty(k * n, np.int64), np.empty(k * n)
     direction_W, p_WC = np.empty((k * n, 3)), np.empty((k * n, 3))
     m = 0
@@ -188,4 +200,4 @@ def find_rows(maps, question, radius, within):
             for c in range(3):
                 p_WC[m, c], direction_W[m, c] = answer[2 + c], answer[5 + c]
             m += 1
-    return sphere[:m], distance[:m], direction_W[:m], p_WC[:m]
+    return sphere[:m], distance[:m], direction_W[:m], p_WC[:m], is_defined

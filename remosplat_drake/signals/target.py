@@ -142,7 +142,7 @@ class Target:
         """Whether every direction is asked for alike, by whatever way."""
         return self.line is None and bool((self.weights == 1.0).all())
 
-    @property
+    @cached_property
     def is_known(self) -> bool:
         """Whether all that says where it is is finite."""
         start = 0.0 if self.line is None else self.line.X_WA.sum()

@@ -21,8 +21,16 @@ from remosplat_drake.oracle.kernels.ellipsoid_distance import (
     closest_on_disc,
     closest_on_ellipsoid,
 )
+from remosplat_drake.oracle.kernels.near_children import (
+    around,
+    lowered,
+    lowest_bit,
+    near_children,
+    node_address,
+    raised,
+)
+from remosplat_drake.oracle.kernels.wide_tree import MOST_WAITING, WIDTH
 from remosplat_drake.signals.compiled_map import answers
-from remosplat_drake.splat.bvh import MAX_DEPTH, leaf_range
 
 _SLACK = 1.0 + 1e-12
 """Bounds are compared with this margin: rounding never hides a splat."""
@@ -36,7 +44,8 @@ class SplatTree(NamedTuple):
 
     Attributes:
         nodes: Nodes of the `BoundingVolumeHierarchy`.
-        links: Links of the `BoundingVolumeHierarchy`.
+        wide: Boxes of the wide hierarchy that is made of it, see `widen`.
+        children: The numbers of its children.
         records: Splats in leaf order, shape (N, 16).
         order: Their indices in the splat, shape (N,).
         is_surfel: Whether the splats are discs, not ellipsoids.
@@ -44,7 +53,8 @@ class SplatTree(NamedTuple):
     """
 
     nodes: np.ndarray
-    links: np.ndarray
+    wide: np.ndarray
+    children: np.ndarray
     records: np.ndarray
     order: np.ndarray
     is_surfel: bool
@@ -89,19 +99,18 @@ def query_every_splat(records, is_surfel, steps, spheres, answer):
     """
     for i in range(len(answer)):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])
-        nearest = -1
-        best = spheres[i, 3]
+        best = (spheres[i, 3], -1, (0.0, 0.0, 0.0))
         for place in range(len(records)):
             if records[place, 2] < spheres[i, 4]:
                 continue
             y, e = _in_splat_frame(records[place], p)
-            distance, _ = _closest_on_splat(y, e, is_surfel, steps)
+            distance, x = _closest_on_splat(y, e, is_surfel, steps)
             distance -= records[place, 15]
-            if distance < best:
-                best, nearest = distance, place
-        answer[i, 0] = nearest
-        if nearest >= 0:
-            _write_answer(records[nearest], is_surfel, steps, p, answer[i])
+            if distance < best[0]:
+                best = (distance, place, x)
+        answer[i, 0] = best[1]
+        if best[1] >= 0:
+            _write_answer(records[best[1]], p, best, answer[i])
 
 
 @helper
@@ -109,51 +118,70 @@ def _query_range(tree, spheres, answer, start, stop):
     if len(tree.records) == 0:
         answer[start:stop, 0] = -1.0
         return
-    stack = np.empty(MAX_DEPTH + 1, np.int64), np.empty(MAX_DEPTH + 1)
+    waiting = np.empty(MOST_WAITING, np.int64)
+    bounds = np.empty(MOST_WAITING, np.float32)
+    squares = np.empty(WIDTH, np.float32)
+    work = waiting, bounds, squares
     place = -1
     for i in range(start, stop):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])
         floor = spheres[i, 4]
-        best = (spheres[i, 3], -1)
+        best = (spheres[i, 3], -1, (0.0, 0.0, 0.0))
         # Neighbouring spheres often share their splat, so try it first.
         if place >= 0:
             best = _nearer(tree, place, p, floor, best)
-        best = _descend(tree, p, floor, best, stack)
+        best = _descend(tree, p, floor, best, work)
         answer[i, 0] = best[1]
         if best[1] >= 0:
             place = best[1]
-            splat = tree.records[place]
-            _write_answer(splat, tree.is_surfel, tree.steps, p, answer[i])
+            _write_answer(tree.records[place], p, best, answer[i])
 
 
 @helper
-def _descend(tree, p, floor, best, stack):
+def _descend(tree, p, floor, best, work):
     """Visits boxes nearest first while they may hold a nearer splat."""
-    nodes = tree.nodes
-    links, bounds = stack
-    links[0], bounds[0] = 0, 0.0
+    wide, children = tree.wide, tree.children
+    waiting, bounds, squares = work
+    x, x_up, y, y_up, z, z_up = around(p)
+    low = lowered(floor)
+    limit = raised(_limit(best[0]))
+    waiting[0], bounds[0] = 0, 0.0
     height = 1
     while height:
         height -= 1
-        link = links[height]
-        limit = _limit(best[0])
         if bounds[height] > limit:
             continue
-        if link < 0:
-            first, end = leaf_range(link)
-            for place in range(first, end):
-                best = _nearer(tree, place, p, floor, best)
-            continue
-        node = nodes[link]
-        left = _node_distance_squared(node, 0, p)
-        right = _node_distance_squared(node, 6, p)
-        far = 1 if left <= right else 0
-        for side in (far, 1 - far):
-            bound = right if side else left
-            if bound <= limit and node[12 + side] >= floor:
-                links[height] = tree.links[link, 14 + side]
-                bounds[height] = bound
-                height += 1
+        node = waiting[height]
+        bits = near_children(  # pyright: ignore[reportCallIssue]
+            node_address(wide, node),
+            x,
+            x_up,
+            y,
+            y_up,
+            z,
+            z_up,
+            limit,
+            low,
+            squares.ctypes.data,
+        )
+        nearest, least, first = 0, np.float32(np.inf), height
+        while bits:
+            k = lowest_bit(bits)  # pyright: ignore[reportCallIssue]
+            bits &= bits - 1
+            child, square = children[node, k], squares[k]
+            if child < 0:
+                if square <= limit:
+                    best = _nearer(tree, np.int64(-1 - child), p, floor, best)
+                    limit = raised(_limit(best[0]))
+                continue
+            waiting[height], bounds[height] = child, square
+            if square < least:
+                least, nearest = square, height
+            height += 1
+        if height > first:
+            last = height - 1
+            waiting[nearest], waiting[last] = waiting[last], waiting[nearest]
+            bounds[nearest], bounds[last] = bounds[last], bounds[nearest]
     return best
 
 
@@ -168,31 +196,26 @@ def _limit(distance) -> float:
 
 
 @helper
-def _node_distance_squared(node, column, p) -> float:
-    """Squared distance to a child's box, whose corners start at a column."""
-    x = max(node[column] - p[0], p[0] - node[column + 3], 0.0)
-    y = max(node[column + 1] - p[1], p[1] - node[column + 4], 0.0)
-    z = max(node[column + 2] - p[2], p[2] - node[column + 5], 0.0)
-    return x * x + y * y + z * z
-
-
-@helper
 def _nearer(tree, place, p, floor, best):
-    """The better of `best` = (distance less uncertainty, place) and a splat."""
+    """The better of the best splat so far and another.
+
+    Of the best its distance less its uncertainty, its place, and the closest
+    point in its frame.
+    """
     splat = tree.records[place]
     if splat[2] < floor:
         return best
     y, e = _in_splat_frame(splat, p)
     if box_distance_squared(y, e) > _limit(best[0] + splat[15]):
         return best
-    distance, _ = _closest_on_splat(y, e, tree.is_surfel, tree.steps)
+    distance, x = _closest_on_splat(y, e, tree.is_surfel, tree.steps)
     distance -= splat[15]
     if distance < best[0]:
-        return distance, place
+        return distance, place, x
     # A tie goes to the lowest index, whatever the order of the visits.
     tie = distance == best[0] and best[1] >= 0
     if tie and tree.order[place] < tree.order[best[1]]:
-        return distance, place
+        return distance, place, x
     return best
 
 
@@ -215,11 +238,12 @@ def _closest_on_splat(y, e, is_surfel, steps):
 
 
 @helper
-def _write_answer(splat, is_surfel, steps, p, answer):
+def _write_answer(splat, p, best, answer):
+    """Writes the answer of which `best` holds what `_nearer` says."""
     y, e = _in_splat_frame(splat, p)
-    distance, x = _closest_on_splat(y, e, is_surfel, steps)
-    n = _direction(y, x, e, distance)
-    answer[1] = distance - splat[15]
+    x = best[2]
+    n = _direction(y, x, e, best[0] + splat[15])
+    answer[1] = best[0]
     for k in range(3):
         answer[2 + k] = (
             splat[k]

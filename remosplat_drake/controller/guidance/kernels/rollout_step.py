@@ -1,14 +1,12 @@
 """One step of a rollout in one compiled call: ask, decide, verify, move."""
 
-import numpy as np
-
-from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.controller.kernels.decide import NOT_DECIDED
 from remosplat_drake.controller.kernels.settle import settle
 from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
 from remosplat_drake.scene.kernels.mover_reach import aged, moved_on
-from remosplat_drake.signals.compiled_map import IN_PLACE, find_rows
+from remosplat_drake.signals.compiled_map import IN_PLACE, clearance_rows
 
 FORESIGHT = 2.0
 """For how long rollouts let what moves keep its twist; it rests then [s]."""
@@ -49,7 +47,9 @@ def rollout_step(
         decided: if not, it must be found another way.
     """
     state = state_arrays(robot, q)
-    rows = _rows(maps, robot, state.p_WS, law.influence)
+    rows = clearance_rows(
+        maps, state.p_WS, robot.radius, robot.ignore_below, law.influence
+    )[:3]
     later = moved_on(aged(movers, age), ahead, FORESIGHT)
     given = robot, compiled, IN_PLACE, state, rows, later
     _, _, status, verdict = settle(law, given, aim, u_previous, guidance)
@@ -57,16 +57,3 @@ def rollout_step(
     q_next = advance(q, u, robot.n_base, law.dt)
     X_WE = state_arrays(robot, q_next).X_WE
     return u, q_next, X_WE, status != NOT_DECIDED
-
-
-@helper
-def _rows(maps, robot, p_WS, influence):
-    """The clearances within the influence distance, sphere by sphere."""
-    n = len(p_WS)
-    question = np.empty((n, 5))
-    for i in range(n):
-        for c in range(3):
-            question[i, c] = p_WS[i, c]
-        question[i, 3] = robot.radius[i] + influence
-        question[i, 4] = robot.ignore_below[i]
-    return find_rows(maps, question, robot.radius, influence)[:3]

@@ -1,0 +1,158 @@
+"""Which children of a node are near a point: eight boxes at once (numba).
+
+Numba makes of a loop over eight children eight times the same, one after the
+other. What stands here says it in vectors, which compilers turn into what the
+processor has: one instruction for eight numbers, or two for four each.
+"""
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from remosplat_drake.base.kernels import helper
+from remosplat_drake.oracle.kernels.wide_tree import ROWS, WIDTH
+
+_VECTOR = ir.VectorType(ir.FloatType(), WIDTH)
+_NONE = ir.Constant(_VECTOR, ir.Undefined)
+_FIRST = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+
+_SLACK = np.float32(1.0 + 1e-5)
+"""More than what single precision can take from a squared distance."""
+
+
+@helper
+def node_address(wide, node) -> int:
+    """Returns where a node's boxes are.
+
+    Args:
+        wide: Boxes of the hierarchy, as `widen` makes them.
+        node: Number of the node.
+    """
+    return wide.ctypes.data + 4 * ROWS * WIDTH * node
+
+
+@helper
+def around(p):
+    """Returns numbers in single precision around three coordinates.
+
+    Args:
+        p: The coordinates.
+
+    Returns:
+        For each a number that is less, and one that is greater.
+    """
+    down, up = np.float32(-np.inf), np.float32(np.inf)
+    x, y, z = np.float32(p[0]), np.float32(p[1]), np.float32(p[2])
+    return (
+        np.nextafter(x, down),
+        np.nextafter(x, up),
+        np.nextafter(y, down),
+        np.nextafter(y, up),
+        np.nextafter(z, down),
+        np.nextafter(z, up),
+    )
+
+
+@helper
+def raised(limit):
+    """Rounds the limit of squared distances up by enough.
+
+    Args:
+        limit: The limit [m^2].
+    """
+    return np.float32(limit) * _SLACK
+
+
+@helper
+def lowered(floor):
+    """Rounds a floor down to single precision.
+
+    Args:
+        floor: The height [m].
+    """
+    return np.nextafter(np.float32(floor), np.float32(-np.inf))
+
+
+@intrinsic
+def near_children(
+    typing, address, x, x_above, y, y_above, z, z_above, limit, floor, squares
+):
+    """Finds the children whose boxes are near a point.
+
+    Args:
+        typing: Numba's own.
+        address: Where the node's boxes are, see `node_address`.
+        x: The point's coordinates, a number below and one above each.
+        x_above: See above.
+        y: See above.
+        y_above: See above.
+        z: See above.
+        z_above: See above.
+        limit: Squared distance that is near, see `raised` [m^2].
+        floor: Height that must be reached, see `lowered` [m].
+        squares: Where the children's squared distances are to be written,
+            eight numbers in single precision.
+
+    Returns:
+        A bit for each child, set where its squared distance is at most the
+        limit and its height at least the floor.
+    """
+    floats = (x, x_above, y, y_above, z, z_above, limit, floor)
+    signature = types.int64(address, *floats, squares)
+    return signature, _near_children
+
+
+def _near_children(context, builder, signature, arguments):
+    rows = builder.inttoptr(arguments[0], _VECTOR.as_pointer())
+    numbers = [_in_all(builder, number) for number in arguments[1:9]]
+    square = None
+    for axis in range(3):
+        below, above = numbers[2 * axis : 2 * axis + 2]
+        short = builder.fsub(_row(builder, rows, axis), above)
+        beyond = builder.fsub(below, _row(builder, rows, 3 + axis))
+        off = _greater(builder, short, beyond)
+        off = _greater(builder, off, ir.Constant(_VECTOR, [0.0] * WIDTH))
+        term = builder.fmul(off, off)
+        square = term if square is None else builder.fadd(square, term)
+    out = builder.inttoptr(arguments[9], _VECTOR.as_pointer())
+    builder.store(square, out).align = 4
+    limit, floor = numbers[6:]
+    # What is not a number is no child: ordered comparisons are false of it.
+    is_near = builder.fcmp_ordered("<=", square, limit)
+    is_high = builder.fcmp_ordered(">=", _row(builder, rows, 6), floor)
+    bits = builder.bitcast(builder.and_(is_near, is_high), ir.IntType(WIDTH))
+    return builder.zext(bits, ir.IntType(64))
+
+
+def _row(builder, rows, number):
+    at = builder.gep(rows, [ir.Constant(ir.IntType(64), number)])
+    row = builder.load(at)
+    row.align = 4
+    return row
+
+
+def _in_all(builder, number):
+    """Puts a number into all places of a vector."""
+    zero = ir.Constant(ir.IntType(32), 0)
+    vector = builder.insert_element(_NONE, number, zero)
+    return builder.shuffle_vector(vector, _NONE, _FIRST)
+
+
+def _greater(builder, a, b):
+    return builder.select(builder.fcmp_ordered(">", a, b), a, b)
+
+
+@intrinsic
+def lowest_bit(typing, bits):
+    """Returns the place of the lowest bit that is set.
+
+    Args:
+        typing: Numba's own.
+        bits: A number that is not 0.
+    """
+
+    def place(context, builder, signature, arguments):
+        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
+
+    return types.int64(bits), place

@@ -1,0 +1,118 @@
+"""The wide hierarchy holds all boxes, and finds the near ones."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.oracle.kernels.near_children import (
+    around,
+    lowered,
+    lowest_bit,
+    near_children,
+    node_address,
+    raised,
+)
+from remosplat_drake.oracle.kernels.wide_tree import ROWS, WIDTH, widen
+from remosplat_drake.splat.bvh import build_hierarchy
+
+
+@kernel
+def look(wide, node, p, limit, floor):
+    """The bits and the squared distances of a node's children."""
+    squares = np.empty(WIDTH, np.float32)
+    x, x_up, y, y_up, z, z_up = around((p[0], p[1], p[2]))
+    bits = near_children(  # pyright: ignore[reportCallIssue]
+        node_address(wide, node),
+        x,
+        x_up,
+        y,
+        y_up,
+        z,
+        z_up,
+        raised(limit),
+        lowered(floor),
+        squares.ctypes.data,
+    )
+    return bits, squares
+
+
+@kernel
+def places(bits):
+    """The places of the bits that are set."""
+    found = []
+    while bits:
+        found.append(lowest_bit(bits))  # pyright: ignore[reportCallIssue]
+        bits &= bits - 1
+    return found
+
+
+def some_boxes(rng, n: int) -> np.ndarray:
+    lower = rng.uniform(-1, 1, (n, 3)) * rng.choice([0.01, 1.0, 100.0])
+    upper = lower + rng.uniform(0, 0.2, (n, 3))
+    center = 0.5 * (lower + upper)[:, 2]
+    return np.column_stack([lower, upper, center, np.arange(n)])
+
+
+def distance_squared(boxes: np.ndarray, p: np.ndarray) -> np.ndarray:
+    off = np.maximum(boxes[:, :3] - p, p - boxes[:, 3:6]).clip(0.0)
+    return (off**2).sum(axis=1)
+
+
+@pytest.mark.parametrize("n", [1, 2, 4, 5, 8, 9, 30, 1000])
+def test_every_box_is_in_it_once_and_within_all_above(n):
+    boxes = some_boxes(np.random.default_rng(n), n)
+    tree = build_hierarchy(boxes[:, :3], boxes[:, 3:6], boxes[:, 6])
+    boxes = boxes[tree.order]
+    wide, children = widen(tree.nodes, tree.links, boxes)
+    assert wide.shape[1:] == (ROWS, WIDTH) and children.shape[1:] == (WIDTH,)
+    seen, waiting = [], [(0, [])]
+    while waiting:
+        node, above = waiting.pop()
+        for k in range(WIDTH):
+            child, box = children[node, k], wide[node, :, k]
+            if np.isnan(box[0]):
+                assert child == 0 and np.isnan(box).all()
+                continue
+            if child > 0:
+                waiting.append((child, [*above, box]))
+                continue
+            seen.append(-1 - child)
+            for outer in [*above, box]:
+                assert (outer[:3] <= boxes[-1 - child, :3]).all()
+                assert (outer[3:] >= boxes[-1 - child, 3:7]).all()
+    assert sorted(seen) == list(range(n))
+    assert len(wide) <= max(1, n // 2)
+
+
+@given(
+    st.integers(0, 10**9),
+    st.sampled_from([0.0, 1e-20, 0.01, 1.0, np.inf]),
+    st.sampled_from([-np.inf, -0.2, 0.0, 0.3]),
+)
+@settings(max_examples=300, deadline=None)
+def test_no_near_child_is_missed_and_few_far_ones_are_taken(seed, reach, floor):
+    rng = np.random.default_rng(seed)
+    boxes = some_boxes(rng, rng.integers(1, WIDTH + 1))
+    tree = build_hierarchy(boxes[:, :3], boxes[:, 3:6], boxes[:, 6])
+    boxes = boxes[tree.order]
+    wide, children = widen(tree.nodes, tree.links, boxes)
+    # What lies on a box's border counts as near.
+    p = rng.choice([rng.uniform(-1, 1, 3), boxes[0, :3], boxes[-1, 3:6]])
+    for k, box in enumerate(boxes):
+        at = np.argwhere(children == -1 - k)
+        node, place = at[0]
+        bits, squares = look(wide, node, p, reach**2, floor)
+        square = distance_squared(box[None], p)[0]
+        assert squares[place] <= square * (1 + 1e-6)
+        is_in = place in places(bits) if bits else False
+        if square <= reach**2 and box[6] >= floor:
+            assert is_in
+        far = np.sqrt(square) > reach + 1e-4 * (1 + np.abs(p).max())
+        if far or box[6] < floor - 1e-4 * (1 + abs(box[6])):
+            assert not is_in
+
+
+def test_bits_are_found_from_the_lowest_on():
+    assert places(0b10110001) == [0, 4, 5, 7]
