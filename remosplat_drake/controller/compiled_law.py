@@ -13,7 +13,7 @@ from remosplat_drake.controller.ingredients import SelfCollisionDamper
 from remosplat_drake.controller.kernels.assemble import (
     PARTS,
     Parts,
-    assemble,
+    assemble_tick,
 )
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
@@ -117,14 +117,16 @@ class CompiledLaw:
         tube = tick.sphere_tube
         if tube is None:
             tube = np.zeros(len(self._robot.spheres))
-        return assemble(
+        movers = STILL if tick.movers is None else tick.movers
+        return assemble_tick(
             self._arrays,
+            self._near,
             self._robot.arrays,
-            tick.state.arrays,
+            movers.arrays,
+            movers.age(tick.time),
             tick.aim.arrays,
             rows,
-            (STILL if tick.movers is None else tick.movers).at(tick.time),
-            self._near,
+            np.array(tick.state.q, float),
             np.array(tick.u_previous, float),
             float(tick.dt),
             tube,

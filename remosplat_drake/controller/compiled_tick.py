@@ -5,6 +5,7 @@ from time import perf_counter
 
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.compiled_program import named_binding
 from remosplat_drake.controller.decision import (
     NOT_FEASIBLE,
@@ -16,18 +17,20 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.decide import NOT_DECIDED
-from remosplat_drake.controller.kernels.settle import Settled, settle_tick
+from remosplat_drake.controller.kernels.settle import (
+    Settled,
+    settle_tick,
+    verify_tick,
+)
 from remosplat_drake.controller.program_data import names_of, row_name
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.verification.kernels.verified import (
-    OBJECTIONS,
-    verified,
-)
+from remosplat_drake.controller.verification.kernels.verified import OBJECTIONS
 from remosplat_drake.controller.verification.verify import Verdict
 from remosplat_drake.scene.mover import STILL, Movers
 from remosplat_drake.signals import tick_report
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import COLLISION, Binding
+from remosplat_drake.signals.compiled_map import Misplacement
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
@@ -107,30 +110,42 @@ def settled_tick(
 
 def compiled_verdict(
     law: ReactiveLaw,
-    around: tuple,
+    placed: tuple[Packed, Misplacement],
+    time: float,
+    q: np.ndarray,
+    clearances: Clearances,
     u: np.ndarray,
     u_previous: np.ndarray,
+    guidance: Guidance,
+    movers: Movers | None,
 ) -> Verdict:
     """Verifies a command as `verified_command` does, in one compiled call.
 
     Args:
         law: The control law.
-        around: The map as `DistanceField.placed`, what moves or None, the
-            `RobotState`, the clearance of each sphere, shape (n,) [m], and the
-            stopping distance [m].
+        placed: The map, as `DistanceField.placed`; it is 1-Lipschitz.
+        time: Time of the tick [s].
+        q: Measured configuration, shape (n_q,) [rad, m].
+        clearances: The oracle's answer there.
         u: The wanted command, shape (n_u,).
         u_previous: The command being executed, shape (n_u,).
+        guidance: How the tick is bent.
+        movers: What moves; None if nothing is known to.
     """
-    (compiled, off), movers, state, clearance, stopping = around
-    command, scale, objection = verified(
+    compiled, off = placed
+    moving = STILL if movers is None else movers
+    command, scale, objection = verify_tick(
         law.arrays,
         law.robot.arrays,
         compiled,
         off,
-        STILL.at(0.0) if movers is None else movers,
-        state.arrays,
-        clearance,
-        float(stopping),
+        moving.arrays,
+        moving.age(time),
+        # Copies, since numba compiles for arrays that may be written.
+        np.array(q, float),
+        np.array(clearances.sphere),
+        np.array(clearances.distance),
+        float(law.collision.stopping_for(guidance)),
         np.array(u, float),
         np.array(u_previous, float),
     )
@@ -145,7 +160,9 @@ def tight_clearances(binding: Binding, m: int) -> np.ndarray:
         m: Number of clearances.
     """
     tight = np.zeros(m, bool)
-    tight[[row.index for row in binding.rows if row.name == COLLISION]] = True
+    for row in binding.rows:
+        if row.name == COLLISION:
+            tight[row.index] = True
     return tight
 
 

@@ -91,17 +91,32 @@ def tick_by_steps(
         after_build = perf_counter()
         decision = brake(law.robot, u_previous, law.dt, "target is not finite")
     after_solve = perf_counter()
-    verdict = _verified(
-        law,
-        field,
-        state,
-        decision.u,
-        u_previous,
-        clearances,
-        guidance,
-        motion,
-        _movers_at(movers, time, motion),
-    )
+    if not law.verify:
+        verdict = Verdict(decision.u, 1.0)
+    elif motion is None and field.is_lipschitz and field.placed is not None:
+        verdict = compiled_verdict(
+            law,
+            field.placed,
+            time,
+            q,
+            clearances,
+            decision.u,
+            u_previous,
+            guidance,
+            movers,
+        )
+    else:
+        verdict = _verified(
+            law,
+            field,
+            state,
+            decision.u,
+            u_previous,
+            clearances,
+            guidance,
+            motion,
+            _movers_at(movers, time, motion),
+        )
     end = perf_counter()
     m, program = len(clearances), decision.program
     kept, binding = np.zeros(0, bool), NONE_BINDS
@@ -143,23 +158,15 @@ def _verified(
     movers: MoverArrays | None,
 ) -> Verdict:
     """Returns the command that may be applied, and how it differs from u."""
-    if not law.verify:
-        return Verdict(u, 1.0)
     robot, collision = law.robot, law.collision
-    placed = field.placed if field.is_lipschitz else None
-    clearance = np.minimum(
-        clearances.per_sphere(len(state.spheres)), collision.influence
-    )
-    stopping = collision.stopping_for(guidance)
-    if placed is not None and motion is None:
-        around = placed, movers, state, clearance, stopping
-        return compiled_verdict(law, around, u, u_previous)
     around = Surroundings(
         robot,
         field,
         state,
-        clearance,
-        stopping,
+        np.minimum(
+            clearances.per_sphere(len(state.spheres)), collision.influence
+        ),
+        collision.stopping_for(guidance),
         law.dt,
         robot.acceleration_limit,
         law.self_clearance,

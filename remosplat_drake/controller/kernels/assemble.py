@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.controller.ingredients.active_collision_cost import (
     ActiveCollisionCost,
     ActiveCollisionSettings,
@@ -68,6 +68,8 @@ from remosplat_drake.controller.kernels.tick_arrays import (
     make_tick,
     near_arrays,
 )
+from remosplat_drake.robot.robot_arrays import state_arrays
+from remosplat_drake.scene.kernels.mover_reach import aged
 
 PARTS = (
     ServoTracking,
@@ -128,7 +130,7 @@ class Parts(NamedTuple):
     present: np.ndarray
 
 
-@kernel
+@helper
 def assemble(
     parts,
     robot,
@@ -200,3 +202,49 @@ def assemble(
         add_mover_damper(parts.movers, 10, tick, program)
     prune(program)
     return program
+
+
+@kernel
+def assemble_tick(
+    parts,
+    near,
+    robot,
+    movers,
+    age,
+    aim,
+    rows,
+    q,
+    u_previous,
+    dt,
+    tube,
+    guidance,
+) -> ProgramArrays:
+    """Builds the program of a tick, as Python asks for it.
+
+    Args:
+        parts: See `assemble`, as of all that is not named here.
+        near: See above.
+        robot: See above.
+        movers: The `MoverArrays` at their stamp.
+        age: How old what is known of the movers is [s].
+        aim: See above.
+        rows: See above.
+        q: The configuration, shape (n_q,) [rad, m].
+        u_previous: See above.
+        dt: See above.
+        tube: See above.
+        guidance: See above.
+    """
+    return assemble(
+        parts,
+        robot,
+        state_arrays(robot, q),
+        aim,
+        rows,
+        aged(movers, age),
+        near,
+        u_previous,
+        dt,
+        tube,
+        guidance,
+    )

@@ -134,6 +134,55 @@ def settle_tick(
     return command, status, scale, objection, kept, binding, yielded
 
 
+@kernel
+def verify_tick(
+    law,
+    robot,
+    compiled,
+    off,
+    movers,
+    age,
+    q,
+    sphere,
+    distance,
+    stopping,
+    u,
+    u_previous,
+):
+    """Verifies a command of a robot that obeys at once.
+
+    Args:
+        law: The `LoopArrays`.
+        robot: The `RobotArrays`.
+        compiled: The map, as `DistanceField.compiled`; it is 1-Lipschitz.
+        off: Its `Misplacement`.
+        movers: The `MoverArrays`.
+        age: How old what is known of the movers is [s].
+        q: Configuration, shape (n_q,) [rad, m].
+        sphere: The sphere of each of m clearances, shape (m,).
+        distance: The clearances, shape (m,) [m].
+        stopping: Stopping distance that spheres keep from the scene [m].
+        u: The wanted command, shape (n_u,).
+        u_previous: The command that is being executed, shape (n_u,).
+
+    Returns:
+        What `verified` does.
+    """
+    n = len(robot.radius)
+    return verified(
+        law,
+        robot,
+        compiled,
+        off,
+        aged(movers, age),
+        state_arrays(robot, q),
+        least_clearances(sphere, distance, n, law.influence),
+        stopping,
+        u,
+        u_previous,
+    )
+
+
 @helper
 def settle(law, given, aim, u_previous, guidance):
     """Builds the program of a tick, decides, and verifies what is decided.

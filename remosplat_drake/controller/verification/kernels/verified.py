@@ -5,7 +5,7 @@ It says what `verify.verified_command` does of a map that kernels can ask.
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.controller.braking import next_on_ramp, stopping_times
 from remosplat_drake.controller.verification.kernels.map_sweep import (
     keeps_joint_limits,
@@ -40,7 +40,7 @@ OBJECTIONS = ("", JOINT_LIMIT, SELF_COLLISION, MOVER, COLLISION)
 _NOTHING, _JOINTS, _ITSELF, _MOVERS, _SCENE = range(len(OBJECTIONS))
 
 
-@kernel
+@helper
 def verified(
     law,
     robot,
