@@ -15,6 +15,7 @@ import hashlib
 import json
 import math
 import mmap
+import os
 import struct
 import zlib
 from collections.abc import Mapping
@@ -80,7 +81,7 @@ class ArrayFile:
         path: Path of the file.
         document: The JSON document that was written besides the arrays.
         is_sealed: Whether its writer is trusted: the arrays are views of the
-            file then, and copies of what has been checked otherwise.
+            file then, and of memory that has been checked otherwise.
     """
 
     path: Path
@@ -107,8 +108,7 @@ class ArrayFile:
             raise FileError(
                 self.path, f"is damaged: the checksum of {name!r} is wrong"
             )
-        array = np.frombuffer(data, place.dtype).reshape(place.shape)
-        return array if self.is_sealed else array.copy()
+        return np.frombuffer(data, place.dtype).reshape(place.shape)
 
 
 def write_arrays(
@@ -184,11 +184,17 @@ def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
 
 
 def _read(path: Path) -> memoryview:
+    """The file, read into memory of its own that starts at a page."""
     try:
         # Others may never end.
         if not path.is_file() and path.exists():
             raise FileError(path, "is no file")
-        return memoryview(path.read_bytes())
+        with path.open("rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            data = memoryview(mmap.mmap(-1, max(size, 1)))[:size]
+            if file.readinto(data) != size:
+                raise FileError(path, "changes while it is read")
+            return data
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
 

@@ -13,20 +13,13 @@ from remosplat_drake.oracle.kernels.nearest_splat import (
     query,
     query_parallel,
 )
-from remosplat_drake.oracle.kernels.solid_records import (
-    fill_boxes,
-    fill_records,
-)
 from remosplat_drake.oracle.kernels.wide_tree import widen
+from remosplat_drake.oracle.prepared_solids import prepare_solids
 from remosplat_drake.oracle.question import asked_in_one, question
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.splat.hierarchy_cache import kept_hierarchy
-
-_NONE = np.zeros(0, np.float32)
-_NONE.flags.writeable = False  # As the arrays of a splat: one kernel for both.
 
 
 class SphereToEllipsoidField(DistanceField):
@@ -96,18 +89,18 @@ class SphereToEllipsoidField(DistanceField):
             "subtract_uncertainty": subtract_uncertainty,
         }
         if prepared is None:
-            prepared = _prepare(
+            prepared = prepare_solids(
                 splat_W
                 if subtract_uncertainty
                 else splat_W.with_uncertainty(None),
                 n_sigma,
                 min_opacity,
-                bisection_steps,
+                solved=bisection_steps is None,
             )
         nodes, records = prepared["nodes"], prepared["records"]
         for array in prepared.values():
             array.flags.writeable = False
-        wide, children = _widened(nodes, records, bisection_steps is None)
+        wide, children = widen(nodes, nodes.view(np.int32))
         self._tree = SplatTree(
             nodes,
             wide,
@@ -209,56 +202,3 @@ class SphereToEllipsoidField(DistanceField):
         finally:
             numba.set_num_threads(threads)
         return answer
-
-
-def _prepare(
-    splat_W: GaussianSplat,
-    n_sigma: float,
-    min_opacity: float,
-    bisection_steps: int | None,
-) -> dict[str, np.ndarray]:
-    """The hierarchy's nodes, and the splats' records in its leaf order."""
-    records, index = splat_records(splat_W, min_opacity, n_sigma)
-    boxes = np.empty((len(records), 8))
-    fill_boxes(records, bisection_steps is None, boxes)
-    hierarchy = kept_hierarchy(boxes)
-    return {
-        "nodes": hierarchy.nodes,
-        "records": records[hierarchy.order],
-        "order": index[hierarchy.order],
-    }
-
-
-def _widened(
-    nodes: np.ndarray, records: np.ndarray, is_solved: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """The wide hierarchy over the splats' own boxes."""
-    boxes = np.empty((len(records), 8))
-    fill_boxes(records, is_solved, boxes)
-    return widen(nodes, nodes.view(np.int32), boxes)
-
-
-def splat_records(
-    splat_W: GaussianSplat, min_opacity: float, n_sigma: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Packs splats into rows of 16 numbers, described in `nearest_splat`.
-
-    The axes of a splat come in the order of falling semi-axes; a disc's
-    normal stays last.
-
-    Returns:
-        The rows, shape (N, 16), and the splats' rising indices, shape (N,).
-    """
-    index = np.flatnonzero(splat_W.opacities >= min_opacity)
-    records = np.empty((len(index), 16))
-    uncertainty = splat_W.uncertainty
-    fill_records(
-        index,
-        splat_W.p_GK,
-        splat_W.quaternions,
-        splat_W.scales,
-        _NONE if uncertainty is None else uncertainty,
-        float(n_sigma),
-        records,
-    )
-    return records, index

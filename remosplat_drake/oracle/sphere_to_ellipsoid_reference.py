@@ -117,7 +117,7 @@ def _none_along(n: np.ndarray, shift: np.ndarray) -> np.ndarray:
 def splat_records(
     splat_W: GaussianSplat, min_opacity: float, n_sigma: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Packs splats as `sphere_to_ellipsoid.splat_records` does."""
+    """Packs splats as `prepared_solids.splat_records` does."""
     index = np.flatnonzero(splat_W.opacities >= min_opacity)
     scales = splat_W.scales[index]
     semi_axes = np.zeros((len(index), 3))
@@ -144,5 +144,5 @@ def boxes(records: np.ndarray, solved: bool) -> np.ndarray:
     half = np.sqrt(np.sum(extent**2, axis=1)) if solved else extent.sum(axis=1)
     half += records[:, 15:]
     half += 1e-12 * (half + np.abs(records[:, :3]))
-    p_WK, place = records[:, :3], np.arange(len(records))
-    return np.column_stack([p_WK - half, p_WK + half, p_WK[:, 2], place])
+    p_WK = records[:, :3]
+    return np.column_stack([p_WK - half, p_WK + half, p_WK[:, 2]])

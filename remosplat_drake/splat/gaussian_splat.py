@@ -1,7 +1,6 @@
 """`GaussianSplat`: the Gaussians of a scene as read-only arrays."""
 
 import dataclasses as dc
-import hashlib
 from collections.abc import Mapping
 from functools import cached_property
 
@@ -9,6 +8,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.splat.digests import digests
 from remosplat_drake.splat.harmonics import rotated_harmonics
 
 SH_C0 = 0.28209479177387814
@@ -177,10 +177,16 @@ class GaussianSplat:
     @cached_property
     def content_hash(self) -> str:
         """A SHA-256 digest of all arrays, in hex."""
-        digest = hashlib.sha256()
-        for array in self.arrays().values():
-            digest.update(array.data if array.size else b"")
-        return digest.hexdigest()[:16]
+        return self._digests[0][:16]
+
+    @property
+    def shape_hash(self) -> str:
+        """A SHA-256 digest of all arrays but the colours, in hex."""
+        return self._digests[1]
+
+    @cached_property
+    def _digests(self) -> tuple[str, str]:
+        return digests(self.arrays())
 
     def select(self, keep: np.ndarray) -> "GaussianSplat":
         """Returns the splats that a boolean mask or index array selects."""

@@ -1,12 +1,10 @@
 """Hierarchies that took long to build, kept in the user's cache.
 
-A file is named by the digest of the boxes that it is of, so that it can never
-be of other ones. One that is cut off, damaged, or of another version is deleted
-and made again.
+A file is named by the digest of what its boxes follow from. One that is cut
+off, damaged, or of another version is deleted, to be made again.
 """
 
 import contextlib
-import hashlib
 import os
 from pathlib import Path
 
@@ -18,7 +16,6 @@ from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.splat.bvh import (
     BoundingVolumeHierarchy,
     are_sound,
-    hierarchy_of,
 )
 
 LEAST_BOXES = 200_000
@@ -27,36 +24,21 @@ LEAST_BOXES = 200_000
 MOST_BYTES = 1 << 30
 """Size up to which the cache grows; then what was not used longest goes."""
 
-_KIND = FileKind("hierarchy", b"RSDBVH\0\0", 1)
+_KIND = FileKind("hierarchy", b"RSDBVH\0\0", 2)
 """The version rises when hierarchies are built or searched in another way."""
 
 
-def kept_hierarchy(boxes: np.ndarray) -> BoundingVolumeHierarchy:
-    """Returns the hierarchy of boxes, from the cache or to it.
+def kept_hierarchy(key: str, n: int) -> BoundingVolumeHierarchy | None:
+    """Returns the hierarchy of n boxes that is in the cache, None without.
+
+    Kernels can go through it; whether it holds the boxes is not looked at.
 
     Args:
-        boxes: What `hierarchy_of` takes; the rows' order is not kept.
+        key: Digest of all that the boxes follow from, in hexadecimal.
+        n: Number of the boxes.
     """
-    if len(boxes) < LEAST_BOXES:
-        return hierarchy_of(boxes)
-    digest = hashlib.sha256(np.ascontiguousarray(boxes).data).hexdigest()[:32]
-    path = cache_folder() / f"{digest}.bvh"
-    kept = _read(path, len(boxes))
-    if kept is not None:
-        return kept
-    hierarchy = hierarchy_of(boxes)
-    _write(path, hierarchy)
-    return hierarchy
-
-
-def cache_folder() -> Path:
-    """Returns the folder of the kept hierarchies; it may not exist."""
-    return resources.cache_dir() / "hierarchies"
-
-
-def _read(path: Path, n: int) -> BoundingVolumeHierarchy | None:
-    """A kept hierarchy of n boxes; None if there is none that is sound."""
-    if not path.is_file():
+    path = _path(key)
+    if n < LEAST_BOXES or not path.is_file():
         return None
     try:
         file = open_arrays(path, _KIND, None)
@@ -72,15 +54,32 @@ def _read(path: Path, n: int) -> BoundingVolumeHierarchy | None:
     return BoundingVolumeHierarchy.of(nodes, order.astype(np.int64))
 
 
-def _write(path: Path, hierarchy: BoundingVolumeHierarchy) -> None:
+def keep_hierarchy(key: str, hierarchy: BoundingVolumeHierarchy) -> None:
+    """Keeps a hierarchy in the cache, unless it is of few boxes.
+
+    Args:
+        key: As for `kept_hierarchy`.
+        hierarchy: The hierarchy.
+    """
+    if len(hierarchy) < LEAST_BOXES:
+        return
     arrays = {
         "nodes": hierarchy.nodes,
         "order": hierarchy.order.astype(np.int32),
     }
     # A cache that cannot be written is no reason to stop.
     with contextlib.suppress(FileError):
-        write_arrays(path, _KIND, {}, arrays)
-        _drop_oldest(path)
+        write_arrays(_path(key), _KIND, {}, arrays)
+        _drop_oldest(_path(key))
+
+
+def cache_folder() -> Path:
+    """Returns the folder of the kept hierarchies; it may not exist."""
+    return resources.cache_dir() / "hierarchies"
+
+
+def _path(key: str) -> Path:
+    return cache_folder() / f"{key}.bvh"
 
 
 def _drop_oldest(newest: Path) -> None:

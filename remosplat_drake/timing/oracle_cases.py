@@ -12,10 +12,8 @@ import numpy as np
 from remosplat_drake.base import resources
 from remosplat_drake.oracle.kernels.ellipsoid_distance import CONVERGE
 from remosplat_drake.oracle.kernels.nearest_splat import query_every_splat
-from remosplat_drake.oracle.sphere_to_ellipsoid import (
-    SphereToEllipsoidField,
-    splat_records,
-)
+from remosplat_drake.oracle.prepared_solids import splat_records
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.reconstruction.seen_file import read_seen_space, seen_path
 from remosplat_drake.robot.sphere_model import Spheres

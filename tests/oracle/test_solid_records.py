@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from remosplat_drake.oracle import sphere_to_ellipsoid_reference as reference
 from remosplat_drake.oracle.kernels.solid_records import fill_boxes
-from remosplat_drake.oracle.sphere_to_ellipsoid import splat_records
+from remosplat_drake.oracle.prepared_solids import splat_records
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
@@ -31,7 +31,7 @@ def test_records_and_boxes_are_those_of_the_reference(
     np.testing.assert_array_equal(index, chosen)
     np.testing.assert_allclose(records, expected, rtol=0, atol=1e-15)
     for solved in (False, True):
-        boxes = np.empty((len(records), 8))
+        boxes = np.empty((len(records), 7))
         fill_boxes(records, solved, boxes)
         right = reference.boxes(records, solved)
         np.testing.assert_allclose(boxes, right, rtol=0, atol=1e-14)

@@ -23,10 +23,8 @@ from remosplat_drake.oracle.kernels.nearest_splat import (
     query,
     query_every_splat,
 )
-from remosplat_drake.oracle.sphere_to_ellipsoid import (
-    SphereToEllipsoidField,
-    splat_records,
-)
+from remosplat_drake.oracle.prepared_solids import splat_records
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat

@@ -15,7 +15,7 @@ from remosplat_drake.oracle.kernels.near_children import (
     raised,
 )
 from remosplat_drake.oracle.kernels.wide_tree import ROWS, WIDTH, widen
-from remosplat_drake.splat.bvh import build_hierarchy
+from remosplat_drake.splat.bvh import build_hierarchy, leaf_range
 
 
 @kernel
@@ -60,30 +60,41 @@ def distance_squared(boxes: np.ndarray, p: np.ndarray) -> np.ndarray:
     return (off**2).sum(axis=1)
 
 
+def boxes_of_leaves(children, boxes) -> dict[tuple[int, int], np.ndarray]:
+    """What each leaf of a wide hierarchy holds, by its node and place."""
+    places = np.argwhere(children < 0).tolist()
+    spans = [leaf_range(int(children[i, k])) for i, k in places]
+    return {
+        (i, k): boxes[first:end]
+        for (i, k), (first, end) in zip(places, spans, strict=True)
+    }
+
+
 @pytest.mark.parametrize("n", [1, 2, 4, 5, 8, 9, 30, 1000])
 def test_every_box_is_in_it_once_and_within_all_above(n):
     boxes = some_boxes(np.random.default_rng(n), n)
     tree = build_hierarchy(boxes[:, :3], boxes[:, 3:6], boxes[:, 6])
     boxes = boxes[tree.order]
-    wide, children = widen(tree.nodes, tree.links, boxes)
+    wide, children = widen(tree.nodes, tree.links)
     assert wide.shape[1:] == (ROWS, WIDTH) and children.shape[1:] == (WIDTH,)
-    seen, waiting = [], [(0, [])]
+    held = boxes_of_leaves(children, boxes)
+    seen, waiting = 0, [(0, [])]
     while waiting:
         node, above = waiting.pop()
         for k in range(WIDTH):
             child, box = children[node, k], wide[node, :, k]
             if np.isnan(box[0]):
                 assert child == 0 and np.isnan(box).all()
-                continue
-            if child > 0:
+            elif child > 0:
                 waiting.append((child, [*above, box]))
-                continue
-            seen.append(-1 - child)
-            for outer in [*above, box]:
-                assert (outer[:3] <= boxes[-1 - child, :3]).all()
-                assert (outer[3:] >= boxes[-1 - child, 3:7]).all()
-    assert sorted(seen) == list(range(n))
-    assert len(wide) <= max(1, n // 2)
+            else:
+                inner = held[node, k]
+                seen += len(inner)
+                for outer in [*above, box]:
+                    assert (outer[:3] <= inner[:, :3]).all()
+                    assert (outer[3:] >= inner[:, 3:7]).all()
+    assert seen == sum(map(len, held.values())) == n
+    assert len(wide) <= max(1, len(tree.nodes) // 2)
 
 
 @given(
@@ -94,23 +105,24 @@ def test_every_box_is_in_it_once_and_within_all_above(n):
 @settings(max_examples=300, deadline=None)
 def test_no_near_child_is_missed_and_few_far_ones_are_taken(seed, reach, floor):
     rng = np.random.default_rng(seed)
-    boxes = some_boxes(rng, rng.integers(1, WIDTH + 1))
+    boxes = some_boxes(rng, rng.integers(1, 60))
     tree = build_hierarchy(boxes[:, :3], boxes[:, 3:6], boxes[:, 6])
     boxes = boxes[tree.order]
-    wide, children = widen(tree.nodes, tree.links, boxes)
+    wide, children = widen(tree.nodes, tree.links)
     # What lies on a box's border counts as near.
     p = rng.choice([rng.uniform(-1, 1, 3), boxes[0, :3], boxes[-1, 3:6]])
-    for k, box in enumerate(boxes):
-        at = np.argwhere(children == -1 - k)
-        node, place = at[0]
+    for (node, place), inner in boxes_of_leaves(children, boxes).items():
         bits, squares = look(wide, node, p, reach**2, floor)
-        square = distance_squared(box[None], p)[0]
-        assert squares[place] <= square * (1 + 1e-6)
         is_in = place in places(bits) if bits else False
-        if square <= reach**2 and box[6] >= floor:
+        square = distance_squared(inner, p)
+        if len(inner):
+            assert squares[place] <= square.min() * (1 + 1e-6)
+        if ((square <= reach**2) & (inner[:, 6] >= floor)).any():
             assert is_in
-        far = np.sqrt(square) > reach + 1e-4 * (1 + np.abs(p).max())
-        if far or box[6] < floor - 1e-4 * (1 + abs(box[6])):
+        outer = wide[node, :, place].astype(float)
+        away = np.sqrt(distance_squared(outer[None], p)[0])
+        slack = 1e-4 * (1 + np.abs(p).max())
+        if away > reach + slack or outer[6] < floor - slack:
             assert not is_in
 
 

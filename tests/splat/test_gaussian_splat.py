@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses as dc
+import hashlib
 
 import numpy as np
 import pytest
@@ -126,6 +127,24 @@ def test_uncertainty_counts_in_the_hash():
         splat.with_uncertainty(0.1).content_hash,
     }
     assert len(hashes) == 3
+
+
+def test_hashes_tell_what_differs():
+    splat = make_splat(uncertainty=np.full(4, 0.1))
+    # As it has always been: sessions on disk are known by it.
+    content = hashlib.sha256(b"".join(map(bytes, splat.arrays().values())))
+    assert splat.content_hash == content.hexdigest()[:16]
+    for name, array in splat.arrays().items():
+        if not array.size:
+            continue
+        other = GaussianSplat.restored(splat.arrays() | {name: array[::-1] / 2})
+        assert other.content_hash != splat.content_hash
+        is_color = name == "colors"
+        assert (other.shape_hash == splat.shape_hash) == is_color
+    unknown = GaussianSplat.restored(
+        {k: v for k, v in splat.arrays().items() if k != "uncertainty"}
+    )
+    assert unknown.shape_hash != splat.shape_hash
 
 
 def test_an_unknown_uncertainty_is_never_taken_for_zero():

@@ -17,8 +17,8 @@ from remosplat_drake.oracle.cuda.device import (
     to_device,
 )
 from remosplat_drake.oracle.cuda.program import load_program
+from remosplat_drake.oracle.prepared_solids import splat_records
 from remosplat_drake.oracle.question import question
-from remosplat_drake.oracle.sphere_to_ellipsoid import splat_records
 from remosplat_drake.robot.sphere_batch import SphereBatch
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.clearance_batch import ClearanceBatch

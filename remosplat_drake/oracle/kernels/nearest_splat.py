@@ -31,6 +31,7 @@ from remosplat_drake.oracle.kernels.near_children import (
 )
 from remosplat_drake.oracle.kernels.wide_tree import MOST_WAITING, WIDTH
 from remosplat_drake.signals.compiled_map import answers
+from remosplat_drake.splat.bvh import leaf_range
 
 _SLACK = 1.0 + 1e-12
 """Bounds are compared with this margin: rounding never hides a splat."""
@@ -171,7 +172,9 @@ def _descend(tree, p, floor, best, work):
             child, square = children[node, k], squares[k]
             if child < 0:
                 if square <= limit:
-                    best = _nearer(tree, np.int64(-1 - child), p, floor, best)
+                    begin, end = leaf_range(child)
+                    for place in range(begin, end):
+                        best = _nearer(tree, place, p, floor, best)
                     limit = raised(_limit(best[0]))
                 continue
             waiting[height], bounds[height] = child, square

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.splat.bvh import leaf_range
 
 
 @kernel
@@ -73,6 +74,20 @@ def _columns(wxyz):
 
 
 @kernel
+def scatter_rows(rows, places, others):
+    """Writes rows of 16 numbers to other places.
+
+    Args:
+        rows: Shape (n, 16).
+        places: Row of `others` for each, shape (n,).
+        others: Filled in at these places, shape (N, 16).
+    """
+    for i in range(len(rows)):
+        for j in range(16):
+            others[places[i], j] = rows[i, j]
+
+
+@kernel
 def fill_boxes(rows, solved, boxes):
     """Bounds every possible answer of a splat.
 
@@ -83,21 +98,74 @@ def fill_boxes(rows, solved, boxes):
     Args:
         rows: The splats, as `fill_records` fills them, shape (n, 16).
         solved: Whether closest points are converged.
-        boxes: Filled in, shape (n, 8): lower corner, upper corner, height of
-            the centre [m], place.
+        boxes: Filled in, shape (n, 7): lower corner, upper corner, height of
+            the centre [m].
     """
     for i in range(len(rows)):
-        for j in range(3):
-            half = 0.0
-            for axis in range(3):
-                extent = abs(rows[i, 3 + 3 * axis + j] * rows[i, 12 + axis])
-                half += extent * extent if solved else extent
-            if solved:
-                half = math.sqrt(half)
-            half += rows[i, 15]
-            # Rounding: a splat's box may be too large, never too small.
-            half += 1e-12 * (half + abs(rows[i, j]))
-            boxes[i, j] = rows[i, j] - half
-            boxes[i, 3 + j] = rows[i, j] + half
-        boxes[i, 6] = rows[i, 2]
-        boxes[i, 7] = i
+        _bound(rows[i], solved, boxes[i])
+
+
+@helper
+def _bound(row, solved, box):
+    """Writes the box of one splat."""
+    for j in range(3):
+        half = 0.0
+        for axis in range(3):
+            extent = abs(row[3 + 3 * axis + j] * row[12 + axis])
+            half += extent * extent if solved else extent
+        if solved:
+            half = math.sqrt(half)
+        half += row[15]
+        # Rounding: a splat's box may be too large, never too small.
+        half += 1e-12 * (half + abs(row[j]))
+        box[j] = row[j] - half
+        box[3 + j] = row[j] + half
+    box[6] = row[2]
+
+
+@kernel
+def are_enclosed(rows, solved, nodes, links, first, end) -> bool:
+    """Returns whether some nodes of a hierarchy hold what is below them.
+
+    Args:
+        rows: The splats, as `fill_records` fills them, in leaf order.
+        solved: Whether closest points are converged.
+        nodes: Nodes of a sound `BoundingVolumeHierarchy`.
+        links: Its links.
+        first: The first node to look at.
+        end: The one after the last.
+    """
+    box = np.empty(7)
+    for i in range(first, end):
+        for side in range(2):
+            link = links[i, 14 + side]
+            if link >= 0:
+                for below in range(2):
+                    _bound_child(nodes[link], below, box)
+                    if not _holds(nodes[i], side, box):
+                        return False
+                continue
+            a, b = leaf_range(link)
+            for place in range(a, b):
+                _bound(rows[place], solved, box)
+                if not _holds(nodes[i], side, box):
+                    return False
+    return True
+
+
+@helper
+def _bound_child(node, side, box):
+    """Writes the box of one child of a node."""
+    for k in range(6):
+        box[k] = node[6 * side + k]
+    box[6] = node[12 + side]
+
+
+@helper
+def _holds(node, side, box) -> bool:
+    """Whether the box of one child of a node holds another one."""
+    holds = node[12 + side] >= box[6]
+    for k in range(3):
+        holds &= node[6 * side + k] <= box[k]
+        holds &= node[6 * side + 3 + k] >= box[3 + k]
+    return holds

@@ -1,0 +1,31 @@
+"""Work that threads share."""
+
+import threading
+
+import pytest
+
+from remosplat_drake.base.threads import blocks, in_parallel, num_threads
+
+
+def test_results_come_in_order():
+    assert in_parallel(lambda x: x * x, range(50)) == [x * x for x in range(50)]
+    assert in_parallel(str, []) == []
+
+
+def test_one_thread_is_the_caller_s_own(monkeypatch):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    assert num_threads() == 1
+    names = in_parallel(lambda _: threading.current_thread(), range(3))
+    assert set(names) == {threading.current_thread()}
+
+
+def test_what_one_raises_is_raised():
+    with pytest.raises(ZeroDivisionError):
+        in_parallel(lambda x: 1 / x, [2, 1, 0])
+
+
+def test_blocks_cover_all_rows_once():
+    for n, size in ((0, 3), (1, 3), (3, 3), (10, 3)):
+        rows = [k for b in blocks(n, size) for k in range(n)[b]]
+        assert rows == list(range(n))
+        assert all(b.stop - b.start <= size for b in blocks(n, size))
