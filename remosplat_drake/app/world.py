@@ -198,7 +198,7 @@ def load_splat(
     path = _scene_file(scenario, "splat")
     X_WG = make_transform(scene.X_WG, scenario.source, "scene.X_WG")
     _check_scale(scenario, path)
-    splat_G = read_splat(path).without_harmonics()
+    splat_G = read_splat(path, harmonics=False)
     splat_W = splat_G.transformed(X_WG, scene.scale)
     if scene.crop is None:
         return splat_W, GaussianSplat.empty()

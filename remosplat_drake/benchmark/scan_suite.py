@@ -144,7 +144,7 @@ class ScanCase:
         """Returns the map in W, with its floaters, and its origin."""
         entry = self._map()
         X_WG = make_transform(entry.X_WG, self._where, f"maps.{self.map}.X_WG")
-        splat_G = read_splat(self._splat_path()).without_harmonics()
+        splat_G = read_splat(self._splat_path(), harmonics=False)
         splat_W = splat_G.transformed(X_WG)
         if not entry.floaters:
             return splat_W, TRAINED

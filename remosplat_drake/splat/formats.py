@@ -126,7 +126,9 @@ FORMATS = (COMPRESSED_PLY, PLY, CHECKPOINT, ANTIMATTER, SPZ, SOG)
 
 
 @reads_file
-def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
+def read_splat(
+    path: str | Path, surfel: bool | None = None, *, harmonics: bool = True
+) -> GaussianSplat:
     """Reads a Gaussian splat of any format.
 
     The format is recognised by the file's content, then by its name. Formats
@@ -137,6 +139,9 @@ def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
         path: A file, a folder of PlayCanvas' SOG, or a `package://` URI.
         surfel: Whether a checkpoint holds 2DGS discs, if its name does not
             tell: see `read_checkpoint`.
+        harmonics: Whether the higher harmonics are kept: distances and all
+            that this library draws do without, and a PLY with them is read
+            faster so.
 
     Raises:
         FileError: The file is missing, of no known format, damaged, or holds a
@@ -152,8 +157,15 @@ def read_splat(path: str | Path, surfel: bool | None = None) -> GaussianSplat:
     path = resources.expand(path)
     chosen = format_of_file(path)
     if chosen is CHECKPOINT:
-        return read_checkpoint(path, surfel)
-    splat = chosen.read(path)
+        splat = read_checkpoint(path, surfel)
+    elif chosen is PLY:
+        splat = _with_discs(read_ply(path, harmonics))
+    else:
+        splat = _with_discs(chosen.read(path))
+    return splat if harmonics else splat.without_harmonics()
+
+
+def _with_discs(splat: GaussianSplat) -> GaussianSplat:
     return without_thickness(splat) if is_flat(splat) else splat
 
 

@@ -8,8 +8,13 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.splat.blocks import in_blocks
 from remosplat_drake.splat.digests import digests
 from remosplat_drake.splat.harmonics import rotated_harmonics
+from remosplat_drake.splat.quaternions import (
+    quaternion_product,
+    rotation_matrices,
+)
 
 SH_C0 = 0.28209479177387814
 """Spherical harmonic of degree 0, 1 / (2 sqrt(pi)): colour = 0.5 + SH_C0 f_dc.
@@ -188,8 +193,8 @@ class GaussianSplat:
     def _digests(self) -> tuple[str, str]:
         return digests(self.arrays())
 
-    def select(self, keep: np.ndarray) -> "GaussianSplat":
-        """Returns the splats that a boolean mask or index array selects."""
+    def select(self, keep: np.ndarray | slice) -> "GaussianSplat":
+        """Returns the splats that a mask, an index array or slice selects."""
         chosen = {name: array[keep] for name, array in self.arrays().items()}
         return self._with(chosen)
 
@@ -283,6 +288,15 @@ class GaussianSplat:
         """
         if X_FG.IsExactlyIdentity() and scale == 1.0:
             return self
+
+        def part(rows: slice) -> dict[str, np.ndarray]:
+            return self.select(rows)._transformed(X_FG, scale).arrays()
+
+        return GaussianSplat.restored(in_blocks(len(self), part))
+
+    def _transformed(
+        self, X_FG: RigidTransform, scale: float
+    ) -> "GaussianSplat":
         R_FG = X_FG.rotation()
         p_FK = scale * self.p_GK.astype(np.float64) @ R_FG.matrix().T
         sh_rest, uncertainty = self.sh_rest, self.uncertainty
@@ -303,34 +317,3 @@ class GaussianSplat:
                 sh_rest=sh_rest,
                 uncertainty=uncertainty,
             )
-
-
-def rotation_matrices(wxyz: np.ndarray) -> np.ndarray:
-    """Converts unit quaternions wxyz, shape (N, 4), to matrices (N, 3, 3)."""
-    w, x, y, z = wxyz.T
-    R = np.empty((len(wxyz), 3, 3))
-    R[:, 0, 0] = 1 - 2 * (y * y + z * z)
-    R[:, 0, 1] = 2 * (x * y - w * z)
-    R[:, 0, 2] = 2 * (x * z + w * y)
-    R[:, 1, 0] = 2 * (x * y + w * z)
-    R[:, 1, 1] = 1 - 2 * (x * x + z * z)
-    R[:, 1, 2] = 2 * (y * z - w * x)
-    R[:, 2, 0] = 2 * (x * z - w * y)
-    R[:, 2, 1] = 2 * (y * z + w * x)
-    R[:, 2, 2] = 1 - 2 * (x * x + y * y)
-    return R
-
-
-def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Multiplies one quaternion a, shape (4,), by many b, (N, 4), all wxyz."""
-    aw, ax, ay, az = a
-    bw, bx, by, bz = b.T
-    return np.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=1,
-    )

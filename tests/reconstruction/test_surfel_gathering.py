@@ -19,7 +19,7 @@ from remosplat_drake.reconstruction.surfels.surfel_gathering import (
     Patches,
     gather_votes,
 )
-from remosplat_drake.splat.gaussian_splat import rotation_matrices
+from remosplat_drake.splat.quaternions import rotation_matrices
 
 NOISE = DepthNoise(1e-3, 2e-3, 0.1, 0.1)
 

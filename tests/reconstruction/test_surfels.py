@@ -12,7 +12,7 @@ from remosplat_drake.reconstruction.surfels.surfels import (
     surfels_from_capture,
 )
 from remosplat_drake.robot.sphere_model import Spheres
-from remosplat_drake.splat.gaussian_splat import rotation_matrices
+from remosplat_drake.splat.quaternions import rotation_matrices
 
 
 def test_surfels_lie_on_the_surface_and_face_out_of_it(scene, scene_capture):

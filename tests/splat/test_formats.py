@@ -115,6 +115,17 @@ def test_round_trip_within_the_format_s_steps(format_, splat, tmp_path_factory):
 
 
 @EACH
+@pytest.mark.parametrize("scales", [2, 3])
+def test_harmonics_may_be_left_out(format_, scales, tmp_path):
+    path = tmp_path / f"ckpt_1_rank0{format_.suffix}"
+    write_splat(path, random_splat(scales, 3))
+    without = read_splat(path, harmonics=False)
+    assert without.sh_rest.shape == (20, 0, 3)
+    expected = read_splat(path).without_harmonics()
+    assert without.content_hash == expected.content_hash
+
+
+@EACH
 def test_what_a_format_says_it_loses_is_what_it_loses(format_, tmp_path):
     splat = random_splat(2, 3, n=300)
     path = tmp_path / f"s{format_.suffix}"

@@ -87,6 +87,15 @@ def test_higher_harmonics_are_channel_major(tmp_path):
     )
 
 
+def test_harmonics_that_are_left_out_are_checked(tmp_path):
+    rows = raw_rows([*SURFEL, *(f"f_rest_{i}" for i in range(9))])
+    path = save(tmp_path / "s.ply", rows)
+    assert read_ply(path, harmonics=False).sh_rest.shape == (3, 0, 3)
+    rows["f_rest_4"][2] = np.inf
+    with pytest.raises(FileError, match="row 2: f_rest_4 is not finite"):
+        read_ply(save(path, rows), harmonics=False)
+
+
 @pytest.mark.parametrize("with_normals", [True, False])
 @pytest.mark.parametrize(("scales", "harmonics"), [(2, 0), (3, 15), (2, 3)])
 def test_round_trip(tmp_path, scales, harmonics, with_normals):

@@ -43,10 +43,8 @@ from remosplat_drake.reconstruction.surfels.surfels import (
     quaternions_onto,
     splat_of_surfels,
 )
-from remosplat_drake.splat.gaussian_splat import (
-    GaussianSplat,
-    rotation_matrices,
-)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.quaternions import rotation_matrices
 
 _LEAST_NOISE = 1e-4
 """No depth is taken to be better than this [m]."""

@@ -5,6 +5,7 @@ quaternions wxyz of any length and spherical-harmonics coefficients. This
 module is the border: outside it only activated values exist.
 """
 
+import dataclasses as dc
 import math
 import re
 import textwrap
@@ -22,6 +23,7 @@ from remosplat_drake.splat.activation import (
     logit,
     sigmoid,
 )
+from remosplat_drake.splat.blocks import in_blocks
 from remosplat_drake.splat.gaussian_splat import SH_C0, GaussianSplat
 
 _BLOCK = 4096
@@ -36,13 +38,17 @@ _ROTATION = ("rot_0", "rot_1", "rot_2", "rot_3")
 _UNCERTAINTY = ("uncertainty",)
 
 
-def read_ply(path: str | Path) -> GaussianSplat:
+def read_ply(path: str | Path, harmonics: bool = True) -> GaussianSplat:
     """Reads a 2DGS (two scales) or 3DGS (three scales) splat from a PLY file.
 
     The properties may come in any order, with or without normals and higher
     harmonics, in binary of either byte order or in ASCII (slow). Scales and
     opacities that underflow are raised to the smallest normal float. Our own
     property `uncertainty` [m] is optional.
+
+    Args:
+        path: The file.
+        harmonics: Whether the higher harmonics are kept, or only checked.
 
     Raises:
         FileError: The file is missing, truncated, no PLY, no splat, empty, or
@@ -68,18 +74,49 @@ def read_ply(path: str | Path) -> GaussianSplat:
         raise FileError(
             path, f"no Gaussian splat: property {', '.join(missing)} is missing"
         )
-    # f_rest is channel-major: all of red, then green, then blue.
-    harmonics = _columns(path, vertices, rest).reshape(
-        len(vertices), 3, len(rest) // 3
+    layout = _Layout(scales, rest, harmonics, _UNCERTAINTY[0] in names)
+    arrays = in_blocks(
+        len(vertices),
+        lambda rows: _activated(path, vertices[rows], layout).arrays(),
     )
+    return GaussianSplat.restored(arrays)
+
+
+@dc.dataclass(frozen=True)
+class _Layout:
+    """Which properties a file has besides those of all splats.
+
+    Attributes:
+        scales: The scales.
+        rest: The higher harmonics.
+        keeps_rest: Whether these are wanted.
+        has_uncertainty: Whether there is our own property.
+    """
+
+    scales: tuple[str, ...]
+    rest: tuple[str, ...]
+    keeps_rest: bool
+    has_uncertainty: bool
+
+
+def _activated(
+    path: Path, vertices: np.ndarray, layout: _Layout
+) -> GaussianSplat:
+    """The splats of some rows."""
+    # f_rest is channel-major: all of red, then green, then blue.
+    harmonics = _columns(path, vertices, layout.rest).reshape(
+        len(vertices), 3, len(layout.rest) // 3
+    )
+    if not layout.keeps_rest:
+        harmonics = harmonics[:, :, :0]
     uncertainty = None
-    if _UNCERTAINTY[0] in names:
+    if layout.has_uncertainty:
         uncertainty = _columns(path, vertices, _UNCERTAINTY)[:, 0]
     return checked_splat(
         path,
         p_GK=_columns(path, vertices, _POSITION),
         quaternions=_columns(path, vertices, _ROTATION),
-        scales=exponential(_columns(path, vertices, scales)),
+        scales=exponential(_columns(path, vertices, layout.scales)),
         opacities=sigmoid(_columns(path, vertices, _OPACITY)[:, 0]),
         colors=0.5 + SH_C0 * _columns(path, vertices, _COLOR),
         sh_rest=harmonics.transpose(0, 2, 1),
