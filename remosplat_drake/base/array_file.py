@@ -184,14 +184,14 @@ def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
 
 
 def _read(path: Path) -> memoryview:
-    """The file, read into memory of its own that starts at a page."""
+    """The file, read into memory of its own."""
     try:
         # Others may never end.
         if not path.is_file() and path.exists():
             raise FileError(path, "is no file")
         with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
-            data = memoryview(mmap.mmap(-1, max(size, 1)))[:size]
+            data = memoryview(np.empty(size, np.uint8))
             if file.readinto(data) != size:
                 raise FileError(path, "changes while it is read")
             return data

@@ -52,6 +52,26 @@ def in_parallel(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
         return list(pool.map(function, items))
 
 
+def both(first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:
+    """Calls two functions at the same time, if two threads are allowed.
+
+    Args:
+        first: Is called by this thread.
+        second: Is called by another one.
+
+    Returns:
+        What they return.
+
+    Raises:
+        Exception: What one of them has raised, or else the other.
+    """
+    if num_threads() < 2:
+        return first(), second()
+    with ThreadPoolExecutor(1) as pool:
+        other = pool.submit(second)
+        return first(), other.result()
+
+
 def blocks(n: int, size: int) -> list[slice]:
     """Cuts n rows into blocks of at most so many."""
     return [slice(k, min(k + size, n)) for k in range(0, n, size)]

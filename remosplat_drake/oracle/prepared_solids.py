@@ -1,6 +1,7 @@
 """Splats as solids in a hierarchy: what `SphereToEllipsoidField` searches."""
 
 import hashlib
+import zlib
 from collections.abc import Callable
 
 import numpy as np
@@ -19,6 +20,7 @@ from remosplat_drake.splat.bvh import (
 )
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.hierarchy_cache import (
+    is_kept,
     keep_hierarchy,
     kept_hierarchy,
 )
@@ -49,17 +51,36 @@ def prepare_solids(
         splats' `records`, see `splat_records`, and their indices, `order`.
     """
     index = _opaque(splat_W, min_opacity)
-    settings = f"{splat_W.shape_hash} {n_sigma} {min_opacity} {solved}"
-    key = hashlib.sha256(f"solids {settings}".encode()).hexdigest()[:32]
+    if not is_kept(len(index)):
+        hierarchy = hierarchy_of(_boxes(splat_W, index, n_sigma, solved))
+        return _in_leaf_order(splat_W, index, n_sigma, hierarchy)
+    key = _key(splat_W, n_sigma, min_opacity, solved)
     hierarchy = kept_hierarchy(key, len(index))
     if hierarchy is not None:
         prepared = _in_leaf_order(splat_W, index, n_sigma, hierarchy)
-        # It may be of a program that made smaller boxes.
         if _holds(hierarchy, prepared["records"], solved):
             return prepared
     hierarchy = hierarchy_of(_boxes(splat_W, index, n_sigma, solved))
     keep_hierarchy(key, hierarchy)
     return _in_leaf_order(splat_W, index, n_sigma, hierarchy)
+
+
+def _key(
+    splat_W: GaussianSplat, n_sigma: float, min_opacity: float, solved: bool
+) -> str:
+    """Names what the boxes follow from: the shapes, not the colours.
+
+    Checksums are enough, and faster than digests: a hierarchy of other splats,
+    or of a program that made other boxes, is found by its boxes.
+    """
+    arrays = [splat_W.p_GK, splat_W.quaternions, splat_W.scales]
+    arrays.append(splat_W.opacities)
+    if splat_W.uncertainty is not None:
+        arrays.append(splat_W.uncertainty)
+    sums = in_parallel(lambda array: zlib.crc32(array.data), arrays)
+    shapes = [array.shape for array in arrays]
+    named = f"solids {shapes} {sums} {n_sigma} {min_opacity} {solved}"
+    return hashlib.sha256(named.encode()).hexdigest()[:32]
 
 
 def splat_records(

@@ -7,6 +7,7 @@ import numba
 import numpy as np
 
 from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.threads import both
 from remosplat_drake.oracle.kernels.ellipsoid_distance import CONVERGE
 from remosplat_drake.oracle.kernels.nearest_splat import (
     SplatTree,
@@ -89,13 +90,14 @@ class SphereToEllipsoidField(DistanceField):
             "subtract_uncertainty": subtract_uncertainty,
         }
         if prepared is None:
-            prepared = prepare_solids(
-                splat_W
-                if subtract_uncertainty
-                else splat_W.with_uncertainty(None),
-                n_sigma,
-                min_opacity,
-                solved=bisection_steps is None,
+            kept = splat_W
+            if not subtract_uncertainty:
+                kept = splat_W.with_uncertainty(None)
+            solved = bisection_steps is None
+            # The revision's hash takes a while, too: compute it meanwhile.
+            prepared, _ = both(
+                lambda: prepare_solids(kept, n_sigma, min_opacity, solved),
+                lambda: splat_W.content_hash,
             )
         nodes, records = prepared["nodes"], prepared["records"]
         for array in prepared.values():

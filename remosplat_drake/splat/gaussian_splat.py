@@ -1,6 +1,7 @@
 """`GaussianSplat`: the Gaussians of a scene as read-only arrays."""
 
 import dataclasses as dc
+import hashlib
 from collections.abc import Mapping
 from functools import cached_property
 
@@ -9,7 +10,6 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.splat.blocks import in_blocks
-from remosplat_drake.splat.digests import digests
 from remosplat_drake.splat.harmonics import rotated_harmonics
 from remosplat_drake.splat.quaternions import (
     quaternion_product,
@@ -182,16 +182,10 @@ class GaussianSplat:
     @cached_property
     def content_hash(self) -> str:
         """A SHA-256 digest of all arrays, in hex."""
-        return self._digests[0][:16]
-
-    @property
-    def shape_hash(self) -> str:
-        """A SHA-256 digest of all arrays but the colours, in hex."""
-        return self._digests[1]
-
-    @cached_property
-    def _digests(self) -> tuple[str, str]:
-        return digests(self.arrays())
+        digest = hashlib.sha256()
+        for array in self.arrays().values():
+            digest.update(array.data if array.size else b"")
+        return digest.hexdigest()[:16]
 
     def select(self, keep: np.ndarray | slice) -> "GaussianSplat":
         """Returns the splats that a mask, an index array or slice selects."""

@@ -1,7 +1,7 @@
 """Hierarchies that took long to build, kept in the user's cache.
 
-A file is named by the digest of what its boxes follow from. One that is cut
-off, damaged, or of another version is deleted, to be made again.
+A file is named by what its boxes follow from. One that is cut off, damaged, or
+of another version is deleted, to be made again.
 """
 
 import contextlib
@@ -28,17 +28,22 @@ _KIND = FileKind("hierarchy", b"RSDBVH\0\0", 2)
 """The version rises when hierarchies are built or searched in another way."""
 
 
+def is_kept(n: int) -> bool:
+    """Returns whether a hierarchy of n boxes is worth a file."""
+    return n >= LEAST_BOXES
+
+
 def kept_hierarchy(key: str, n: int) -> BoundingVolumeHierarchy | None:
     """Returns the hierarchy of n boxes that is in the cache, None without.
 
     Kernels can go through it; whether it holds the boxes is not looked at.
 
     Args:
-        key: Digest of all that the boxes follow from, in hexadecimal.
+        key: Name for all that the boxes follow from, of letters and digits.
         n: Number of the boxes.
     """
     path = _path(key)
-    if n < LEAST_BOXES or not path.is_file():
+    if not path.is_file():
         return None
     try:
         file = open_arrays(path, _KIND, None)
@@ -55,14 +60,12 @@ def kept_hierarchy(key: str, n: int) -> BoundingVolumeHierarchy | None:
 
 
 def keep_hierarchy(key: str, hierarchy: BoundingVolumeHierarchy) -> None:
-    """Keeps a hierarchy in the cache, unless it is of few boxes.
+    """Keeps a hierarchy in the cache.
 
     Args:
         key: As for `kept_hierarchy`.
         hierarchy: The hierarchy.
     """
-    if len(hierarchy) < LEAST_BOXES:
-        return
     arrays = {
         "nodes": hierarchy.nodes,
         "order": hierarchy.order.astype(np.int32),

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from remosplat_drake.base.threads import blocks, in_parallel, num_threads
+from remosplat_drake.base.threads import blocks, both, in_parallel, num_threads
 
 
 def test_results_come_in_order():
@@ -22,6 +22,15 @@ def test_one_thread_is_the_caller_s_own(monkeypatch):
 def test_what_one_raises_is_raised():
     with pytest.raises(ZeroDivisionError):
         in_parallel(lambda x: 1 / x, [2, 1, 0])
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_both_are_done(monkeypatch, threads):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", threads)
+    assert both(lambda: 1, lambda: "a") == (1, "a")
+    for pair in ((lambda: 1 / 0, lambda: 1), (lambda: 1, lambda: 1 / 0)):
+        with pytest.raises(ZeroDivisionError):
+            both(*pair)
 
 
 def test_blocks_cover_all_rows_once():

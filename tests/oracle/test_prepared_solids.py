@@ -11,6 +11,7 @@ from remosplat_drake.oracle.prepared_solids import (
 from remosplat_drake.splat import hierarchy_cache
 from remosplat_drake.splat.bvh import hierarchy_of
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.splat.hierarchy_cache import cache_folder
 
 
 @pytest.fixture(autouse=True)
@@ -87,6 +88,11 @@ def test_all_that_the_boxes_follow_from_is_in_the_key(builds):
     _prepared(splat, min_opacity=0.2)
     _prepared(splat, solved=False)
     assert len(builds) == 8
+
+
+def test_few_splats_are_not_kept():
+    _prepared(_splat(n=9))
+    assert not cache_folder().exists()
 
 
 @pytest.mark.parametrize("solved", [True, False])

@@ -129,22 +129,11 @@ def test_uncertainty_counts_in_the_hash():
     assert len(hashes) == 3
 
 
-def test_hashes_tell_what_differs():
+def test_the_hash_is_that_of_the_arrays_one_after_the_other():
     splat = make_splat(uncertainty=np.full(4, 0.1))
     # As it has always been: sessions on disk are known by it.
     content = hashlib.sha256(b"".join(map(bytes, splat.arrays().values())))
     assert splat.content_hash == content.hexdigest()[:16]
-    for name, array in splat.arrays().items():
-        if not array.size:
-            continue
-        other = GaussianSplat.restored(splat.arrays() | {name: array[::-1] / 2})
-        assert other.content_hash != splat.content_hash
-        is_color = name == "colors"
-        assert (other.shape_hash == splat.shape_hash) == is_color
-    unknown = GaussianSplat.restored(
-        {k: v for k, v in splat.arrays().items() if k != "uncertainty"}
-    )
-    assert unknown.shape_hash != splat.shape_hash
 
 
 def test_an_unknown_uncertainty_is_never_taken_for_zero():

@@ -18,7 +18,6 @@ from remosplat_drake.splat.hierarchy_cache import (
 @pytest.fixture(autouse=True)
 def _cache(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(hierarchy_cache, "LEAST_BOXES", 10)
 
 
 def _hierarchy(seed: int, n: int = 500) -> BoundingVolumeHierarchy:
@@ -42,12 +41,6 @@ def test_a_hierarchy_is_found_by_its_key():
         keep_hierarchy(key, hierarchy)
     for key, hierarchy in hierarchies.items():
         _assert_same(kept_hierarchy(key, 500), hierarchy)
-
-
-def test_few_boxes_are_not_kept():
-    keep_hierarchy("a", _hierarchy(0, 9))
-    assert not cache_folder().exists()
-    assert kept_hierarchy("a", 9) is None
 
 
 @pytest.mark.parametrize(
