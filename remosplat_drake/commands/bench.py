@@ -21,6 +21,7 @@ from remosplat_drake.commands.bench_hardware import (
 from remosplat_drake.commands.json_output import json_text, print_json
 from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.timing.depth_cases import depth_cases
+from remosplat_drake.timing.file_cases import file_cases
 from remosplat_drake.timing.guidance_cases import guidance_cases
 from remosplat_drake.timing.measuring import Case, Timing, measure
 from remosplat_drake.timing.mesh_cases import PACKAGES as MESH_PACKAGES
@@ -36,6 +37,7 @@ from remosplat_drake.timing.tick_cases import tick_cases
 GROUPS: dict[str, Callable[[], list[Case]]] = {
     "tick": tick_cases,
     "oracle": oracle_cases,
+    "files": file_cases,
     "depth": depth_cases,
     "guidance": guidance_cases,
     "planning": planning_cases,
