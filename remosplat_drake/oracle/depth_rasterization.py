@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses as dc
+import threading
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, cached_property
@@ -9,6 +10,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.oracle.depth_rows import nearest_rows
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, DepthSensor
 from remosplat_drake.oracle.kernels.depth_rasterization_kernel import (
@@ -19,6 +21,7 @@ from remosplat_drake.oracle.kernels.footprints import (
     make_footprints,
     make_rules,
 )
+from remosplat_drake.oracle.kernels.pixel_lists import Canvas, new_canvas
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
@@ -82,7 +85,7 @@ class DepthRasterizationField(DistanceField):
             f"-{nearest_only}-{subtract_uncertainty}"
         )
         if prepared is None:
-            self._footprints = make_footprints(
+            footprints = make_footprints(
                 splat_W
                 if subtract_uncertainty
                 else splat_W.with_uncertainty(None),
@@ -91,14 +94,15 @@ class DepthRasterizationField(DistanceField):
         else:
             nodes = prepared["nodes"]
             nodes.flags.writeable = False
-            self._footprints = Footprints(
+            footprints = Footprints(
                 nodes,
                 nodes.view(np.int32),
                 prepared["records"],
                 prepared["uncertainty"],
                 prepared["largest"],
             )
-        self._rules = make_rules(self.sensor, splat_W.is_surfel)
+        self._footprints = Packed(footprints)
+        self._rules = Packed(make_rules(self.sensor, splat_W.is_surfel))
         self._is_surfel = splat_W.is_surfel
         self._splat_W = splat_W
 
@@ -126,7 +130,7 @@ class DepthRasterizationField(DistanceField):
         coarse.sensor = dc.replace(self.sensor, resolution=resolution)
         coarse.nearest_only = True
         coarse.revision = f"{self.revision}-look-ahead"
-        coarse._rules = make_rules(coarse.sensor, self._is_surfel)
+        coarse._rules = Packed(make_rules(coarse.sensor, self._is_surfel))
         return coarse
 
     @cached_property
@@ -173,19 +177,24 @@ class DepthRasterizationField(DistanceField):
         ignore_below = np.array(spheres.ignore_below, float)
 
         def share(first: int):
-            nearest_pixels(
-                self._footprints,
-                self._rules,
-                p_WS,
-                R_WD,
-                ignore_below,
-                bound,
-                self.nearest_only,
-                first,
-                threads,
-                reach,
-                pixel,
-            )
+            while first < n:
+                canvas = _scratch.canvas(self.sensor.resolution)
+                first = nearest_pixels(
+                    self._footprints,
+                    self._rules,
+                    canvas,
+                    p_WS,
+                    R_WD,
+                    ignore_below,
+                    bound,
+                    self.nearest_only,
+                    first,
+                    threads,
+                    reach,
+                    pixel,
+                )
+                if first < n:
+                    _scratch.enlarge(self.sensor.resolution)
 
         if threads == 1:
             share(0)
@@ -198,3 +207,25 @@ class DepthRasterizationField(DistanceField):
 def _pool(threads: int) -> ThreadPoolExecutor:
     """The kernels release the GIL, so plain threads share the cores."""
     return ThreadPoolExecutor(threads, thread_name_prefix="depth-views")
+
+
+class _Scratch(threading.local):
+    """This thread's canvases by their resolution: memory, but no answers."""
+
+    def __init__(self):
+        self.canvases: dict[int, Packed[Canvas]] = {}
+
+    def canvas(self, resolution: int) -> Packed[Canvas]:
+        """Returns the canvas for views of a resolution."""
+        if resolution not in self.canvases:
+            room = 8 * resolution**2
+            self.canvases[resolution] = new_canvas(resolution, room)
+        return self.canvases[resolution]
+
+    def enlarge(self, resolution: int) -> None:
+        """Doubles the room of that canvas."""
+        room = len(self.canvases[resolution].link)
+        self.canvases[resolution] = new_canvas(resolution, 2 * room)
+
+
+_scratch = _Scratch()

@@ -300,7 +300,7 @@ def test_an_ellipsoid_is_seen_where_it_is_densest_along_the_ray():
     st.integers(1, 60),
     st.sampled_from([2, 3]),
     st.booleans(),
-    st.sampled_from([4, 9, 16]),
+    st.sampled_from([4, 9, 16, 24]),
     st.sampled_from([None, 0.0, 0.05, 0.5]),
 )
 def test_equals_the_reference(
@@ -362,6 +362,36 @@ def test_many_fragments_outgrow_the_first_canvas():
     answer = DepthRasterizationField(splat, sensor).clearances(spheres)
     assert len(answer) > 0
     _assert_same(splat, spheres, sensor, answer)
+
+
+def test_of_equally_near_pixels_the_first_is_named():
+    # A wall across the axis of a view with an even number of pixels: the four
+    # around its middle are equally near.
+    splat = _discs([(0.3, 0, 0, 0.2, 0.95)])
+    field = DepthRasterizationField(splat, DepthSensor(resolution=40))
+    answer = field.clearances(Spheres.at(np.zeros(3)))
+    forward = answer.direction_W[:, 0].argmax()
+    expected = np.array([1, -1 / 40, 1 / 40])
+    expected /= np.linalg.norm(expected)
+    np.testing.assert_allclose(answer.direction_W[forward], expected)
+
+
+def test_what_is_asked_in_between_does_not_change_an_answer():
+    # Threads keep their memory from query to query, one for a resolution.
+    rng = np.random.default_rng(3)
+    splat, spheres = _random_splat(rng, 200, 2), _random_spheres(rng, 9)
+    other = _random_splat(rng, 300, 3)
+    fields = [
+        DepthRasterizationField(splat, DepthSensor(resolution=resolution))
+        for resolution in (20, 21)
+    ]
+    between = DepthRasterizationField(other, DepthSensor(resolution=20))
+    first = [field.clearances(spheres) for field in fields]
+    between.clearances(spheres)
+    for field, before in zip(fields, first, strict=True):
+        after = field.clearances(spheres)
+        np.testing.assert_array_equal(before.distance, after.distance)
+        np.testing.assert_array_equal(before.direction_W, after.direction_W)
 
 
 def test_threads_answer_alike():

@@ -200,6 +200,19 @@ def project(records, k, rules, p_WV, R_WV, s):
     ellipsoid the forms whiten the ray, and s[9:12] is its whitened centre.
     s[12:15] is the centre in V; the rest is left to the outlines.
     """
+    whiten(records, k, p_WV, R_WV, s)
+    if rules.is_surfel:
+        meet_plane(s)
+
+
+@lean
+def whiten(records, k, p_WV, R_WV, s):
+    """Writes splat k in a view's axes into s.
+
+    s[0:9] are the rows that map V to the splat's axes in standard deviations
+    (a disc's third row is its unit normal), s[9:12] is the centre mapped by
+    them, s[12:15] the centre in V [m].
+    """
     x = records[k, 0] - p_WV[0]
     y = records[k, 1] - p_WV[1]
     z = records[k, 2] - p_WV[2]
@@ -213,12 +226,16 @@ def project(records, k, rules, p_WV, R_WV, s):
             s[3 * i + j] = a * R_WV[0, j] + b * R_WV[1, j] + c * R_WV[2, j]
         s[9 + i] = a * x + b * y + c * z
         s[12 + i] = R_WV[0, i] * x + R_WV[1, i] * y + R_WV[2, i] * z
-    if rules.is_surfel:
-        u, v, height = s[9], s[10], s[11]
-        for j in range(3):
-            s[j] = height * s[j] - u * s[6 + j]
-            s[3 + j] = height * s[3 + j] - v * s[6 + j]
-        s[9] = height
+
+
+@lean
+def meet_plane(s):
+    """Turns a whitened disc into the forms of where a ray meets its plane."""
+    u, v, height = s[9], s[10], s[11]
+    for j in range(3):
+        s[j] = height * s[j] - u * s[6 + j]
+        s[3 + j] = height * s[3 + j] - v * s[6 + j]
+    s[9] = height
 
 
 @lean
