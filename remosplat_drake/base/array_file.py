@@ -191,7 +191,7 @@ def _read(path: Path) -> memoryview:
             raise FileError(path, "is no file")
         with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
-            data = memoryview(np.empty(size, np.uint8))
+            data = np.empty(size, np.uint8).data
             if file.readinto(data) != size:
                 raise FileError(path, "changes while it is read")
             return data
