@@ -34,16 +34,25 @@ def widen(nodes, links):
         children that there are not NaN; and the children's numbers, or of
         leaves the links, shape (m, 8). The root is node 0.
     """
-    wide = np.full((len(nodes), ROWS, WIDTH), np.nan, np.float32)
-    children = np.zeros((len(nodes), WIDTH), np.int32)
+    # As many as there usually are: untouched memory is dear.
+    wide, children = _make_nodes(len(nodes) // 3 + 1)
     # Nodes to fill: their number here and there.
     waiting = np.zeros((MOST_WAITING, 2), np.int64)
     found = np.empty((WIDTH, 2), np.int64)
     height, count = 1, 1
     while height:
         height -= 1
+        if count + WIDTH > len(wide):
+            more_wide, more_children = _make_nodes(len(wide) + len(nodes) // 6)
+            more_wide[:count] = wide[:count]
+            more_children[:count] = children[:count]
+            wide, children = more_wide, more_children
         number, node = waiting[height, 0], waiting[height, 1]
-        for k in range(_gather(nodes, links, node, found)):
+        size = _gather(nodes, links, node, found)
+        for k in range(WIDTH):
+            if k >= size:
+                wide[number, :, k], children[number, k] = np.nan, 0
+                continue
             binary, side = found[k, 0], found[k, 1]
             for c in range(6):
                 wide[number, c, k] = nodes[binary, 6 * side + c]
@@ -54,7 +63,14 @@ def widen(nodes, links):
                 waiting[height, 1] = links[binary, 14 + side]
                 height += 1
                 count += 1
-    return wide[:count].copy(), children[:count].copy()
+    return wide[:count], children[:count]
+
+
+@helper
+def _make_nodes(n):
+    """Makes room for n nodes, and a few more."""
+    wide = np.empty((n + WIDTH, ROWS, WIDTH), np.float32)
+    return wide, np.empty((n + WIDTH, WIDTH), np.int32)
 
 
 @helper
