@@ -67,11 +67,12 @@ class DrakeSolver:
             program: The finished program of a tick.
         """
         if program.is_extended:
-            options = self._attempts[-1]
-            return self._optimum(program.prog, program.drake.u, options)
-        kept = self._kept.filled(program.slack_form())
+            prog, variables = program.prog, program.drake.u
+        else:
+            kept = self._kept.filled(program.slack_form())
+            prog, variables = kept.prog, kept.u
         for options in self._attempts:
-            u = self._optimum(kept.prog, kept.u, options)
+            u = self._optimum(prog, variables, options)
             if u is not None:
                 return u
         return None

@@ -103,8 +103,8 @@ class SphereToEllipsoidField(DistanceField):
         for array in prepared.values():
             array.flags.writeable = False
         wide, children = widen(nodes, nodes.view(np.int32))
+        self._nodes = nodes
         self._tree = SplatTree(
-            nodes,
             wide,
             children,
             records,
@@ -124,8 +124,12 @@ class SphereToEllipsoidField(DistanceField):
     @property
     def prepared(self) -> dict[str, np.ndarray]:
         """The arrays that took time to compute, for the constructor."""
-        names = ("nodes", "records", "order")
-        return {name: getattr(self._tree, name) for name in names}
+        tree = self._tree
+        return {
+            "nodes": self._nodes,
+            "records": tree.records,
+            "order": tree.order,
+        }
 
     @property
     def compiled(self) -> Packed[SplatTree]:

@@ -57,9 +57,9 @@ class TickReport:
             distance: where least is left of it, or most is lacking. None where
             nothing moves.
         timings: Wall-clock time of each phase [s]: guidance (of the period
-            before), oracle, kinematics, build, solve, verify, total. Where
-            one compiled call does all from kinematics to verification, it
-            counts as solve.
+            before), oracle, kinematics, build, solve, verify, total; in place
+            of those from kinematics to verification `one_call`, where one
+            compiled call does all.
     """
 
     time: float

@@ -92,7 +92,11 @@ def _center(table, i, axis):
 
 @helper
 def _widest(table, first, end):
-    """The axis along which the centres spread most, where and how far."""
+    """The axis along which the centres spread most, where and how far.
+
+    The spread is infinite where a box reaches beyond all numbers: its centre
+    may be none.
+    """
     x0 = y0 = z0 = np.inf
     x1 = y1 = z1 = -np.inf
     for i in range(first, end):
@@ -101,6 +105,8 @@ def _widest(table, first, end):
             _center(table, i, 1),
             _center(table, i, 2),
         )
+        if not np.isfinite(x + y + z):
+            return 0, 0.0, np.inf
         x0, x1 = min(x0, x), max(x1, x)
         y0, y1 = min(y0, y), max(y1, y)
         z0, z1 = min(z0, z), max(z1, z)

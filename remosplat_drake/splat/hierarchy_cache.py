@@ -43,8 +43,6 @@ def kept_hierarchy(key: str, n: int) -> BoundingVolumeHierarchy | None:
         n: Number of the boxes.
     """
     path = _path(key)
-    if not path.is_file():
-        return None
     try:
         file = open_arrays(path, _KIND, None)
         nodes, order = file.array("nodes"), file.array("order")

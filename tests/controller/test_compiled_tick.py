@@ -53,8 +53,12 @@ def some_map(kind: str) -> DistanceField:
 
 def assert_equal_reports(ours: TickReport, theirs: TickReport):
     np.testing.assert_allclose(ours.command, theirs.command, atol=1e-7)
-    for name in ("status", "reason", "scale", "objection", "separation"):
+    for name in ("status", "reason", "scale", "objection"):
         assert getattr(ours, name) == getattr(theirs, name), name
+    assert (ours.separation is None) == (theirs.separation is None)
+    if ours.separation is not None and theirs.separation is not None:
+        least, margins = ours.separation.margin, theirs.separation.margin
+        assert least == pytest.approx(margins, abs=1e-6)
     np.testing.assert_array_equal(ours.kept, theirs.kept)
     np.testing.assert_array_equal(ours.tight, theirs.tight)
     np.testing.assert_equal(ours.line_deviation, theirs.line_deviation)

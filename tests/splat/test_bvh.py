@@ -34,6 +34,7 @@ def check(lower: np.ndarray, upper: np.ndarray) -> BoundingVolumeHierarchy:
             first, end = leaf_range(link)
             assert end - first <= LEAF_SIZE
             inside = tree.order[first:end]
+            # All boxes above hold them, not the last one alone.
             assert (lower[inside] >= box[0]).all()
             assert (upper[inside] <= box[1]).all()
             assert (center_z[inside] <= top).all()
@@ -41,9 +42,11 @@ def check(lower: np.ndarray, upper: np.ndarray) -> BoundingVolumeHierarchy:
             continue
         for side in range(2):
             child = tree.nodes[link, 6 * side : 6 * side + 6].reshape(2, 3)
-            height = tree.nodes[link, 12 + side]
+            least, most = np.maximum(child[0], box[0]), child[1]
+            within = np.stack([least, np.minimum(most, box[1])])
+            height = min(top, tree.nodes[link, 12 + side])
             stack.append(
-                (tree.links[link, 14 + side], child, height, depth + 1)
+                (tree.links[link, 14 + side], within, height, depth + 1)
             )
     assert sorted(seen) == list(range(len(lower)))
     assert are_sound(tree.nodes, tree.order, len(lower))

@@ -44,8 +44,7 @@ class SplatTree(NamedTuple):
     """The splats and the hierarchy that a query searches.
 
     Attributes:
-        nodes: Nodes of the `BoundingVolumeHierarchy`.
-        wide: Boxes of the wide hierarchy that is made of it, see `widen`.
+        wide: Boxes of the wide hierarchy, see `widen`.
         children: The numbers of its children.
         records: Splats in leaf order, shape (N, 16).
         order: Their indices in the splat, shape (N,).
@@ -53,7 +52,6 @@ class SplatTree(NamedTuple):
         steps: Number of bisection steps, or CONVERGE.
     """
 
-    nodes: np.ndarray
     wide: np.ndarray
     children: np.ndarray
     records: np.ndarray

@@ -47,13 +47,14 @@ def rollout_step(
         decided: if not, it must be found another way.
     """
     state = state_arrays(robot, q)
-    rows = clearance_rows(
+    sphere, distance, direction_W, _, is_defined = clearance_rows(
         maps, state.p_WS, robot.radius, robot.ignore_below, law.influence
-    )[:3]
+    )
+    rows = sphere, distance, direction_W
     later = moved_on(aged(movers, age), ahead, FORESIGHT)
     given = robot, compiled, IN_PLACE, state, rows, later
     _, _, status, verdict = settle(law, given, aim, u_previous, guidance)
     u = verdict[0]
     q_next = advance(q, u, robot.n_base, law.dt)
     X_WE = state_arrays(robot, q_next).X_WE
-    return u, q_next, X_WE, status != NOT_DECIDED
+    return u, q_next, X_WE, is_defined and status != NOT_DECIDED
