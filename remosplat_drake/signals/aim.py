@@ -1,7 +1,7 @@
 """`Aim`: what all end effectors of a robot shall reach."""
 
 import dataclasses as dc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -119,9 +119,23 @@ class Aim:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
             arrived: Tells it of the error of a target that shall be held.
         """
+        return self.is_reached_by(self.errors(X_WEs), arrived)
+
+    def is_reached_by(
+        self,
+        errors: Sequence[PoseError],
+        arrived: Callable[[PoseError], bool],
+    ) -> bool:
+        """Tells the same by errors that are known already.
+
+        Args:
+            errors: The error of each target that there is, as `errors` has
+                them.
+            arrived: Tells it of the error of a target that shall be held.
+        """
         return all(
-            target.is_reached(target.error(X_WEs[i]), arrived)
-            for i, target in self.items
+            target.is_reached(error, arrived)
+            for (_, target), error in zip(self.items, errors, strict=True)
         )
 
     def line_deviation(self, X_WEs: np.ndarray) -> float:

@@ -118,7 +118,7 @@ def step_rollout(
     stands = _stands(law, u, n_moves)
     waits = time <= FORESIGHT and _anything_moves(rollout.movers)
     still = rollout.still + law.dt if stands and not waits else 0.0
-    if aim.is_reached(X_WEs, arrived):
+    if aim.is_reached_by(errors, arrived):
         status = REACHED
     elif still >= _STALL_TIME - 1e-9:
         status = STALLED
@@ -193,6 +193,7 @@ def _anything_moves(movers: Movers | None) -> bool:
 
 
 def _stands(law: ReactiveLaw, u: np.ndarray, n_moves: int) -> bool:
-    base = np.abs(u[: max(n_moves, 0)]).max(initial=0.0)
-    arm = np.abs(u[law.robot.n_base :]).max(initial=0.0)
+    speeds = [abs(speed) for speed in u.tolist()]
+    base = max(speeds[: max(n_moves, 0)], default=0.0)
+    arm = max(speeds[law.robot.n_base :], default=0.0)
     return max(base, 0.5 * arm) < _STALL_SPEED
