@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from remosplat_drake.base import threads
 from remosplat_drake.oracle import prepared_solids
 from remosplat_drake.oracle.prepared_solids import (
     prepare_solids,
@@ -136,6 +137,6 @@ def test_threads_change_nothing(monkeypatch):
     monkeypatch.setattr(prepared_solids, "_SHARE", 300)
     monkeypatch.setattr(prepared_solids, "_BLOCK", 64)
     monkeypatch.setattr(hierarchy_cache, "LEAST_BOXES", 10_000)
-    for threads in ("1", "3"):
-        monkeypatch.setenv("NUMBA_NUM_THREADS", threads)
+    for count in (1, 3):
+        monkeypatch.setattr(threads, "num_threads", lambda n=count: n)
         _assert_same(_prepared(splat), expected)

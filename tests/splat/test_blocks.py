@@ -5,6 +5,7 @@ import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
 from toy_splats import random_splat
 
+from remosplat_drake.base import threads
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.splat import blocks
 from remosplat_drake.splat.blocks import in_blocks
@@ -12,8 +13,8 @@ from remosplat_drake.splat.codecs.ply import read_ply, write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
-def _make_small(monkeypatch, threads: int) -> None:
-    monkeypatch.setenv("NUMBA_NUM_THREADS", str(threads))
+def _make_small(monkeypatch, count: int) -> None:
+    monkeypatch.setattr(threads, "num_threads", lambda: count)
     monkeypatch.setattr(blocks, "_BLOCK", 7)
 
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from remosplat_drake.base import threads
 from remosplat_drake.splat import bvh_build
 from remosplat_drake.splat.bvh import (
     LEAF_SIZE,
@@ -96,8 +97,8 @@ def test_is_the_same_with_any_number_of_threads(monkeypatch, outliers):
     center[:outliers] = 10.0 ** rng.uniform(1, 30, (outliers, 3))
     whole = check(center, center)
     monkeypatch.setattr(bvh_build, "PIECE", 100)
-    for threads in ("1", "4"):
-        monkeypatch.setenv("NUMBA_NUM_THREADS", threads)
+    for count in (1, 4):
+        monkeypatch.setattr(threads, "num_threads", lambda n=count: n)
         parts = check(center, center)
         np.testing.assert_array_equal(parts.links, whole.links)
         np.testing.assert_array_equal(parts.order, whole.order)
