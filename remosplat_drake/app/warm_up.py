@@ -30,6 +30,7 @@ from remosplat_drake.controller.planning.motion_planner import (
 )
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.solvers import ACTIVE_SET, CLARABEL
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
@@ -180,10 +181,11 @@ def _look(scenario: Scenario, world: World) -> None:
 
 
 def _tick_among_movers(scenario: Scenario, world: World) -> None:
-    """Runs a tick beside something that moves.
+    """Runs a tick beside something that moves, and asks both kinds of solvers.
 
     Without it the first such thing that appears in a run would have kernels
-    compiled.
+    compiled. And so would the first program of which a solver of the library's
+    own is not sure: it asks Clarabel, and rollouts then run a tick.
     """
     robot, q = world.robot, world.q0
     law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
@@ -191,16 +193,17 @@ def _tick_among_movers(scenario: Scenario, world: World) -> None:
     above = X_WT[:3, 3] + np.array([0.0, 0.0, _ABOVE])
     movers = Movers(0.0, [Mover.sphere("mover", above, 0.1)])
     X_WT[:3, 3] += _AWAY
-    run_tick(
-        law,
-        0.0,
-        q,
-        X_WT,
-        Clearances.none(),
-        world.field,
-        np.zeros(robot.n_u),
-        movers=movers,
-    )
+    for solver in (ACTIVE_SET, CLARABEL):
+        run_tick(
+            law.with_step(law.dt, solver=solver),
+            0.0,
+            q,
+            X_WT,
+            Clearances.none(),
+            world.field,
+            np.zeros(robot.n_u),
+            movers=movers,
+        )
 
 
 def _obstacle(world: World) -> tuple[GaussianSplat, PrimitiveScene]:

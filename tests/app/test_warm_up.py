@@ -89,6 +89,40 @@ ADA = """[{name: Ada, radius: 0.2, half_extents: [0, 0, 0.5], waypoints: [
   {time: 1, translation: [1, 2, 1]}, {time: 4, translation: [1, -2, 1]}]}]"""
 
 
+# Prints how often numba loads or compiles where `active_set` is undecided: it
+# asks Clarabel, and a rollout runs a tick.
+UNDECIDED = """
+import sys
+from numba_work import NumbaWork
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.warm_up import compile_kernels
+from remosplat_drake.app.world import load_world
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.solvers import ACTIVE_SET, CLARABEL
+import numpy as np
+
+scenario = load_scenario(sys.argv[1], sys.argv[2])
+world = load_world(scenario)
+compile_kernels(scenario, world)
+law = ReactiveLaw.make(scenario.controller, world.robot, 0.01)
+X_WT = world.robot.end_effector_pose(world.q0)
+X_WT[:3, 3] += 0.1
+u, work = np.zeros(world.robot.n_u), NumbaWork()
+found = world.field.clearances(world.robot.spheres_at(world.q0), 0.5)
+for solver in (ACTIVE_SET, CLARABEL):
+    each = law.with_step(0.01, solver=solver)
+    run_tick(each, 0.0, world.q0, X_WT, found, world.field, u)
+print(work.total)
+"""
+
+
+@pytest.mark.parametrize("solver", ["active_set", "clarabel"])
+def test_whom_the_own_solver_asks_has_its_kernels_too(solver):
+    text = f"{{controller: {{solver: {solver}}}}}"
+    assert printed_number(UNDECIDED, DEFAULT_SCENARIO, text) == 0
+
+
 def test_no_tick_of_cameras_that_watch_loads_a_kernel():
     text = (
         "{movers_from: cameras, movers: [{waypoints: [{translation:"
