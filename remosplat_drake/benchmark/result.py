@@ -101,7 +101,8 @@ class WallTimes:
     """Wall-clock times of a trial, which are not repeatable.
 
     Attributes:
-        solve_mean: Mean time to solve the quadratic program [s].
+        solve_mean: Mean time to solve the quadratic program [s], of ticks that
+            are run step by step; 0 where each was one compiled call.
         solve_std: Standard deviation of that time [s].
         tick_p50: Median of a whole control tick [s].
         tick_p99: 99th percentile of a whole control tick [s].

@@ -49,8 +49,7 @@ def find_binding(program: ProgramData, u: np.ndarray) -> Binding:
 
 def _descent(program: ProgramData, u: np.ndarray) -> np.ndarray:
     """Direction in which the cost falls at u, shape (n_u,)."""
-    weights = sum(program.quadratic.values(), np.zeros(program.n_u))
-    push = -weights * u - sum(program.linear.values(), np.zeros(program.n_u))
+    push = -program.weights * u - program.slope
     for tracking in program.trackings.values():
         missed = tracking.V - tracking.J @ u
         push = push + tracking.price * missed @ tracking.J

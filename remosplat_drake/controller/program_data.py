@@ -163,6 +163,16 @@ class ProgramData:
         """Number of entries of the command u."""
         return len(self.lower)
 
+    @property
+    def weights(self) -> np.ndarray:
+        """The diagonal of all quadratic costs together, shape (n_u,)."""
+        return sum(self.quadratic.values(), np.zeros(self.n_u))
+
+    @property
+    def slope(self) -> np.ndarray:
+        """The vector of all linear costs together, shape (n_u,)."""
+        return sum(self.linear.values(), np.zeros(self.n_u))
+
     def narrow(self, lower: np.ndarray, upper: np.ndarray):
         """Bounds u by lower <= u <= upper, besides the present bounds.
 
@@ -175,8 +185,7 @@ class ProgramData:
 
     def dense(self) -> DenseProgram:
         """Returns the program in u alone, its slack replaced by V - J u."""
-        H = np.diag(sum(self.quadratic.values(), np.zeros(self.n_u)))
-        c = sum(self.linear.values(), np.zeros(self.n_u))
+        H, c = np.diag(self.weights), self.slope
         eye = np.eye(self.n_u)
         A = [eye, -eye, *(rows.A[rows.kept] for rows in self.rows.values())]
         b = [self.upper, -self.lower]
@@ -213,8 +222,6 @@ class ProgramData:
         V = np.concatenate([np.zeros(0), *(t.V for t in trackings)])
         limit = np.concatenate([np.zeros(0), *(t.limit for t in trackings)])
         prices = [np.full(len(t.V), t.price) for t in trackings]
-        weights = sum(self.quadratic.values(), np.zeros(n_u))
-        c = sum(self.linear.values(), np.zeros(n_u))
         is_low = self.can_bind(J, limit + V)
         is_high = self.can_bind(-J, limit - V)
         A = [np.zeros((0, n_u)), *(r.A[r.kept] for r in rows)]
@@ -228,8 +235,8 @@ class ProgramData:
             np.concatenate(b),
             np.hstack([J, np.eye(len(V))]),
             V,
-            np.diag(np.concatenate([weights, *prices])),
-            np.concatenate([c, np.zeros(len(V))]),
+            np.diag(np.concatenate([self.weights, *prices])),
+            np.concatenate([self.slope, np.zeros(len(V))]),
         )
 
     def tight_rows(

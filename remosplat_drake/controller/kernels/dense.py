@@ -69,6 +69,27 @@ def _span(program, a):
     return least, most
 
 
+@helper
+def _add_costs(program, H, c) -> None:
+    """Adds the ingredients' own costs to those in u, the first of H and c."""
+    for k in range(len(program.linear)):
+        for j in range(len(program.lower)):
+            c[j] += program.linear[k, j]
+            H[j, j] += program.quadratic[k, j]
+
+
+@helper
+def _copy_kept(program, A, b, row):
+    """Copies the rows that are kept, from a row on; returns the one after."""
+    for i in range(program.count[0]):
+        if program.kept[i]:
+            for j in range(len(program.lower)):
+                A[row, j] = program.A[i, j]
+            b[row] = program.b[i]
+            row += 1
+    return row
+
+
 @kernel
 def dense(program):
     """Computes the program in u alone, its slack replaced by V - J u.
@@ -81,22 +102,13 @@ def dense(program):
     """
     n_u, m = len(program.lower), program.count[0]
     H, c = np.zeros((n_u, n_u)), np.zeros(n_u)
-    for k in range(len(program.linear)):
-        for j in range(n_u):
-            c[j] += program.linear[k, j]
-            H[j, j] += program.quadratic[k, j]
+    _add_costs(program, H, c)
     A = np.zeros((2 * n_u + m + 2 * len(program.V), n_u))
     b = np.empty(len(A))
     for j in range(n_u):
         A[j, j], b[j] = 1.0, program.upper[j]
         A[n_u + j, j], b[n_u + j] = -1.0, -program.lower[j]
-    row = 2 * n_u
-    for i in range(m):
-        if program.kept[i]:
-            for j in range(n_u):
-                A[row, j] = program.A[i, j]
-            b[row] = program.b[i]
-            row += 1
+    row = _copy_kept(program, A, b, 2 * n_u)
     if program.count[1]:
         J, V, limit = program.J, program.V, program.limit
         for k in range(program.count[3]):
@@ -127,26 +139,11 @@ def slack_form(program):
     """
     n_u, r = len(program.lower), program.count[3]
     Q, c = np.zeros((n_u + r, n_u + r)), np.zeros(n_u + r)
-    for k in range(len(program.linear)):
-        for j in range(n_u):
-            c[j] += program.linear[k, j]
-            Q[j, j] += program.quadratic[k, j]
-    m = 0
-    for i in range(program.count[0]):
-        m += program.kept[i]
-    A, b = np.empty((m, n_u)), np.empty(m)
-    row = 0
-    for i in range(program.count[0]):
-        if program.kept[i]:
-            for j in range(n_u):
-                A[row, j] = program.A[i, j]
-            b[row] = program.b[i]
-            row += 1
-    J, slack_lower, slack_upper = (
-        np.zeros((r, n_u + r)),
-        np.full(r, -np.inf),
-        np.full(r, np.inf),
-    )
+    _add_costs(program, Q, c)
+    A, b = np.empty((program.count[0], n_u)), np.empty(program.count[0])
+    m = _copy_kept(program, A, b, 0)
+    J = np.zeros((r, n_u + r))
+    slack_lower, slack_upper = np.full(r, -np.inf), np.full(r, np.inf)
     for k in range(r):
         for j in range(n_u):
             J[k, j] = program.J[k, j]
@@ -162,10 +159,10 @@ def slack_form(program):
         program.upper,
         slack_lower,
         slack_upper,
-        A,
-        b,
+        A[:m],
+        b[:m],
         J,
-        program.V[:r].copy(),
+        program.V[:r],
         Q,
         c,
     )

@@ -168,19 +168,11 @@ def verify_tick(
     Returns:
         What `verified` does.
     """
-    n = len(robot.radius)
-    return verified(
-        law,
-        robot,
-        compiled,
-        off,
-        aged(movers, age),
-        state_arrays(robot, q),
-        least_clearances(sphere, distance, n, law.influence),
-        stopping,
-        u,
-        u_previous,
-    )
+    n, state = len(robot.radius), state_arrays(robot, q)
+    clearance = least_clearances(sphere, distance, n, law.influence)
+    known = aged(movers, age)
+    around = robot, compiled, off, known, state, clearance, stopping
+    return verified(law, around, u, u_previous)
 
 
 @helper
@@ -216,19 +208,10 @@ def settle(law, given, aim, u_previous, guidance):
     u, status = decide(program, robot, u_previous, law.dt, law.strict)
     if status == NOT_DECIDED or not law.verify:
         return program, u, status, (u, 1.0, 0)
-    verdict = verified(
-        law,
-        robot,
-        compiled,
-        off,
-        movers,
-        state,
-        least_clearances(rows[0], rows[1], len(robot.radius), law.influence),
-        given_or(guidance.stopping, law.stopping),
-        u,
-        u_previous,
-    )
-    return program, u, status, verdict
+    n, stopping = len(robot.radius), given_or(guidance.stopping, law.stopping)
+    clearance = least_clearances(rows[0], rows[1], n, law.influence)
+    around = robot, compiled, off, movers, state, clearance, stopping
+    return program, u, status, verified(law, around, u, u_previous)
 
 
 @helper

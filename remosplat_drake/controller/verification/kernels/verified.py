@@ -41,30 +41,16 @@ _NOTHING, _JOINTS, _ITSELF, _MOVERS, _SCENE = range(len(OBJECTIONS))
 
 
 @helper
-def verified(
-    law,
-    robot,
-    compiled,
-    off,
-    movers,
-    state,
-    clearance,
-    stopping,
-    u,
-    u_previous,
-):
+def verified(law, around, u, u_previous):
     """Finds the command closest to u, towards braking, that may be applied.
 
     Args:
         law: The `LoopArrays`.
-        robot: The `RobotArrays`.
-        compiled: The map, as `DistanceField.compiled`; it is 1-Lipschitz.
-        off: Its `Misplacement`.
-        movers: The `MoverArrays`.
-        state: The `StateArrays`.
-        clearance: Present clearances of the spheres, or lower bounds of them
-            that are at least the stopping distance, shape (n,) [m].
-        stopping: Stopping distance that spheres keep from the scene [m].
+        around: The `RobotArrays`; the map, as `DistanceField.compiled`, which
+            is 1-Lipschitz, and its `Misplacement`; the `MoverArrays`; the
+            `StateArrays`; present clearances of the spheres, or lower bounds of
+            them that are at least the stopping distance, shape (n,) [m]; and
+            that distance [m].
         u: The wanted command, shape (n_u,).
         u_previous: The command that is being executed, shape (n_u,).
 
@@ -72,8 +58,8 @@ def verified(
         The command that may be applied, shape (n_u,), its fraction, and the
         number of what stood against the whole of u in `OBJECTIONS`.
     """
-    around = robot, compiled, off, movers, state, clearance, stopping
-    brake = next_on_ramp(u_previous, robot.acceleration_limit, law.dt)
+    limit = around[0].acceleration_limit
+    brake = next_on_ramp(u_previous, limit, law.dt)
     first = _NOTHING
     for scale in SCALES:
         command = u if scale == 1.0 else brake + scale * (u - brake)
