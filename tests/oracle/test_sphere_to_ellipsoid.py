@@ -478,6 +478,19 @@ def test_survives_centres_a_denormal_away():
     np.testing.assert_array_equal(n, [0, 0, -1])
 
 
+@pytest.mark.parametrize("scales", [[1e-9, 1e-9], [2e-9, 1e-9, 5e-10]])
+def test_directions_keep_their_digits_beside_a_large_uncertainty(scales):
+    splat = make_splat([0, 0, 0], scales, [1, 2, -3, 0.5], uncertainty=[3.0])
+    exact = make_splat([0, 0, 0], scales, [1, 2, -3, 0.5])
+    for p_WS in np.random.default_rng(3).normal(size=(20, 3)) * 1e-9:
+        d, n, p = one_row(splat, p_WS)
+        d_exact, n_exact, p_exact = one_row(exact, p_WS)
+        assert d == d_exact - 3.0
+        np.testing.assert_array_equal(p, p_exact)
+        np.testing.assert_array_equal(n, n_exact)
+        assert np.linalg.norm(n) == pytest.approx(1, abs=1e-15)
+
+
 def test_real_table(shared_data):
     splat = read_ply(shared_data / "splats" / "table_0001.ply")
     rng = np.random.default_rng(8)

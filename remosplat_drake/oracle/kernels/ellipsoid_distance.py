@@ -34,6 +34,15 @@ def box_distance_squared(y, e) -> float:
 
 
 @helper
+def is_inside(y, e) -> bool:
+    """Whether y is inside the ellipsoid with semi-axes e, e_2 > 0."""
+    z0 = y[0] / e[0]
+    z1 = y[1] / e[1]
+    z2 = y[2] / e[2]
+    return z0 * z0 + z1 * z1 + z2 * z2 < 1.0
+
+
+@helper
 def closest_on_disc(y, e, steps):
     """Closest point of the solid disc with semi-axes e_0, e_1.
 
@@ -75,7 +84,7 @@ def closest_on_ellipsoid(y, e, steps):
     z2 = abs(y[2]) / e[2]
     r0 = (e[0] / e[2]) ** 2
     r1 = (e[1] / e[2]) ** 2
-    inside = z0 * z0 + z1 * z1 + z2 * z2 < 1.0
+    inside = is_inside(y, e)
     p0, p1, p2 = _unit_point(
         r0 * z0, r1 * z1, z2, r0 - 1.0, r1 - 1.0, inside, steps
     )

@@ -20,6 +20,7 @@ from remosplat_drake.oracle.kernels.ellipsoid_distance import (
     box_distance_squared,
     closest_on_disc,
     closest_on_ellipsoid,
+    is_inside,
 )
 from remosplat_drake.oracle.kernels.near_children import (
     around,
@@ -35,6 +36,9 @@ from remosplat_drake.splat.bvh import leaf_range
 
 _SLACK = 1.0 + 1e-12
 """Bounds are compared with this margin: rounding never hides a splat."""
+
+_ROUNDED_UP = 1.0 + 1e-15
+"""Makes an uncertainty as large as rounding can make it."""
 
 _CHUNK = 8
 """Neighbouring spheres that one thread answers in a row."""
@@ -207,7 +211,8 @@ def _nearer(tree, place, p, floor, best):
     if splat[2] < floor:
         return best
     y, e = _in_splat_frame(splat, p)
-    if box_distance_squared(y, e) > _limit(best[0] + splat[15]):
+    # Beside a large uncertainty, small distances are rounded to its digits.
+    if box_distance_squared(y, e) > _limit(best[0] + splat[15] * _ROUNDED_UP):
         return best
     distance, x = _closest_on_splat(y, e, tree.is_surfel, tree.steps)
     distance -= splat[15]
@@ -243,7 +248,7 @@ def _write_answer(splat, p, best, answer):
     """Writes the answer of which `best` holds what `_nearer` says."""
     y, e = _in_splat_frame(splat, p)
     x = best[2]
-    n = _direction(y, x, e, best[0] + splat[15])
+    n = _direction(y, x, e)
     answer[1] = best[0]
     for k in range(3):
         answer[2 + k] = (
@@ -258,23 +263,26 @@ def _write_answer(splat, p, best, answer):
 
 
 @helper
-def _direction(y, x, e, distance):
-    """Minus the gradient of the distance, in the splat's frame.
+def _direction(y, x, e):
+    """Minus the gradient of the distance of y, in the splat's frame.
 
     On the surface x - y vanishes, and the surface's normal takes its place:
     the outward one of an ellipsoid, turned towards the scene; the disc's
     normal, axis 2, for a point on a disc.
     """
-    if e[2] == 0.0 and distance == 0.0:
-        return 0.0, 0.0, 1.0
-    if e[2] > 0.0 and abs(distance) < 1e-8 * e[0]:
+    u, v, w = x[0] - y[0], x[1] - y[1], x[2] - y[2]
+    largest = max(abs(u), max(abs(v), abs(w)))
+    if e[2] == 0.0:
+        if largest == 0.0:
+            return 0.0, 0.0, 1.0
+    elif largest < 1e-8 * e[0]:
         u = -x[0] / e[0] * (e[2] / e[0])
         v = -x[1] / e[1] * (e[2] / e[1])
         w = -x[2] / e[2]
-        length = math.sqrt(u * u + v * v + w * w)
-        return u / length, v / length, w / length
-    return (
-        (x[0] - y[0]) / distance,
-        (x[1] - y[1]) / distance,
-        (x[2] - y[2]) / distance,
-    )
+        largest = max(abs(u), max(abs(v), abs(w)))
+    elif is_inside(y, e):
+        largest = -largest
+    # Scaled first: squares of denormal numbers are nothing.
+    u, v, w = u / largest, v / largest, w / largest
+    length = math.sqrt(u * u + v * v + w * w)
+    return u / length, v / length, w / length
