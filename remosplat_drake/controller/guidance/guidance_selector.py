@@ -12,6 +12,7 @@ from pydrake.systems.framework import (
     State,
 )
 
+from remosplat_drake.base.threads import num_threads
 from remosplat_drake.controller.guidance.look_ahead_process import (
     LookAheadProcess,
 )
@@ -90,6 +91,7 @@ class GuidanceSelector(LeafSystem):
         self.set_name("guidance")
         self._rule = rule
         self._budget = budget
+        self._threads = num_threads()
         self._process = process
         robot = rule.law.robot
         self._configuration_input = self.DeclareVectorInputPort(
@@ -172,6 +174,7 @@ class GuidanceSelector(LeafSystem):
                 selection,
                 field=field,
                 budget=self._budget,
+                threads=self._threads,
                 **vars(now),
             )
         return cycle_when_stalled(

@@ -8,6 +8,7 @@ from time import perf_counter
 
 from remosplat_drake.base.array_pipe import send_arrays
 from remosplat_drake.base.child_process import ChildProcess
+from remosplat_drake.base.threads import num_threads
 from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.rule_transfer import (
     TransferError,
@@ -28,6 +29,9 @@ PATIENCE = 5.0
 _NICENESS = 10
 """Niceness of the process: the control tick goes first."""
 
+_IN_USE = 2
+"""Cores that the control loop, its page and its messages need."""
+
 DIED = "the look-ahead process has died"
 
 _log = logging.getLogger(__name__)
@@ -36,12 +40,12 @@ _log = logging.getLogger(__name__)
 class LookAheadProcess:
     """A process that looks ahead with a budget of wall-clock time.
 
-    The process is spawned, keeps to one thread and yields to everybody. The
-    map goes to it once a revision; after that messages are small. Once it
-    has started, nothing waits for it: what is not there yet comes at a later
-    tick. When it dies or fails, that is logged once, and `missing` says it
-    from then on; when it hangs, or gets no time on a busy computer, until it
-    answers again.
+    The process is spawned, yields to everybody, and has a thread for each core
+    that the control loop and what serves it leave free. The map goes to it once
+    a revision; after that messages are small. Once it has started, nothing
+    waits for it: what is not there yet comes at a later tick. When it dies or
+    fails, that is logged once, and `missing` says it from then on; when it
+    hangs, or gets no time on a busy computer, until it answers again.
 
     Attributes:
         missing: Why there is no look-ahead at present; empty if there is.
@@ -65,7 +69,7 @@ class LookAheadProcess:
         """
         packed = pack_rule(rule)
         self._child = ChildProcess(serve, "look-ahead", _NICENESS)
-        self._child.start(packed, budget)
+        self._child.start(packed, budget, max(1, num_threads() - _IN_USE))
         self._connection, self.process = self._child.wait_until_started()
         self.missing = ""
         self._lost = False

@@ -22,6 +22,9 @@ from remosplat_drake.signals.target import Target
 RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
 """Statuses of a rollout: the last three are ends."""
 
+OUTRUN = "outrun"
+"""Another end: one that began at the same time has arrived at a lower price."""
+
 _STALL_SPEED = 0.012
 """Below this speed nothing moves any more: max(|v|, |q_dot| / 2)."""
 
@@ -39,7 +42,7 @@ class Rollout:
         u: Command being executed at q, shape (n_u,).
         time: Simulated time since the start [s].
         still: Time for which the robot has stood still [s].
-        status: One of RUNNING, REACHED, STALLED and HORIZON.
+        status: One of RUNNING, REACHED, STALLED, HORIZON and OUTRUN.
         position_error: Distance from end effector to target at q, the largest
             [m].
         angle_error: Angle from end effector to target at q, the largest [rad].
@@ -65,21 +68,46 @@ class Rollout:
     def __deepcopy__(self, memo) -> "Rollout":
         return self
 
+    @property
+    def num_steps(self) -> int:
+        """Number of steps simulated so far."""
+        return len(self.path)
+
+    def ended(self, status: str) -> "Rollout":
+        """Returns the rollout as one that goes no further.
+
+        Args:
+            status: Why it does not.
+        """
+        return dc.replace(self, status=status)
+
     def score(self, first_tier: float) -> float:
         """Prices the rollout, in seconds: the lower, the better.
 
-        A rollout that arrives costs the time to the target, and 4 s for every
-        10 mm of stopping distance given up; any other costs 58 s, and more
-        the farther it ends from the target.
+        One that arrives costs its `arrival`; any other 58 s, and more the
+        farther it ends from the target. Who is outrun cannot be the best.
+
+        Args:
+            first_tier: The usual stopping distance [m].
+        """
+        if self.status == REACHED:
+            return self.arrival(first_tier)
+        if self.status == OUTRUN:
+            return math.inf
+        return 58.0 + 10.0 * self.position_error + self.angle_error
+
+    def arrival(self, first_tier: float) -> float:
+        """Returns what it costs, or would, to arrive at this time [s].
+
+        It is the time to the target, and 4 s for every 10 mm of stopping
+        distance given up.
 
         Args:
             first_tier: The usual stopping distance [m].
         """
         stopping = self.guidance.stopping
         given_up = 0.0 if stopping is None else first_tier - stopping
-        if self.status == REACHED:
-            return self.time + 400.0 * given_up
-        return 58.0 + 10.0 * self.position_error + self.angle_error
+        return self.time + 400.0 * given_up
 
 
 def step_rollout(

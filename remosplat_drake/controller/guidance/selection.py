@@ -25,11 +25,10 @@ class Selection:
     Attributes:
         guidance: The guidance to follow now.
         reason: Why it is followed, for people.
-        running: The rollout in progress; None between rounds.
-        candidates: The planner's candidates for the present round, a tuple
-            for each tier.
-        waiting: Candidates of the present tier still to be tried.
-        tier: Index of the present tier.
+        running: The rollouts in progress, which began together, and those of
+            them that have ended already; empty between rounds.
+        waiting: Candidates of the present round still to be tried, a tuple for
+            each tier.
         plans: What the searches of the present round have come to, one for
             each stopping distance that was tried.
         failures: Number of rounds in a row with searches in which nothing
@@ -42,7 +41,7 @@ class Selection:
         roadmap: Corners of those that were found before.
         around: What stood still when a path was searched, and so was in the
             way of it.
-        finished: Finished rollouts of the present round, the first of them
+        finished: Rollouts of the present round before those, the first of them
             with the guidance that is followed.
         latest: Rollouts of the latest complete round.
         idle_until: Time before which nothing is computed [s], but see
@@ -59,10 +58,8 @@ class Selection:
 
     guidance: Guidance
     reason: str = "start"
-    running: Rollout | None = None
-    candidates: tuple[tuple[Guidance, ...], ...] = ()
-    waiting: tuple[Guidance, ...] = ()
-    tier: int = 0
+    running: tuple[Rollout, ...] = ()
+    waiting: tuple[tuple[Guidance, ...], ...] = ()
     plans: tuple[Plan, ...] = ()
     failures: int = 0
     unreachable: str = ""

@@ -2,8 +2,8 @@
 
 The present guidance is rolled out from the present state. If it arrives, it
 stays, and nothing is computed for a while. If not, the other candidates are
-tried tier by tier, a few steps a tick, while the robot keeps moving; the
-cheapest one takes over if it is better by a margin.
+tried tier by tier, those of a tier side by side, a few steps a tick, while the
+robot keeps moving; the cheapest one takes over if it is better by a margin.
 """
 
 import dataclasses as dc
@@ -12,11 +12,15 @@ from typing import Any
 
 import numpy as np
 
+from remosplat_drake.controller.guidance.futures import (
+    Futures,
+    advance_together,
+    are_open,
+)
 from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.rollout import (
     REACHED,
-    RUNNING,
     Rollout,
     step_rollout,
 )
@@ -66,13 +70,14 @@ def advance_selection(
     budget: int,
     movers: Movers | None = None,
     interrupted: Callable[[], bool] = lambda: False,
+    threads: int = 1,
 ) -> Selection:
     """Looks ahead by at most `budget` rollout steps and decides if it can.
 
     A new target or a new map ends the round: what was simulated is about
-    another world. Every candidate starts from the robot's state when its turn
-    comes, so a round that takes several ticks may end differently from one
-    that a larger budget finishes in a single tick.
+    another world. Candidates start from the robot's state when the turn of
+    their tier comes, so a round that takes several ticks may end differently
+    from one that a larger budget finishes in a single tick.
 
     What moves is no other world: rollouts move it on from where it is when
     they begin, and are made anew more often. A path goes round what stands
@@ -91,6 +96,8 @@ def advance_selection(
         movers: What moves; None if nothing is known to.
         interrupted: Function that tells whether a search of a path, which may
             take long, shall give up at once.
+        threads: Number of rollouts that may be simulated at the same time. It
+            makes no difference to the selection.
 
     Returns:
         The selection after these steps; the same object if there was nothing
@@ -110,30 +117,45 @@ def advance_selection(
     gone = whoever_has_gone(selection.around, now)
     if gone:
         selection = _way_is_free(rule, selection, now, gone)
-    for _ in range(budget):
-        if selection.running is None:
+    left = budget
+    while left > 0:
+        if not selection.running:
             if time < selection.idle_until and not _has_moved(selection, q):
                 break
-            first = _begin(selection.guidance, now)
+            first = _begin((selection.guidance,), now)
             selection = dc.replace(selection, running=first, plans=())
-        assert selection.running is not None
-        running = step_rollout(
-            rule.law,
+        running, spent = advance_together(
             selection.running,
-            field,
-            aim,
-            rule.arrived,
-            rule.horizon_of(selection.running.guidance),
+            lambda rollout: _step(rule, rollout, field, aim),
+            rule.tiers[0],
+            left,
+            threads if _are_compiled(rule, field) else 1,
         )
-        if running.status == RUNNING:
+        left -= spent
+        if are_open(running):
             selection = dc.replace(selection, running=running)
         else:
             selection = _file(rule, selection, running, now, field, interrupted)
     return selection
 
 
-def _begin(guidance: Guidance, now: PresentState) -> Rollout:
-    return Rollout(guidance, now.q, now.u, movers=now.movers, start=now.time)
+def _step(
+    rule: SelectionRule, rollout: Rollout, field: DistanceField, aim: Aim
+) -> Rollout:
+    horizon = rule.horizon_of(rollout.guidance)
+    return step_rollout(rule.law, rollout, field, aim, rule.arrived, horizon)
+
+
+def _are_compiled(rule: SelectionRule, field: DistanceField) -> bool:
+    """Whether rollouts run other people's code only where threads may."""
+    return rule.law.loop is not None and field.compiled_rows is not None
+
+
+def _begin(guidances: tuple[Guidance, ...], now: PresentState) -> Futures:
+    return tuple(
+        Rollout(guidance, now.q, now.u, movers=now.movers, start=now.time)
+        for guidance in guidances
+    )
 
 
 def _way_is_free(
@@ -147,7 +169,7 @@ def _way_is_free(
     return Selection(
         selection.guidance,
         f"{gone} has gone",
-        running=_begin(rule.start, now),
+        running=_begin((rule.start,), now),
         effort=selection.effort,
         found=selection.found,
         roadmap=selection.roadmap,
@@ -159,43 +181,51 @@ def _way_is_free(
 def _file(
     rule: SelectionRule,
     selection: Selection,
-    rollout: Rollout,
+    ended: Futures,
     now: PresentState,
     field: DistanceField,
     interrupted: Callable[[], bool],
 ) -> Selection:
-    """Files a finished rollout and starts the next, or decides."""
-    finished = (*selection.finished, rollout)
-    if len(finished) == 1:  # The incumbent's.
-        if rollout.status == REACHED:
-            return _end_round(
-                selection,
-                rollout.guidance,
-                finished,
-                f"{rollout.guidance.name} arrives",
-                now.time + _trusted_for(now.movers),
-            )
+    """Files rollouts that have ended and begins the next, or decides."""
+    incumbent = (selection.finished or ended)[0]
+    finished = (*selection.finished, *ended)
+    arrives = any(r.status == REACHED for r in ended)
+    if arrives and ended[0] is incumbent:
+        return _end_round(
+            selection,
+            incumbent.guidance,
+            finished,
+            f"{incumbent.guidance.name} arrives",
+            now.time + _trusted_for(now.movers),
+        )
+    if arrives:
+        return _decide(rule, selection, finished, now)
+    waiting = selection.waiting
+    if ended[0] is incumbent:
         candidates = rule.candidates(now.q, now.aim, field)
-        waiting, tier = _others((selection.guidance,), rollout.guidance), -1
-    else:
-        candidates = selection.candidates
-        waiting, tier = selection.waiting, selection.tier
-    arrives = any(r.status == REACHED for r in finished)
-    while not waiting and not arrives and tier + 1 < len(candidates):
-        tier += 1
-        waiting = _others(candidates[tier], finished[0].guidance)
-    if not waiting and not arrives:
-        selection, waiting = _planned(rule, selection, now, field, interrupted)
-    if not waiting:
+        waiting = (selection.guidance,), *candidates
+    group, waiting = _next_group(waiting, incumbent.guidance)
+    if not group:
+        selection, group = _planned(rule, selection, now, field, interrupted)
+    if not group:
         return _decide(rule, selection, finished, now)
     return dc.replace(
         selection,
-        running=_begin(waiting[0], now),
-        candidates=candidates,
-        waiting=waiting[1:],
-        tier=tier,
+        running=_begin(group, now),
+        waiting=waiting,
         finished=finished,
     )
+
+
+def _next_group(
+    waiting: tuple[tuple[Guidance, ...], ...], tried: Guidance
+) -> tuple[tuple[Guidance, ...], tuple[tuple[Guidance, ...], ...]]:
+    """The first group that holds another guidance, and those behind it."""
+    for i, group in enumerate(waiting):
+        others = tuple(guidance for guidance in group if guidance != tried)
+        if others:
+            return others, waiting[i + 1 :]
+    return (), ()
 
 
 def _planned(
@@ -231,12 +261,6 @@ def _planned(
         selection, plans=plans, effort=effort, found=found, around=around
     )
     return selection, () if guidance is None else (guidance,)
-
-
-def _others(
-    candidates: tuple[Guidance, ...], incumbent: Guidance
-) -> tuple[Guidance, ...]:
-    return tuple(g for g in candidates if g != incumbent)
 
 
 def _decide(

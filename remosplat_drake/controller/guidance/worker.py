@@ -44,7 +44,9 @@ class Failure:
     reason: str
 
 
-def serve(connection: Connection, packed: PackedRule, budget: float) -> None:
+def serve(
+    connection: Connection, packed: PackedRule, budget: float, threads: int
+) -> None:
     """Runs in the look-ahead process until the other end is closed.
 
     Args:
@@ -55,9 +57,10 @@ def serve(connection: Connection, packed: PackedRule, budget: float) -> None:
             follows.
         packed: The selection rule, as `pack_rule` packs it.
         budget: Time that an answer may take [s].
+        threads: Number of rollouts that may be simulated at the same time.
     """
     try:
-        _answer(connection, unpack_rule(packed), budget)
+        _answer(connection, unpack_rule(packed), budget, threads)
     except (EOFError, ConnectionError):
         return
     except TransferError as error:
@@ -66,7 +69,9 @@ def serve(connection: Connection, packed: PackedRule, budget: float) -> None:
         connection.send(Failure(f"{type(error).__name__}: {error}"))
 
 
-def _answer(connection: Connection, rule: SelectionRule, budget: float) -> None:
+def _answer(
+    connection: Connection, rule: SelectionRule, budget: float, threads: int
+) -> None:
     connection.send(READY)
     selection, field = start_selection(rule), None
     while True:
@@ -82,6 +87,7 @@ def _answer(connection: Connection, rule: SelectionRule, budget: float) -> None:
             field,
             perf_counter() + budget,
             connection.poll,
+            threads,
         )
         connection.send(_news(selection, following))
         selection = following
@@ -94,6 +100,7 @@ def look_ahead(
     field: DistanceField,
     until: float,
     interrupted: Callable[[], bool],
+    threads: int = 1,
 ) -> Selection:
     """Advances a selection until there is nothing to do or time is up.
 
@@ -105,14 +112,16 @@ def look_ahead(
         until: Time at which to end, by `perf_counter` [s].
         interrupted: Function that tells, between steps, whether to end at
             once.
+        threads: Number of rollouts that may be simulated at the same time.
     """
     while perf_counter() < until and not interrupted():
         following = advance_selection(
             rule,
             selection,
             field=field,
-            budget=1,
+            budget=threads,
             interrupted=interrupted,
+            threads=threads,
             **vars(now),
         )
         if following is selection:
@@ -130,6 +139,4 @@ def _news(before: Selection, after: Selection) -> Selection | None:
         and after.aim is before.aim
     ):
         return None
-    return dc.replace(
-        after, running=None, candidates=(), waiting=(), finished=()
-    )
+    return dc.replace(after, running=(), waiting=(), finished=())

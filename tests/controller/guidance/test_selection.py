@@ -99,7 +99,7 @@ def test_nothing_is_decided_before_all_of_a_tier_is_known(toy):
     for _ in range(10):
         selection = advance(rule, selection, toy, budget=2)
         assert selection.guidance is toy.far
-    assert selection.running is not None
+    assert selection.running
 
 
 def test_candidates_start_where_the_robot_is_when_their_turn_comes(toy):
@@ -108,14 +108,15 @@ def test_candidates_start_where_the_robot_is_when_their_turn_comes(toy):
     while not selection.finished:
         selection = advance(rule, selection, toy, budget=1)
     # `near` waits at the old state: it has not taken a step.
-    assert selection.running is not None
-    np.testing.assert_array_equal(selection.running.q, toy.q)
+    (near,) = selection.running
+    assert near.guidance is toy.near
+    np.testing.assert_array_equal(near.q, toy.q)
     moved = toy.q + 0.1
     selection = start_selection(rule)
     while not selection.finished:
         selection = advance(rule, selection, toy, budget=1, q=moved)
-    assert selection.running is not None
-    np.testing.assert_array_equal(selection.running.q, moved)
+    (near,) = selection.running
+    np.testing.assert_array_equal(near.q, moved)
 
 
 def test_a_lower_tier_is_tried_only_if_the_first_has_nothing(toy):
@@ -187,8 +188,7 @@ def test_a_hopeless_round_is_not_repeated_where_the_robot_stands(toy, counted):
     later = advance(rule, selection, toy, time=PATIENCE, budget=1)
     assert counted == [toy.far] * 2
     for following in (moved, later):
-        assert following.running is not None
-        assert following.running.guidance is toy.far
+        assert [r.guidance for r in following.running] == [toy.far]
 
 
 def test_a_new_target_starts_afresh(toy):
@@ -201,8 +201,7 @@ def test_a_new_target_starts_afresh(toy):
     assert selection.reason == "new target"
     assert not selection.finished
     assert not selection.latest
-    assert selection.running is not None
-    assert len(selection.running.path) == 1
+    assert [r.num_steps for r in selection.running] == [1]
 
 
 def test_a_new_map_aborts_the_round_and_keeps_the_guidance(toy):
@@ -215,8 +214,7 @@ def test_a_new_map_aborts_the_round_and_keeps_the_guidance(toy):
     assert selection.guidance is toy.near
     assert selection.reason == "new map"
     assert selection.revision == "another"
-    assert selection.running is not None
-    assert len(selection.running.path) == 1
+    assert [r.num_steps for r in selection.running] == [1]
 
 
 @pytest.mark.parametrize("name", ["q", "aim"])

@@ -1,0 +1,101 @@
+"""Several rollouts side by side, on the cores that are free."""
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+from remosplat_drake.controller.guidance.rollout import (
+    OUTRUN,
+    REACHED,
+    RUNNING,
+    Rollout,
+)
+
+Futures = tuple[Rollout, ...]
+"""Rollouts that began together, those among them that have ended, too."""
+
+
+def are_open(futures: Futures) -> bool:
+    """Tells whether any of these rollouts goes on."""
+    return any(rollout.status == RUNNING for rollout in futures)
+
+
+def advance_together(
+    futures: Futures,
+    step: Callable[[Rollout], Rollout],
+    first_tier: float,
+    budget: int,
+    threads: int,
+) -> tuple[Futures, int]:
+    """Advances rollouts, each by its share of a number of steps.
+
+    Once one of them has arrived, those that cannot arrive at a lower price any
+    more are not simulated to their end: they are outrun.
+
+    Args:
+        futures: The rollouts, at least one of them running.
+        step: Function that simulates one step of one of them. It is called
+            from several threads.
+        first_tier: The usual stopping distance, for the price [m].
+        budget: Number of steps that may be spent.
+        threads: Number of rollouts that are simulated at the same time. It
+            makes no difference to what comes out.
+
+    Returns:
+        The rollouts in the same order, and the number of steps spent, at least
+        one.
+    """
+    shares = _shares(futures, budget)
+    jobs = [(futures[i], share) for i, share in shares.items()]
+    advanced = dict(zip(shares, _simulate(jobs, step, threads), strict=True))
+    after = tuple(advanced.get(i, futures[i]) for i in range(len(futures)))
+    spent = sum(r.num_steps for r in after) - sum(r.num_steps for r in futures)
+    return _without_outrun(after, first_tier), spent
+
+
+def _shares(futures: Futures, budget: int) -> dict[int, int]:
+    """Who takes how many steps; what is left over goes to who is behind."""
+    running = [i for i, r in enumerate(futures) if r.status == RUNNING]
+    running.sort(key=lambda i: futures[i].num_steps)
+    each, over = divmod(budget, len(running))
+    shares = {i: each + (rank < over) for rank, i in enumerate(running)}
+    return {i: share for i, share in shares.items() if share}
+
+
+def _simulate(
+    jobs: list[tuple[Rollout, int]],
+    step: Callable[[Rollout], Rollout],
+    threads: int,
+) -> list[Rollout]:
+    def run(job: tuple[Rollout, int]) -> Rollout:
+        rollout, share = job
+        for _ in range(share):
+            if rollout.status != RUNNING:
+                break
+            rollout = step(rollout)
+        return rollout
+
+    if threads < 2 or len(jobs) < 2:
+        return [run(job) for job in jobs]
+    # This thread takes its part, too.
+    others = [_pool(threads - 1).submit(run, job) for job in jobs[1:]]
+    return [run(jobs[0]), *(other.result() for other in others)]
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Threads that wait for the next rollouts: starting them takes as long."""
+    return ThreadPoolExecutor(threads, "rollout")
+
+
+def _without_outrun(futures: Futures, first_tier: float) -> Futures:
+    """Ends those that cannot be the cheapest any more."""
+    arrived = (r.score(first_tier) for r in futures if r.status == REACHED)
+    cheapest = min(arrived, default=math.inf)
+    return tuple(
+        r.ended(OUTRUN)
+        if r.status == RUNNING and r.arrival(first_tier) >= cheapest
+        else r
+        for r in futures
+    )
