@@ -23,7 +23,11 @@ from remosplat_drake.mapping.mapping_job import MappingJob
 from remosplat_drake.mapping.mapping_process import MappingProcess
 from remosplat_drake.mapping.messages import AddFrame, Event
 from remosplat_drake.mapping.store.session import Session
-from remosplat_drake.oracle.oracle_config import SphereToEllipsoid, make_field
+from remosplat_drake.oracle.oracle_config import (
+    OracleMaker,
+    SphereToEllipsoid,
+    make_field,
+)
 
 CAMERA = WristCameraConfig(width=96, height=72)
 CONFIG = MappingConfig(
@@ -78,6 +82,7 @@ def make_job(
     folder: Path,
     config: MappingConfig = CONFIG,
     make: Callable = make_camera,
+    oracle: OracleMaker | None = None,
 ) -> MappingJob:
     """A new session's job."""
     Session.create(folder, "robot: {model: frankie}\n")
@@ -86,7 +91,12 @@ def make_job(
         config,
         world.robot,
         partial(make, world),
-        partial(make_field, SphereToEllipsoid(), truth=None, where="test"),
+        partial(
+            make_field,
+            oracle or SphereToEllipsoid(),
+            truth=None,
+            where="test",
+        ),
         world.q0,
     )
 
