@@ -1,4 +1,4 @@
-"""What looking ahead costs: a rollout step, and ticks beside look-ahead.
+"""What looking ahead costs: rollouts, and ticks beside look-ahead.
 
 The scene is one of the published kind in which the controller alone gets
 stuck, covered by 60,000 surfels: there the selector has work to do.
@@ -15,7 +15,7 @@ from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.controller.guidance.rollout import (
     RUNNING,
     Rollout,
-    step_rollout,
+    advance_rollout,
 )
 from remosplat_drake.controller.guidance.selection import start_selection
 from remosplat_drake.controller.guidance.selection_round import (
@@ -58,14 +58,17 @@ class _Task:
 
 
 def guidance_cases() -> list[Case]:
-    """Makes cases: a rollout's step, and the periods of closed loops."""
+    """Makes cases: steps of rollouts, and the periods of closed loops."""
     task = _make_task()
-    for _ in islice(_rollout_steps(task), _WARM_UP):
-        pass
     budget = task.scenario.controller.guidance.budget
+    for _ in islice(_rollouts(task, budget), _WARM_UP // budget):
+        pass
     rate = 1 / task.scenario.control_period
     return [
-        Case("guidance: rollout step", _endless(_rollout_steps(task))),
+        Case(
+            f"guidance: {budget} steps of a rollout",
+            _endless(_rollouts(task, budget)),
+        ),
         Case(
             f"guidance: whole tick at {rate:g} Hz, no look-ahead",
             _endless(_periods(task, 0)),
@@ -105,20 +108,21 @@ def _endless(steps: Iterator[None]):
     return lambda: next(steps)
 
 
-def _rollout_steps(task: _Task) -> Iterator[None]:
+def _rollouts(task: _Task, steps: int) -> Iterator[None]:
     """The rollouts of all candidates from the start, again and again."""
     rule = task.rule
     while True:
         for guidance in rule.candidates(task.q0, task.aim, task.field)[0]:
             rollout = Rollout(guidance, task.q0, np.zeros(task.robot.n_u))
             while rollout.status == RUNNING:
-                rollout = step_rollout(
+                rollout = advance_rollout(
                     rule.law,
                     rollout,
                     task.field,
                     task.aim,
                     rule.arrived,
                     rule.horizon,
+                    steps,
                 )
                 yield
 

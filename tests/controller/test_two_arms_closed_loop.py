@@ -12,7 +12,7 @@ from remosplat_drake.controller.guidance.rollout import (
     REACHED,
     RUNNING,
     Rollout,
-    step_rollout,
+    advance_rollout,
 )
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.goal_configurations import (
@@ -96,7 +96,7 @@ def test_a_rollout_arrives_when_both_have(two_arms, law):
     aim = Aim((Target(near), Target(far)))
     rollout = Rollout(Guidance(), two_arms.q_home, np.zeros(two_arms.n_u))
     while rollout.status == RUNNING:
-        rollout = step_rollout(
+        rollout = advance_rollout(
             law, rollout, FAR, aim, lambda e: e.distance < 0.01, 5.0
         )
     assert rollout.status == REACHED

@@ -23,7 +23,7 @@ def are_open(futures: Futures) -> bool:
 
 def advance_together(
     futures: Futures,
-    step: Callable[[Rollout], Rollout],
+    advance: Callable[[Rollout, int], Rollout],
     first_tier: float,
     budget: int,
     threads: int,
@@ -35,8 +35,8 @@ def advance_together(
 
     Args:
         futures: The rollouts, at least one of them running.
-        step: Function that simulates one step of one of them. It is called
-            from several threads.
+        advance: Function that simulates so many steps of one of them, unless
+            it ends before. It is called from several threads.
         first_tier: The usual stopping distance, for the price [m].
         budget: Number of steps that may be spent.
         threads: Number of rollouts that are simulated at the same time. It
@@ -48,7 +48,7 @@ def advance_together(
     """
     shares = _shares(futures, budget)
     jobs = [(futures[i], share) for i, share in shares.items()]
-    advanced = dict(zip(shares, _simulate(jobs, step, threads), strict=True))
+    advanced = dict(zip(shares, _all_of(jobs, advance, threads), strict=True))
     after = tuple(advanced.get(i, futures[i]) for i in range(len(futures)))
     spent = sum(r.num_steps for r in after) - sum(r.num_steps for r in futures)
     return _without_outrun(after, first_tier), spent
@@ -63,24 +63,16 @@ def _shares(futures: Futures, budget: int) -> dict[int, int]:
     return {i: share for i, share in shares.items() if share}
 
 
-def _simulate(
+def _all_of(
     jobs: list[tuple[Rollout, int]],
-    step: Callable[[Rollout], Rollout],
+    advance: Callable[[Rollout, int], Rollout],
     threads: int,
 ) -> list[Rollout]:
-    def run(job: tuple[Rollout, int]) -> Rollout:
-        rollout, share = job
-        for _ in range(share):
-            if rollout.status != RUNNING:
-                break
-            rollout = step(rollout)
-        return rollout
-
     if threads < 2 or len(jobs) < 2:
-        return [run(job) for job in jobs]
+        return [advance(*job) for job in jobs]
     # This thread takes its part, too.
-    others = [_pool(threads - 1).submit(run, job) for job in jobs[1:]]
-    return [run(jobs[0]), *(other.result() for other in others)]
+    others = [_pool(threads - 1).submit(advance, *job) for job in jobs[1:]]
+    return [advance(*jobs[0]), *(other.result() for other in others)]
 
 
 @cache

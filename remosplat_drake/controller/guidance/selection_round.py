@@ -22,7 +22,7 @@ from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.rollout import (
     REACHED,
     Rollout,
-    step_rollout,
+    advance_rollout,
 )
 from remosplat_drake.controller.guidance.selection import (
     Selection,
@@ -126,7 +126,15 @@ def advance_selection(
             selection = dc.replace(selection, running=first, plans=())
         running, spent = advance_together(
             selection.running,
-            lambda rollout: _step(rule, rollout, field, aim),
+            lambda rollout, steps: advance_rollout(
+                rule.law,
+                rollout,
+                field,
+                aim,
+                rule.arrived,
+                rule.horizon_of(rollout.guidance),
+                steps,
+            ),
             rule.tiers[0],
             left,
             threads if _are_compiled(rule, field) else 1,
@@ -137,13 +145,6 @@ def advance_selection(
         else:
             selection = _file(rule, selection, running, now, field, interrupted)
     return selection
-
-
-def _step(
-    rule: SelectionRule, rollout: Rollout, field: DistanceField, aim: Aim
-) -> Rollout:
-    horizon = rule.horizon_of(rollout.guidance)
-    return step_rollout(rule.law, rollout, field, aim, rule.arrived, horizon)
 
 
 def _are_compiled(rule: SelectionRule, field: DistanceField) -> bool:

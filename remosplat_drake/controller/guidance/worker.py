@@ -14,6 +14,7 @@ from remosplat_drake.base.array_pipe import (
     receive_arrays,
 )
 from remosplat_drake.controller.guidance.present_state import PresentState
+from remosplat_drake.controller.guidance.rollout import STRIDE
 from remosplat_drake.controller.guidance.rule_transfer import (
     PackedRule,
     TransferError,
@@ -110,16 +111,17 @@ def look_ahead(
         now: The robot's present state.
         field: The map.
         until: Time at which to end, by `perf_counter` [s].
-        interrupted: Function that tells, between steps, whether to end at
+        interrupted: Function that tells, every few steps, whether to end at
             once.
         threads: Number of rollouts that may be simulated at the same time.
     """
     while perf_counter() < until and not interrupted():
+        at_once = max(1, min(threads, len(selection.running)))
         following = advance_selection(
             rule,
             selection,
             field=field,
-            budget=threads,
+            budget=STRIDE * at_once,
             interrupted=interrupted,
             threads=threads,
             **vars(now),

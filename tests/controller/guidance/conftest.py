@@ -85,11 +85,12 @@ def toy(three_link) -> ToyWorld:
 def counted(monkeypatch) -> list[Guidance]:
     """The guidance of every rollout step that the selection takes."""
     taken: list[Guidance] = []
-    step: Callable = selection_round.step_rollout
+    advance: Callable = selection_round.advance_rollout
 
     def counting(law, rollout, *arguments):
-        taken.append(rollout.guidance)
-        return step(law, rollout, *arguments)
+        after = advance(law, rollout, *arguments)
+        taken.extend([rollout.guidance] * (after.num_steps - rollout.num_steps))
+        return after
 
-    monkeypatch.setattr(selection_round, "step_rollout", counting)
+    monkeypatch.setattr(selection_round, "advance_rollout", counting)
     return taken

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from patience import PATIENCE
 
 from remosplat_drake.controller.guidance.futures import (
     advance_together,
@@ -23,7 +24,7 @@ from remosplat_drake.controller.guidance.rollout import (
     RUNNING,
     STALLED,
     Rollout,
-    step_rollout,
+    advance_rollout,
 )
 
 FIRST_TIER = 0.030
@@ -33,31 +34,31 @@ def begun(toy, *guidances: Guidance) -> tuple[Rollout, ...]:
     return tuple(Rollout(g, toy.q, np.zeros(3)) for g in guidances)
 
 
-def stepper(toy):
+def advancing(toy):
     rule = toy.rule()
 
-    def step(rollout: Rollout) -> Rollout:
-        return step_rollout(
-            rule.law, rollout, toy.field, toy.X_WT, rule.arrived, 4.0
+    def advance(rollout: Rollout, steps: int) -> Rollout:
+        return advance_rollout(
+            rule.law, rollout, toy.field, toy.X_WT, rule.arrived, 4.0, steps
         )
 
-    return step
+    return advance
 
 
 def to_the_end(toy, futures, budget=10_000, threads=1):
     spent = 0
     while are_open(futures):
         futures, more = advance_together(
-            futures, stepper(toy), FIRST_TIER, budget, threads
+            futures, advancing(toy), FIRST_TIER, budget, threads
         )
         assert 1 <= more <= budget
         spent += more
     return futures, spent
 
 
-def counting(rollout: Rollout) -> Rollout:
-    """A step of a world in which nothing happens."""
-    return dc.replace(rollout, path=(*rollout.path, np.zeros(3)))
+def counting(rollout: Rollout, steps: int) -> Rollout:
+    """Steps of a world in which nothing happens."""
+    return dc.replace(rollout, path=(*rollout.path, *np.zeros((steps, 3))))
 
 
 def test_shares_are_even_and_the_rest_goes_to_who_is_behind(toy):
@@ -132,23 +133,25 @@ def test_threads_are_not_seen(toy, budget, threads, stoppings):
 
 
 def test_threads_simulate_at_the_same_time(toy):
-    """Each waits in its step until all three are in one."""
-    together = threading.Barrier(3, timeout=60)
+    """Each waits until all three are simulated."""
+    together = threading.Barrier(3, timeout=PATIENCE)
 
-    def step(rollout: Rollout) -> Rollout:
+    def advance(rollout: Rollout, steps: int) -> Rollout:
         together.wait()
-        return counting(rollout)
+        return counting(rollout, steps)
 
     futures = begun(toy, toy.far, toy.near, toy.far)
-    futures, spent = advance_together(futures, step, 0.0, 6, 3)
+    futures, spent = advance_together(futures, advance, 0.0, 6, 3)
     assert spent == 6
     assert all(r.status == RUNNING for r in futures)
 
 
 def test_what_fails_in_a_thread_is_raised(toy):
-    def step(rollout: Rollout) -> Rollout:
-        raise ValueError(rollout.guidance.name)
+    def advance(rollout: Rollout, steps: int) -> Rollout:
+        if rollout.guidance is toy.near:
+            raise ValueError("near has failed")
+        return counting(rollout, steps)
 
     futures = begun(toy, toy.far, toy.near)
-    with pytest.raises(ValueError, match="far"):
-        advance_together(futures, step, 0.0, 2, 2)
+    with pytest.raises(ValueError, match="near has failed"):
+        advance_together(futures, advance, 0.0, 2, 2)

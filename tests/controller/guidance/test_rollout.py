@@ -18,9 +18,9 @@ from remosplat_drake.controller.guidance.rollout import (
     RUNNING,
     STALLED,
     Rollout,
-    _compiled_step,
+    _compiled_steps,
     _step,
-    step_rollout,
+    advance_rollout,
 )
 from remosplat_drake.controller.planning.path import Path
 from remosplat_drake.controller.reactive_law import ReactiveLaw
@@ -39,7 +39,7 @@ def roll(toy, guidance, *, X_WT=None, arrived=None, horizon=4.0) -> Rollout:
     rule = toy.rule((guidance,))
     rollout = Rollout(guidance, toy.q, np.zeros(3))
     while rollout.status == RUNNING:
-        rollout = step_rollout(
+        rollout = advance_rollout(
             rule.law,
             rollout,
             toy.field,
@@ -64,7 +64,7 @@ def test_it_is_the_loop_that_drives_the_robot(frankie, guidance, verify):
     rollout = Rollout(guidance, q, u)
     path = []
     for k in range(40):
-        rollout = step_rollout(
+        rollout = advance_rollout(
             law, rollout, field, X_WT, lambda error: False, 99.0
         )
         clearances = field.clearances(frankie.spheres_at(q), 0.5)
@@ -105,14 +105,43 @@ def test_the_compiled_step_is_the_tick(frankie, kind, gains, way):
     scaled = 0
     for _ in range(80):
         reference = _step(law, rollout, AskedInPython(field), Aim.of(X_WT))
-        step = _compiled_step(law, rollout, field, Aim.of(X_WT))
+        step = _compiled_steps(law, rollout, field, Aim.of(X_WT), 1)
         assert step is not None
         for ours, theirs in zip(step, reference, strict=True):
             np.testing.assert_allclose(ours, theirs, atol=1e-9)
-        u, q, _ = step
+        u, q = step[0][0], step[1][0]
         scaled += np.linalg.norm(u) > 1e-3
         rollout = Rollout(rollout.guidance, q, u)
     assert scaled > 10
+
+
+@pytest.mark.parametrize("steps", [2, 5, 13, 1000])
+@pytest.mark.parametrize("solver", ["active_set", "clarabel"])
+def test_many_steps_are_as_many_single_ones(toy, steps, solver):
+    """Compiled strides and Python's single steps alike, to the end."""
+    law = toy.law.with_step(0.1, solver=solver)
+
+    def advanced(rollout: Rollout, steps: int) -> Rollout:
+        arrived = toy.rule().arrived
+        return advance_rollout(
+            law, rollout, toy.field, toy.X_WT, arrived, 1.2, steps
+        )
+
+    for guidance in (toy.near, toy.far):
+        many = single = Rollout(guidance, toy.q, np.zeros(3))
+        while many.status == RUNNING:
+            many = advanced(many, steps)
+            for _ in range(min(steps, 100)):
+                single = advanced(single, 1)
+            assert many.num_steps == single.num_steps
+            assert many.status == single.status
+            assert (many.time, many.still) == (single.time, single.still)
+            assert many.position_error == single.position_error
+            assert many.angle_error == single.angle_error
+            np.testing.assert_array_equal(many.q, single.q)
+            np.testing.assert_array_equal(many.u, single.u)
+            np.testing.assert_array_equal(many.path, single.path)
+        assert many.status != RUNNING
 
 
 def test_what_kernels_do_not_know_is_stepped_in_python(frankie):
@@ -130,10 +159,10 @@ def test_what_kernels_do_not_know_is_stepped_in_python(frankie):
     outside = ReactiveLaw.make(*usual, [Calm()])
     outside = outside.with_step(0.1, solver="active_set")
     clarabel = ReactiveLaw.make(*usual)
-    assert _compiled_step(fast, start, field, Aim.of(X_WT)) is not None
+    assert _compiled_steps(fast, start, field, Aim.of(X_WT), 3) is not None
     for law, map_ in ((outside, field), (clarabel, field), (fast, rows)):
-        assert _compiled_step(law, start, map_, Aim.of(X_WT)) is None
-        rollout = step_rollout(
+        assert _compiled_steps(law, start, map_, Aim.of(X_WT), 3) is None
+        rollout = advance_rollout(
             law, start, map_, X_WT, lambda error: False, 99.0
         )
         assert rollout.time == pytest.approx(0.1)
