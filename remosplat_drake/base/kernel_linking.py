@@ -6,12 +6,20 @@ again, level by level. For a function that no Python calls, all but the last
 level is in vain: more than a third of a first start.
 
 So a library of code without an entry for Python is only linked. If anybody
-wants a pointer into it after all, it is made then. Where Numba's inside is not
-as it is known here, everything stays as Numba does it.
+wants a pointer into it after all, it is made then.
+
+What is kept on disk is machine code, and the intermediate code for others to
+link. When it is loaded, Numba parses the latter only to learn which names are
+defined: a quarter of a later start. So the names are kept, too, and it is
+parsed when it is linked.
+
+Where Numba's inside is not as it is known here, everything stays as Numba does
+it.
 """
 
 from typing import Any
 
+from llvmlite import binding
 from numba.core import codegen
 
 _ENTRY = "_ZN7cpython"  # Begins the names of functions that Python calls.
@@ -25,8 +33,13 @@ _NEEDED = (
     "_get_module_for_linking",
     "_optimize_final_module",
     "_optimize_functions",
+    "_set_compiled_object",
+    "_unserialize",
     "_verify_declare_only_symbols",
 )
+
+_LISTED = "object with its names"
+"""How a library is kept: machine code, intermediate code, names defined."""
 
 _environments: dict[str, Any] = {}
 """What `set_env` was told of functions that have no machine code yet."""
@@ -36,6 +49,41 @@ class LinkedLibrary(codegen.JITCodeLibrary):
     """A library of code that is compiled only if it is called from outside."""
 
     _only_linked = False
+    _unparsed: bytes | None = None
+
+    def serialize_using_object_code(self):
+        """Returns what is kept on disk."""
+        name, _, (machine_code, intermediate_code) = (
+            super().serialize_using_object_code()
+        )
+        module = self._get_module_for_linking()
+        names = [
+            symbol.name
+            for symbols in (module.functions, module.global_variables)
+            for symbol in symbols
+            if not symbol.is_declaration
+        ]
+        return name, _LISTED, (machine_code, intermediate_code, names)
+
+    @classmethod
+    def _unserialize(cls, codegen, state):
+        name, kind, data = state
+        if kind != _LISTED:
+            return super()._unserialize(codegen, state)
+        machine_code, intermediate_code, names = data
+        library = codegen.create_library(name)
+        library.enable_object_caching()
+        library._set_compiled_object(machine_code)
+        library._unparsed = intermediate_code
+        library._finalize_final_module()
+        codegen._engine._defined_symbols.update(names)
+        return library
+
+    def _get_module_for_linking(self):
+        if self._unparsed is not None:
+            self._shared_module = binding.parse_bitcode(self._unparsed)
+            self._unparsed = None
+        return super()._get_module_for_linking()
 
     def _optimize_functions(self, ll_module):
         # The passes over the whole module hold these.

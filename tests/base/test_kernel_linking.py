@@ -55,19 +55,49 @@ def test_errors_of_helpers_say_what_was_wrong():
             function(np.ones(3), 5)
 
 
-def test_so_they_do_from_the_cache_of_another_process():
-    program = (
-        "import numpy as np; from test_kernel_linking import outer;"
-        "print(outer(np.ones(3), 2)); outer(np.ones(3), 5)"
-    )
-    result = subprocess.run(
-        [sys.executable, "-c", program],
+def elsewhere(program: str) -> subprocess.CompletedProcess[str]:
+    """Runs a program in another process, which finds kernels on disk."""
+    outer(np.ones(3), 2)
+    imports = "import numpy as np; from test_kernel_linking import *\n"
+    return subprocess.run(
+        [sys.executable, "-c", imports + program],
         cwd=Path(__file__).parent,
         capture_output=True,
         text=True,
     )
+
+
+def test_so_they_do_from_the_cache_of_another_process():
+    result = elsewhere("print(outer(np.ones(3), 2)); outer(np.ones(3), 5)")
     assert result.stdout == "8.0\n"
     assert "ValueError: ('too many', 5)" in result.stderr
+
+
+def test_what_comes_from_disk_is_parsed_when_it_is_linked():
+    result = elsewhere("""
+outer(np.ones(3), 2)
+assert outer.stats.cache_hits
+(kept,) = outer.overloads.values()
+assert kept.library._unparsed and kept.library._shared_module is None
+again = njit(lambda x, n: outer(x, n) + shifted(x, n))
+assert again(np.ones(3), 2) == 15.0
+assert not kept.library._unparsed
+assert kept.library._shared_module is not None
+print("done")
+""")
+    assert result.stderr == ""
+    assert result.stdout == "done\n"
+
+
+def test_kernels_that_numba_itself_has_kept_are_loaded():
+    compiled = njit("float64(float64[::1], int64)")(outer.py_func)
+    (result,) = compiled.overloads.values()
+    library = result.library
+    state = super(LinkedLibrary, library).serialize_using_object_code
+    name = result.fndesc.llvm_cpython_wrapper_name
+    assert state()[1] == "object"
+    loaded = library.codegen.unserialize_library(state())
+    assert loaded.get_pointer_to_function(name)
 
 
 def test_parallel_loops_call_helpers():

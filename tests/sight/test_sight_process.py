@@ -66,7 +66,7 @@ def test_a_process_tells_what_cameras_see_and_which_is_silent(spec):
         end = time.monotonic() + PATIENCE
         while not done():
             assert time.monotonic() < end
-            assert process.poll() is None
+            assert process.poll() is None, process.communicate()
             now, q = wall_utime(), world.q0.tolist()
             arm = arm_message(utime=now, joint_position=q[3:])
             lcm.Publish(channels.PANDA_STATUS, arm)
