@@ -1,4 +1,4 @@
-"""Wall-clock stamps, the number of the next tick, and a loop's pace."""
+"""Wall-clock stamps, the number of the next tick, laps, and a loop's pace."""
 
 import math
 import time
@@ -41,6 +41,28 @@ def sleep_until(wake: float, longest: float) -> None:
     duration = min(wake - time.time(), longest)
     if duration > 0:
         time.sleep(duration)
+
+
+class Laps:
+    """Times the parts of something, one after the other.
+
+    Attributes:
+        seconds: Wall-clock time of each part that has ended, by name [s].
+    """
+
+    def __init__(self):
+        self.seconds: dict[str, float] = {}
+        self._start = time.perf_counter()
+
+    def end(self, name: str) -> None:
+        """Ends a part and begins the next.
+
+        Args:
+            name: Name of the part that ends.
+        """
+        now = time.perf_counter()
+        self.seconds[name] = now - self._start
+        self._start = now
 
 
 class Pacer:

@@ -10,6 +10,7 @@ from remosplat_drake.controller.decision import brake
 from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick_by_steps import tick_by_steps
+from remosplat_drake.controller.tick_inputs import TickInputs
 from remosplat_drake.controller.verification.protective_separation import (
     Monitoring,
     least_separation,
@@ -64,26 +65,19 @@ def run_tick(
     problem = _unknown_surroundings(q, clearances)
     if problem:
         return _blind_report(law, time, q, aim, u_previous, problem)
-    near = clearances.within(law.collision.influence)
-    report = None
-    if motion is None and aim.is_known:
-        report = settled_tick(
-            law, time, q, aim, near, field, u_previous, guidance, movers
-        )
-    if report is None:
-        report = tick_by_steps(
-            law,
-            time,
-            q,
-            aim,
-            near,
-            field,
-            u_previous,
-            guidance,
-            state,
-            motion,
-            movers,
-        )
+    given = TickInputs(
+        time,
+        q,
+        aim,
+        clearances.within(law.collision.influence),
+        field,
+        u_previous,
+        guidance,
+        state,
+        motion,
+        movers,
+    )
+    report = settled_tick(law, given) or tick_by_steps(law, given)
     if movers is None or not len(movers):
         return report
     state = state or law.robot.state(q)

@@ -1,18 +1,17 @@
 """One control tick step by step: any solver, ingredients, map and robot."""
 
-from time import perf_counter
-
 import numpy as np
 
+from remosplat_drake.base.clock import Laps
 from remosplat_drake.controller.binding import find_binding
 from remosplat_drake.controller.compiled_tick import (
     compiled_verdict,
     tight_clearances,
 )
-from remosplat_drake.controller.decision import brake, decide
-from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.decision import Decision, brake, decide
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.tick_inputs import TickInputs
 from remosplat_drake.controller.verification.committed import committed
 from remosplat_drake.controller.verification.verify import (
     Surroundings,
@@ -20,170 +19,127 @@ from remosplat_drake.controller.verification.verify import (
     verified_command,
 )
 from remosplat_drake.robot.robot_state import RobotState
-from remosplat_drake.scene.mover import MoverArrays, Movers
-from remosplat_drake.signals.aim import Aim
+from remosplat_drake.scene.mover import MoverArrays
 from remosplat_drake.signals.binding import COLLISION, NONE_BINDS
-from remosplat_drake.signals.distance_field import Clearances, DistanceField
-from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.tick_report import TickReport
 
 
-def tick_by_steps(
-    law: ReactiveLaw,
-    time: float,
-    q: np.ndarray,
-    aim: Aim,
-    clearances: Clearances,
-    field: DistanceField,
-    u_previous: np.ndarray,
-    guidance: Guidance,
-    state: RobotState | None,
-    motion: Motion | None,
-    movers: Movers | None,
-) -> TickReport:
+def tick_by_steps(law: ReactiveLaw, given: TickInputs) -> TickReport:
     """Runs a tick as `run_tick` does, step by step.
 
     Args:
         law: The control law.
-        time: Time of the tick [s].
-        q: Configuration to plan from, finite, shape (n_q,) [rad, m].
-        aim: What the end effectors shall reach.
-        clearances: The oracle's answer there, all within the influence
-            distance.
-        field: The map, which verification asks along the command's path.
-        u_previous: The command being executed, shape (n_u,).
-        guidance: How the tick is bent.
-        state: Kinematics at q, if the caller has them already.
-        motion: What the robot is about to do already; None where it obeys at
-            once.
-        movers: What moves; None if nothing is known to.
+        given: What the tick is given.
 
     Returns:
         The report, without the separation from what moves.
     """
-    start = perf_counter()
-    state = state or law.robot.state(q)
-    after_kinematics = perf_counter()
-    if aim.is_known:
-        sphere_tube = None
-        if motion is not None:
-            sphere_tube = law.robot.sphere_tube(
-                motion.model.tube, np.abs(u_previous)
-            )
-        tick = Tick(
-            law.robot,
-            state,
-            aim,
-            clearances,
-            u_previous,
-            law.dt,
-            guidance,
-            sphere_tube,
-            movers,
-            time,
-        )
+    laps = Laps()
+    state = given.state or law.robot.state(given.q)
+    laps.end("kinematics")
+    if given.aim.is_known:
+        tick = _tick(law, given, state)
         program = law.program(tick)
-        after_build = perf_counter()
+        laps.end("build")
         decision = decide(
             tick, law.ingredients, law.solver, program, strict=law.strict
         )
     else:
-        after_build = perf_counter()
-        decision = brake(law.robot, u_previous, law.dt, "target is not finite")
-    after_solve = perf_counter()
-    if not law.verify:
-        verdict = Verdict(decision.u, 1.0)
-    elif motion is None and field.is_lipschitz and field.placed is not None:
-        verdict = compiled_verdict(
-            law,
-            field.placed,
-            time,
-            q,
-            clearances,
-            decision.u,
-            u_previous,
-            guidance,
-            movers,
+        laps.end("build")
+        why = "target is not finite"
+        decision = brake(law.robot, given.u_previous, law.dt, why)
+    laps.end("solve")
+    verdict = _verdict(law, given, state, decision.u)
+    laps.end("verify")
+    return _report(given, state, decision, verdict, laps.seconds)
+
+
+def _tick(law: ReactiveLaw, given: TickInputs, state: RobotState) -> Tick:
+    """What the program's ingredients are told."""
+    sphere_tube = None
+    if given.motion is not None:
+        sphere_tube = law.robot.sphere_tube(
+            given.motion.model.tube, np.abs(given.u_previous)
         )
-    else:
-        verdict = _verified(
-            law,
-            field,
-            state,
-            decision.u,
-            u_previous,
-            clearances,
-            guidance,
-            motion,
-            _movers_at(movers, time, motion),
-        )
-    end = perf_counter()
-    m, program = len(clearances), decision.program
-    kept, binding = np.zeros(0, bool), NONE_BINDS
-    if program is not None:
-        binding = find_binding(program, decision.u)
-        kept = program.kept(COLLISION)
-    return TickReport(
-        time=time,
-        q=state.q,
-        command=verdict.command,
-        status=decision.status,
-        reason=decision.reason,
-        scale=verdict.scale,
-        clearances=clearances,
-        kept=kept if len(kept) else np.zeros(m, bool),
-        tight=tight_clearances(binding, m),
-        aim=aim,
-        binding=binding,
-        line_deviation=aim.line_deviation(state.X_WEs),
-        objection=verdict.objection,
-        timings={
-            "kinematics": after_kinematics - start,
-            "build": after_build - after_kinematics,
-            "solve": after_solve - after_build,
-            "verify": end - after_solve,
-        },
+    return Tick(
+        law.robot,
+        state,
+        given.aim,
+        given.clearances,
+        given.u_previous,
+        law.dt,
+        given.guidance,
+        sphere_tube,
+        given.movers,
+        given.time,
     )
 
 
-def _verified(
-    law: ReactiveLaw,
-    field: DistanceField,
-    state: RobotState,
-    u: np.ndarray,
-    u_previous: np.ndarray,
-    clearances: Clearances,
-    guidance: Guidance,
-    motion: Motion | None,
-    movers: MoverArrays | None,
+def _verdict(
+    law: ReactiveLaw, given: TickInputs, state: RobotState, u: np.ndarray
 ) -> Verdict:
     """Returns the command that may be applied, and how it differs from u."""
+    if not law.verify:
+        return Verdict(u, 1.0)
+    field = given.field
+    if given.motion is None and field.is_lipschitz and field.placed is not None:
+        return compiled_verdict(law, given, field.placed, u)
     robot, collision = law.robot, law.collision
     around = Surroundings(
         robot,
         field,
         state,
         np.minimum(
-            clearances.per_sphere(len(state.spheres)), collision.influence
+            given.clearances.per_sphere(len(state.spheres)),
+            collision.influence,
         ),
-        collision.stopping_for(guidance),
+        collision.stopping_for(given.guidance),
         law.dt,
         robot.acceleration_limit,
         law.self_clearance,
-        movers=movers,
+        movers=_movers_at_start(given),
         separation=float(law.movers.separation),
     )
-    if motion is not None:
-        around = committed(around, motion, u, u_previous)
-    return verified_command(around, u, u_previous)
+    if given.motion is not None:
+        around = committed(around, given.motion, u, given.u_previous)
+    return verified_command(around, u, given.u_previous)
 
 
-def _movers_at(
-    movers: Movers | None, time: float, motion: Motion | None
-) -> MoverArrays | None:
+def _movers_at_start(given: TickInputs) -> MoverArrays | None:
     """Returns what moves, as it is known when a command begins to act."""
-    if movers is None or not len(movers):
+    if given.movers is None or not len(given.movers):
         return None
-    seen = movers.at(time)
+    time, motion = given.time, given.motion
+    seen = given.movers.at(time)
     start = time if motion is None else motion.start
     return seen._replace(age=seen.age + start - time)
+
+
+def _report(
+    given: TickInputs,
+    state: RobotState,
+    decision: Decision,
+    verdict: Verdict,
+    timings: dict[str, float],
+) -> TickReport:
+    m, program = len(given.clearances), decision.program
+    kept, binding = np.zeros(0, bool), NONE_BINDS
+    if program is not None:
+        binding = find_binding(program, decision.u)
+        kept = program.kept(COLLISION)
+    return TickReport(
+        time=given.time,
+        q=state.q,
+        command=verdict.command,
+        status=decision.status,
+        reason=decision.reason,
+        scale=verdict.scale,
+        clearances=given.clearances,
+        kept=kept if len(kept) else np.zeros(m, bool),
+        tight=tight_clearances(binding, m),
+        aim=given.aim,
+        binding=binding,
+        line_deviation=given.aim.line_deviation(state.X_WEs),
+        objection=verdict.objection,
+        timings=timings,
+    )

@@ -1,5 +1,6 @@
 """What one control tick is made of, timed along a real run."""
 
+import dataclasses as dc
 from collections.abc import Callable, Iterator
 from itertools import cycle, pairwise
 
@@ -50,85 +51,77 @@ def tick_cases(
     scenario = load_scenario(scenario_name)
     world = load_world(scenario)
     ticks = recorded_ticks(scenario, world)
-    laws = {}
-    for name, verify in (("plain", False), ("verified", True)):
-        config = load_scenario(scenario_name).controller
-        config.verify = verify
-        laws[name] = ReactiveLaw.make(
-            config, world.robot, scenario.control_period
+    plain, verified = (
+        ReactiveLaw.make(
+            dc.replace(scenario.controller, verify=verify),
+            world.robot,
+            scenario.control_period,
         )
-    law = laws["verified"]
-    laws["active set"] = law.with_step(law.dt, solver=ACTIVE_SET)
+        for verify in (False, True)
+    )
+    bodies = _parts(ticks, world, verified)
+    bodies |= _whole_ticks(ticks, world, plain, verified)
+    return [Case(f"{group}: {name}", body) for name, body in bodies.items()]
+
+
+def _parts(
+    ticks: list[Tick], world: World, law: ReactiveLaw
+) -> dict[str, Callable[[], object]]:
+    """What a tick is made of."""
+    robot, field, reach = world.robot, world.field, law.collision.influence
     programs = cycle([law.program(tick) for tick in ticks])
-    reach = scenario.controller.collision.influence
+    return {
+        f"oracle query, {len(robot.spheres)} spheres": _over(
+            ticks, lambda tick: field.clearances(tick.state.spheres, reach)
+        ),
+        "kinematics and all Jacobians": _over(
+            ticks, lambda tick: robot.state(tick.state.q)
+        ),
+        "program build": _over(ticks, law.program),
+        "program solve": lambda: solve(next(programs), law.solver),
+    }
 
-    def whole_tick(
-        law: ReactiveLaw, movers: Movers | None = None
-    ) -> Callable[[Tick], object]:
-        def body(tick: Tick) -> object:
-            spheres = world.robot.spheres_at(tick.state.q)
-            return run_tick(
-                law,
-                0.0,
-                tick.state.q,
-                tick.aim,
-                world.field.clearances(spheres, reach),
-                world.field,
-                tick.u_previous,
-                movers=movers,
-            )
 
-        return body
+def _whole_ticks(
+    ticks: list[Tick],
+    world: World,
+    plain: ReactiveLaw,
+    verified: ReactiveLaw,
+) -> dict[str, Callable[[], object]]:
+    """Ticks with either solver, alone and among what moves."""
+    quick = verified.with_step(verified.dt, solver=ACTIVE_SET)
 
-    around, in_the_way = _bystanders(ticks), _in_the_way(ticks)
-    people = f"{_PEOPLE} movers"
-    n = len(world.robot.spheres)
-    return [
-        Case(
-            f"{group}: oracle query, {n} spheres",
-            _over(
-                ticks,
-                lambda tick: world.field.clearances(tick.state.spheres, reach),
-            ),
-        ),
-        Case(
-            f"{group}: kinematics and all Jacobians",
-            _over(ticks, lambda tick: world.robot.state(tick.state.q)),
-        ),
-        Case(
-            f"{group}: program build",
-            _over(ticks, law.program),
-        ),
-        Case(
-            f"{group}: program solve",
-            lambda: solve(next(programs), law.solver),
-        ),
-        Case(
-            f"{group}: whole, no verification",
-            _over(ticks, whole_tick(laws["plain"])),
-        ),
-        Case(f"{group}: whole, verified", _over(ticks, whole_tick(law))),
-        Case(
-            f"{group}: whole, verified, active set",
-            _over(ticks, whole_tick(laws["active set"])),
-        ),
-        Case(
-            f"{group}: whole, verified, {people} around",
-            _over(ticks, whole_tick(law, around)),
-        ),
-        Case(
-            f"{group}: whole, verified, active set, {people} around",
-            _over(ticks, whole_tick(laws["active set"], around)),
-        ),
-        Case(
-            f"{group}: whole, verified, {people} in the way",
-            _over(ticks, whole_tick(law, in_the_way)),
-        ),
-        Case(
-            f"{group}: whole, verified, active set, {people} in the way",
-            _over(ticks, whole_tick(laws["active set"], in_the_way)),
-        ),
-    ]
+    def whole(law: ReactiveLaw, movers: Movers | None = None):
+        return _over(ticks, lambda tick: _run(law, world, tick, movers))
+
+    cases = {
+        "whole, no verification": whole(plain),
+        "whole, verified": whole(verified),
+        "whole, verified, active set": whole(quick),
+    }
+    places = {"around": _bystanders(ticks), "in the way": _in_the_way(ticks)}
+    for place, movers in places.items():
+        people = f"{_PEOPLE} movers {place}"
+        cases[f"whole, verified, {people}"] = whole(verified, movers)
+        cases[f"whole, verified, active set, {people}"] = whole(quick, movers)
+    return cases
+
+
+def _run(
+    law: ReactiveLaw, world: World, tick: Tick, movers: Movers | None
+) -> object:
+    q, reach = tick.state.q, law.collision.influence
+    clearances = world.field.clearances(world.robot.spheres_at(q), reach)
+    return run_tick(
+        law,
+        0.0,
+        q,
+        tick.aim,
+        clearances,
+        world.field,
+        tick.u_previous,
+        movers=movers,
+    )
 
 
 def _bystanders(ticks: list[Tick]) -> Movers:

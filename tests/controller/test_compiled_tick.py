@@ -17,6 +17,7 @@ from remosplat_drake.controller.controller_config import (
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.tick_inputs import TickInputs
 from remosplat_drake.controller.verification.kernels.verified import OBJECTIONS
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
@@ -26,6 +27,7 @@ from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import COLLISION, SELF_COLLISION
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.tick_report import (
@@ -97,7 +99,7 @@ def reports(
     given = (tick.time, tick.state.q, tick.aim, tick.clearances)
     also = (tick.u_previous, tick.guidance)
     rest = {"movers": tick.movers}
-    compiled = settled_tick(law, *given, field, *also, **rest)
+    compiled = settled_tick(law, TickInputs(*given, field, *also, **rest))
     readable = run_tick(law, *given, AskedInPython(field), *also, **rest)
     if compiled is not None:
         compiled = run_tick(law, *given, field, *also, **rest)
@@ -182,7 +184,11 @@ def test_it_is_left_to_the_steps_what_kernels_do_not_know():
     field = some_map("boxes")
     aim = some_tick(robot, 0).aim
     given = (0.0, robot.q_home, aim, Clearances.none())
-    also = (np.zeros(robot.n_u), some_tick(robot, 0).guidance, None)
-    assert settled_tick(fast, *given, field, *also) is not None
-    assert settled_tick(law, *given, field, *also) is None
-    assert settled_tick(fast, *given, AskedInPython(field), *also) is None
+    still = np.zeros(robot.n_u)
+    known = TickInputs(*given, field, still)
+    assert settled_tick(fast, known) is not None
+    assert settled_tick(law, known) is None
+    unknown = TickInputs(*given, AskedInPython(field), still)
+    assert settled_tick(fast, unknown) is None
+    lost = dc.replace(known, aim=Aim.of(np.full((4, 4), np.nan)))
+    assert settled_tick(fast, lost) is None
