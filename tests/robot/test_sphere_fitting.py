@@ -18,6 +18,7 @@ from remosplat_drake.robot.fitting.model_surfaces import (
     model_surfaces,
 )
 from remosplat_drake.robot.fitting.solid_grid import (
+    SolidGrid,
     join_solids,
     make_solid_grid,
 )
@@ -133,6 +134,28 @@ def test_what_is_hidden_in_a_neighbour_is_deep():
     corner = np.array([0.28, 0.28, 1.0])
     assert joined.depth_at(corner) > 0
     assert joined.depth_at(np.array([0.45, 0.45, 1.0])) < 0
+
+
+def test_no_voxel_is_left_out_where_something_is_shared(monkeypatch):
+    """Turned and shifted neighbours, and one that is far away."""
+    rng = np.random.default_rng(6)
+    rod = make_solid_grid(sample_shape(Cylinder(0.1, 0.6), 0.01, rng), 0.02)
+    cube = make_solid_grid(sample_shape(Box(0.5, 0.3, 0.4), 0.01, rng), 0.02)
+    poses = []
+    for angle in (0.0, 0.7, 1.4):
+        pose = np.eye(4)
+        pose[:3, :3] = RotationMatrix.MakeXRotation(angle).matrix()
+        pose[:3, 3] = [0.05, 0.02, 0.3]
+        poses.append(pose)
+    far = np.eye(4)
+    far[0, 3] = 9.0
+    neighbours = [(cube, poses), (cube, [far])]
+    joined, alone = join_solids(rod, neighbours), join_solids(rod, [])
+    assert (joined.depth > alone.depth).sum() > 1000
+    everywhere = np.full(3, -100.0), np.full(3, 100.0)
+    monkeypatch.setattr(SolidGrid, "box", lambda grid, pose: everywhere)
+    asked = join_solids(rod, neighbours)
+    np.testing.assert_array_equal(joined.depth, asked.depth)
 
 
 def test_bulge_of_a_circumscribed_sphere():

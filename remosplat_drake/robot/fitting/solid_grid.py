@@ -35,6 +35,21 @@ class SolidGrid:
         value = scipy.ndimage.map_coordinates(self.depth, flat, order=1)
         return value.reshape(cell.shape[:-1]) - beyond
 
+    def box(self, X_LN: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the corners of a box in another frame that holds the grid.
+
+        Args:
+            X_LN: Pose of the body N in that frame L, shape (4, 4).
+
+        Returns:
+            Lower and upper corner, shape (3,) each [m].
+        """
+        half = 0.5 * self.pitch * np.array(self.depth.shape)
+        center = self.origin + half - 0.5 * self.pitch
+        p_L = X_LN[:3, :3] @ center + X_LN[:3, 3]
+        reach = np.abs(X_LN[:3, :3]) @ half
+        return p_L - reach, p_L + reach
+
     def contains(self, p: np.ndarray) -> np.ndarray:
         """Returns whether points are inside, (n, 3) to (n,): nearest voxel."""
         cell = np.rint((p - self.origin) / self.pitch).astype(int)
@@ -100,16 +115,22 @@ def join_solids(
     """
     thickness = int(np.ceil(solid.depth.max() / solid.pitch))
     pad = min(thickness, _MAX_PAD) + 2
-    cells = np.indices([n + 2 * pad for n in solid.depth.shape])
     origin = solid.origin - pad * solid.pitch
-    p_L = origin + solid.pitch * np.moveaxis(cells, 0, -1)
     inside = np.pad(solid.depth >= 0, pad)
     for neighbour, poses in neighbours:
-        hidden = ~inside
+        # Beyond the boxes around N there is nothing of it to look for.
+        boxes = [neighbour.box(X_LN) for X_LN in poses]
+        lower = np.max([box[0] for box in boxes], axis=0) - origin
+        upper = np.min([box[1] for box in boxes], axis=0) - origin
+        first = np.clip(np.floor(lower / solid.pitch), 0, None).astype(int)
+        last = np.clip(np.ceil(upper / solid.pitch), -1, None).astype(int)
+        block = tuple(map(slice, first, last + 1))
+        hidden = first + np.argwhere(~inside[block])
         for X_LN in poses:
-            p_N = (p_L[hidden] - X_LN[:3, 3]) @ X_LN[:3, :3]
-            hidden[hidden] = neighbour.contains(p_N)
-        inside |= hidden
+            p_L = origin + solid.pitch * hidden
+            p_N = (p_L - X_LN[:3, 3]) @ X_LN[:3, :3]
+            hidden = hidden[neighbour.contains(p_N)]
+        inside[tuple(hidden.T)] = True
     # Joints have gaps of a millimetre or two.
     inside = scipy.ndimage.binary_closing(inside, iterations=2)
     core = scipy.ndimage.binary_erosion(inside)
