@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from threading import Thread
+from threading import Lock, Thread
 from time import sleep
 
 ONE_THREAD = {
@@ -26,32 +26,60 @@ ONE_THREAD = {
 """
 
 
+class _Inside:
+    """Who is in `one_thread_environment`, and what was there before.
+
+    Attributes:
+        lock: Held while the environment is changed.
+        count: Number of blocks that run at present.
+        before: The variables as they were outside of all of them.
+    """
+
+    def __init__(self):
+        self.lock = Lock()
+        self.count = 0
+        self.before: dict[str, str | None] = {}
+
+
+_inside = _Inside()
+
+
 @contextmanager
 def one_thread_environment() -> Iterator[None]:
     """Sets `ONE_THREAD` in this process's environment while the block runs.
 
     Child processes that are started inside inherit the variables, and their
     numerical libraries read them when they load. Libraries that this process
-    has loaded already are not affected.
+    has loaded already are not affected. Blocks of several threads may overlap.
     """
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(ONE_THREAD)
+    with _inside.lock:
+        if not _inside.count:
+            _inside.before = {name: os.environ.get(name) for name in ONE_THREAD}
+            os.environ.update(ONE_THREAD)
+        _inside.count += 1
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        with _inside.lock:
+            _inside.count -= 1
+            if not _inside.count:
+                _restore(_inside.before)
+
+
+def _restore(environment: dict[str, str | None]) -> None:
+    for name, value in environment.items():
+        if value is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = value
 
 
 class ChildProcess:
     """A daemon process with a pipe, started by multiprocessing's spawn.
 
-    The process keeps to one thread, is scheduled as SCHED_OTHER whatever the
-    starting thread is, may be niced, and leaves Ctrl-C (SIGINT) to its
-    parent. Its target is to return when the pipe is closed (EOFError).
+    Its numerical libraries keep to one thread. It is scheduled as SCHED_OTHER
+    whatever the starting thread is, may be niced, and leaves Ctrl-C (SIGINT) to
+    its parent. Its target is to return when the pipe is closed (EOFError).
 
     Attributes:
         connection: The parent's end of the pipe; None while there is no

@@ -25,7 +25,7 @@ from numba.core import codegen
 _ENTRY = "_ZN7cpython"  # Begins the names of functions that Python calls.
 _UNRESOLVED = ".numba.unresolved$"  # Begins those of pointers in recursions.
 
-_NEEDED = (
+_NEEDED_OF_LIBRARIES = (
     "_finalize_dynamic_globals",
     "_finalize_final_module",
     "_finalize_specific",
@@ -36,7 +36,11 @@ _NEEDED = (
     "_set_compiled_object",
     "_unserialize",
     "_verify_declare_only_symbols",
+    "enable_object_caching",
+    "serialize_using_object_code",
 )
+_NEEDED_OF_MACHINES = "create_library", "magic_tuple", "set_env"
+_NEEDED_OF_ENGINES = "_load_defined_symbols", "is_symbol_defined"
 
 _LISTED = "object with its names"
 """How a library is kept: machine code, intermediate code, names defined."""
@@ -154,9 +158,14 @@ def link_only() -> None:
     library = machine._library_class
     if library is not codegen.JITCodeLibrary:
         return
-    if not all(hasattr(library, name) for name in _NEEDED):
-        return
-    set_env = machine.set_env
+    for owner, names in (
+        (library, _NEEDED_OF_LIBRARIES),
+        (machine, _NEEDED_OF_MACHINES),
+        (codegen.JitEngine, _NEEDED_OF_ENGINES),
+    ):
+        if not all(hasattr(owner, name) for name in names):
+            return
+    set_env, magic_tuple = machine.set_env, machine.magic_tuple
 
     def set_env_later(self, env_name, env):
         if self._engine.is_symbol_defined(env_name):
@@ -164,5 +173,7 @@ def link_only() -> None:
         else:
             _environments[env_name] = env
 
+    # In the key of whatever is kept: Numba alone could not load it.
+    machine.magic_tuple = lambda self: (*magic_tuple(self), _LISTED)
     machine.set_env = set_env_later
     machine._library_class = LinkedLibrary

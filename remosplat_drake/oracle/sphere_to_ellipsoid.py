@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import cached_property
+from threading import Lock
 
 import numba
 import numpy as np
@@ -21,6 +22,9 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+_ONE_AT_A_TIME = Lock()
+"""Numba's simplest threads end the process where two loops run at once."""
 
 
 class SphereToEllipsoidField(DistanceField):
@@ -204,7 +208,8 @@ class SphereToEllipsoidField(DistanceField):
         threads = numba.get_num_threads()
         numba.set_num_threads(self._num_threads)
         try:
-            query_parallel(self._packed, asked, answer)
+            with _ONE_AT_A_TIME:
+                query_parallel(self._packed, asked, answer)
         finally:
             numba.set_num_threads(threads)
         return answer

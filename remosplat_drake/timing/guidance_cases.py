@@ -41,7 +41,7 @@ STUCK = ("table", 6)
 
 _TIME_LIMIT = 12.0
 _SECONDS = 4.0  # Of timing: some closed loops to the target.
-_WARM_UP = 200  # Steps after which rollouts have been near the scene, too.
+_WARM_UP = 20  # Calls after which rollouts have been near the scene, too.
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def guidance_cases() -> list[Case]:
     """Makes cases: steps of rollouts, and the periods of closed loops."""
     task = _make_task()
     budget = task.scenario.controller.guidance.budget
-    for _ in islice(_rollouts(task, budget), _WARM_UP // budget):
+    for _ in islice(_rollouts(task, budget), _WARM_UP):
         pass
     rate = 1 / task.scenario.control_period
     return [

@@ -85,8 +85,7 @@ assert not kept.library._unparsed
 assert kept.library._shared_module is not None
 print("done")
 """)
-    assert result.stderr == ""
-    assert result.stdout == "done\n"
+    assert result.stdout == "done\n", result.stderr
 
 
 def test_kernels_that_numba_itself_has_kept_are_loaded():
@@ -98,6 +97,27 @@ def test_kernels_that_numba_itself_has_kept_are_loaded():
     assert state()[1] == "object"
     loaded = library.codegen.unserialize_library(state())
     assert loaded.get_pointer_to_function(name)
+
+
+def test_who_does_without_this_library_finds_no_kernels_of_it(tmp_path):
+    """Somebody's function, kept by a process with it and one without."""
+    (tmp_path / "mine.py").write_text("""
+from numba import njit
+
+@njit(cache=True)
+def doubled(x):
+    return 2 * x
+""")
+    with_us = "import remosplat_drake.base.kernels\n"
+    program = "import mine; print(mine.doubled(4), len(mine.doubled.stats.cache_hits))"
+    for imports, hits in (("", 0), (with_us, 0), ("", 1), (with_us, 1)):
+        result = subprocess.run(
+            [sys.executable, "-c", imports + program],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+        assert result.stdout == f"8 {hits}\n", result.stderr
 
 
 def test_parallel_loops_call_helpers():

@@ -1,10 +1,12 @@
 """Work that threads share."""
 
+import os
 import threading
 
 import pytest
 
 from remosplat_drake.base import threads
+from remosplat_drake.base.child_process import one_thread_environment
 from remosplat_drake.base.threads import blocks, both, in_parallel, num_threads
 
 
@@ -14,10 +16,24 @@ def test_results_come_in_order():
 
 
 def test_one_thread_is_the_caller_s_own(monkeypatch):
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    monkeypatch.setattr(threads, "_ALLOWED", "1")
     assert num_threads() == 1
     names = in_parallel(lambda _: threading.current_thread(), range(3))
     assert set(names) == {threading.current_thread()}
+
+
+def test_starting_children_changes_nothing_for_good():
+    """Whoever leaves first, the last one restores; and nobody counts less."""
+    before, threads_before = dict(os.environ), num_threads()
+    one, two = one_thread_environment(), one_thread_environment()
+    one.__enter__()
+    two.__enter__()
+    assert os.environ["NUMBA_NUM_THREADS"] == "1"
+    assert num_threads() == threads_before
+    one.__exit__(None, None, None)
+    assert os.environ["NUMBA_NUM_THREADS"] == "1"
+    two.__exit__(None, None, None)
+    assert dict(os.environ) == before
 
 
 def test_what_one_raises_is_raised():

@@ -1,14 +1,16 @@
 """Several rollouts side by side, on the cores that are free."""
 
 import math
+import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
 
 from remosplat_drake.controller.guidance.rollout import (
     OUTRUN,
     REACHED,
     RUNNING,
+    STRIDE,
     Rollout,
 )
 
@@ -28,7 +30,7 @@ def advance_together(
     budget: int,
     threads: int,
 ) -> tuple[Futures, int]:
-    """Advances rollouts, each by its share of a number of steps.
+    """Advances rollouts by a stride each, first those that are behind.
 
     Once one of them has arrived, those that cannot arrive at a lower price any
     more are not simulated to their end: they are outrun.
@@ -38,7 +40,8 @@ def advance_together(
         advance: Function that simulates so many steps of one of them, unless
             it ends before. It is called from several threads.
         first_tier: The usual stopping distance, for the price [m].
-        budget: Number of steps that may be spent.
+        budget: Number of steps that may be spent. Where it ends, a stride is
+            shorter, or is left to the next call.
         threads: Number of rollouts that are simulated at the same time. It
             makes no difference to what comes out.
 
@@ -55,12 +58,14 @@ def advance_together(
 
 
 def _shares(futures: Futures, budget: int) -> dict[int, int]:
-    """Who takes how many steps; what is left over goes to who is behind."""
+    """Who takes how many steps."""
     running = [i for i, r in enumerate(futures) if r.status == RUNNING]
-    running.sort(key=lambda i: futures[i].num_steps)
-    each, over = divmod(budget, len(running))
-    shares = {i: each + (rank < over) for rank, i in enumerate(running)}
-    return {i: share for i, share in shares.items() if share}
+    shares = {}
+    for i in sorted(running, key=lambda i: futures[i].num_steps):
+        if budget > 0:
+            shares[i] = min(STRIDE, budget)
+            budget -= shares[i]
+    return shares
 
 
 def _all_of(
@@ -72,13 +77,20 @@ def _all_of(
         return [advance(*job) for job in jobs]
     # This thread takes its part, too.
     others = [_pool(threads - 1).submit(advance, *job) for job in jobs[1:]]
-    return [advance(*jobs[0]), *(other.result() for other in others)]
+    try:
+        return [advance(*jobs[0]), *(other.result() for other in others)]
+    finally:
+        wait(others)
 
 
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
     """Threads that wait for the next rollouts: starting them takes as long."""
     return ThreadPoolExecutor(threads, "rollout")
+
+
+# A forked child has none of them.
+os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 def _without_outrun(futures: Futures, first_tier: float) -> Futures:

@@ -54,8 +54,10 @@ class GuidancePlanner(Protocol):
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
         """Proposes the candidates of a round of selection, tier after tier.
 
-        All candidates of a tier are rolled out; the next tier is tried if
-        none of those before arrives. Safety does not rest on them.
+        The candidates of a tier are rolled out side by side from where the
+        robot is when their turn comes, and share the budget, so that many of
+        them take long. The next tier is tried if none of those before arrives.
+        Safety does not rest on them.
 
         Args:
             situation: Robot, target, map and the stopping distances that may

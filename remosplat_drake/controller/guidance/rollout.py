@@ -41,7 +41,7 @@ _Steps = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dc.dataclass(frozen=True, eq=False)
 class Rollout:
-    """A simulated future, advanced one step at a time.
+    """A simulated future, advanced by some steps at a time.
 
     Attributes:
         guidance: The candidate that is tried.
@@ -157,6 +157,17 @@ def advance_rollout(
     return rollout
 
 
+def are_compiled(law: ReactiveLaw, field: DistanceField) -> bool:
+    """Tells whether kernels simulate rollouts, which need no Python meanwhile.
+
+    Args:
+        law: The control law of the rollouts.
+        field: The map.
+    """
+    asked = field.compiled_rows is not None and field.compiled is not None
+    return law.loop is not None and asked and field.is_lipschitz
+
+
 def _followed(
     law: ReactiveLaw,
     rollout: Rollout,
@@ -229,17 +240,14 @@ def _compiled_steps(
     steps: int,
 ) -> _Steps | None:
     """Simulates the same in one call; None where the first step cannot be."""
-    loop, maps, compiled = law.loop, field.compiled_rows, field.compiled
-    if loop is None or maps is None or compiled is None:
-        return None
-    if not field.is_lipschitz:
+    if not are_compiled(law, field):
         return None
     movers = STILL if rollout.movers is None else rollout.movers
     simulated = rollout_steps(
-        loop,
+        law.loop,
         law.robot.arrays,
-        maps,
-        compiled,
+        field.compiled_rows,
+        field.compiled,
         movers.arrays,
         movers.age(rollout.start),
         float(rollout.time),

@@ -23,6 +23,7 @@ from remosplat_drake.controller.guidance.rollout import (
     REACHED,
     Rollout,
     advance_rollout,
+    are_compiled,
 )
 from remosplat_drake.controller.guidance.selection import (
     Selection,
@@ -137,7 +138,7 @@ def advance_selection(
             ),
             rule.tiers[0],
             left,
-            threads if _are_compiled(rule, field) else 1,
+            threads if are_compiled(rule.law, field) else 1,
         )
         left -= spent
         if are_open(running):
@@ -145,11 +146,6 @@ def advance_selection(
         else:
             selection = _file(rule, selection, running, now, field, interrupted)
     return selection
-
-
-def _are_compiled(rule: SelectionRule, field: DistanceField) -> bool:
-    """Whether rollouts run other people's code only where threads may."""
-    return rule.law.loop is not None and field.compiled_rows is not None
 
 
 def _begin(guidances: tuple[Guidance, ...], now: PresentState) -> Futures:

@@ -37,7 +37,8 @@ class SelectionRule:
         law: The control law of rollouts, with their step as its period.
         planner: The planner that proposes the candidates.
         tiers: Stopping distances that may be used, largest first [m].
-        arrived: Function that tells whether a `PoseError` counts as arrival.
+        arrived: Function that tells whether a `PoseError` counts as arrival;
+            it may be called from several threads.
         horizon: Longest simulated time of a rollout [s].
         start: The guidance that is followed at first.
         motions: What searches paths where no candidate arrives; None for

@@ -14,7 +14,11 @@ from remosplat_drake.base.array_pipe import (
     receive_arrays,
 )
 from remosplat_drake.controller.guidance.present_state import PresentState
-from remosplat_drake.controller.guidance.rollout import STRIDE
+from remosplat_drake.controller.guidance.rollout import (
+    RUNNING,
+    STRIDE,
+    are_compiled,
+)
 from remosplat_drake.controller.guidance.rule_transfer import (
     PackedRule,
     TransferError,
@@ -116,12 +120,11 @@ def look_ahead(
         threads: Number of rollouts that may be simulated at the same time.
     """
     while perf_counter() < until and not interrupted():
-        at_once = max(1, min(threads, len(selection.running)))
         following = advance_selection(
             rule,
             selection,
             field=field,
-            budget=STRIDE * at_once,
+            budget=_at_once(rule, selection, field, threads),
             interrupted=interrupted,
             threads=threads,
             **vars(now),
@@ -130,6 +133,19 @@ def look_ahead(
             break
         selection = following
     return selection
+
+
+def _at_once(
+    rule: SelectionRule,
+    selection: Selection,
+    field: DistanceField,
+    threads: int,
+) -> int:
+    """How many steps take no longer than a stride, or one that is slow."""
+    if not are_compiled(rule.law, field):
+        return 1
+    running = [r for r in selection.running if r.status == RUNNING]
+    return STRIDE * max(1, min(threads, len(running)))
 
 
 def _news(before: Selection, after: Selection) -> Selection | None:
