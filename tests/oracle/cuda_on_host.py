@@ -99,7 +99,7 @@ def nearest_pixels(
     keys = np.full((n, 6), -1)
     closest = np.full(n, -1, np.int32)
     work = np.zeros(1, np.int32)
-    fragments = np.empty(12 * room, np.uint8)
+    lists = np.empty(96 * room, np.uint8)
     library = _library(views.SOURCE)
     places = (_address(rows), _address(R_WD), _address(R_DV), ctypes.c_int(n))
     library.depth_views(
@@ -109,7 +109,7 @@ def nearest_pixels(
         _address(keys),
         _address(closest),
         _address(work),
-        _address(fragments),
+        _address(lists),
     )
     answer = np.full((n, 6, 4), np.nan, np.float32)
     library.depth_rows(rules, *places[1:], _address(keys), _address(answer))

@@ -12,6 +12,7 @@
 #define KERNEL extern "C" void
 #define CROWDED(threads, blocks)
 #define HELPER static inline
+#define RARELY static
 #define SHARED static
 #define SCRATCH(name) static unsigned int name[1 << 22]
 
@@ -40,7 +41,10 @@ HELPER u32 lanes_where(bool yes) { return yes; }
 template <class T> HELPER T from_lane(T value, int) { return value; }
 template <class T> HELPER T across(T value, int) { return value; }
 HELPER int first_of(u32 mask) { return __builtin_ctz(mask); }
-HELPER int first_of(u64 mask) { return __builtin_ctzll(mask); }
+HELPER float reciprocal(float value) { return 1.0f / value; }
+HELPER float power_of_2(float value) { return exp2f(value); }
+HELPER float logarithm_2(float value) { return log2f(value); }
+HELPER int count_of(u32 mask) { return __builtin_popcount(mask); }
 
 HELPER u32 float_bits(float value) {
   u32 bits;

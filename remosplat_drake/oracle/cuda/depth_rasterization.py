@@ -40,14 +40,15 @@ SOURCE = "depth_views.cu"
 LIGHT = 2.0**20
 """Unit in which kernels count the light that is absorbed, log2 of it."""
 
-_BAND, _SMALL_BAND = 3200, 400
+_BAND, _SMALL_BAND = 6400, 1600
 """Numbers of pixels that a block draws at most, unless one row has more: where
 there are many views, and where they would not keep all blocks busy."""
 
 _THREADS = 256
 _BLOCKS = 4  # On each multiprocessor.
-_ROOM = 16384  # Fragments that a block may list at once.
-_FRAGMENT_BYTES = 12
+_ROOM = 4096  # Splats that a block may list at once.
+_LISTED_BYTES = 96
+_KEPT = 16  # Fragments that a thread keeps.
 _MOST_OPAQUE = 0.999
 
 
@@ -223,8 +224,8 @@ class CudaDepthField(DistanceField):
         few = n_views * self._rules.bands < 8 * self._blocks
         rules = self._rules_of_few if few else self._rules
         blocks = min(n_views * rules.bands, self._blocks)
-        fragments = torch.empty(
-            blocks * _ROOM * _FRAGMENT_BYTES, dtype=torch.uint8, device=device
+        lists = torch.empty(
+            blocks * _ROOM * _LISTED_BYTES, dtype=torch.uint8, device=device
         )
         address = keys.data_ptr()
         self._program.launch(
@@ -241,7 +242,7 @@ class CudaDepthField(DistanceField):
                 ctypes.c_void_p(address),
                 ctypes.c_void_p(address + keys.element_size() * n_views),
                 ctypes.c_void_p(work.data_ptr()),
-                ctypes.c_void_p(fragments.data_ptr()),
+                ctypes.c_void_p(lists.data_ptr()),
             ),
             rules.scratch_bytes,
         )
@@ -284,7 +285,7 @@ class RulesArgument(ctypes.Structure):
             uncertainty: The splats' largest uncertainty [m].
             band: Number of pixels that a block draws at most, unless one row
                 has more.
-            room: Number of fragments that a block may list at once.
+            room: Number of splats that a block may list at once.
         """
         r = sensor.resolution
         band_rows = math.ceil(r / math.ceil(r * r / band))
@@ -308,9 +309,9 @@ class RulesArgument(ctypes.Structure):
 
     @property
     def scratch_bytes(self) -> int:
-        """Memory that a block needs: two numbers and three bits a pixel."""
+        """Memory that a block needs: two bits a pixel, and kept fragments."""
         pixels = self.band_rows * self.resolution
-        return 4 * (2 * pixels + 3 * math.ceil(pixels / 32))
+        return 8 * (math.ceil(pixels / 32) + _KEPT * _THREADS)
 
 
 def check_sensor(sensor: DepthSensor) -> None:

@@ -2,13 +2,14 @@
 // `DepthSensor`, in single precision, one block a band of rows of one view.
 //
 // How: a fragment absorbs light -log2(1 - alpha), and what a ray has absorbed
-// up to a range is a sum, which does not depend on any order. So a band is
-// drawn with the splats nearer than a limit, and a pixel's median is nearer
-// than that limit exactly where its sum reaches the median's threshold. While
-// there is no such pixel, the limit grows. Where there is one, the least range
-// at which any pixel's sum reaches it is found by bisection among the fragments
-// that were drawn. Pixels that are not opaque by then have their rays followed
-// to the end.
+// up to a range is a sum, which does not depend on any order. So a pixel's
+// median is nearer than a limit exactly where that sum reaches the median's
+// threshold. A block lists the splats that are seen nearer than a limit; while
+// there is no such pixel, the limit grows. Its teams draw tiles, a lane a pixel,
+// whose sums stay in registers. Each lane keeps its nearest fragments, and finds
+// its median among them; what lies behind the nearest that any team has found
+// is of no interest. Pixels that are not opaque by then have their tiles drawn to
+// the end.
 //
 // Light is counted in whole 2^-20, so that sums are the same in any order and
 // an answer never depends on which thread came first.
@@ -22,10 +23,10 @@
 
 #define GROUPS_AT_ONCE 32 // Groups whose clusters are listed at once.
 #define LISTED 1024
-#define SMALL 9           // Pixels that a lane draws on its own,
-#define LARGE 256         // and from which on rows have spans.
-#define ROW_LANES (LANES < 4 ? LANES : 4)
-#define UNIT 1048576.0f   // Light is counted in 1 / UNIT.
+#define TILE_COLUMNS (LANES < 8 ? LANES : 8)
+#define TILE_ROWS (LANES / TILE_COLUMNS)
+#define KEPT 16            // Fragments that a lane keeps.
+#define UNIT 1048576.0f    // Light is counted in 1 / UNIT.
 #define ENOUGH 1073741824u // Far more than any threshold.
 
 struct Rules {
@@ -39,13 +40,7 @@ struct Rules {
   u32 most_light;   // of one fragment
   float near, far;
   float uncertainty; // the largest
-  u32 room;          // fragments that a block may list
-};
-
-struct Fragment {
-  u32 key; // of its range
-  u32 light;
-  int at; // its pixel in the band
+  u32 room;          // splats that a block may list
 };
 
 // What a block shares.
@@ -56,21 +51,11 @@ struct Band {
   float floor;
   float bound;         // ranges beyond it are not asked for
   u32 nearest;         // key of a lower bound of all ranges
-  u32 work, n_groups, n_clusters, n_fragments, n_counting, n_open, is_reached;
+  u32 work, n_groups, n_clusters, n_seen, n_near, n_open;
   int low_y, high_y;   // rows
   u64 best;            // key of the range, then the pixel
   int groups[LISTED];
-  int clusters[LISTED]; // or pixels
-};
-
-// What a block knows of its pixels. Sums of light are kept for each, the rest
-// is a bit for each.
-struct Pixels {
-  u32 *light;    // absorbed by fragments nearer than a limit
-  u32 *total;    // absorbed as far as it is known
-  u32 *counting; // the median is nearer than the limit, and the ray opaque
-  u32 *open;     // the same, but perhaps it is not opaque
-  u32 *dead;     // it is not
+  int clusters[LISTED];
 };
 
 HELPER bool has(const u32 *bits, int at) { return bits[at / 32] >> at % 32 & 1; }
@@ -78,16 +63,67 @@ HELPER bool has(const u32 *bits, int at) { return bits[at / 32] >> at % 32 & 1; 
 HELPER void add(u32 *bits, int at) { atomicOr(&bits[at / 32], 1u << at % 32); }
 
 // A splat as a view sees it: see `footprints.project`.
-struct Seen {
+struct alignas(16) Seen {
   float form[9];
   float height;    // of a disc's plane; for an ellipsoid its whitened
   float u, v;      // centre is (u, v, height)
   float opacity, cut, uncertainty;
+};
+
+// Where it may be seen.
+struct alignas(16) Outline {
   int columns, rows; // first + last * 65536
+  float nearest;     // bounds its ranges from below
+  int at;            // in the list
+};
+
+// The splats that a block has listed.
+struct Listing {
+  Seen *seen;
+  Outline *outlines;
+  Outline *near; // those that may beat what was found, narrowed to where
+};
+
+// Shared memory whose size the band tells.
+struct Scratch {
+  u32 *dead; // a bit a pixel: known not to be opaque
+  u32 *open; // a bit a tile: has pixels that may not be
+  u32 *kept; // by slot and thread: keys of ranges, then light
+  int n_words; // of bits
+};
+
+// Pixels that a team draws at once, ends included.
+struct Tile {
+  int left, right, top, bottom;
+};
+
+// A lane's pixel, and what is known of its ray. It keeps the nearest fragments
+// behind `from`, a key: all of them, or as many as there is room for.
+struct Ray {
+  float x, y, length, inverse; // of the length
+  int pixel;
+  bool asks;  // whether it is opaque, or for its median
+  u32 total;  // absorbed as far as it is known
+  u32 light;  // absorbed nearer than the limit
+  u32 before; // absorbed up to `from`
+  u32 from;
+  int n_kept;
 };
 
 HELPER float coordinate(int pixel, const Rules &rules) {
   return (pixel + 0.5f) * 2.0f / rules.resolution - 1.0f;
+}
+
+HELPER Ray ray_of(int column, int row, const Rules &rules) {
+  Ray ray;
+  ray.x = coordinate(column, rules), ray.y = coordinate(row, rules);
+  ray.length = sqrtf(ray.x * ray.x + ray.y * ray.y + 1.0f);
+  ray.inverse = 1.0f / ray.length;
+  ray.pixel = row * rules.resolution + column;
+  ray.asks = true;
+  ray.total = ray.light = ray.before = ray.from = 0;
+  ray.n_kept = 0;
+  return ray;
 }
 
 HELPER float root(float value) { return sqrtf(fmaxf(value, 0.0f)); }
@@ -99,7 +135,7 @@ HELPER void fragment_at(const Seen &s, int is_surfel, float x, float y,
   float b = s.form[3] * x + s.form[4] * y + s.form[5];
   float c = s.form[6] * x + s.form[7] * y + s.form[8];
   if (is_surfel) {
-    float inverse = 1.0f / c;
+    float inverse = reciprocal(c);
     z = s.height * inverse;
     float u = a * inverse, v = b * inverse;
     weight = u * u + v * v;
@@ -111,16 +147,16 @@ HELPER void fragment_at(const Seen &s, int is_surfel, float x, float y,
 }
 
 // Light that a splat absorbs on a ray, 0 where it is not seen, and its range.
-HELPER u32 absorbed(const Seen &s, const Rules &rules, float x, float y,
+HELPER u32 absorbed(const Seen &s, const Rules &rules, const Ray &ray,
                     float limit, float &range) {
   float z, weight;
-  fragment_at(s, rules.is_surfel, x, y, z, weight);
+  fragment_at(s, rules.is_surfel, ray.x, ray.y, z, weight);
   if (!(weight <= s.cut) || !(z >= rules.near)) return 0;
-  float length = sqrtf(x * x + y * y + 1.0f);
-  range = z * length - s.uncertainty;
-  if (!(range < limit) || !(z - s.uncertainty / length <= rules.far)) return 0;
-  float alpha = s.opacity * expf(-0.5f * weight);
-  float light = -log2f(1.0f - alpha) * UNIT;
+  range = z * ray.length - s.uncertainty;
+  if (!(range < limit) || !(z - s.uncertainty * ray.inverse <= rules.far))
+    return 0;
+  float alpha = s.opacity * power_of_2(-0.72134752f * weight);
+  float light = -logarithm_2(1.0f - alpha) * UNIT;
   // Where nothing passes that is infinite.
   return light < (float)rules.most_light ? (u32)(light + 0.5f)
                                          : rules.most_light;
@@ -157,10 +193,10 @@ HELPER bool load_record(const Clusters &scene, const Band &band, int place,
   return true;
 }
 
-// Whether a ball, or what reaches that far, may be seen in a band.
-HELPER bool in_band(const Band &band, float3 d, float radius) {
+// Whether a ball, or what reaches that far, may be seen between four planes.
+HELPER bool is_between(const float *sides_W, float3 d, float radius) {
   for (int k = 0; k < 4; ++k) {
-    const float *n = band.sides_W + 3 * k;
+    const float *n = sides_W + 3 * k;
     if (n[0] * d.x + n[1] * d.y + n[2] * d.z < -radius) return false;
   }
   return true;
@@ -204,10 +240,32 @@ HELPER void within_cone(float n, float n_z, float sine, float &low,
   low = fmaxf(low, middle - half), high = fminf(high, middle + half);
 }
 
+// Narrows an outline to where a splat may be nearer than a limit; false if that is
+// nowhere.
+HELPER bool narrow(const Seen &s, const Rules &rules, float limit,
+                   Outline &o) {
+  if (!(o.nearest < limit)) return false;
+  // A plane is nearer than the limit only around its nearest point.
+  float cosine = fabsf(s.height) / fmaxf(limit + s.uncertainty, 1e-6f);
+  if (!rules.is_surfel || !(cosine < 0.999f)) return true;
+  float side = s.height < 0.0f ? -1.0f : 1.0f;
+  float sine = sqrtf(1.0f - cosine * cosine);
+  float low_x = -1.0f, high_x = 1.0f, low_y = -1.0f, high_y = 1.0f;
+  const float *n = s.form + 6;
+  within_cone(side * n[0], side * n[2], sine, low_x, high_x);
+  within_cone(side * n[1], side * n[2], sine, low_y, high_y);
+  o.columns = span(low_x, high_x, rules.resolution, o.columns & 65535,
+                   o.columns >> 16);
+  o.rows = span(low_y, high_y, rules.resolution, o.rows & 65535, o.rows >> 16);
+  return o.columns >= 0 && o.rows >= 0;
+}
+
 // Projects a splat; false if no pixel of the band can see it nearer than a
 // limit.
 HELPER bool project(const Record &r, const Band &band, const Rules &rules,
-                    float limit, Seen &s) {
+                    float limit, Seen &s, Outline &outline) {
+  outline.nearest = nearest_range(r, rules.is_surfel);
+  if (!(outline.nearest < limit)) return false;
   const float *R = band.R_WV;
   float w[3], d[3];
   to_view(band, r.offset, d[0], d[1], d[2]);
@@ -254,19 +312,11 @@ HELPER bool project(const Record &r, const Band &band, const Rules &rules,
     low_y /= low_y > 0.0f ? far_end : rules.near;
     high_y /= high_y < 0.0f ? far_end : rules.near;
   }
-  if (rules.is_surfel) {
-    // A plane is nearer than the limit only around its nearest point.
-    float cosine = fabsf(w[2]) / fmaxf(limit + r.uncertainty, 1e-6f);
-    if (cosine < 0.999f) {
-      float side = w[2] < 0.0f ? -1.0f : 1.0f, sine = sqrtf(1.0f - cosine * cosine);
-      const float *n = s.form + 6;
-      within_cone(side * n[0], side * n[2], sine, low_x, high_x);
-      within_cone(side * n[1], side * n[2], sine, low_y, high_y);
-    }
-  }
-  s.columns = span(low_x, high_x, rules.resolution, 0, rules.resolution - 1);
-  s.rows = span(low_y, high_y, rules.resolution, band.low_y, band.high_y);
-  if (s.columns < 0 || s.rows < 0) return false;
+  outline.columns =
+      span(low_x, high_x, rules.resolution, 0, rules.resolution - 1);
+  outline.rows =
+      span(low_y, high_y, rules.resolution, band.low_y, band.high_y);
+  if (outline.columns < 0 || outline.rows < 0) return false;
   s.height = w[2], s.u = w[0], s.v = w[1];
   if (rules.is_surfel) {
     for (int j = 0; j < 3; ++j) {
@@ -275,25 +325,31 @@ HELPER bool project(const Record &r, const Band &band, const Rules &rules,
     }
   }
   s.opacity = r.opacity, s.cut = r.cut, s.uncertainty = r.uncertainty;
-  return true;
+  return narrow(s, rules, limit, outline);
 }
 
-HELPER Seen seen_by(const Seen &mine, int who, int is_surfel) {
+// By four loads, all lanes the same.
+HELPER Seen load_seen(const Seen *at) {
+  const float4 *from = (const float4 *)at;
+  float4 a = from[0], b = from[1], c = from[2], d = from[3];
+  return {{a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, c.x}, c.y, c.z, c.w,
+          d.x, d.y, d.z};
+}
+
+HELPER Seen seen_by(const Seen &mine, int who) {
   Seen s;
   for (int i = 0; i < 9; ++i) s.form[i] = from_lane(mine.form[i], who);
   s.height = from_lane(mine.height, who);
-  s.u = is_surfel ? 0.0f : from_lane(mine.u, who);
-  s.v = is_surfel ? 0.0f : from_lane(mine.v, who);
+  s.u = from_lane(mine.u, who), s.v = from_lane(mine.v, who);
   s.opacity = from_lane(mine.opacity, who);
   s.cut = from_lane(mine.cut, who);
   s.uncertainty = from_lane(mine.uncertainty, who);
-  s.columns = from_lane(mine.columns, who);
-  s.rows = from_lane(mine.rows, who);
   return s;
 }
 
-// Whether a box may hold something of the band nearer than a limit.
-HELPER bool box_matters(const Band &band, const float4 *box, float limit) {
+// Whether a box may hold something between four planes and nearer than a limit.
+HELPER bool box_matters(const Band &band, const float *sides_W,
+                        const float4 *box, float limit) {
   float4 low = box[0], high = box[1];
   if (low.w < band.floor) return false;
   float reach = fmaxf(limit, 0.0f);
@@ -301,7 +357,7 @@ HELPER bool box_matters(const Band &band, const float4 *box, float limit) {
   float3 a = to_point(band.p, low.x, low.y, low.z);
   float3 b = to_point(band.p, high.x, high.y, high.z);
   for (int k = 0; k < 4; ++k) {
-    const float *n = band.sides_W + 3 * k;
+    const float *n = sides_W + 3 * k;
     // The corner that lies farthest inwards.
     float height = (n[0] > 0.0f ? b.x : a.x) * n[0] +
                    (n[1] > 0.0f ? b.y : a.y) * n[1] +
@@ -310,6 +366,13 @@ HELPER bool box_matters(const Band &band, const float4 *box, float limit) {
     if (height < -1e-5f * (reach + size)) return false;
   }
   return true;
+}
+
+// A team's next piece of work.
+HELPER int take(u32 &work) {
+  int next = 0;
+  if (lane() == 0) next = (int)atomicAdd(&work, 1u);
+  return from_lane(next, 0);
 }
 
 // Calls visit(cluster), a team at a time, for all clusters that matter nearer
@@ -324,7 +387,7 @@ HELPER void each_cluster(const Clusters &scene, Band &band, Limit limit,
     for (int k = thread(); k < LISTED && first + k < scene.n_groups;
          k += threads()) {
       int group = first + k;
-      if (box_matters(band, scene.groups + 2 * group, limit()))
+      if (box_matters(band, band.sides_W, scene.groups + 2 * group, limit()))
         band.groups[atomicAdd(&band.n_groups, 1u)] = group;
     }
     meet();
@@ -337,165 +400,330 @@ HELPER void each_cluster(const Clusters &scene, Band &band, Limit limit,
         if (g >= n_groups) break;
         int cluster = band.groups[g] * CLUSTER + k % CLUSTER;
         if (cluster < scene.n_clusters &&
-            box_matters(band, scene.clusters + 2 * cluster, limit()))
+            box_matters(band, band.sides_W, scene.clusters + 2 * cluster, limit()))
           band.clusters[atomicAdd(&band.n_clusters, 1u)] = cluster;
       }
       meet();
       int n_clusters = band.n_clusters;
-      while (true) {
-        int next = 0;
-        if (lane() == 0) next = (int)atomicAdd(&band.work, 1u);
-        next = from_lane(next, 0);
-        if (next >= n_clusters) break;
+      for (int next; (next = take(band.work)) < n_clusters;)
         visit(band.clusters[next]);
-      }
       meet();
     }
   }
   meet();
 }
 
-// Narrows the columns of a row to those where a disc can be seen.
-HELPER void row_span(const Seen &s, const Rules &rules, float y, int &first,
-                     int &last) {
-  float a = s.form[1] * y + s.form[2], b = s.form[4] * y + s.form[5];
-  float c = s.form[7] * y + s.form[8];
-  float xx = s.form[0] * s.form[0] + s.form[3] * s.form[3];
-  float x = s.form[0] * a + s.form[3] * b, one = a * a + b * b;
-  float scale = fabsf(x) + one + s.cut * (fabsf(s.form[6] * c) + c * c);
-  xx -= s.cut * s.form[6] * s.form[6];
-  x -= s.cut * s.form[6] * c, one -= s.cut * c * c;
-  // A conic that is nearly a line tells nothing, in single precision.
-  if (fabsf(xx) <= 1e-4f * scale) return;
-  // What rounding may move makes spans wider.
-  float slack = 1e-5f * scale * scale;
-  float square = x * x - xx * one + (xx > 0.0f ? slack : -slack);
-  if (square < 0.0f) {
-    if (xx > 0.0f) last = first - 1;
-    return;
-  }
-  float half = sqrtf(square), low = (-x - half) / xx, high = (-x + half) / xx;
-  if (xx < 0.0f) {
-    // Two branches, of which one lies before the camera.
-    float side = s.height * s.form[6];
-    if (side == 0.0f) return;
-    if (side > 0.0f) high = 1.0f;
-    else low = -1.0f;
-  }
-  int columns = span(low, high, rules.resolution, first, last);
-  if (columns < 0) last = first - 1;
-  else first = columns & 65535, last = columns >> 16;
+HELPER bool touches(const Outline &o, const Tile &tile) {
+  return (o.columns & 65535) <= tile.right && o.columns >> 16 >= tile.left &&
+         (o.rows & 65535) <= tile.bottom && o.rows >> 16 >= tile.top;
 }
 
-// Draws all that is nearer than a limit: calls touch(pixel, light, range) for
-// every fragment in the band.
-template <class Touch>
-HELPER void draw_all(const Clusters &scene, Band &band, const Rules &rules,
-                     float limit, Touch touch) {
+HELPER int tile_columns(const Rules &rules) {
+  return (rules.resolution + TILE_COLUMNS - 1) / TILE_COLUMNS;
+}
+
+// The place of one more of a list, for those lanes that have one.
+HELPER u32 next_place(bool has_one, u32 &n) {
+  u32 mask = lanes_where(has_one);
+  int place = 0;
+  if (lane() == 0 && mask) place = (int)atomicAdd(&n, (u32)count_of(mask));
+  return from_lane(place, 0) + count_of(mask & lanes_before());
+}
+
+// Fragments a little behind a limit make most pixels opaque.
+HELPER float behind(float limit) {
+  return limit + 0.005f + 0.02f * fmaxf(limit, 0.0f);
+}
+
+// Lists the splats that are seen nearer than a limit. If there are more than
+// there is room for, only their number is right.
+HELPER void list_seen(const Clusters &scene, Band &band, const Rules &rules,
+                      float limit, const Listing &list) {
+  if (thread() == 0) band.n_seen = 0;
   each_cluster(scene, band, [&] { return limit; }, [&](int cluster) {
     for (int k = lane(); k < CLUSTER; k += LANES) {
       Record r;
-      Seen mine;
+      Seen s;
+      Outline outline;
       bool seen = load_record(scene, band, cluster * CLUSTER + k, r) &&
-                  nearest_range(r, rules.is_surfel) < limit &&
-                  in_band(band, r.offset, r.radius * 1.0001f) &&
-                  project(r, band, rules, limit, mine);
-      auto draw_at = [&](const Seen &s, int column, int row) {
-        float range;
-        u32 light = absorbed(s, rules, coordinate(column, rules),
-                             coordinate(row, rules), limit, range);
-        if (light) touch(row * rules.resolution + column, light, range);
-      };
-      auto draw = [&](const Seen &s, int first, int step) {
-        int left = s.columns & 65535, top = s.rows & 65535;
-        int right = s.columns >> 16, bottom = s.rows >> 16;
-        int width = right - left + 1, size = width * (bottom - top + 1);
-        if (size < LARGE || !rules.is_surfel) {
-          for (int at = first; at < size; at += step)
-            draw_at(s, left + at % width, top + at / width);
-          return;
-        }
-        for (int row = top + first / ROW_LANES; row <= bottom;
-             row += step / ROW_LANES) {
-          int begin = left, end = right;
-          row_span(s, rules, coordinate(row, rules), begin, end);
-          for (int at = begin + first % ROW_LANES; at <= end; at += ROW_LANES)
-            draw_at(s, at, row);
-        }
-      };
-      bool alone = seen && ((mine.columns >> 16) - (mine.columns & 65535) + 1) *
-                           ((mine.rows >> 16) - (mine.rows & 65535) + 1) <= SMALL;
-      if (alone) draw(mine, 0, 1);
-      for (u32 mask = lanes_where(seen && !alone); mask; mask &= mask - 1)
-        draw(seen_by(mine, first_of(mask), rules.is_surfel), lane(), LANES);
+                  is_between(band.sides_W, r.offset, r.radius * 1.0001f) &&
+                  project(r, band, rules, limit, s, outline);
+      u32 place = next_place(seen, band.n_seen);
+      if (!seen || place >= rules.room) continue;
+      outline.at = (int)place;
+      list.seen[place] = s, list.outlines[place] = outline;
     }
   });
 }
 
-// Whether a ray meets a box between the planes.
-HELPER bool ray_meets(const Band &band, const Rules &rules, const float ray[3],
-                      const float4 *box) {
-  float4 low = box[0], high = box[1];
-  if (low.w < band.floor) return false;
-  float3 a = to_point(band.p, low.x, low.y, low.z);
-  float3 b = to_point(band.p, high.x, high.y, high.z);
-  float lows[3] = {a.x, a.y, a.z}, highs[3] = {b.x, b.y, b.z};
-  float enter = 0.999f * rules.near;
-  float leave = 1.001f * rules.far + rules.uncertainty;
-  for (int k = 0; k < 3; ++k) {
-    float slack = 1e-6f + 1e-5f * fmaxf(fabsf(lows[k]), fabsf(highs[k]));
-    float from = lows[k] - slack, to = highs[k] + slack;
-    if (fabsf(ray[k]) < 1e-9f) {
-      if (from > 0.0f || to < 0.0f) return false;
-      continue;
+// Lists again what may be nearer than a limit.
+HELPER void list_near(Band &band, const Rules &rules, float limit,
+                      const Listing &list) {
+  if (thread() == 0) band.n_near = 0;
+  meet();
+  int n = band.n_seen;
+  for (int first = 0; first < n; first += threads()) {
+    int k = first + thread();
+    Outline outline;
+    bool is_near = k < n;
+    if (is_near) {
+      outline = list.outlines[k];
+      is_near = narrow(list.seen[k], rules, limit, outline);
     }
-    float s = from / ray[k], t = to / ray[k];
-    enter = fmaxf(enter, fminf(s, t)), leave = fminf(leave, fmaxf(s, t));
+    u32 place = next_place(is_near, band.n_near);
+    if (is_near) list.near[place] = outline;
   }
-  return enter <= leave;
+  meet();
 }
 
-// A team follows a pixel's ray: whether it absorbs enough light to count.
-HELPER bool is_opaque(const Clusters &scene, const Band &band,
-                      const Rules &rules, int pixel) {
-  float x = coordinate(pixel % rules.resolution, rules);
-  float y = coordinate(pixel / rules.resolution, rules);
-  const float *R = band.R_WV;
-  float ray[3];
-  for (int i = 0; i < 3; ++i)
-    ray[i] = R[3 * i] * x + R[3 * i + 1] * y + R[3 * i + 2];
-  u32 light = 0;
-  for (int g0 = 0; g0 < scene.n_groups; g0 += LANES) {
-    int group = g0 + lane();
-    u32 met = lanes_where(group < scene.n_groups &&
-                     ray_meets(band, rules, ray, scene.groups + 2 * group));
-    for (; met; met &= met - 1) {
-      int first = (g0 + first_of(met)) * CLUSTER;
-      for (int c0 = 0; c0 < CLUSTER; c0 += LANES) {
-        int cluster = first + c0 + lane();
-        u32 crossed =
-            lanes_where(cluster < scene.n_clusters &&
-                   ray_meets(band, rules, ray, scene.clusters + 2 * cluster));
-        for (; crossed; crossed &= crossed - 1) {
-          int place = (first + c0 + first_of(crossed)) * CLUSTER;
-          u32 more = 0;
-          for (int k = lane(); k < CLUSTER; k += LANES) {
-            Record r;
-            Seen s;
-            float range;
-            if (load_record(scene, band, place + k, r) &&
-                project(r, band, rules, INFINITE, s))
-              more += absorbed(s, rules, x, y, INFINITE, range);
-          }
-          for (int step = LANES / 2; step > 0; step /= 2)
-            more += across(more, step);
-          light += more;
-          if (light >= rules.opaque_light) return true;
+HELPER void sum_up(u32 &sum, u32 light) {
+  if (sum < ENOUGH) sum += light;
+}
+
+// Keeps a fragment; if there is no room the farthest gives way.
+HELPER void keep(u32 *kept, Ray &ray, u32 key, u32 light) {
+  int slot = ray.n_kept;
+  if (slot < KEPT) {
+    ++ray.n_kept;
+  } else {
+    slot = 0;
+    for (int k = 1; k < KEPT; ++k)
+      if (kept[k * threads()] > kept[slot * threads()]) slot = k;
+    if (key >= kept[slot * threads()]) return;
+  }
+  kept[slot * threads()] = key;
+  kept[(KEPT + slot) * threads()] = light;
+}
+
+// Adds a splat's fragment to what is known of a ray, if it is nearer than a
+// limit.
+HELPER void absorb(const Seen &s, const Rules &rules, float limit, Ray &ray,
+                   u32 *kept) {
+  float range;
+  u32 light = absorbed(s, rules, ray, limit, range);
+  if (!light) return;
+  sum_up(ray.light, light);
+  u32 key = key_of(range);
+  if (key > ray.from) keep(kept, ray, key, light);
+  else sum_up(ray.before, light);
+}
+
+// Adds a splat's light to what a ray absorbs in all, which is opaque if that is
+// enough.
+HELPER void look_through(const Seen &s, const Rules &rules, float limit,
+                         Ray &ray) {
+  float range;
+  sum_up(ray.total, absorbed(s, rules, ray, limit, range));
+  if (ray.total >= rules.opaque_light) ray.asks = false;
+}
+
+// Finds the key of a median that is nearer than the limit; 0 if it lies behind
+// all that are kept, and then they will be before `from`.
+HELPER u32 median_key(const u32 *kept, Ray &ray, u32 median_light) {
+  u32 sum = ray.before;
+  while (sum < median_light) {
+    u32 next = ~0u, light = 0;
+    for (int k = 0; k < ray.n_kept; ++k) {
+      u32 key = kept[k * threads()];
+      if (key <= ray.from || key > next) continue;
+      light = kept[(KEPT + k) * threads()] + (key == next ? light : 0);
+      next = key;
+    }
+    if (next == ~0u) return 0;
+    ray.from = next, sum += light;
+  }
+  return ray.from;
+}
+
+// Calls visit(splat), all lanes of a team together, for those of outlines that
+// touch a tile nearer than a limit, while a ray asks for them.
+template <class Visit>
+HELPER void each_touching(const Listing &list, const Outline *outlines, int n,
+                          const Tile &tile, float limit, const Ray &ray,
+                          Visit visit) {
+  for (int first = 0; first < n; first += LANES) {
+    Outline o;
+    bool touching = first + lane() < n;
+    if (touching) {
+      o = outlines[first + lane()];
+      touching = o.nearest < limit && touches(o, tile);
+    }
+    u32 mask = lanes_where(touching);
+    if (mask && !lanes_where(ray.asks)) return;
+    for (; mask; mask &= mask - 1)
+      visit(load_seen(list.seen + from_lane(o.at, first_of(mask))));
+  }
+}
+
+// The inward normals of the planes around pixels.
+HELPER void find_sides(const float *R_WV, const Tile &tile, int resolution,
+                       float *sides_W) {
+  float scale = 2.0f / resolution;
+  float left = scale * tile.left - 1.0f, top = scale * tile.top - 1.0f;
+  float right = scale * (tile.right + 1) - 1.0f;
+  float bottom = scale * (tile.bottom + 1) - 1.0f;
+  float sides[4][3] = {{1.0f, 0.0f, -left}, {-1.0f, 0.0f, right},
+                       {0.0f, 1.0f, -top}, {0.0f, -1.0f, bottom}};
+  for (int k = 0; k < 4; ++k) {
+    const float *n = sides[k];
+    float length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    for (int i = 0; i < 3; ++i)
+      sides_W[3 * k + i] = (R_WV[3 * i] * n[0] + R_WV[3 * i + 1] * n[1] +
+                            R_WV[3 * i + 2] * n[2]) / length;
+  }
+}
+
+// A team draws a tile with what is in the scene, nearer than a limit; or to the
+// end, until no ray asks any more whether it is opaque.
+RARELY Ray draw_scene(const Clusters &scene, const Band &band,
+                      const Rules &rules, const Tile &tile, float limit,
+                      bool to_end, Ray ray, u32 *kept) {
+  float sides_W[12];
+  find_sides(band.R_WV, tile, rules.resolution, sides_W);
+  // Calls visit(k), all lanes together, for those of boxes `first` to `end`
+  // that matter.
+  auto each_box = [&](const float4 *boxes, int first, int end, auto visit) {
+    for (int k0 = first; k0 < end; k0 += LANES) {
+      int k = k0 + lane();
+      bool matters =
+          k < end && box_matters(band, sides_W, boxes + 2 * k, limit);
+      u32 mask = lanes_where(matters);
+      for (; mask && lanes_where(ray.asks); mask &= mask - 1)
+        visit(k0 + first_of(mask));
+    }
+  };
+  each_box(scene.groups, 0, scene.n_groups, [&](int group) {
+    int first = group * CLUSTER, end = first + CLUSTER;
+    end = end < scene.n_clusters ? end : scene.n_clusters;
+    each_box(scene.clusters, first, end, [&](int cluster) {
+      for (int k = lane(); k < CLUSTER; k += LANES) {
+        Record r;
+        Seen mine;
+        Outline outline;
+        bool seen = load_record(scene, band, cluster * CLUSTER + k, r) &&
+                    is_between(sides_W, r.offset, r.radius * 1.0001f) &&
+                    project(r, band, rules, limit, mine, outline) &&
+                    touches(outline, tile);
+        for (u32 mask = lanes_where(seen); mask; mask &= mask - 1) {
+          Seen s = seen_by(mine, first_of(mask));
+          if (to_end) look_through(s, rules, limit, ray);
+          else absorb(s, rules, limit, ray, kept);
         }
       }
-    }
+    });
+  });
+  return ray;
+}
+
+// The least of a limit and what is not farther than a key.
+HELPER float up_to(float limit, u32 key) {
+  return key == ~0u ? limit : fminf(limit, value_of(key + 1u));
+}
+
+// A team draws a tile, and finds its nearest pixel whose median is nearer than a
+// limit and all that was found. Where pixels are not opaque yet, the tile is
+// marked as open, or followed to the end.
+HELPER void draw_tile(const Clusters &scene, Band &band, const Rules &rules,
+                      const Listing &list, const Scratch &scratch, int number,
+                      float limit, bool follow) {
+  int columns = tile_columns(rules);
+  Tile tile;
+  tile.left = number % columns * TILE_COLUMNS;
+  tile.top = band.low_y + number / columns * TILE_ROWS;
+  tile.right = tile.left + TILE_COLUMNS - 1;
+  tile.bottom = tile.top + TILE_ROWS - 1;
+  int column = tile.left + lane() % TILE_COLUMNS;
+  int row = tile.top + lane() / TILE_COLUMNS;
+  Ray ray = ray_of(column, row, rules);
+  int at = ray.pixel - band.low_y * rules.resolution;
+  bool counts = column < rules.resolution && row <= band.high_y &&
+                !has(scratch.dead, at);
+  u32 *kept = scratch.kept + thread();
+  bool is_listed = band.n_seen <= rules.room;
+  float nearer;
+  u32 key;
+  do {
+    ray.light = ray.before = 0, ray.n_kept = 0;
+    u32 best = (u32)(latest(band.best) >> 32);
+    nearer = up_to(limit, (u32)from_lane((int)best, 0));
+    if (is_listed)
+      each_touching(list, list.near, band.n_near, tile, nearer, ray,
+                    [&](const Seen &s) {
+                      absorb(s, rules, nearer, ray, kept);
+                    });
+    else
+      ray = draw_scene(scene, band, rules, tile, nearer, false, ray, kept);
+    key = ~0u;
+    if (counts && ray.light >= rules.median_light)
+      key = median_key(kept, ray, rules.median_light);
+  } while (lanes_where(key == 0));
+  u64 found = (u64)key << 32 | (u32)ray.pixel;
+  ray.asks = key != ~0u && found < latest(band.best);
+  ray.total = 0;
+  float reach = behind(nearer);
+  if (is_listed && lanes_where(ray.asks))
+    each_touching(list, list.outlines, band.n_seen, tile, reach, ray,
+                  [&](const Seen &s) { look_through(s, rules, reach, ray); });
+  if (key != ~0u && ray.total >= rules.opaque_light)
+    atomicMin(&band.best, found);
+  ray.asks = ray.asks && found < latest(band.best);
+  if (!lanes_where(ray.asks)) return;
+  if (!follow) {
+    if (lane() == 0) add(scratch.open, number), band.n_open = 1;
+    return;
   }
-  return false;
+  bool is_open = ray.asks;
+  ray.total = 0;
+  // No fragment is farther.
+  float end = 1.75f * rules.far;
+  ray = draw_scene(scene, band, rules, tile, end, true, ray, kept);
+  if (!is_open) return;
+  if (ray.asks) add(scratch.dead, at);
+  else atomicMin(&band.best, found);
+}
+
+// A team follows a ray through what is listed, to where its nearest splat is
+// seen. What it finds there bounds what is left to look for.
+HELPER void probe(Band &band, const Rules &rules, const Listing &list,
+                  u32 *kept, float limit) {
+  int n = band.n_seen;
+  u64 nearest = ~0ull;
+  for (int k = thread(); k < n; k += threads()) {
+    u64 key = (u64)key_of(list.outlines[k].nearest) << 32 | (u32)k;
+    nearest = key < nearest ? key : nearest;
+  }
+  nearest = least_of_lanes(nearest);
+  if (nearest == ~0ull) return;
+  Outline first = list.outlines[(u32)nearest];
+  int column = ((first.columns & 65535) + (first.columns >> 16)) / 2;
+  int row = ((first.rows & 65535) + (first.rows >> 16)) / 2;
+  Tile pixel = {column, column, row, row};
+  // Each lane takes other splats.
+  Ray ray = ray_of(column, row, rules);
+  float reach = behind(limit);
+  for (int k = lane(); k < n; k += LANES) {
+    if (!touches(list.outlines[k], pixel)) continue;
+    absorb(list.seen[k], rules, limit, ray, kept);
+    look_through(list.seen[k], rules, reach, ray);
+  }
+  if (sum_of_lanes(ray.total) < rules.opaque_light ||
+      sum_of_lanes(ray.light) < rules.median_light)
+    return;
+  u32 light = 0, key = 0;
+  while (light < rules.median_light) {
+    u32 next = ~0u;
+    for (int k = 0; k < ray.n_kept; ++k) {
+      u32 other = kept[k * threads()];
+      if (other > key && other < next) next = other;
+    }
+    key = least_of_lanes(next);
+    if (key == ~0u) return;
+    u32 more = 0;
+    for (int k = 0; k < ray.n_kept; ++k)
+      if (kept[k * threads()] == key) more += kept[(KEPT + k) * threads()];
+    light += sum_of_lanes(more);
+  }
+  if (lane() == 0) atomicMin(&band.best, (u64)key << 32 | (u32)ray.pixel);
 }
 
 // Prepares the block for an item: sphere, view, band.
@@ -512,184 +740,65 @@ HELPER void begin(const float *sphere, const float *R_WD, const float *R_DV,
   int last = rows_before + rules.band_rows - 1;
   last = last < rules.resolution ? last : rules.resolution - 1;
   band.low_y = rows_before, band.high_y = last;
-  float top = 2.0f * rows_before / rules.resolution - 1.0f;
-  float bottom = 2.0f * (last + 1) / rules.resolution - 1.0f;
-  float sides[4][3] = {{1.0f, 0.0f, 1.0f}, {-1.0f, 0.0f, 1.0f},
-                       {0.0f, 1.0f, -top}, {0.0f, -1.0f, bottom}};
-  for (int k = 0; k < 4; ++k) {
-    const float *n = sides[k];
-    float length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    for (int i = 0; i < 3; ++i)
-      band.sides_W[3 * k + i] =
-          (band.R_WV[3 * i] * n[0] + band.R_WV[3 * i + 1] * n[1] +
-           band.R_WV[3 * i + 2] * n[2]) / length;
-  }
+  Tile whole = {0, rules.resolution - 1, rows_before, last};
+  find_sides(band.R_WV, whole, rules.resolution, band.sides_W);
   band.best = ~0ull;
   band.nearest = key_of(INFINITE);
 }
 
-// Draws the band with what is nearer than a limit. Fragments are kept of all
-// pixels, or of those `again` whose median was found to be nearer than it.
+// Draws the tiles of a band with what is nearer than a limit: all of them, then
+// those again that are open.
 HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
-                      const Pixels &pixels, int n_pixels, float limit,
-                      bool again, Fragment *fragments) {
-  for (int at = thread(); at < n_pixels; at += threads())
-    pixels.light[at] = 0, pixels.total[at] = 0;
-  for (int k = thread(); !again && k < (n_pixels + 31) / 32; k += threads())
-    pixels.counting[k] = 0, pixels.open[k] = 0;
-  if (thread() == 0)
-    band.n_fragments = 0, band.n_counting = 0, band.n_open = 0;
-  int first_pixel = band.low_y * rules.resolution;
-  // What lies a little behind makes most pixels opaque.
-  draw_all(scene, band, rules, limit + 0.005f + 0.02f * fmaxf(limit, 0.0f),
-           [&](int pixel, u32 light, float range) {
-             int at = pixel - first_pixel;
-             if (latest(pixels.total[at]) < ENOUGH)
-               atomicAdd(&pixels.total[at], light);
-             if (!(range < limit)) return;
-             if (latest(pixels.light[at]) < ENOUGH)
-               atomicAdd(&pixels.light[at], light);
-             if (again && !has(pixels.counting, at) && !has(pixels.open, at))
-               return;
-             u32 place = atomicAdd(&band.n_fragments, 1u);
-             if (place >= rules.room) return;
-             fragments[place].key = key_of(range);
-             fragments[place].light = light;
-             fragments[place].at = at;
-           });
-  for (int at = thread(); at < n_pixels; at += threads()) {
-    if (pixels.light[at] < rules.median_light || has(pixels.dead, at)) continue;
-    bool counts = pixels.total[at] >= rules.opaque_light;
-    add(counts ? pixels.counting : pixels.open, at);
-    atomicAdd(counts ? &band.n_counting : &band.n_open, 1u);
+                      const Listing &list, const Scratch &scratch,
+                      float limit, u64 *answer) {
+  int n_tiles = (band.high_y - band.low_y + TILE_ROWS) / TILE_ROWS *
+                tile_columns(rules);
+  for (int k = thread(); k < scratch.n_words; k += threads())
+    scratch.open[k] = 0;
+  if (thread() == 0) band.n_open = 0;
+  list_seen(scene, band, rules, behind(limit), list);
+  if (band.n_seen <= rules.room) {
+    probe(band, rules, list, scratch.kept + thread(), limit);
+    meet();
+    // Bands of a view tell each other what they have found.
+    if (thread() == 0 && rules.bands > 1)
+      atomicMin(&band.best, atomicMin(answer, band.best));
+    meet();
+    list_near(band, rules, up_to(limit, (u32)(band.best >> 32)), list);
+    if (!band.n_near) return;
   }
-  meet();
-}
-
-// Finds the least range from `low` and below `high` at which a pixel that counts
-// has absorbed the median's light; at the end `light` is what was absorbed
-// nearer than that.
-HELPER void bisect(Band &band, const Rules &rules, const Pixels &pixels,
-                   int n_pixels, const Fragment *fragments, u32 low, u32 high) {
-  for (int at = thread(); at < n_pixels; at += threads()) pixels.light[at] = 0;
-  int n = band.n_fragments;
-  // A thread's own fragments between `low` and `high`, as bits while there are
-  // that few: each step leaves half of them.
-  bool few = n <= 64 * threads();
-  u64 alive = ~0ull;
-  auto each_between = [&](u32 from, u32 to, auto visit) {
-    if (!few) {
-      for (int f = thread(); f < n; f += threads()) {
-        Fragment it = fragments[f];
-        if (it.key >= from && it.key < to) visit(it);
-      }
-      return;
-    }
-    for (u64 left = alive; left; left &= left - 1) {
-      int k = first_of(left), f = thread() + k * threads();
-      u32 key = f < n ? fragments[f].key : ~0u;
-      if (key < low || key >= high) alive &= ~(1ull << k);
-      else if (key >= from && key < to) visit(fragments[f]);
-    }
-  };
-  meet();
-  while (true) {
-    u32 middle = low + (high - low) / 2;
-    bool last = middle == low;
-    if (last) middle = high;
-    if (thread() == 0) band.is_reached = 0;
+  for (int again = 0; again < 2; ++again) {
+    if (thread() == 0) band.work = 0;
     meet();
-    each_between(low, middle, [&](const Fragment &it) {
-      u32 sum = atomicAdd(&pixels.light[it.at], it.light) + it.light;
-      if (sum < rules.median_light || !has(pixels.counting, it.at)) return;
-      atomicOr(&band.is_reached, 1u);
-      // Of equally near pixels the first is meant.
-      u32 pixel = it.at + band.low_y * rules.resolution;
-      if (last) atomicMin(&band.best, (u64)it.key << 32 | pixel);
-    });
+    if (again && !band.n_open) return;
+    for (int tile; (tile = take(band.work)) < n_tiles;)
+      if (!again || has(scratch.open, tile))
+        draw_tile(scene, band, rules, list, scratch, tile, limit, again);
     meet();
-    bool reached = band.is_reached;
-    if (reached || last) {
-      each_between(low, middle, [&](const Fragment &it) {
-        atomicAdd(&pixels.light[it.at], 0u - it.light);
-      });
-      high = middle;
-    } else {
-      low = middle;
-    }
-    meet();
-    if (last) return;
   }
-}
-
-// Follows the rays of pixels that may have a median nearer than the best, and
-// may be opaque. True if one of them counts.
-HELPER bool follow_open(const Clusters &scene, Band &band, const Rules &rules,
-                        const Pixels &pixels, int n_pixels) {
-  meet();
-  for (int k = thread(); k < (n_pixels + 31) / 32; k += threads())
-    pixels.counting[k] = 0;
-  if (thread() == 0) band.n_counting = 0;
-  for (int first = 0; first < n_pixels; first += LISTED) {
-    meet();
-    if (thread() == 0) band.n_open = 0, band.work = 0;
-    meet();
-    for (int at = first + thread(); at < first + LISTED && at < n_pixels;
-         at += threads())
-      if (has(pixels.open, at) && pixels.light[at] >= rules.median_light)
-        band.clusters[atomicAdd(&band.n_open, 1u)] = at;
-    meet();
-    int n_open = band.n_open;
-    while (true) {
-      int next = 0;
-      if (lane() == 0) next = (int)atomicAdd(&band.work, 1u);
-      next = from_lane(next, 0);
-      if (next >= n_open) break;
-      int at = band.clusters[next];
-      bool counts = is_opaque(scene, band, rules,
-                              at + band.low_y * rules.resolution);
-      if (lane() != 0) continue;
-      add(counts ? pixels.counting : pixels.dead, at);
-      if (counts) atomicAdd(&band.n_counting, 1u);
-    }
-  }
-  meet();
-  return band.n_counting > 0;
-}
-
-// The nearest pixel of a band whose median is nearer than a limit.
-HELPER void nearest_pixel(const Clusters &scene, Band &band, const Rules &rules,
-                          const Pixels &pixels, int n_pixels, float limit,
-                          const Fragment *fragments) {
-  u32 low = key_of(value_of(band.nearest) - 1e-3f), high = key_of(limit);
-  bool some_open = band.n_open > 0;
-  if (band.n_counting > 0) {
-    bisect(band, rules, pixels, n_pixels, fragments, low, high);
-    high = (u32)(band.best >> 32);
-  }
-  if (some_open && follow_open(scene, band, rules, pixels, n_pixels))
-    bisect(band, rules, pixels, n_pixels, fragments, low, high);
 }
 
 // spheres: (n, 8): position, its rest, the range that an answer must undercut,
 // the height below which nothing is seen. R_WD: (n, 9). nearest: (n, 6), keys
 // of range and pixel; all ones at first, and where nothing is seen. closest:
 // (n,), keys of the range that all views of a sphere have found together, all
-// ones at first. work: a counter, 0 at first. fragments: room for rules.room of
-// them a block.
-KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules, const float *spheres,
-                   const float *R_WD, const float *R_DV, int n, u64 *nearest,
-                   u32 *closest, u32 *work, Fragment *fragments) {
+// ones at first. work: a counter, 0 at first. lists: room for rules.room splats
+// a block, six float4 each.
+KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules,
+                                   const float *spheres, const float *R_WD,
+                                   const float *R_DV, int n, u64 *nearest,
+                                   u32 *closest, u32 *work, float4 *lists) {
   SHARED Band band;
   SHARED u32 item;
-  SCRATCH(scratch);
-  int n_pixels = rules.band_rows * rules.resolution;
-  int n_words = (n_pixels + 31) / 32;
-  Pixels pixels;
-  pixels.light = scratch, pixels.total = scratch + n_pixels;
-  pixels.counting = scratch + 2 * n_pixels;
-  pixels.open = pixels.counting + n_words, pixels.dead = pixels.open + n_words;
-  fragments += (size_t)block() * rules.room;
+  SCRATCH(words);
+  Scratch scratch;
+  scratch.n_words = (rules.band_rows * rules.resolution + 31) / 32;
+  scratch.dead = words, scratch.open = words + scratch.n_words;
+  scratch.kept = words + 2 * scratch.n_words;
+  Listing list;
+  list.seen = (Seen *)(lists + 6 * (size_t)block() * rules.room);
+  list.outlines = (Outline *)(list.seen + rules.room);
+  list.near = list.outlines + rules.room;
   u32 n_items = (u32)n * 6u * (u32)rules.bands;
   while (true) {
     meet();
@@ -705,15 +814,15 @@ KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules, const float *sph
     if (thread() == 0) {
       begin(spheres + 8 * (size_t)i, R_WD + 9 * (size_t)i, R_DV + 9 * view,
             rules, rows_before, band);
-      // Nothing beyond what other bands, or views, have found is asked for.
-      float bound = spheres[8 * (size_t)i + 6];
-      u32 known = *(const volatile u64 *)answer >> 32;
+      // Nothing beyond what other bands, or views, have found is asked for. Of
+      // equal pixels the first is meant, whichever is met first.
+      u32 known = (u32)(latest(*answer) >> 32);
       if (rules.nearest_only && latest(closest[i]) < known)
         known = latest(closest[i]);
-      // Of equal pixels the first is meant, whichever is met first.
-      band.bound = known == ~0u ? bound : fminf(bound, value_of(known + 1u));
+      band.bound = up_to(spheres[8 * (size_t)i + 6], known);
     }
-    for (int k = thread(); k < n_words; k += threads()) pixels.dead[k] = 0;
+    for (int k = thread(); k < scratch.n_words; k += threads())
+      scratch.dead[k] = 0;
     meet();
     float bound = band.bound;
     // How near is anything?
@@ -725,7 +834,7 @@ KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules, const float *sph
           for (int k = lane(); k < CLUSTER; k += LANES) {
             Record r;
             if (load_record(scene, band, cluster * CLUSTER + k, r) &&
-                in_band(band, r.offset, r.radius * 1.0001f))
+                is_between(band.sides_W, r.offset, r.radius * 1.0001f))
               near = fminf(near, nearest_range(r, rules.is_surfel));
           }
           for (int step = LANES / 2; step > 0; step /= 2)
@@ -733,51 +842,17 @@ KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules, const float *sph
           if (lane() == 0) atomicMin(&band.nearest, key_of(near));
         });
     float least = value_of(band.nearest);
-    float found_none = least, found_much = INFINITE;
-    float limit = fminf(bound, fmaxf(least, 0.0f) * 1.05f + 0.015f);
-    while (least < bound && found_none < bound) {
-      bool fits = false;
-      u32 n_found = 1;
-      for (int again = 0; n_found && !fits && again < 2; ++again) {
-        meet();
-        draw_band(scene, band, rules, pixels, n_pixels, limit, again,
-                  fragments);
-        n_found = band.n_counting + band.n_open;
-        fits = band.n_fragments <= rules.room;
-      }
-      float nearer = 0.5f * (found_none + limit);
-      if (n_found && !fits && nearer > found_none && nearer < limit) {
-        // Fewer fragments lie a little nearer.
-        found_much = limit, limit = nearer;
-        meet();
-        continue;
-      }
-      if (n_found && fits)
-        nearest_pixel(scene, band, rules, pixels, n_pixels, limit, fragments);
-      // Of a ray with more fragments than there is room for: no limit lies
-      // between `found_none` and the range of its median.
-      if (n_found && !fits &&
-          (band.n_counting || follow_open(scene, band, rules, pixels, n_pixels)) &&
-          thread() == 0) {
-        int at = 0;
-        while (!has(pixels.counting, at)) ++at;
-        band.best = (u64)key_of(found_none) << 32 |
-                    (u32)(at + rows_before * rules.resolution);
-      }
-      meet();
-      if (band.best != ~0ull) break;
-      found_none = limit;
+    float limit = fmaxf(least, 0.0f) * 1.05f + 0.015f;
+    while (least < bound) {
+      limit = fminf(limit, bound);
+      draw_band(scene, band, rules, list, scratch, limit, answer);
+      if (limit >= up_to(bound, (u32)(band.best >> 32))) break;
       limit = limit * 1.25f + 0.015f;
-      if (found_much < INFINITE) limit = 0.5f * (found_none + found_much);
-      if (!(limit > found_none)) limit = found_much;
-      if (limit >= found_much) found_much = INFINITE;
-      limit = fminf(bound, limit);
     }
     meet();
     if (thread() == 0 && band.best != ~0ull) {
-      float range = value_of((u32)(band.best >> 32));
       atomicMin(answer, band.best);
-      atomicMin(&closest[i], key_of(range));
+      atomicMin(&closest[i], (u32)(band.best >> 32));
     }
   }
 }

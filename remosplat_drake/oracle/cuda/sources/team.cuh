@@ -13,6 +13,7 @@
 #define KERNEL extern "C" __global__ void
 #define CROWDED(threads, blocks) __launch_bounds__(threads, blocks)
 #define HELPER static __device__ __forceinline__
+#define RARELY static __device__ __noinline__
 #define SHARED __shared__
 #define SCRATCH(name) extern __shared__ __align__(16) unsigned int name[]
 
@@ -41,18 +42,53 @@ HELPER int across(int value, int step) {
 HELPER u32 across(u32 value, int step) {
   return __shfl_xor_sync(~0u, value, step);
 }
+HELPER u64 across(u64 value, int step) {
+  return __shfl_xor_sync(~0u, value, step);
+}
 HELPER u32 float_bits(float value) { return __float_as_uint(value); }
 HELPER float bits_float(u32 bits) { return __uint_as_float(bits); }
 HELPER int first_of(u32 mask) { return __ffs(mask) - 1; }
-HELPER int first_of(u64 mask) { return __ffsll(mask) - 1; }
+// These to within a unit or two in the last place, by one instruction.
+HELPER float reciprocal(float value) {
+  float result;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(value));
+  return result;
+}
+HELPER float power_of_2(float value) {
+  float result;
+  asm("ex2.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(value));
+  return result;
+}
+HELPER float logarithm_2(float value) {
+  float result;
+  asm("lg2.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(value));
+  return result;
+}
+HELPER int count_of(u32 mask) { return __popc(mask); }
 
 #endif
 
 #define CLUSTER 32
 #define INFINITE 3.0e38f
 
+// The lanes before this one.
+HELPER u32 lanes_before() { return (1u << lane()) - 1u; }
+
 HELPER int team() { return thread() / LANES; }
 HELPER int teams() { return threads() / LANES; }
+
+template <class T> HELPER T least_of_lanes(T value) {
+  for (int step = LANES / 2; step > 0; step /= 2) {
+    T other = across(value, step);
+    value = other < value ? other : value;
+  }
+  return value;
+}
+
+HELPER u32 sum_of_lanes(u32 value) {
+  for (int step = LANES / 2; step > 0; step /= 2) value += across(value, step);
+  return value;
+}
 
 // Floats as integers of the same order, for atomicMin.
 HELPER u32 key_of(float value) {
@@ -67,4 +103,7 @@ HELPER float value_of(u32 key) {
 // A number of the block that other threads change.
 HELPER u32 latest(const u32 &value) {
   return *const_cast<const volatile u32 *>(&value);
+}
+HELPER u64 latest(const u64 &value) {
+  return *const_cast<const volatile u64 *>(&value);
 }
