@@ -98,8 +98,8 @@ def nearest_pixels(
     R_DV = views.view_rotations()
     keys = np.full((n, 6), -1)
     closest = np.full(n, -1, np.int32)
-    work = np.zeros(1, np.int32)
-    lists = np.empty(96 * room, np.uint8)
+    work = np.full(1, -1, np.int32)
+    lists = np.empty(rules.list_bytes, np.uint8)
     library = _library(views.SOURCE)
     places = (_address(rows), _address(R_WD), _address(R_DV), ctypes.c_int(n))
     library.depth_views(
@@ -113,5 +113,24 @@ def nearest_pixels(
     )
     answer = np.full((n, 6, 4), np.nan, np.float32)
     library.depth_rows(rules, *places[1:], _address(keys), _address(answer))
-    reach, pixel = views.decoded(keys)
+    reach, pixel = _decoded(keys)
     return reach, pixel, answer
+
+
+def _decoded(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Takes the kernel's keys apart.
+
+    Args:
+        keys: Keys of the nearest pixels, shape (n, 6), int64: in the upper half
+            the range, as an integer of the same order; below it the pixel.
+
+    Returns:
+        Ranges [m], inf where nothing is seen, and pixels, -1 there.
+    """
+    bits = (keys >> 32).astype(np.uint32)
+    positive = bits & np.uint32(1 << 31) != 0
+    bits = np.where(positive, bits & np.uint32((1 << 31) - 1), ~bits)
+    seen = keys != -1
+    reach = np.where(seen, bits.astype(np.uint32).view(np.float32), np.inf)
+    pixel = np.where(seen, keys & 0xFFFFFFFF, -1)
+    return reach.astype(float), pixel

@@ -20,7 +20,6 @@ from remosplat_drake.oracle.cuda.device import (
     to_device,
 )
 from remosplat_drake.oracle.cuda.program import load_program
-from remosplat_drake.oracle.depth_rows import nearest_rows
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
 from remosplat_drake.oracle.kernels.footprints import footprint_records
 from remosplat_drake.oracle.question import question
@@ -48,7 +47,7 @@ _THREADS = 256
 _BLOCKS = 4  # On each multiprocessor.
 _ROOM = 4096  # Splats that a block may list at once.
 _LISTED_BYTES = 96
-_KEPT = 16  # Fragments that a thread keeps.
+_KEPT = 8  # Fragments that a thread keeps.
 _MOST_OPAQUE = 0.999
 
 
@@ -162,15 +161,25 @@ class CudaDepthField(DistanceField):
         asked = question(spheres, max_distance)
         reach = self._bound(asked[:, 3])
         rows = sphere_rows(asked[:, :3], reach, asked[:, 4])
-        R_WD = self.sensor.R_WD(spheres.R_WL).reshape(-1, 9).astype(np.float32)
-        device = self._scene.device
-        keys = self._nearest(to_device(rows, device), to_device(R_WD, device))
-        reach, pixel = decoded(keys.cpu().numpy())
-        if self.nearest_only:
-            others = np.ones(reach.shape, bool)
-            others[np.arange(len(reach)), reach.argmin(axis=1)] = False
-            reach[others] = np.inf
-        return nearest_rows(spheres, self.sensor, reach, pixel, self.revision)
+        R_WD = self.sensor.R_WD(spheres.R_WL).astype(np.float32)
+        # One copy takes less time than two.
+        both = np.concatenate([rows.ravel(), R_WD.ravel()])
+        on_device = to_device(both, self._scene.device).split(
+            [rows.size, R_WD.size]
+        )
+        answer = self._answer(
+            on_device[0].view(rows.shape), on_device[1].view(len(rows), 9)
+        )
+        answer = answer.cpu().numpy().astype(float)
+        sphere, view = np.nonzero(np.isfinite(answer[..., 0]))
+        reach, direction_W = np.split(answer[sphere, view], [1], axis=1)
+        return Clearances(
+            sphere,
+            reach[:, 0] - spheres.radius[sphere],
+            direction_W,
+            spheres.p_WS[sphere] + reach * direction_W,
+            self.revision,
+        )
 
     def clearances_batch(
         self, batch: SphereBatch, max_distance: float = np.inf
@@ -189,45 +198,47 @@ class CudaDepthField(DistanceField):
         if self.sensor.orientation == "link":
             R_WD = torch.as_tensor(batch.R_WL).to(device, torch.float32)
         R_WD = R_WD.reshape(c * n, 9).contiguous()
-        keys = self._nearest(rows, R_WD)
-        answer = torch.empty((c, n, N_VIEWS, 4), device=device)
-        self._program.launch(
-            "depth_rows",
-            1024,
-            _THREADS,
-            (
-                self._rules,
-                ctypes.c_void_p(R_WD.data_ptr()),
-                ctypes.c_void_p(self._R_DV.data_ptr()),
-                ctypes.c_int(c * n),
-                ctypes.c_void_p(keys.data_ptr()),
-                ctypes.c_void_p(answer.data_ptr()),
-            ),
-        )
+        answer = self._answer(rows, R_WD).view(c, n, N_VIEWS, 4)
         return batch_answer(batch, answer[..., 0], answer[..., 1:])
 
     def _bound(self, reach: np.ndarray) -> np.ndarray:
         """No pixel reaches beyond the corners of the far plane."""
         return np.minimum(reach, self.sensor.far * math.sqrt(3))
 
-    def _nearest(self, rows: "Tensor", R_WD: "Tensor") -> "Tensor":
-        """Keys of the nearest pixels' ranges, and these pixels, (n, 6)."""
+    def _answer(self, rows: "Tensor", R_WD: "Tensor") -> "Tensor":
+        """Ranges and directions of the nearest pixels, (n, 6, 4)."""
         import torch
 
         n, device = len(rows), rows.device
-        # The keys of views, then in half as many bits those of spheres.
-        keys = torch.full((7 * n,), -1, dtype=torch.int64, device=device)
+        answer = torch.empty((n, N_VIEWS, 4), device=device)
         if n == 0:
-            return keys.view(0, N_VIEWS)
-        work = torch.zeros(1, dtype=torch.int32, device=device)
+            return answer
         n_views = N_VIEWS * n
         few = n_views * self._rules.bands < 8 * self._blocks
         rules = self._rules_of_few if few else self._rules
         blocks = min(n_views * rules.bands, self._blocks)
-        lists = torch.empty(
-            blocks * _ROOM * _LISTED_BYTES, dtype=torch.uint8, device=device
+        # The keys of views, then in half as many bits those of spheres, and the
+        # counter of work.
+        keys = torch.full(
+            (n_views + n // 2 + 1,), -1, dtype=torch.int64, device=device
         )
-        address = keys.data_ptr()
+        lists = torch.empty(
+            blocks * rules.list_bytes, dtype=torch.uint8, device=device
+        )
+        spheres, rotations, views, nearest, closest, work, listed, found = map(
+            ctypes.c_void_p,
+            (
+                rows.data_ptr(),
+                R_WD.data_ptr(),
+                self._R_DV.data_ptr(),
+                keys.data_ptr(),
+                keys.data_ptr() + 8 * n_views,
+                keys.data_ptr() + 8 * n_views + 4 * n,
+                lists.data_ptr(),
+                answer.data_ptr(),
+            ),
+        )
+        asked = (rotations, views, ctypes.c_int(n), nearest)
         self._program.launch(
             "depth_views",
             blocks,
@@ -235,18 +246,21 @@ class CudaDepthField(DistanceField):
             (
                 self._scene.argument,
                 rules,
-                ctypes.c_void_p(rows.data_ptr()),
-                ctypes.c_void_p(R_WD.data_ptr()),
-                ctypes.c_void_p(self._R_DV.data_ptr()),
-                ctypes.c_int(n),
-                ctypes.c_void_p(address),
-                ctypes.c_void_p(address + keys.element_size() * n_views),
-                ctypes.c_void_p(work.data_ptr()),
-                ctypes.c_void_p(lists.data_ptr()),
+                spheres,
+                *asked,
+                closest,
+                work,
+                listed,
             ),
             rules.scratch_bytes,
         )
-        return keys[:n_views].view(n, N_VIEWS)
+        self._program.launch(
+            "depth_rows",
+            min(math.ceil(n_views / _THREADS), 1024),
+            _THREADS,
+            (rules, *asked, found),
+        )
+        return answer
 
 
 class RulesArgument(ctypes.Structure):
@@ -309,9 +323,18 @@ class RulesArgument(ctypes.Structure):
 
     @property
     def scratch_bytes(self) -> int:
-        """Memory that a block needs: two bits a pixel, and kept fragments."""
-        pixels = self.band_rows * self.resolution
-        return 8 * (math.ceil(pixels / 32) + _KEPT * _THREADS)
+        """Memory that a block shares: three bits a pixel, kept fragments."""
+        return 12 * self._words + 8 * _KEPT * _THREADS
+
+    @property
+    def list_bytes(self) -> int:
+        """Memory in which a block lists splats, and a key for each pixel."""
+        return _LISTED_BYTES * self.room + 128 * self._words
+
+    @property
+    def _words(self) -> int:
+        """Number of words that hold a bit for each pixel of a band."""
+        return math.ceil(self.band_rows * self.resolution / 32)
 
 
 def check_sensor(sensor: DepthSensor) -> None:
@@ -357,22 +380,3 @@ def largest_uncertainty(clusters: Clusters) -> float:
 def view_rotations() -> np.ndarray:
     """Returns the views' orientations as the kernel takes them, (6, 9)."""
     return R_DV.reshape(N_VIEWS, 9).astype(np.float32)
-
-
-def decoded(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Takes the kernel's keys apart.
-
-    Args:
-        keys: Keys of the nearest pixels, shape (n, 6), int64: in the upper half
-            the range, as an integer of the same order; below it the pixel.
-
-    Returns:
-        Ranges [m], inf where nothing is seen, and pixels, -1 there.
-    """
-    bits = (keys >> 32).astype(np.uint32)
-    positive = bits & np.uint32(1 << 31) != 0
-    bits = np.where(positive, bits & np.uint32((1 << 31) - 1), ~bits)
-    seen = keys != -1
-    reach = np.where(seen, bits.astype(np.uint32).view(np.float32), np.inf)
-    pixel = np.where(seen, keys & 0xFFFFFFFF, -1)
-    return reach.astype(float), pixel

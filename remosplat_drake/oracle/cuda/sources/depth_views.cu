@@ -25,7 +25,7 @@
 #define LISTED 1024
 #define TILE_COLUMNS (LANES < 8 ? LANES : 8)
 #define TILE_ROWS (LANES / TILE_COLUMNS)
-#define KEPT 16            // Fragments that a lane keeps.
+#define KEPT 8             // Fragments that a lane keeps.
 #define UNIT 1048576.0f    // Light is counted in 1 / UNIT.
 #define ENOUGH 1073741824u // Far more than any threshold.
 
@@ -54,6 +54,7 @@ struct Band {
   u32 work, n_groups, n_clusters, n_seen, n_near, n_open;
   int low_y, high_y;   // rows
   u64 best;            // key of the range, then the pixel
+  u32 totals[LANES];   // of a tile that is followed
   int groups[LISTED];
   int clusters[LISTED];
 };
@@ -82,11 +83,13 @@ struct Listing {
   Seen *seen;
   Outline *outlines;
   Outline *near; // those that may beat what was found, narrowed to where
+  u32 *medians;  // keys of open pixels' medians
 };
 
 // Shared memory whose size the band tells.
 struct Scratch {
   u32 *dead; // a bit a pixel: known not to be opaque
+  u32 *drawn; // a bit a tile: is to be drawn
   u32 *open; // a bit a tile: has pixels that may not be
   u32 *kept; // by slot and thread: keys of ranges, then light
   int n_words; // of bits
@@ -456,9 +459,9 @@ HELPER void list_seen(const Clusters &scene, Band &band, const Rules &rules,
   });
 }
 
-// Lists again what may be nearer than a limit.
+// Lists again what may be nearer than a limit, and marks the tiles where.
 HELPER void list_near(Band &band, const Rules &rules, float limit,
-                      const Listing &list) {
+                      const Listing &list, const Scratch &scratch) {
   if (thread() == 0) band.n_near = 0;
   meet();
   int n = band.n_seen;
@@ -471,7 +474,17 @@ HELPER void list_near(Band &band, const Rules &rules, float limit,
       is_near = narrow(list.seen[k], rules, limit, outline);
     }
     u32 place = next_place(is_near, band.n_near);
-    if (is_near) list.near[place] = outline;
+    if (!is_near) continue;
+    list.near[place] = outline;
+    int left = (outline.columns & 65535) / TILE_COLUMNS;
+    int right = (outline.columns >> 16) / TILE_COLUMNS;
+    int top = ((outline.rows & 65535) - band.low_y) / TILE_ROWS;
+    int bottom = ((outline.rows >> 16) - band.low_y) / TILE_ROWS;
+    for (int row = top; row <= bottom; ++row)
+      for (int column = left; column <= right; ++column) {
+        int tile = row * tile_columns(rules) + column;
+        if (!has(scratch.drawn, tile)) add(scratch.drawn, tile);
+      }
   }
   meet();
 }
@@ -573,29 +586,32 @@ HELPER void find_sides(const float *R_WV, const Tile &tile, int resolution,
   }
 }
 
-// A team draws a tile with what is in the scene, nearer than a limit; or to the
-// end, until no ray asks any more whether it is opaque.
-RARELY Ray draw_scene(const Clusters &scene, const Band &band,
-                      const Rules &rules, const Tile &tile, float limit,
-                      bool to_end, Ray ray, u32 *kept) {
+// Calls visit(splat), all lanes of a team together, for what the scene has in a
+// tile nearer than a limit, while a ray asks for it: for one of `share` clusters.
+template <class Visit>
+HELPER void each_in_scene(const Clusters &scene, const Band &band,
+                          const Rules &rules, const Tile &tile, float limit,
+                          int share, const Ray &ray, Visit visit) {
   float sides_W[12];
   find_sides(band.R_WV, tile, rules.resolution, sides_W);
-  // Calls visit(k), all lanes together, for those of boxes `first` to `end`
-  // that matter.
-  auto each_box = [&](const float4 *boxes, int first, int end, auto visit) {
+  int turn = team();
+  // Calls look(k), all lanes together, for those of boxes `first` to `end` that
+  // matter.
+  auto each_box = [&](const float4 *boxes, int first, int end, auto look) {
     for (int k0 = first; k0 < end; k0 += LANES) {
       int k = k0 + lane();
       bool matters =
           k < end && box_matters(band, sides_W, boxes + 2 * k, limit);
       u32 mask = lanes_where(matters);
       for (; mask && lanes_where(ray.asks); mask &= mask - 1)
-        visit(k0 + first_of(mask));
+        look(k0 + first_of(mask));
     }
   };
   each_box(scene.groups, 0, scene.n_groups, [&](int group) {
     int first = group * CLUSTER, end = first + CLUSTER;
     end = end < scene.n_clusters ? end : scene.n_clusters;
     each_box(scene.clusters, first, end, [&](int cluster) {
+      if (turn++ % share) return;
       for (int k = lane(); k < CLUSTER; k += LANES) {
         Record r;
         Seen mine;
@@ -604,15 +620,11 @@ RARELY Ray draw_scene(const Clusters &scene, const Band &band,
                     is_between(sides_W, r.offset, r.radius * 1.0001f) &&
                     project(r, band, rules, limit, mine, outline) &&
                     touches(outline, tile);
-        for (u32 mask = lanes_where(seen); mask; mask &= mask - 1) {
-          Seen s = seen_by(mine, first_of(mask));
-          if (to_end) look_through(s, rules, limit, ray);
-          else absorb(s, rules, limit, ray, kept);
-        }
+        for (u32 mask = lanes_where(seen); mask; mask &= mask - 1)
+          visit(seen_by(mine, first_of(mask)));
       }
     });
   });
-  return ray;
 }
 
 // The least of a limit and what is not farther than a key.
@@ -620,66 +632,96 @@ HELPER float up_to(float limit, u32 key) {
   return key == ~0u ? limit : fminf(limit, value_of(key + 1u));
 }
 
-// A team draws a tile, and finds its nearest pixel whose median is nearer than a
-// limit and all that was found. Where pixels are not opaque yet, the tile is
-// marked as open, or followed to the end.
-HELPER void draw_tile(const Clusters &scene, Band &band, const Rules &rules,
-                      const Listing &list, const Scratch &scratch, int number,
-                      float limit, bool follow) {
+HELPER Tile tile_of(int number, const Band &band, const Rules &rules) {
   int columns = tile_columns(rules);
   Tile tile;
   tile.left = number % columns * TILE_COLUMNS;
   tile.top = band.low_y + number / columns * TILE_ROWS;
   tile.right = tile.left + TILE_COLUMNS - 1;
   tile.bottom = tile.top + TILE_ROWS - 1;
+  return tile;
+}
+
+// A lane's ray; false if its pixel is beside the band.
+HELPER bool ray_in(const Tile &tile, const Band &band, const Rules &rules,
+                   Ray &ray) {
   int column = tile.left + lane() % TILE_COLUMNS;
   int row = tile.top + lane() / TILE_COLUMNS;
-  Ray ray = ray_of(column, row, rules);
+  ray = ray_of(column, row, rules);
+  return column < rules.resolution && row <= band.high_y;
+}
+
+// A team draws a tile, and finds its nearest pixel whose median is nearer than a
+// limit and all that was found. A tile with such pixels that are not opaque yet is
+// marked as open. Without IS_LISTED it is drawn with the whole scene.
+template <bool IS_LISTED>
+HELPER void draw_tile(const Clusters &scene, Band &band, const Rules &rules,
+                      const Listing &list, const Scratch &scratch, int number,
+                      float limit) {
+  Tile tile = tile_of(number, band, rules);
+  Ray ray;
+  bool inside = ray_in(tile, band, rules, ray);
   int at = ray.pixel - band.low_y * rules.resolution;
-  bool counts = column < rules.resolution && row <= band.high_y &&
-                !has(scratch.dead, at);
+  bool counts = inside && !has(scratch.dead, at);
   u32 *kept = scratch.kept + thread();
-  bool is_listed = band.n_seen <= rules.room;
   float nearer;
   u32 key;
   do {
     ray.light = ray.before = 0, ray.n_kept = 0;
     u32 best = (u32)(latest(band.best) >> 32);
     nearer = up_to(limit, (u32)from_lane((int)best, 0));
-    if (is_listed)
-      each_touching(list, list.near, band.n_near, tile, nearer, ray,
-                    [&](const Seen &s) {
-                      absorb(s, rules, nearer, ray, kept);
-                    });
+    auto draw = [&](const Seen &s) { absorb(s, rules, nearer, ray, kept); };
+    if (IS_LISTED)
+      each_touching(list, list.near, band.n_near, tile, nearer, ray, draw);
     else
-      ray = draw_scene(scene, band, rules, tile, nearer, false, ray, kept);
+      each_in_scene(scene, band, rules, tile, nearer, 1, ray, draw);
     key = ~0u;
     if (counts && ray.light >= rules.median_light)
       key = median_key(kept, ray, rules.median_light);
   } while (lanes_where(key == 0));
   u64 found = (u64)key << 32 | (u32)ray.pixel;
   ray.asks = key != ~0u && found < latest(band.best);
-  ray.total = 0;
+  if (!lanes_where(ray.asks)) return;
+  bool is_open = ray.asks;
   float reach = behind(nearer);
-  if (is_listed && lanes_where(ray.asks))
+  if (IS_LISTED)
     each_touching(list, list.outlines, band.n_seen, tile, reach, ray,
                   [&](const Seen &s) { look_through(s, rules, reach, ray); });
-  if (key != ~0u && ray.total >= rules.opaque_light)
-    atomicMin(&band.best, found);
-  ray.asks = ray.asks && found < latest(band.best);
+  if (is_open && !ray.asks) atomicMin(&band.best, found);
   if (!lanes_where(ray.asks)) return;
-  if (!follow) {
-    if (lane() == 0) add(scratch.open, number), band.n_open = 1;
-    return;
-  }
-  bool is_open = ray.asks;
-  ray.total = 0;
+  if (inside) list.medians[at] = ray.asks ? key : ~0u;
+  if (lane() == 0) add(scratch.open, number), band.n_open = 1;
+}
+
+RARELY void draw_unlisted(Clusters scene, Band &band, Rules rules, Listing list,
+                          Scratch scratch, int number, float limit) {
+  draw_tile<false>(scene, band, rules, list, scratch, number, limit);
+}
+
+// A block follows the rays of a tile to the end, to learn whether those pixels
+// are opaque that would be the nearest.
+RARELY void follow_tile(Clusters scene, Band &band, Rules rules, Listing list,
+                        Scratch scratch, int number) {
+  Tile tile = tile_of(number, band, rules);
+  Ray ray;
+  bool inside = ray_in(tile, band, rules, ray);
+  int at = ray.pixel - band.low_y * rules.resolution;
+  u32 key = inside ? list.medians[at] : ~0u;
+  u64 found = (u64)key << 32 | (u32)ray.pixel;
+  bool is_open = key != ~0u && found < band.best;
+  ray.asks = is_open;
+  if (team() == 0) band.totals[lane()] = 0;
+  meet();
   // No fragment is farther.
   float end = 1.75f * rules.far;
-  ray = draw_scene(scene, band, rules, tile, end, true, ray, kept);
-  if (!is_open) return;
-  if (ray.asks) add(scratch.dead, at);
-  else atomicMin(&band.best, found);
+  each_in_scene(scene, band, rules, tile, end, teams(), ray,
+                [&](const Seen &s) { look_through(s, rules, end, ray); });
+  u32 enough = rules.opaque_light;
+  atomicAdd(&band.totals[lane()], ray.total < enough ? ray.total : enough);
+  meet();
+  if (team() != 0 || !is_open) return;
+  if (band.totals[lane()] >= enough) atomicMin(&band.best, found);
+  else add(scratch.dead, at);
 }
 
 // A team follows a ray through what is listed, to where its nearest splat is
@@ -746,34 +788,40 @@ HELPER void begin(const float *sphere, const float *R_WD, const float *R_DV,
   band.nearest = key_of(INFINITE);
 }
 
-// Draws the tiles of a band with what is nearer than a limit: all of them, then
-// those again that are open.
+// Draws the tiles of a band with what is nearer than a limit, and follows those
+// that are open.
 HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
                       const Listing &list, const Scratch &scratch,
                       float limit, u64 *answer) {
   int n_tiles = (band.high_y - band.low_y + TILE_ROWS) / TILE_ROWS *
                 tile_columns(rules);
   for (int k = thread(); k < scratch.n_words; k += threads())
-    scratch.open[k] = 0;
+    scratch.drawn[k] = scratch.open[k] = 0;
   if (thread() == 0) band.n_open = 0;
   list_seen(scene, band, rules, behind(limit), list);
-  if (band.n_seen <= rules.room) {
+  bool is_listed = band.n_seen <= rules.room;
+  if (is_listed) {
     probe(band, rules, list, scratch.kept + thread(), limit);
     meet();
     // Bands of a view tell each other what they have found.
     if (thread() == 0 && rules.bands > 1)
       atomicMin(&band.best, atomicMin(answer, band.best));
     meet();
-    list_near(band, rules, up_to(limit, (u32)(band.best >> 32)), list);
+    list_near(band, rules, up_to(limit, (u32)(band.best >> 32)), list, scratch);
     if (!band.n_near) return;
   }
-  for (int again = 0; again < 2; ++again) {
-    if (thread() == 0) band.work = 0;
-    meet();
-    if (again && !band.n_open) return;
-    for (int tile; (tile = take(band.work)) < n_tiles;)
-      if (!again || has(scratch.open, tile))
-        draw_tile(scene, band, rules, list, scratch, tile, limit, again);
+  if (thread() == 0) band.work = 0;
+  meet();
+  for (int tile; (tile = take(band.work)) < n_tiles;) {
+    if (!is_listed)
+      draw_unlisted(scene, band, rules, list, scratch, tile, limit);
+    else if (has(scratch.drawn, tile))
+      draw_tile<true>(scene, band, rules, list, scratch, tile, limit);
+  }
+  meet();
+  for (int tile = 0; band.n_open && tile < n_tiles; ++tile) {
+    if (!has(scratch.open, tile)) continue;
+    follow_tile(scene, band, rules, list, scratch, tile);
     meet();
   }
 }
@@ -782,8 +830,8 @@ HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
 // the height below which nothing is seen. R_WD: (n, 9). nearest: (n, 6), keys
 // of range and pixel; all ones at first, and where nothing is seen. closest:
 // (n,), keys of the range that all views of a sphere have found together, all
-// ones at first. work: a counter, 0 at first. lists: room for rules.room splats
-// a block, six float4 each.
+// ones at first. work: a counter, all ones at first. lists: room for rules.room splats
+// a block, six float4 each, and keys of a band's pixels.
 KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules,
                                    const float *spheres, const float *R_WD,
                                    const float *R_DV, int n, u64 *nearest,
@@ -793,16 +841,20 @@ KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules,
   SCRATCH(words);
   Scratch scratch;
   scratch.n_words = (rules.band_rows * rules.resolution + 31) / 32;
-  scratch.dead = words, scratch.open = words + scratch.n_words;
-  scratch.kept = words + 2 * scratch.n_words;
+  scratch.dead = words;
+  scratch.drawn = scratch.dead + scratch.n_words;
+  scratch.open = scratch.drawn + scratch.n_words;
+  scratch.kept = scratch.open + scratch.n_words;
   Listing list;
-  list.seen = (Seen *)(lists + 6 * (size_t)block() * rules.room);
+  size_t size = 6 * (size_t)rules.room + 8 * (size_t)scratch.n_words;
+  list.seen = (Seen *)(lists + size * block());
   list.outlines = (Outline *)(list.seen + rules.room);
   list.near = list.outlines + rules.room;
+  list.medians = (u32 *)(list.near + rules.room);
   u32 n_items = (u32)n * 6u * (u32)rules.bands;
   while (true) {
     meet();
-    if (thread() == 0) item = atomicAdd(work, 1u);
+    if (thread() == 0) item = atomicAdd(work, 1u) + 1u;
     meet();
     if (item >= n_items) return;
     // One view after the other: who asks for the nearest one only is spared
