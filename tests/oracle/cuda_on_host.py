@@ -78,7 +78,7 @@ def nearest_pixels(
     sensor: DepthSensor,
     nearest_only: bool = False,
     band: int = 3200,
-    room: int = 16384,
+    room: int = 4096,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ranges and pixels of all views, (n, 6), and the kernel's rows."""
     clusters = views.view_clusters(splat_W, sensor)

@@ -86,6 +86,17 @@ def test_the_same_question_has_the_same_answer():
             np.testing.assert_array_equal(again.direction_W, first.direction_W)
 
 
+def test_little_room_changes_nothing():
+    """What cannot be listed is drawn with the whole scene."""
+    field, spheres = CudaDepthField(table_scene(20_000)), robot_spheres()
+    expected = field.clearances(spheres, 0.5)
+    for rules in (field._rules, field._rules_of_few):
+        rules.room = 30
+    answer = field.clearances(spheres, 0.5)
+    np.testing.assert_array_equal(answer.sphere, expected.sphere)
+    np.testing.assert_allclose(answer.distance, expected.distance, atol=1e-6)
+
+
 @pytest.mark.parametrize("n_scales", [2, 3])
 @pytest.mark.parametrize("uncertain", [False, True])
 @pytest.mark.parametrize("n", [1, 40, 3000])

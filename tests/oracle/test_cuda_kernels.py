@@ -192,6 +192,28 @@ def test_too_many_fragments_on_one_ray_to_be_listed():
 
 
 @needs_compiler
+def test_what_lies_far_behind_makes_a_pixel_count():
+    """A veil that lets too much pass is near only where a wall is behind it."""
+    half = np.sqrt(0.5)
+    discs = GaussianSplat(
+        np.array([[0.3, 0, 0], [0.85, 0, 0]]),
+        np.tile([half, 0, half, 0], (2, 1)),
+        np.array([[0.05, 0.05], [1.0, 1.0]]),
+        np.array([0.6, 0.9]),
+        np.zeros((2, 3)),
+    )
+    front, wall = discs.select(slice(0, 1)), discs.select(slice(1, 2))
+    sensor, sphere = DepthSensor(resolution=41), Spheres.at(np.zeros(3))
+    view = int(np.flatnonzero(R_DV[:, 0, 2] == 1)[0])
+    for room in (4096, 1):
+        found = [
+            nearest_pixels(splat, sphere, np.inf, sensor, room=room)[0][0, view]
+            for splat in (discs, front, wall)
+        ]
+        np.testing.assert_allclose(found, [0.3, np.inf, 0.85], atol=1e-6)
+
+
+@needs_compiler
 def test_rows_of_the_nearest_view_only():
     rng = np.random.default_rng(5)
     splat, spheres = random_splat(rng, 200, 2, 0.1), random_spheres(rng, 4)

@@ -4,12 +4,12 @@
 // How: a fragment absorbs light -log2(1 - alpha), and what a ray has absorbed
 // up to a range is a sum, which does not depend on any order. So a pixel's
 // median is nearer than a limit exactly where that sum reaches the median's
-// threshold. A block lists the splats that are seen nearer than a limit; while
-// there is no such pixel, the limit grows. Its teams draw tiles, a lane a pixel,
-// whose sums stay in registers. Each lane keeps its nearest fragments, and finds
-// its median among them; what lies behind the nearest that any team has found
-// is of no interest. Pixels that are not opaque by then have their tiles drawn to
-// the end.
+// threshold. A block lists the splats that are seen nearer than a limit. Its
+// teams follow a few rays to where the nearest of them are seen, which bounds
+// the answer, and list again what can beat that. Then they draw tiles, a lane a
+// pixel, whose sums stay in registers; each lane keeps its nearest fragments
+// and finds its median among them. Tiles with pixels that are not opaque by
+// then are followed to the end. While nothing is found, the limit grows.
 //
 // Light is counted in whole 2^-20, so that sums are the same in any order and
 // an answer never depends on which thread came first.
@@ -28,6 +28,7 @@
 #define KEPT 8             // Fragments that a lane keeps.
 #define UNIT 1048576.0f    // Light is counted in 1 / UNIT.
 #define ENOUGH 1073741824u // Far more than any threshold.
+#define NONE (~0ull)       // Behind all keys.
 
 struct Rules {
   int resolution;
@@ -49,12 +50,13 @@ struct Band {
   float R_WV[9];
   float sides_W[12]; // inward normals of the four planes around the band
   float floor;
-  float bound;         // ranges beyond it are not asked for
-  u32 nearest;         // key of a lower bound of all ranges
-  u32 work, n_groups, n_clusters, n_seen, n_near, n_open;
-  int low_y, high_y;   // rows
-  u64 best;            // key of the range, then the pixel
-  u32 totals[LANES];   // of a tile that is followed
+  float bound;       // ranges beyond it are not asked for
+  u32 nearest;       // key of a lower bound of all ranges
+  u32 work, n_groups, n_clusters, n_seen, n_near;
+  int low_y, high_y; // rows
+  u64 best;          // key of the range, then the pixel
+  u64 open;          // key of the nearest median that may be, then its tile
+  u32 totals[LANES]; // light, of a tile that is followed
   int groups[LISTED];
   int clusters[LISTED];
 };
@@ -88,10 +90,10 @@ struct Listing {
 
 // Shared memory whose size the band tells.
 struct Scratch {
-  u32 *dead; // a bit a pixel: known not to be opaque
-  u32 *drawn; // a bit a tile: is to be drawn
-  u32 *open; // a bit a tile: has pixels that may not be
-  u32 *kept; // by slot and thread: keys of ranges, then light
+  u32 *dead;   // a bit a pixel: known not to be opaque
+  u32 *drawn;  // a bit a tile: is to be drawn
+  u32 *open;   // a bit a tile: has pixels that may not be opaque
+  u32 *kept;   // by slot and thread: keys of ranges, then light
   int n_words; // of bits
 };
 
@@ -131,35 +133,39 @@ HELPER Ray ray_of(int column, int row, const Rules &rules) {
 
 HELPER float root(float value) { return sqrtf(fmaxf(value, 0.0f)); }
 
-// Depth and squared Mahalanobis distance of a splat on the ray (x, y, 1).
-HELPER void fragment_at(const Seen &s, int is_surfel, float x, float y,
-                        float &z, float &weight) {
-  float a = s.form[0] * x + s.form[1] * y + s.form[2];
-  float b = s.form[3] * x + s.form[4] * y + s.form[5];
-  float c = s.form[6] * x + s.form[7] * y + s.form[8];
-  if (is_surfel) {
-    float inverse = reciprocal(c);
-    z = s.height * inverse;
-    float u = a * inverse, v = b * inverse;
-    weight = u * u + v * v;
-  } else {
-    z = (a * s.u + b * s.v + c * s.height) / (a * a + b * b + c * c);
-    float da = z * a - s.u, db = z * b - s.v, dc = z * c - s.height;
-    weight = da * da + db * db + dc * dc;
-  }
-}
-
-// Light that a splat absorbs on a ray, 0 where it is not seen, and its range.
+// Light that a splat absorbs on a ray nearer than a limit, 0 where it is not
+// seen, and its range. Sums and products are joined by hand, so that this is
+// the same to the last bit wherever it is inlined.
 HELPER u32 absorbed(const Seen &s, const Rules &rules, const Ray &ray,
                     float limit, float &range) {
-  float z, weight;
-  fragment_at(s, rules.is_surfel, ray.x, ray.y, z, weight);
-  if (!(weight <= s.cut) || !(z >= rules.near)) return 0;
-  range = z * ray.length - s.uncertainty;
-  if (!(range < limit) || !(z - s.uncertainty * ray.inverse <= rules.far))
-    return 0;
-  float alpha = s.opacity * power_of_2(-0.72134752f * weight);
-  float light = -logarithm_2(1.0f - alpha) * UNIT;
+  const float *f = s.form;
+  float a = fmaf(f[0], ray.x, fmaf(f[1], ray.y, f[2]));
+  float b = fmaf(f[3], ray.x, fmaf(f[4], ray.y, f[5]));
+  float c = fmaf(f[6], ray.x, fmaf(f[7], ray.y, f[8]));
+  float z, weight, inverse;
+  if (rules.is_surfel) {
+    inverse = reciprocal(c);
+    z = s.height * inverse;
+  } else {
+    inverse = reciprocal(fmaf(a, a, fmaf(b, b, c * c)));
+    z = fmaf(a, s.u, fmaf(b, s.v, c * s.height)) * inverse;
+  }
+  range = fmaf(z, ray.length, -s.uncertainty);
+  // Most of what is looked at is too far.
+  if (!(range < limit) || !(z >= rules.near)) return 0;
+  if (!(fmaf(-s.uncertainty, ray.inverse, z) <= rules.far)) return 0;
+  if (rules.is_surfel) {
+    float u = a * inverse, v = b * inverse;
+    weight = fmaf(u, u, v * v);
+  } else {
+    float da = fmaf(z, a, -s.u), db = fmaf(z, b, -s.v);
+    float dc = fmaf(z, c, -s.height);
+    weight = fmaf(da, da, fmaf(db, db, dc * dc));
+  }
+  if (!(weight <= s.cut)) return 0;
+  // exp(-weight / 2)
+  float falloff = power_of_2(-0.72134752f * weight);
+  float light = -UNIT * logarithm_2(fmaf(-s.opacity, falloff, 1.0f));
   // Where nothing passes that is infinite.
   return light < (float)rules.most_light ? (u32)(light + 0.5f)
                                          : rules.most_light;
@@ -243,8 +249,8 @@ HELPER void within_cone(float n, float n_z, float sine, float &low,
   low = fmaxf(low, middle - half), high = fminf(high, middle + half);
 }
 
-// Narrows an outline to where a splat may be nearer than a limit; false if that is
-// nowhere.
+// Narrows an outline to where a splat may be nearer than a limit; false if that
+// is nowhere.
 HELPER bool narrow(const Seen &s, const Rules &rules, float limit,
                    Outline &o) {
   if (!(o.nearest < limit)) return false;
@@ -331,7 +337,7 @@ HELPER bool project(const Record &r, const Band &band, const Rules &rules,
   return narrow(s, rules, limit, outline);
 }
 
-// By four loads, all lanes the same.
+// By four loads.
 HELPER Seen load_seen(const Seen *at) {
   const float4 *from = (const float4 *)at;
   float4 a = from[0], b = from[1], c = from[2], d = from[3];
@@ -403,7 +409,8 @@ HELPER void each_cluster(const Clusters &scene, Band &band, Limit limit,
         if (g >= n_groups) break;
         int cluster = band.groups[g] * CLUSTER + k % CLUSTER;
         if (cluster < scene.n_clusters &&
-            box_matters(band, band.sides_W, scene.clusters + 2 * cluster, limit()))
+            box_matters(band, band.sides_W, scene.clusters + 2 * cluster,
+                        limit()))
           band.clusters[atomicAdd(&band.n_clusters, 1u)] = cluster;
       }
       meet();
@@ -425,17 +432,12 @@ HELPER int tile_columns(const Rules &rules) {
   return (rules.resolution + TILE_COLUMNS - 1) / TILE_COLUMNS;
 }
 
-// The place of one more of a list, for those lanes that have one.
-HELPER u32 next_place(bool has_one, u32 &n) {
-  u32 mask = lanes_where(has_one);
+// The next place in a list of n, for each lane that has something to add.
+HELPER u32 next_place(bool adds, u32 &n) {
+  u32 mask = lanes_where(adds);
   int place = 0;
   if (lane() == 0 && mask) place = (int)atomicAdd(&n, (u32)count_of(mask));
   return from_lane(place, 0) + count_of(mask & lanes_before());
-}
-
-// Fragments a little behind a limit make most pixels opaque.
-HELPER float behind(float limit) {
-  return limit + 0.005f + 0.02f * fmaxf(limit, 0.0f);
 }
 
 // Lists the splats that are seen nearer than a limit. If there are more than
@@ -508,13 +510,8 @@ HELPER void keep(u32 *kept, Ray &ray, u32 key, u32 light) {
   kept[(KEPT + slot) * threads()] = light;
 }
 
-// Adds a splat's fragment to what is known of a ray, if it is nearer than a
-// limit.
-HELPER void absorb(const Seen &s, const Rules &rules, float limit, Ray &ray,
-                   u32 *kept) {
-  float range;
-  u32 light = absorbed(s, rules, ray, limit, range);
-  if (!light) return;
+// Adds a fragment to what is known of a ray.
+HELPER void add_fragment(Ray &ray, float range, u32 light, u32 *kept) {
   sum_up(ray.light, light);
   u32 key = key_of(range);
   if (key > ray.from) keep(kept, ray, key, light);
@@ -586,8 +583,7 @@ HELPER void find_sides(const float *R_WV, const Tile &tile, int resolution,
   }
 }
 
-// Calls visit(splat), all lanes of a team together, for what the scene has in a
-// tile nearer than a limit, while a ray asks for it: for one of `share` clusters.
+// The same for what the scene has in a tile, of every `share`-th cluster.
 template <class Visit>
 HELPER void each_in_scene(const Clusters &scene, const Band &band,
                           const Rules &rules, const Tile &tile, float limit,
@@ -627,9 +623,9 @@ HELPER void each_in_scene(const Clusters &scene, const Band &band,
   });
 }
 
-// The least of a limit and what is not farther than a key.
-HELPER float up_to(float limit, u32 key) {
-  return key == ~0u ? limit : fminf(limit, value_of(key + 1u));
+// The least of a limit and what keeps the range of the best, or what is nearer.
+HELPER float up_to(float limit, u64 best) {
+  return best == NONE ? limit : fminf(limit, value_of((u32)(best >> 32) + 1u));
 }
 
 HELPER Tile tile_of(int number, const Band &band, const Rules &rules) {
@@ -651,13 +647,13 @@ HELPER bool ray_in(const Tile &tile, const Band &band, const Rules &rules,
   return column < rules.resolution && row <= band.high_y;
 }
 
-// A team draws a tile, and finds its nearest pixel whose median is nearer than a
-// limit and all that was found. A tile with such pixels that are not opaque yet is
+// A team draws a tile, and finds its nearest pixel whose median is nearer than
+// a limit and all that was found. If such pixels are not opaque yet the tile is
 // marked as open. Without IS_LISTED it is drawn with the whole scene.
 template <bool IS_LISTED>
 HELPER void draw_tile(const Clusters &scene, Band &band, const Rules &rules,
                       const Listing &list, const Scratch &scratch, int number,
-                      float limit) {
+                      float limit, float slack) {
   Tile tile = tile_of(number, band, rules);
   Ray ray;
   bool inside = ray_in(tile, band, rules, ray);
@@ -668,9 +664,13 @@ HELPER void draw_tile(const Clusters &scene, Band &band, const Rules &rules,
   u32 key;
   do {
     ray.light = ray.before = 0, ray.n_kept = 0;
-    u32 best = (u32)(latest(band.best) >> 32);
-    nearer = up_to(limit, (u32)from_lane((int)best, 0));
-    auto draw = [&](const Seen &s) { absorb(s, rules, nearer, ray, kept); };
+    // Others may find something while lanes look.
+    nearer = from_lane(up_to(limit, latest(band.best)), 0);
+    auto draw = [&](const Seen &s) {
+      float range;
+      u32 light = absorbed(s, rules, ray, nearer, range);
+      if (light) add_fragment(ray, range, light, kept);
+    };
     if (IS_LISTED)
       each_touching(list, list.near, band.n_near, tile, nearer, ray, draw);
     else
@@ -683,23 +683,28 @@ HELPER void draw_tile(const Clusters &scene, Band &band, const Rules &rules,
   ray.asks = key != ~0u && found < latest(band.best);
   if (!lanes_where(ray.asks)) return;
   bool is_open = ray.asks;
-  float reach = behind(nearer);
+  float reach = nearer + slack;
   if (IS_LISTED)
     each_touching(list, list.outlines, band.n_seen, tile, reach, ray,
                   [&](const Seen &s) { look_through(s, rules, reach, ray); });
   if (is_open && !ray.asks) atomicMin(&band.best, found);
   if (!lanes_where(ray.asks)) return;
   if (inside) list.medians[at] = ray.asks ? key : ~0u;
-  if (lane() == 0) add(scratch.open, number), band.n_open = 1;
+  u32 least = least_of_lanes(ray.asks ? key : ~0u);
+  if (lane() != 0) return;
+  add(scratch.open, number);
+  atomicMin(&band.open, (u64)least << 32 | (u32)number);
 }
 
+// Rare functions take copies: what they had the addresses of would have to be
+// in memory all the time.
 RARELY void draw_unlisted(Clusters scene, Band &band, Rules rules, Listing list,
                           Scratch scratch, int number, float limit) {
-  draw_tile<false>(scene, band, rules, list, scratch, number, limit);
+  draw_tile<false>(scene, band, rules, list, scratch, number, limit, 0.0f);
 }
 
-// A block follows the rays of a tile to the end, to learn whether those pixels
-// are opaque that would be the nearest.
+// A block follows the rays of a tile to the end, to learn whether the pixels
+// that would be the nearest are opaque.
 RARELY void follow_tile(Clusters scene, Band &band, Rules rules, Listing list,
                         Scratch scratch, int number) {
   Tile tile = tile_of(number, band, rules);
@@ -709,6 +714,7 @@ RARELY void follow_tile(Clusters scene, Band &band, Rules rules, Listing list,
   u32 key = inside ? list.medians[at] : ~0u;
   u64 found = (u64)key << 32 | (u32)ray.pixel;
   bool is_open = key != ~0u && found < band.best;
+  if (!lanes_where(is_open)) return;
   ray.asks = is_open;
   if (team() == 0) band.totals[lane()] = 0;
   meet();
@@ -724,29 +730,31 @@ RARELY void follow_tile(Clusters scene, Band &band, Rules rules, Listing list,
   else add(scratch.dead, at);
 }
 
-// A team follows a ray through what is listed, to where its nearest splat is
-// seen. What it finds there bounds what is left to look for.
+// A team follows a ray through what is listed, to where the nearest splat of
+// its share is seen. What it finds there bounds what is left to look for.
 HELPER void probe(Band &band, const Rules &rules, const Listing &list,
-                  u32 *kept, float limit) {
+                  u32 *kept, float limit, float slack) {
   int n = band.n_seen;
-  u64 nearest = ~0ull;
+  u64 nearest = NONE;
   for (int k = thread(); k < n; k += threads()) {
     u64 key = (u64)key_of(list.outlines[k].nearest) << 32 | (u32)k;
     nearest = key < nearest ? key : nearest;
   }
   nearest = least_of_lanes(nearest);
-  if (nearest == ~0ull) return;
+  if (nearest == NONE) return;
   Outline first = list.outlines[(u32)nearest];
   int column = ((first.columns & 65535) + (first.columns >> 16)) / 2;
   int row = ((first.rows & 65535) + (first.rows >> 16)) / 2;
   Tile pixel = {column, column, row, row};
   // Each lane takes other splats.
   Ray ray = ray_of(column, row, rules);
-  float reach = behind(limit);
+  float reach = limit + slack;
   for (int k = lane(); k < n; k += LANES) {
     if (!touches(list.outlines[k], pixel)) continue;
-    absorb(list.seen[k], rules, limit, ray, kept);
-    look_through(list.seen[k], rules, reach, ray);
+    float range;
+    u32 light = absorbed(load_seen(list.seen + k), rules, ray, reach, range);
+    sum_up(ray.total, light);
+    if (light && range < limit) add_fragment(ray, range, light, kept);
   }
   if (sum_of_lanes(ray.total) < rules.opaque_light ||
       sum_of_lanes(ray.light) < rules.median_light)
@@ -760,6 +768,7 @@ HELPER void probe(Band &band, const Rules &rules, const Listing &list,
     }
     key = least_of_lanes(next);
     if (key == ~0u) return;
+    // Fragments that had no room are farther, or it will be drawn nearer.
     u32 more = 0;
     for (int k = 0; k < ray.n_kept; ++k)
       if (kept[k * threads()] == key) more += kept[(KEPT + k) * threads()];
@@ -784,30 +793,29 @@ HELPER void begin(const float *sphere, const float *R_WD, const float *R_DV,
   band.low_y = rows_before, band.high_y = last;
   Tile whole = {0, rules.resolution - 1, rows_before, last};
   find_sides(band.R_WV, whole, rules.resolution, band.sides_W);
-  band.best = ~0ull;
+  band.best = NONE;
   band.nearest = key_of(INFINITE);
 }
 
 // Draws the tiles of a band with what is nearer than a limit, and follows those
-// that are open.
+// that what lies behind it by some slack leaves open.
 HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
-                      const Listing &list, const Scratch &scratch,
-                      float limit, u64 *answer) {
+                      const Listing &list, const Scratch &scratch, float limit,
+                      float slack, u64 *answer) {
   int n_tiles = (band.high_y - band.low_y + TILE_ROWS) / TILE_ROWS *
                 tile_columns(rules);
   for (int k = thread(); k < scratch.n_words; k += threads())
     scratch.drawn[k] = scratch.open[k] = 0;
-  if (thread() == 0) band.n_open = 0;
-  list_seen(scene, band, rules, behind(limit), list);
+  if (thread() == 0) band.open = NONE;
   bool is_listed = band.n_seen <= rules.room;
   if (is_listed) {
-    probe(band, rules, list, scratch.kept + thread(), limit);
+    probe(band, rules, list, scratch.kept + thread(), limit, slack);
     meet();
     // Bands of a view tell each other what they have found.
     if (thread() == 0 && rules.bands > 1)
       atomicMin(&band.best, atomicMin(answer, band.best));
     meet();
-    list_near(band, rules, up_to(limit, (u32)(band.best >> 32)), list, scratch);
+    list_near(band, rules, up_to(limit, band.best), list, scratch);
     if (!band.n_near) return;
   }
   if (thread() == 0) band.work = 0;
@@ -816,13 +824,58 @@ HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
     if (!is_listed)
       draw_unlisted(scene, band, rules, list, scratch, tile, limit);
     else if (has(scratch.drawn, tile))
-      draw_tile<true>(scene, band, rules, list, scratch, tile, limit);
+      draw_tile<true>(scene, band, rules, list, scratch, tile, limit, slack);
   }
   meet();
-  for (int tile = 0; band.n_open && tile < n_tiles; ++tile) {
+  if (band.open == NONE) return;
+  // The nearest spares most others.
+  int first = (int)band.open;
+  for (int k = 0; k < n_tiles; ++k) {
+    int tile = (first + k) % n_tiles;
     if (!has(scratch.open, tile)) continue;
     follow_tile(scene, band, rules, list, scratch, tile);
     meet();
+  }
+}
+
+// Finds the nearest pixel of a band.
+HELPER void search(const Clusters &scene, Band &band, const Rules &rules,
+                   const Listing &list, const Scratch &scratch, u64 *answer) {
+  float bound = band.bound;
+  // How near is anything?
+  each_cluster(
+      scene, band,
+      [&] { return fminf(bound, value_of(latest(band.nearest))); },
+      [&](int cluster) {
+        float near = INFINITE;
+        for (int k = lane(); k < CLUSTER; k += LANES) {
+          Record r;
+          if (load_record(scene, band, cluster * CLUSTER + k, r) &&
+              is_between(band.sides_W, r.offset, r.radius * 1.0001f))
+            near = fminf(near, nearest_range(r, rules.is_surfel));
+        }
+        near = least_of_lanes(near);
+        if (lane() == 0) atomicMin(&band.nearest, key_of(near));
+      });
+  float least = value_of(band.nearest);
+  float below = fmaxf(least, 0.0f), most = 0.1f * below + 0.04f, step = most;
+  while (least < bound) {
+    float limit = fminf(below + step, bound), slack = 0.4f * step;
+    list_seen(scene, band, rules, limit + slack, list);
+    if (band.n_seen > rules.room) {
+      // Fewer splats are a little nearer. If that is no help nothing is listed.
+      if (step > 0.05f * most) {
+        meet();
+        step *= 0.25f;
+        continue;
+      }
+      limit = fminf(below + most, bound);
+    }
+    draw_band(scene, band, rules, list, scratch, limit, slack, answer);
+    if (limit >= up_to(bound, band.best)) return;
+    below = limit;
+    float full = 0.5f * below + 0.04f;
+    step = most = fminf(fmaxf(2.0f * step, 0.1f * full), full);
   }
 }
 
@@ -830,8 +883,8 @@ HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
 // the height below which nothing is seen. R_WD: (n, 9). nearest: (n, 6), keys
 // of range and pixel; all ones at first, and where nothing is seen. closest:
 // (n,), keys of the range that all views of a sphere have found together, all
-// ones at first. work: a counter, all ones at first. lists: room for rules.room splats
-// a block, six float4 each, and keys of a band's pixels.
+// ones at first. work: a counter, all ones at first. lists: for each block six
+// float4 for each of rules.room splats, and a key for each pixel of a band.
 KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules,
                                    const float *spheres, const float *R_WD,
                                    const float *R_DV, int n, u64 *nearest,
@@ -868,41 +921,17 @@ KERNEL CROWDED(256, 4) depth_views(Clusters scene, Rules rules,
             rules, rows_before, band);
       // Nothing beyond what other bands, or views, have found is asked for. Of
       // equal pixels the first is meant, whichever is met first.
-      u32 known = (u32)(latest(*answer) >> 32);
-      if (rules.nearest_only && latest(closest[i]) < known)
-        known = latest(closest[i]);
+      u64 known = latest(*answer);
+      u64 other = (u64)latest(closest[i]) << 32 | 0xffffffffu;
+      if (rules.nearest_only && other < known) known = other;
       band.bound = up_to(spheres[8 * (size_t)i + 6], known);
     }
     for (int k = thread(); k < scratch.n_words; k += threads())
       scratch.dead[k] = 0;
     meet();
-    float bound = band.bound;
-    // How near is anything?
-    each_cluster(
-        scene, band,
-        [&] { return fminf(bound, value_of(latest(band.nearest))); },
-        [&](int cluster) {
-          float near = INFINITE;
-          for (int k = lane(); k < CLUSTER; k += LANES) {
-            Record r;
-            if (load_record(scene, band, cluster * CLUSTER + k, r) &&
-                is_between(band.sides_W, r.offset, r.radius * 1.0001f))
-              near = fminf(near, nearest_range(r, rules.is_surfel));
-          }
-          for (int step = LANES / 2; step > 0; step /= 2)
-            near = fminf(near, across(near, step));
-          if (lane() == 0) atomicMin(&band.nearest, key_of(near));
-        });
-    float least = value_of(band.nearest);
-    float limit = fmaxf(least, 0.0f) * 1.05f + 0.015f;
-    while (least < bound) {
-      limit = fminf(limit, bound);
-      draw_band(scene, band, rules, list, scratch, limit, answer);
-      if (limit >= up_to(bound, (u32)(band.best >> 32))) break;
-      limit = limit * 1.25f + 0.015f;
-    }
+    search(scene, band, rules, list, scratch, answer);
     meet();
-    if (thread() == 0 && band.best != ~0ull) {
+    if (thread() == 0 && band.best != NONE) {
       atomicMin(answer, band.best);
       atomicMin(&closest[i], (u32)(band.best >> 32));
     }
@@ -919,9 +948,9 @@ KERNEL depth_rows(Rules rules, const float *R_WD, const float *R_DV, int n,
     u64 key = nearest[at];
     for (int v = 0; rules.nearest_only && v < 6; ++v) {
       u32 other = nearest[6 * i + v] >> 32, own = key >> 32;
-      if (other < own || (other == own && v < view)) key = ~0ull;
+      if (other < own || (other == own && v < view)) key = NONE;
     }
-    if (key == ~0ull) {
+    if (key == NONE) {
       rows[at] = make_float4(bits_float(0x7f800000u), 0.0f, 0.0f, 0.0f);
       continue;
     }
