@@ -39,7 +39,7 @@ SOURCE = "depth_views.cu"
 LIGHT = 2.0**20
 """Unit in which kernels count the light that is absorbed, log2 of it."""
 
-_BAND, _SMALL_BAND = 6400, 1600
+_BAND, _SMALL_BAND = 6400, 2240
 """Numbers of pixels that a block draws at most, unless one row has more: where
 there are many views, and where they would not keep all blocks busy."""
 

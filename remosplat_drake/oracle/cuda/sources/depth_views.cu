@@ -860,7 +860,7 @@ HELPER void search(const Clusters &scene, Band &band, const Rules &rules,
   float least = value_of(band.nearest);
   float below = fmaxf(least, 0.0f), most = 0.1f * below + 0.04f, step = most;
   while (least < bound) {
-    float limit = fminf(below + step, bound), slack = 0.4f * step;
+    float limit = fminf(below + step, bound), slack = 0.25f * step;
     list_seen(scene, band, rules, limit + slack, list);
     if (band.n_seen > rules.room) {
       // Fewer splats are a little nearer. If that is no help nothing is listed.
