@@ -46,8 +46,8 @@ there are many views, and where they would not keep all blocks busy."""
 _THREADS = 256
 _BLOCKS = 4  # On each multiprocessor.
 _ROOM = 4096  # Splats that a block may list at once.
-_LISTED_BYTES = 96
-_KEPT = 8  # Fragments that a thread keeps.
+_LISTED_BYTES = 96  # Of each of them, as in the kernel; so is
+_KEPT = 8  # how many fragments a thread keeps.
 _MOST_OPAQUE = 0.999
 
 
