@@ -47,7 +47,7 @@ _THREADS = 256
 _BLOCKS = 4  # On each multiprocessor.
 _ROOM = 4096  # Splats that a block may list at once.
 _LISTED_BYTES = 96  # Of each of them, as in the kernel; so is
-_KEPT = 8  # how many fragments a thread keeps.
+_KEPT = 12  # how many fragments a thread keeps.
 _MOST_OPAQUE = 0.999
 
 

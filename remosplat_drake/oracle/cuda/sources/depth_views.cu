@@ -25,7 +25,7 @@
 #define LISTED 1024
 #define TILE_COLUMNS (LANES < 8 ? LANES : 8)
 #define TILE_ROWS (LANES / TILE_COLUMNS)
-#define KEPT 8             // Fragments that a lane keeps.
+#define KEPT 12            // Fragments that a lane keeps.
 #define UNIT 1048576.0f    // Light is counted in 1 / UNIT.
 #define ENOUGH 1073741824u // Far more than any threshold.
 #define NONE (~0ull)       // Behind all keys.
@@ -842,21 +842,22 @@ HELPER void draw_band(const Clusters &scene, Band &band, const Rules &rules,
 HELPER void search(const Clusters &scene, Band &band, const Rules &rules,
                    const Listing &list, const Scratch &scratch, u64 *answer) {
   float bound = band.bound;
+  auto nearest = [&] { return fminf(bound, value_of(latest(band.nearest))); };
   // How near is anything?
-  each_cluster(
-      scene, band,
-      [&] { return fminf(bound, value_of(latest(band.nearest))); },
-      [&](int cluster) {
-        float near = INFINITE;
-        for (int k = lane(); k < CLUSTER; k += LANES) {
-          Record r;
-          if (load_record(scene, band, cluster * CLUSTER + k, r) &&
-              is_between(band.sides_W, r.offset, r.radius * 1.0001f))
-            near = fminf(near, nearest_range(r, rules.is_surfel));
-        }
-        near = least_of_lanes(near);
-        if (lane() == 0) atomicMin(&band.nearest, key_of(near));
-      });
+  each_cluster(scene, band, nearest, [&](int cluster) {
+    // Something nearer may have been found since it was listed.
+    const float4 *box = scene.clusters + 2 * cluster;
+    if (!lanes_where(box_matters(band, band.sides_W, box, nearest()))) return;
+    float near = INFINITE;
+    for (int k = lane(); k < CLUSTER; k += LANES) {
+      Record r;
+      if (load_record(scene, band, cluster * CLUSTER + k, r) &&
+          is_between(band.sides_W, r.offset, r.radius * 1.0001f))
+        near = fminf(near, nearest_range(r, rules.is_surfel));
+    }
+    near = least_of_lanes(near);
+    if (lane() == 0) atomicMin(&band.nearest, key_of(near));
+  });
   float least = value_of(band.nearest);
   float below = fmaxf(least, 0.0f), most = 0.1f * below + 0.04f, step = most;
   while (least < bound) {
