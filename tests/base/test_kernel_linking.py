@@ -109,7 +109,10 @@ def doubled(x):
     return 2 * x
 """)
     with_us = "import remosplat_drake.base.kernels\n"
-    program = "import mine; print(mine.doubled(4), len(mine.doubled.stats.cache_hits))"
+    program = """
+import mine
+print(mine.doubled(4), len(mine.doubled.stats.cache_hits))
+"""
     for imports, hits in (("", 0), (with_us, 0), ("", 1), (with_us, 1)):
         result = subprocess.run(
             [sys.executable, "-c", imports + program],
