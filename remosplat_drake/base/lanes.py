@@ -1,0 +1,455 @@
+"""Lanes: eight numbers at once, or four, for kernels (numba).
+
+Of a loop over eight numbers Numba mostly makes eight times the same. Lanes are
+what compilers call a vector: an operation on them is one instruction, or two
+where the processor takes four numbers at a time. Kernels write them like
+numbers, and a number among them stands for eight equal ones. Each lane's
+result is, to the last bit, what numbers alone would give.
+
+Comparisons give a mask, a truth a lane, for `where` and `places_of`.
+"""
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core.typing.templates import (
+    AbstractTemplate,
+    infer_global,
+    signature,
+)
+from numba.extending import (
+    intrinsic,
+    lower_builtin,
+    models,
+    register_model,
+)
+
+from remosplat_drake.base.kernels import helper
+
+_built_in: Callable[..., Any] = intrinsic
+"""Numba's `intrinsic`: what it makes is called without `typing`."""
+
+WIDTH, FEW = 8, 4
+"""Numbers of lanes: of most, and of those for what seldom fills eight."""
+
+_NUMBER, _TRUTH = ir.DoubleType(), ir.IntType(1)
+_WHOLE, _PLACE = ir.IntType(64), ir.IntType(32)
+
+
+class _Vector(types.Type):
+    """Numba's type of several numbers or truths."""
+
+    def __init__(self, name: str, element: ir.Type, width: int):
+        self.width = width
+        self.vector = ir.VectorType(element, width)
+        super().__init__(f"{name}{width}")
+
+
+_LANES = {width: _Vector("Lanes", _NUMBER, width) for width in (WIDTH, FEW)}
+_MASKS = {width: _Vector("Mask", _TRUTH, width) for width in (WIDTH, FEW)}
+
+
+@register_model(_Vector)
+class _VectorModel(models.PrimitiveModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, kind.vector)
+
+
+def _is_lanes(kind) -> bool:
+    return kind in _LANES.values()
+
+
+def _is_number(kind) -> bool:
+    return _is_lanes(kind) or isinstance(kind, types.Number)
+
+
+def _width_of(kinds) -> int:
+    """How many lanes types have together, 0 of numbers and truths alone."""
+    return max(kind.width if isinstance(kind, _Vector) else 0 for kind in kinds)
+
+
+def _spread(context, builder, kind, value, width):
+    """Puts a number, or a truth, into all lanes; none if the width is 0."""
+    if isinstance(kind, _Vector):
+        return value
+    element = _TRUTH
+    if not isinstance(kind, types.Boolean):
+        element = _NUMBER
+        value = context.cast(builder, value, kind, types.float64)
+    if not width:
+        return value
+    none = ir.Constant(ir.VectorType(element, width), ir.Undefined)
+    first = builder.insert_element(none, value, _PLACE(0))
+    equal = ir.Constant(ir.VectorType(_PLACE, width), [0] * width)
+    return builder.shuffle_vector(first, none, equal)
+
+
+def _spread_all(context, builder, kinds, values):
+    width = _width_of(kinds)
+    return [
+        _spread(context, builder, kind, value, width)
+        for kind, value in zip(kinds, values, strict=True)
+    ]
+
+
+_SINGLE = (types.Number, types.Boolean)
+
+
+def _define(function, operands, results, build) -> None:
+    """Defines an operator of lanes or masks, some of which may be single."""
+
+    class _Operator(AbstractTemplate):
+        key = function
+
+        def generic(self, args, kws):
+            operand = operands.get(_width_of(args))
+            fits = all(a == operand or isinstance(a, _SINGLE) for a in args)
+            if operand is None or not fits:
+                return None
+            return signature(results[operand.width], *args)
+
+    infer_global(function, types.Function(_Operator))
+
+    def lower(context, builder, signature, values):
+        values = _spread_all(context, builder, signature.args, values)
+        return build(builder, *values)
+
+    if function in (operator.neg, operator.invert):
+        lower_builtin(function, _Vector)(lower)
+        return
+    lower_builtin(function, _Vector, _Vector)(lower)
+    for single in _SINGLE:
+        lower_builtin(function, _Vector, single)(lower)
+        lower_builtin(function, single, _Vector)(lower)
+
+
+def _compare(sign):
+    """Ordered: what is not a number compares as false."""
+    return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
+
+
+_define(operator.add, _LANES, _LANES, ir.IRBuilder.fadd)
+_define(operator.sub, _LANES, _LANES, ir.IRBuilder.fsub)
+_define(operator.mul, _LANES, _LANES, ir.IRBuilder.fmul)
+_define(operator.truediv, _LANES, _LANES, ir.IRBuilder.fdiv)
+_define(operator.neg, _LANES, _LANES, ir.IRBuilder.fneg)
+_define(operator.lt, _LANES, _MASKS, _compare("<"))
+_define(operator.le, _LANES, _MASKS, _compare("<="))
+_define(operator.gt, _LANES, _MASKS, _compare(">"))
+_define(operator.ge, _LANES, _MASKS, _compare(">="))
+_define(operator.and_, _MASKS, _MASKS, ir.IRBuilder.and_)
+_define(operator.or_, _MASKS, _MASKS, ir.IRBuilder.or_)
+_define(operator.invert, _MASKS, _MASKS, ir.IRBuilder.not_)
+
+
+def _of_numbers(build):
+    """Types and lowers a function of numbers, each single or in lanes."""
+
+    def type_and_lower(*kinds):
+        if not all(map(_is_number, kinds)):
+            return None
+        result = _LANES.get(_width_of(kinds), types.float64)
+
+        def lower(context, builder, signature, values):
+            return build(builder, *_spread_all(context, builder, kinds, values))
+
+        return result(*kinds), lower
+
+    return type_and_lower
+
+
+def _call(name):
+    """Calls one of LLVM's own functions."""
+
+    def build(builder, value):
+        vector = isinstance(value.type, ir.VectorType)
+        kind = f"v{value.type.count}f64" if vector else "f64"
+        function = builder.module.declare_intrinsic(
+            f"{name}.{kind}", (), ir.FunctionType(value.type, [value.type])
+        )
+        return builder.call(function, [value])
+
+    return build
+
+
+def _choose(sign):
+    def build(builder, a, b):
+        return builder.select(builder.fcmp_ordered(sign, a, b), a, b)
+
+    return build
+
+
+_root = _of_numbers(_call("llvm.sqrt"))
+_magnitude = _of_numbers(_call("llvm.fabs"))
+_round_up = _of_numbers(_call("llvm.ceil"))
+_round_down = _of_numbers(_call("llvm.floor"))
+_greatest = _of_numbers(_choose(">"))
+_least = _of_numbers(_choose("<"))
+
+
+@_built_in
+def root(typing, x):
+    """Returns the square root of a number or of lanes."""
+    return _root(x)
+
+
+@_built_in
+def magnitude(typing, x):
+    """Returns the absolute value of a number or of lanes."""
+    return _magnitude(x)
+
+
+@_built_in
+def round_up(typing, x):
+    """Returns the least whole number that is not below, as a float."""
+    return _round_up(x)
+
+
+@_built_in
+def round_down(typing, x):
+    """Returns the greatest whole number that is not above, as a float."""
+    return _round_down(x)
+
+
+@_built_in
+def greatest(typing, a, b):
+    """Returns the greater one of two numbers or lanes; b if neither is."""
+    return _greatest(a, b)
+
+
+@_built_in
+def least(typing, a, b):
+    """Returns the lesser one of two numbers or lanes; b if neither is."""
+    return _least(a, b)
+
+
+@_built_in
+def _times_power_of_two(typing, x, shifted):
+    """Returns x 2^n of numbers or lanes, n being `shifted` less `_SHIFT`."""
+    if x != shifted or not _is_number(x):
+        return None
+
+    def add_to_exponent(context, builder, signature, values):
+        kind, exponent = _WHOLE, 52
+        if _is_lanes(x):
+            kind, exponent = ir.VectorType(_WHOLE, x.width), [52] * x.width
+        bits, n = (builder.bitcast(value, kind) for value in values)
+        n = builder.shl(n, ir.Constant(kind, exponent))
+        return builder.bitcast(builder.add(bits, n), values[0].type)
+
+    return x(x, shifted), add_to_exponent
+
+
+_SHIFT = 1.5 * 2.0**52
+"""What is added to it is rounded to a whole number, in its lowest bits."""
+
+_LOG2_E = 1.4426950408889634
+_LN_2 = (0.693147180369123816490, 1.90821492927058770002e-10)
+"""The logarithm of 2 in two parts: the first has so few digits that its product
+with any exponent is exact."""
+
+_LEAST = -700.0
+"""Exponent from which on down a power counts as the same, nearly nothing."""
+
+
+@helper
+def exponential(x):
+    """Returns e to the power of a number or of lanes, at most 0."""
+    x = greatest(x, _LEAST)
+    shifted = x * _LOG2_E + _SHIFT
+    n = shifted - _SHIFT
+    r = (x - n * _LN_2[0]) - n * _LN_2[1]
+    return _times_power_of_two(_series(r), shifted)
+
+
+@helper
+def _series(r):
+    """Taylor's series of the exponential function, exact up to ln(2) / 2."""
+    r2 = r * r
+    r4 = r2 * r2
+    low = (1.0 + r) + r2 * (0.5 + r * (1 / 6))
+    middle = (1 / 24 + r * (1 / 120)) + r2 * (1 / 720 + r * (1 / 5040))
+    high = (1 / 40320 + r * (1 / 362880)) + r2 * (
+        1 / 3628800 + r * (1 / 39916800)
+    )
+    highest = 1 / 479001600 + r * (1 / 6227020800)
+    return low + r4 * (middle + r4 * (high + r4 * highest))
+
+
+@_built_in
+def where(typing, condition, a, b):
+    """Returns a where a condition holds, b elsewhere.
+
+    Args:
+        typing: Numba's own.
+        condition: A truth, or a mask.
+        a: A number or lanes.
+        b: A number or lanes.
+    """
+    if not (_is_number(a) and _is_number(b)):
+        return None
+    width = _width_of((condition, a, b))
+    result = _LANES.get(width, types.float64)
+
+    def choose(context, builder, signature, values):
+        chosen = (
+            _spread(context, builder, kind, value, width)
+            for kind, value in zip((a, b), values[1:], strict=True)
+        )
+        return builder.select(values[0], *chosen)
+
+    return result(condition, a, b), choose
+
+
+@_built_in
+def in_all(typing, x):
+    """Returns lanes that all hold the number x."""
+
+    def spread(context, builder, signature, values):
+        return _spread(context, builder, x, values[0], WIDTH)
+
+    return _LANES[WIDTH](x), spread
+
+
+@_built_in
+def first_lanes(typing, n, lanes):
+    """Returns a mask that is true in the first n of as many as `lanes` are."""
+
+    def compare(context, builder, signature, values):
+        most = context.cast(builder, values[0], n, types.float64)
+        most = _spread(context, builder, types.float64, most, lanes.width)
+        counting = [float(i) for i in range(lanes.width)]
+        counting = ir.Constant(lanes.vector, counting)
+        return builder.fcmp_ordered("<", counting, most)
+
+    return _MASKS[lanes.width](n, lanes), compare
+
+
+@_built_in
+def places_of(typing, mask):
+    """Returns the lanes in which a mask is true, as bits."""
+
+    def bits(context, builder, signature, values):
+        as_bits = builder.bitcast(values[0], ir.IntType(mask.width))
+        return builder.zext(as_bits, _WHOLE)
+
+    return types.int64(mask), bits
+
+
+@_built_in
+def lanes_from(typing, array, place):
+    """Reads eight numbers that follow each other in an array's memory.
+
+    Args:
+        typing: Numba's own.
+        array: Contiguous, in single or in double precision.
+        place: Number of the first in memory, however many dimensions there
+            are.
+    """
+    return _read(array, WIDTH)
+
+
+@_built_in
+def few_lanes_from(typing, array, place):
+    """Reads four numbers, see `lanes_from`."""
+    return _read(array, FEW)
+
+
+def _read(array, width):
+    result = _LANES[width]
+
+    def load(context, builder, signature, values):
+        at = _address(context, builder, signature, values, width)
+        numbers = builder.load(at)
+        numbers.align = array.dtype.bitwidth // 8
+        if array.dtype == types.float32:
+            numbers = builder.fpext(numbers, result.vector)
+        return numbers
+
+    return result(array, types.int64), load
+
+
+@_built_in
+def columns_of(typing, array, places):
+    """Reads eight rows of an array, and turns them into lanes by column.
+
+    Args:
+        typing: Numba's own.
+        array: In double precision, shape (n, 16).
+        places: Numbers of the rows, the first eight of this array.
+
+    Returns:
+        Sixteen lanes, one for each column.
+    """
+    result = types.UniTuple(_LANES[WIDTH], 2 * WIDTH)
+    vector = _LANES[WIDTH].vector
+
+    def load(context, builder, signature, values):
+        data, numbers = (
+            context.make_array(kind)(context, builder, value).data
+            for kind, value in zip((array, places), values, strict=True)
+        )
+        data = builder.bitcast(data, vector.as_pointer())
+        halves = [], []
+        for i in range(WIDTH):
+            number = builder.load(builder.gep(numbers, [_WHOLE(i)]))
+            first = builder.mul(number, _WHOLE(2))
+            for k, half in enumerate(halves):
+                at = builder.gep(data, [builder.add(first, _WHOLE(k))])
+                half.append(builder.load(at, align=8))
+        columns = [c for half in halves for c in _transposed(builder, half)]
+        return context.make_tuple(builder, result, columns)
+
+    return result(array, places), load
+
+
+def _transposed(builder, rows):
+    """Makes lanes by column of eight lanes by row: swaps ever larger blocks."""
+    for step in (1, 2, 4):
+        upper = [j - step + WIDTH if j & step else j for j in range(WIDTH)]
+        lower = [j + WIDTH if j & step else j + step for j in range(WIDTH)]
+        for i in range(WIDTH):
+            if not i & step:
+                pair = rows[i], rows[i + step]
+                for k, order in ((i, upper), (i + step, lower)):
+                    order = ir.Constant(ir.VectorType(_PLACE, WIDTH), order)
+                    rows[k] = builder.shuffle_vector(*pair, order)
+    return rows
+
+
+@_built_in
+def write_lanes(typing, array, place, lanes):
+    """Writes lanes into an array's memory, see `lanes_from`."""
+
+    def store(context, builder, signature, values):
+        at = _address(context, builder, signature, values, lanes.width)
+        builder.store(values[2], at).align = 8
+        return context.get_dummy_value()
+
+    return types.void(array, types.int64, lanes), store
+
+
+def _address(context, builder, signature, values, width):
+    kind = signature.args[0]
+    array = context.make_array(kind)(context, builder, values[0])
+    at = builder.gep(array.data, [values[1]])
+    number = ir.FloatType() if kind.dtype == types.float32 else _NUMBER
+    return builder.bitcast(at, ir.VectorType(number, width).as_pointer())
+
+
+@_built_in
+def lowest_bit(typing, bits):
+    """Returns the place of the lowest bit that is set.
+
+    Args:
+        typing: Numba's own.
+        bits: A number that is not 0.
+    """
+
+    def place(context, builder, signature, values):
+        return builder.cttz(values[0], _TRUTH(1))
+
+    return types.int64(bits), place
