@@ -21,6 +21,7 @@ from remosplat_drake.oracle.question import asked_in_one, question
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.splat.bvh import LEAF_SIZE
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _ONE_AT_A_TIME = Lock()
@@ -106,7 +107,7 @@ class SphereToEllipsoidField(DistanceField):
         nodes, records = prepared["nodes"], prepared["records"]
         for array in prepared.values():
             array.flags.writeable = False
-        wide, children = widen(nodes, nodes.view(np.int32))
+        wide, children = widen(nodes, nodes.view(np.int32), LEAF_SIZE)
         self._nodes = nodes
         self._tree = SplatTree(
             wide,

@@ -150,6 +150,17 @@ def leaf_range(link: int) -> tuple[int, int]:
     return first, first + code % LEAF_STRIDE
 
 
+@helper
+def leaf_link(first: int, end: int) -> int:
+    """Encodes a range of boxes as a leaf's link, see `leaf_range`.
+
+    Args:
+        first: Place of the first box.
+        end: Place after the last one.
+    """
+    return -1 - (LEAF_STRIDE * first + end - first)
+
+
 def leaf_margins(
     hierarchy: BoundingVolumeHierarchy, values: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -6,16 +6,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.lanes import lowest_bit
 from remosplat_drake.oracle.kernels.near_children import (
     around,
     lowered,
-    lowest_bit,
     near_children,
     node_address,
     raised,
 )
-from remosplat_drake.oracle.kernels.wide_tree import ROWS, WIDTH, widen
-from remosplat_drake.splat.bvh import build_hierarchy, leaf_range
+from remosplat_drake.oracle.kernels.wide_tree import (
+    ROWS,
+    WIDTH,
+    largest_below,
+    widen,
+)
+from remosplat_drake.splat.bvh import (
+    LEAF_SIZE,
+    build_hierarchy,
+    leaf_link,
+    leaf_range,
+)
 
 
 @kernel
@@ -43,7 +53,7 @@ def places(bits):
     """The places of the bits that are set."""
     found = []
     while bits:
-        found.append(lowest_bit(bits))  # pyright: ignore[reportCallIssue]
+        found.append(lowest_bit(bits))
         bits &= bits - 1
     return found
 
@@ -78,7 +88,7 @@ def test_every_box_is_in_it_once_and_within_all_above(n):
         boxes[:, 0] = boxes[:, 3] = np.arange(n)
     tree = build_hierarchy(boxes[:, :3], boxes[:, 3:6], boxes[:, 6])
     boxes = boxes[tree.order]
-    wide, children = widen(tree.nodes, tree.links)
+    wide, children = widen(tree.nodes, tree.links, LEAF_SIZE)
     assert (len(wide) > len(tree.nodes) // 3 + 9) == (n == 4096)
     assert wide.shape[1:] == (ROWS, WIDTH) and children.shape[1:] == (WIDTH,)
     held = boxes_of_leaves(children, boxes)
@@ -112,7 +122,7 @@ def test_no_near_child_is_missed_and_few_far_ones_are_taken(seed, reach, floor):
     boxes = some_boxes(rng, rng.integers(1, 60))
     tree = build_hierarchy(boxes[:, :3], boxes[:, 3:6], boxes[:, 6])
     boxes = boxes[tree.order]
-    wide, children = widen(tree.nodes, tree.links)
+    wide, children = widen(tree.nodes, tree.links, LEAF_SIZE)
     # What lies on a box's border counts as near.
     p = rng.choice([rng.uniform(-1, 1, 3), boxes[0, :3], boxes[-1, 3:6]])
     for (node, place), inner in boxes_of_leaves(children, boxes).items():
@@ -132,3 +142,38 @@ def test_no_near_child_is_missed_and_few_far_ones_are_taken(seed, reach, floor):
 
 def test_bits_are_found_from_the_lowest_on():
     assert places(0b10110001) == [0, 4, 5, 7]
+
+
+@pytest.mark.parametrize("n", [0, 1, 4, 5, 8, 9, 300])
+def test_few_boxes_become_one_leaf_and_the_largest_value_is_known(n):
+    rng = np.random.default_rng(n)
+    boxes, values = some_boxes(rng, n), rng.exponential(size=n)
+    tree = build_hierarchy(boxes[:, :3], boxes[:, 3:6], boxes[:, 6])
+    values = values[tree.order]
+    wide, children = widen(tree.nodes, tree.links, WIDTH)
+    spans = sorted(leaf_range(link) for link in children[children < 0].tolist())
+    ends = [0, *(end for _, end in spans)]
+    assert [first for first, _ in spans] == ends[:-1] and ends[-1] == n
+    assert all(end - first <= WIDTH for first, end in spans)
+    # No two leaves that one node of the binary hierarchy holds would fit.
+    usual, _ = widen(tree.nodes, tree.links, LEAF_SIZE)
+    assert len(wide) < len(usual) or n < 30
+    largest = largest_below(children, values)
+
+    def below(link: int) -> float:
+        if link < 0:
+            first, end = leaf_range(link)
+            return values[first:end].max(initial=0.0)
+        found = [
+            0.0 if np.isnan(wide[link, 0, k]) else below(child)
+            for k, child in enumerate(children[link].tolist())
+        ]
+        np.testing.assert_array_equal(largest[link], found)
+        return max(found)
+
+    assert below(0) == values.max(initial=0.0)
+
+
+@given(st.integers(0, 2**26), st.integers(0, 15))
+def test_leaf_links_name_their_boxes(first, n):
+    assert leaf_range(leaf_link(first, first + n)) == (first, first + n)

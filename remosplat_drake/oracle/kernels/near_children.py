@@ -141,18 +141,3 @@ def _in_all(builder, number):
 
 def _greater(builder, a, b):
     return builder.select(builder.fcmp_ordered(">", a, b), a, b)
-
-
-@intrinsic
-def lowest_bit(typing, bits):
-    """Returns the place of the lowest bit that is set.
-
-    Args:
-        typing: Numba's own.
-        bits: A number that is not 0.
-    """
-
-    def place(context, builder, signature, arguments):
-        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
-
-    return types.int64(bits), place

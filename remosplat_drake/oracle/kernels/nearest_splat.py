@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit, prange
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.lanes import lowest_bit
 from remosplat_drake.oracle.kernels.ellipsoid_distance import (
     box_distance_squared,
     closest_on_disc,
@@ -25,7 +26,6 @@ from remosplat_drake.oracle.kernels.ellipsoid_distance import (
 from remosplat_drake.oracle.kernels.near_children import (
     around,
     lowered,
-    lowest_bit,
     near_children,
     node_address,
     raised,
@@ -169,7 +169,7 @@ def _descend(tree, p, floor, best, work):
         )
         nearest, least, first = 0, np.float32(np.inf), height
         while bits:
-            k = lowest_bit(bits)  # pyright: ignore[reportCallIssue]
+            k = lowest_bit(bits)
             bits &= bits - 1
             child, square = children[node, k], squares[k]
             if child < 0:

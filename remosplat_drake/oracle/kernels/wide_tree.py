@@ -8,7 +8,12 @@ nodes, and processors compare eight numbers in single precision as fast as one.
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.splat.bvh import MAX_DEPTH
+from remosplat_drake.splat.bvh import (
+    LEAF_SIZE,
+    MAX_DEPTH,
+    leaf_link,
+    leaf_range,
+)
 
 WIDTH = 8
 """Number of children of a node."""
@@ -21,12 +26,14 @@ ROWS = 7
 
 
 @kernel
-def widen(nodes, links):
+def widen(nodes, links, leaf_size):
     """Makes the wide hierarchy of a binary one.
 
     Args:
         nodes: Nodes of the `BoundingVolumeHierarchy`.
         links: Their links.
+        leaf_size: Number of boxes up to which what is below a child becomes
+            one leaf; below 16.
 
     Returns:
         For each of the nodes the lower and the upper corners of its children's
@@ -48,7 +55,7 @@ def widen(nodes, links):
             more_children[:count] = children[:count]
             wide, children = more_wide, more_children
         number, node = waiting[height, 0], waiting[height, 1]
-        size = _gather(nodes, links, node, found)
+        size = _gather(nodes, links, node, leaf_size, found)
         for k in range(WIDTH):
             if k >= size:
                 wide[number, :, k], children[number, k] = np.nan, 0
@@ -57,13 +64,39 @@ def widen(nodes, links):
             for c in range(6):
                 wide[number, c, k] = nodes[binary, 6 * side + c]
             wide[number, 6, k] = nodes[binary, 12 + side]
-            children[number, k] = links[binary, 14 + side]
-            if links[binary, 14 + side] >= 0:
+            link = _leaf_or_node(links, links[binary, 14 + side], leaf_size)
+            children[number, k] = link
+            if link >= 0:
                 waiting[height, 0] = children[number, k] = count
                 waiting[height, 1] = links[binary, 14 + side]
                 height += 1
                 count += 1
     return wide[:count], children[:count]
+
+
+@kernel
+def largest_below(children, values):
+    """Finds the largest value below each child of a wide hierarchy.
+
+    Args:
+        children: The children's numbers, see `widen`.
+        values: A value of each box in leaf order, not negative.
+
+    Returns:
+        The largest values, shape (m, 8), 0 where there is no child.
+    """
+    largest = np.zeros(children.shape)
+    # A child is numbered after its parent.
+    for node in range(len(children) - 1, -1, -1):
+        for k in range(WIDTH):
+            link = children[node, k]
+            if link > 0:
+                largest[node, k] = largest[link].max()
+            elif link < 0:
+                first, end = leaf_range(link)
+                for place in range(first, end):
+                    largest[node, k] = max(largest[node, k], values[place])
+    return largest
 
 
 @helper
@@ -74,7 +107,7 @@ def _make_nodes(n):
 
 
 @helper
-def _gather(nodes, links, node, found):
+def _gather(nodes, links, node, leaf_size, found):
     """Finds up to eight children below a binary node: nodes and their sides.
 
     Returns:
@@ -88,7 +121,8 @@ def _gather(nodes, links, node, found):
         for k in range(size):
             binary, side = found[k, 0], found[k, 1]
             surface = _half_surface(nodes[binary], side)
-            if links[binary, 14 + side] >= 0 and surface > widest:
+            link = _leaf_or_node(links, links[binary, 14 + side], leaf_size)
+            if link >= 0 and surface > widest:
                 chosen, widest = k, surface
         if chosen < 0:
             break
@@ -97,6 +131,20 @@ def _gather(nodes, links, node, found):
         found[size, 0], found[size, 1] = child, 1
         size += 1
     return size
+
+
+@helper
+def _leaf_or_node(links, link, leaf_size):
+    """A child's link, or that of a leaf of all below if these are few."""
+    if link < 0 or leaf_size <= LEAF_SIZE:
+        return link
+    left = right = link
+    while left >= 0:
+        left = links[left, 14]
+    while right >= 0:
+        right = links[right, 15]
+    first, (_, end) = leaf_range(left)[0], leaf_range(right)
+    return leaf_link(first, end) if end - first <= leaf_size else link
 
 
 @helper
