@@ -17,11 +17,11 @@ from remosplat_drake.oracle.kernels.depth_rasterization_kernel import (
     nearest_pixels,
 )
 from remosplat_drake.oracle.kernels.footprints import (
-    Footprints,
+    footprints_of,
     make_footprints,
     make_rules,
 )
-from remosplat_drake.oracle.kernels.pixel_lists import Canvas, new_canvas
+from remosplat_drake.oracle.kernels.pixel_runs import Canvas, new_canvas
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
@@ -94,15 +94,13 @@ class DepthRasterizationField(DistanceField):
         else:
             nodes = prepared["nodes"]
             nodes.flags.writeable = False
-            footprints = Footprints(
-                nodes,
-                nodes.view(np.int32),
-                prepared["records"],
-                prepared["uncertainty"],
-                prepared["largest"],
-            )
+            footprints = footprints_of(nodes, prepared["records"])
         self._footprints = Packed(footprints)
-        self._rules = Packed(make_rules(self.sensor, splat_W.is_surfel))
+        self._rules = Packed(
+            make_rules(
+                self.sensor, splat_W.is_surfel, nearest_only=nearest_only
+            )
+        )
         self._is_surfel = splat_W.is_surfel
         self._splat_W = splat_W
 
@@ -119,8 +117,8 @@ class DepthRasterizationField(DistanceField):
     @property
     def prepared(self) -> dict[str, np.ndarray]:
         """The arrays that took time to compute, for the constructor."""
-        names = ("nodes", "records", "uncertainty", "largest")
-        return {name: getattr(self._footprints, name) for name in names}
+        footprints = self._footprints
+        return {"nodes": footprints.nodes, "records": footprints.records}
 
     @cached_property
     def for_look_ahead(self) -> "DepthRasterizationField":
@@ -130,7 +128,9 @@ class DepthRasterizationField(DistanceField):
         coarse.sensor = dc.replace(self.sensor, resolution=resolution)
         coarse.nearest_only = True
         coarse.revision = f"{self.revision}-look-ahead"
-        coarse._rules = Packed(make_rules(coarse.sensor, self._is_surfel))
+        coarse._rules = Packed(
+            make_rules(coarse.sensor, self._is_surfel, nearest_only=True)
+        )
         return coarse
 
     @cached_property
@@ -187,7 +187,6 @@ class DepthRasterizationField(DistanceField):
                     R_WD,
                     ignore_below,
                     bound,
-                    self.nearest_only,
                     first,
                     threads,
                     reach,
@@ -218,13 +217,13 @@ class _Scratch(threading.local):
     def canvas(self, resolution: int) -> Packed[Canvas]:
         """Returns the canvas for views of a resolution."""
         if resolution not in self.canvases:
-            room = 8 * resolution**2
+            room = 4 * resolution**2
             self.canvases[resolution] = new_canvas(resolution, room)
         return self.canvases[resolution]
 
     def enlarge(self, resolution: int) -> None:
         """Doubles the room of that canvas."""
-        room = len(self.canvases[resolution].link)
+        room = len(self.canvases[resolution].runs)
         self.canvases[resolution] = new_canvas(resolution, 2 * room)
 
 

@@ -12,11 +12,10 @@ import numpy as np
 from remosplat_drake.oracle.depth_rasterization_reference import DepthImages
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
 from remosplat_drake.oracle.kernels.footprints import (
-    PROJECTION_SIZE,
+    footprint_records,
     fragment,
     fragment_alpha,
     kernel,
-    make_footprints,
     make_rules,
     pixel_span,
     project,
@@ -103,7 +102,7 @@ def render(
     offset = np.linalg.norm(splat_W.p_GK - p_WS, axis=1)
     reach = np.sqrt(3) * sensor.far / max(1 - rules.spread, 1e-9)
     seen = (offset - largest <= reach) & (splat_W.p_GK[:, 2] >= ignore_below)
-    records = make_footprints(splat_W.select(seen), sensor).records
+    records, _ = footprint_records(splat_W.select(seen), sensor)
     shape = (N_VIEWS, sensor.resolution, sensor.resolution)
     depth, alpha = np.full(shape, np.inf), np.zeros(shape)
     for view in range(N_VIEWS):
@@ -124,10 +123,9 @@ def render(
 def _fragments(records, rules, p_WV, R_WV):
     """All fragments of a view: pixel, depth z and alpha, in any order."""
     pixels, depths, alphas = [0], [0.0], [0.0]
-    s = np.empty(PROJECTION_SIZE)
     resolution = rules.resolution
     for k in range(len(records)):
-        project(records, k, rules, p_WV, R_WV, s)
+        s = project(records, k, rules, p_WV, R_WV)
         radius = records[k, 14]
         if rules.low_pass_filter:
             distance = np.sqrt(s[12] ** 2 + s[13] ** 2 + s[14] ** 2)
@@ -136,9 +134,9 @@ def _fragments(records, rules, p_WV, R_WV):
         first_column, last_column = pixel_span(low, high, resolution)
         low, high = _ball_span(s[13], s[14], radius)
         first_row, last_row = pixel_span(low, high, resolution)
-        for row in range(first_row, last_row + 1):
+        for row in range(int(first_row), int(last_row) + 1):
             y = (row + 0.5) * 2 / resolution - 1
-            for column in range(first_column, last_column + 1):
+            for column in range(int(first_column), int(last_column) + 1):
                 x = (column + 0.5) * 2 / resolution - 1
                 z, weight = fragment(s, rules, x, y)
                 alpha = fragment_alpha(z, weight, records[k, 12], rules)

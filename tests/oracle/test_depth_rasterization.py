@@ -333,6 +333,22 @@ def test_equals_the_reference(
     )
 
 
+@pytest.mark.parametrize("n_scales", [2, 3])
+@pytest.mark.parametrize("most_uncertain", [None, 0.1])
+def test_equals_the_reference_among_many_splats(n_scales, most_uncertain):
+    # Many enough for a deep hierarchy, and for splats to wait for others;
+    # small enough for views to see past them.
+    rng = np.random.default_rng(n_scales)
+    splat = _random_splat(rng, 1500, n_scales)
+    splat = dc.replace(splat, scales=0.2 * splat.scales)
+    if most_uncertain is not None:
+        splat = splat.with_uncertainty(rng.uniform(0, most_uncertain, 1500))
+    spheres, sensor = _random_spheres(rng, 2), DepthSensor(resolution=19)
+    answer = DepthRasterizationField(splat, sensor).clearances(spheres)
+    assert len(answer) > 6
+    _assert_same(splat, spheres, sensor, answer)
+
+
 @pytest.mark.parametrize("low_pass_filter", [False, True])
 @pytest.mark.parametrize("name", ["table_0001", "table_0001_noise"])
 def test_equals_the_reference_on_trained_splats(

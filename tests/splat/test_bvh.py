@@ -15,7 +15,6 @@ from remosplat_drake.splat.bvh import (
     BoundingVolumeHierarchy,
     are_sound,
     build_hierarchy,
-    leaf_margins,
     leaf_range,
 )
 
@@ -157,26 +156,6 @@ def test_a_hierarchy_that_is_too_deep_is_found():
     assert not are_sound(nodes, np.arange(n), n)
     links[-2, 15] = -1 - (16 * (n - 2) + 2)
     assert are_sound(nodes[:-1], np.arange(n), n)
-
-
-@pytest.mark.parametrize("n", [0, 1, 4, 5, 300])
-def test_knows_the_largest_value_below_every_child(n):
-    rng = np.random.default_rng(n)
-    center, values = rng.normal(size=(n, 3)), rng.exponential(size=n)
-    tree = build_hierarchy(center, center, center[:, 2])
-    sorted_values, largest = leaf_margins(tree, values)
-    np.testing.assert_array_equal(sorted_values, values[tree.order])
-
-    def below(link: int) -> float:
-        if link < 0:
-            first, end = leaf_range(link)
-            return sorted_values[first:end].max(initial=0.0)
-        children = [below(child) for child in tree.links[link, 14:]]
-        np.testing.assert_array_equal(largest[link], children)
-        return max(children)
-
-    assert below(0) == values.max(initial=0.0)
-    assert [len(array) for array in leaf_margins(tree, None)] == [0, 0]
 
 
 def test_is_shared_and_read_only():

@@ -1,6 +1,7 @@
 """`DepthViews`: the six depth views of one sphere, for kernels (numba).
 
-Sets of views are written as bits: bit v is view v. In the sensor's frame D each
+Sets of views are written as bits, bit v being view v; in lanes, as the whole
+numbers with these bits. In the sensor's frame D each
 view sees what is farther along its axis than along both others.
 """
 
@@ -8,20 +9,33 @@ from typing import NamedTuple
 
 import numpy as np
 
+from remosplat_drake.base.lanes import (
+    WIDTH,
+    first_lanes,
+    greatest,
+    in_all,
+    lanes_from,
+    least,
+    magnitude,
+    places_of,
+    root,
+    where,
+)
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV
 from remosplat_drake.oracle.kernels.footprints import (
-    child_margin,
+    child_margins,
     inlined,
     lean,
 )
+from remosplat_drake.oracle.kernels.wide_tree import ROWS
+from remosplat_drake.splat.bvh import leaf_range
 
 ALL_VIEWS = 2**N_VIEWS - 1
 """The set of all views."""
 
 # The views along and against each axis of D.
 _ALONG_X, _ALONG_Y, _ALONG_Z, _AGAINST_X, _AGAINST_Y, _AGAINST_Z = (
-    1 << int(np.argmax(R_DV[:, :, 2] @ axis))
-    for axis in [*np.eye(3), *-np.eye(3)]
+    int(np.argmax(R_DV[:, :, 2] @ axis)) for axis in [*np.eye(3), *-np.eye(3)]
 )
 
 _ROOT_2 = np.sqrt(2.0)
@@ -67,58 +81,114 @@ def place_views(views, p_WS, R_WD, ignore_below):
 
 
 @inlined
-def views_of_ball(views, x, y, z, radius):
-    """Returns the views that meet a ball at p_WS + (x, y, z)."""
-    R_WD = views.R_WD
-    x, y, z = (
-        R_WD[0, 0] * x + R_WD[1, 0] * y + R_WD[2, 0] * z,
-        R_WD[0, 1] * x + R_WD[1, 1] * y + R_WD[2, 1] * z,
-        R_WD[0, 2] * x + R_WD[1, 2] * y + R_WD[2, 2] * z,
+def views_of_boxes(splats, node, views, seen, limit, spread):
+    """Bounds the ranges in a node's children, and finds the views of each.
+
+    Args:
+        splats: The `Footprints`.
+        node: Number of the node.
+        views: The views.
+        seen: Set of the views that need the node.
+        limit: Range from which on each view needs nothing, shape (6,) [m].
+        spread: Reach of the low-pass filter, see `Rules`.
+
+    Returns:
+        Lower bounds of the ranges in the children [m], and for each the set of
+        the views that need it, both in lanes.
+    """
+    at, p = ROWS * WIDTH * node, views.p_WS
+    x, hx = _middle(splats.wide, at, p[0])
+    y, hy = _middle(splats.wide, at + WIDTH, p[1])
+    z, hz = _middle(splats.wide, at + 2 * WIDTH, p[2])
+    dx = greatest(magnitude(x) - hx, 0.0)
+    dy = greatest(magnitude(y) - hy, 0.0)
+    dz = greatest(magnitude(z) - hz, 0.0)
+    nearest = root(dx * dx + dy * dy + dz * dz) * max(1 - spread, 0.0)
+    nearest = nearest - child_margins(splats, node)
+    slack = in_all(0.0)
+    if spread > 0:
+        dx, dy, dz = magnitude(x) + hx, magnitude(y) + hy, magnitude(z) + hz
+        slack = spread * root(dx * dx + dy * dy + dz * dz)
+    R = views.R_WD
+    hx, hy, hz = (
+        abs(R[0, 0]) * hx + abs(R[1, 0]) * hy + abs(R[2, 0]) * hz + slack,
+        abs(R[0, 1]) * hx + abs(R[1, 1]) * hy + abs(R[2, 1]) * hz + slack,
+        abs(R[0, 2]) * hx + abs(R[1, 2]) * hy + abs(R[2, 2]) * hz + slack,
     )
-    # Views are parted by planes at 45 degrees.
-    reach = _ROOT_2 * radius
-    return _views_beyond_sides(
-        x, y, z, reach, reach, reach, abs(x), abs(y), abs(z)
+    x, y, z = _in_sensor(R, x, y, z)
+    ahead = magnitude(x) - hx, magnitude(y) - hy, magnitude(z) - hz
+    # Children that there are not have no height.
+    height = lanes_from(splats.wide, at + 6 * WIDTH)
+    nearest = where(height >= views.ignore_below[0], nearest, np.inf)
+    return nearest, _views_beyond_sides(
+        (x, y, z), (hx, hy, hz), ahead, nearest, seen, limit
     )
 
 
 @inlined
-def _views_of_block(views, x, y, z, hx, hy, hz, slack):
-    """Returns the views that meet a box at p_WS + (x, y, z), along W.
+def _middle(wide, at, p):
+    """Centres and half lengths of children's intervals, as seen from p."""
+    low = lanes_from(wide, at) - p
+    high = lanes_from(wide, at + 3 * WIDTH) - p
+    return 0.5 * (low + high), 0.5 * (high - low)
 
-    (hx, hy, hz) are half its edges; it is enlarged by `slack` all around.
+
+@inlined
+def views_of_balls(views, center, radius, nearest, seen, limit):
+    """Returns the sets of views that meet balls, in lanes.
+
+    Args:
+        views: The views.
+        center: Their centres, from the camera's in W, as a tuple of lanes [m].
+        radius: Their radii [m].
+        nearest: Lower bounds of the ranges in them [m].
+        seen: Set of the views that are asked for.
+        limit: Range from which on each view needs nothing, shape (6,) [m].
     """
-    R = views.R_WD
-    hx, hy, hz, x, y, z = (
-        abs(R[0, 0]) * hx + abs(R[1, 0]) * hy + abs(R[2, 0]) * hz + slack,
-        abs(R[0, 1]) * hx + abs(R[1, 1]) * hy + abs(R[2, 1]) * hz + slack,
-        abs(R[0, 2]) * hx + abs(R[1, 2]) * hy + abs(R[2, 2]) * hz + slack,
+    center = _in_sensor(views.R_WD, center[0], center[1], center[2])
+    # Views are parted by planes at 45 degrees.
+    reach = _ROOT_2 * radius
+    ahead = magnitude(center[0]), magnitude(center[1]), magnitude(center[2])
+    return _views_beyond_sides(
+        center, (reach, reach, reach), ahead, nearest, seen, limit
+    )
+
+
+@inlined
+def _in_sensor(R, x, y, z):
+    """Turns a vector from W into the sensor."""
+    return (
         R[0, 0] * x + R[1, 0] * y + R[2, 0] * z,
         R[0, 1] * x + R[1, 1] * y + R[2, 1] * z,
         R[0, 2] * x + R[1, 2] * y + R[2, 2] * z,
     )
-    return _views_beyond_sides(
-        x, y, z, hx, hy, hz, abs(x) - hx, abs(y) - hy, abs(z) - hz
+
+
+@inlined
+def _views_beyond_sides(p, half, ahead, nearest, seen, limit):
+    """Returns the views of what reaches farther ahead than to the sides.
+
+    It reaches by `half` beyond p, in D; `ahead` is how far it is at least from
+    the planes across the axes. Sets of views are numbers like all lanes.
+    """
+    beside_x = greatest(greatest(ahead[1], ahead[2]), 0.0)
+    beside_y = greatest(greatest(ahead[2], ahead[0]), 0.0)
+    beside_z = greatest(greatest(ahead[0], ahead[1]), 0.0)
+    return (
+        _if_seen(_ALONG_X, half[0] + p[0] >= beside_x, nearest, seen, limit)
+        + _if_seen(_ALONG_Y, half[1] + p[1] >= beside_y, nearest, seen, limit)
+        + _if_seen(_ALONG_Z, half[2] + p[2] >= beside_z, nearest, seen, limit)
+        + _if_seen(_AGAINST_X, half[0] - p[0] >= beside_x, nearest, seen, limit)
+        + _if_seen(_AGAINST_Y, half[1] - p[1] >= beside_y, nearest, seen, limit)
+        + _if_seen(_AGAINST_Z, half[2] - p[2] >= beside_z, nearest, seen, limit)
     )
 
 
 @inlined
-def _views_beyond_sides(x, y, z, hx, hy, hz, ax, ay, az):
-    """Returns the views of what reaches farther ahead than to the sides.
-
-    It reaches by (hx, hy, hz) beyond (x, y, z), in D; (ax, ay, az) is how far
-    it is at least from the planes across the axes.
-    """
-    beside_x = max(ay, az, 0.0)
-    beside_y = max(az, ax, 0.0)
-    beside_z = max(ax, ay, 0.0)
-    seen = _ALONG_X if hx + x >= beside_x else 0
-    seen |= _AGAINST_X if hx - x >= beside_x else 0
-    seen |= _ALONG_Y if hy + y >= beside_y else 0
-    seen |= _AGAINST_Y if hy - y >= beside_y else 0
-    seen |= _ALONG_Z if hz + z >= beside_z else 0
-    seen |= _AGAINST_Z if hz - z >= beside_z else 0
-    return seen
+def _if_seen(view, reaches_in, nearest, seen, limit):
+    """The set of a view, where it is asked for and looks far enough."""
+    reach = limit[view] if (seen >> view) & 1 else -np.inf
+    return where(reaches_in & (nearest < reach), float(1 << view), 0.0)
 
 
 @inlined
@@ -131,77 +201,80 @@ def views_beyond(limit, distance, seen):
 
 
 @inlined
-def views_of_box(splats, link, side, views, seen, limit, spread):
-    """Bounds the ranges in a child's box, and finds the views that need it.
+def children_on_ray(splats, node, views, ray_W, rules):
+    """Returns the children that a ray meets between `near` and `far`, as bits.
 
-    Args:
-        splats: The `Footprints`.
-        link: Index of a node.
-        side: Side of the child, 0 (left) or 1 (right).
-        views: The views.
-        seen: Set of the views that need the node.
-        limit: Range from which on each view needs nothing, shape (6,) [m].
-        spread: Reach of the low-pass filter, see `Rules`.
-
-    Returns:
-        A lower bound of the ranges [m], and the set of views.
+    Boxes are enlarged by the spread of the low-pass filter, and may lie as far
+    behind `far` as their splats are uncertain.
     """
-    nodes = splats.nodes
-    if nodes[link, 12 + side] < views.ignore_below[0]:
-        return np.inf, 0
-    at = 6 * side
-    p = views.p_WS
-    x, hx = _middle(nodes[link, at] - p[0], nodes[link, at + 3] - p[0])
-    y, hy = _middle(nodes[link, at + 1] - p[1], nodes[link, at + 4] - p[1])
-    z, hz = _middle(nodes[link, at + 2] - p[2], nodes[link, at + 5] - p[2])
-    dx = max(abs(x) - hx, 0.0)
-    dy = max(abs(y) - hy, 0.0)
-    dz = max(abs(z) - hz, 0.0)
-    nearest = np.sqrt(dx * dx + dy * dy + dz * dz) * max(1 - spread, 0.0)
-    nearest -= child_margin(splats, link, side)
-    seen = views_beyond(limit, nearest, seen)
-    if seen == 0:
-        return nearest, seen
-    slack = 0.0
-    if spread > 0:
-        dx, dy, dz = abs(x) + hx, abs(y) + hy, abs(z) + hz
-        slack = spread * np.sqrt(dx * dx + dy * dy + dz * dz)
-    return nearest, seen & _views_of_block(views, x, y, z, hx, hy, hz, slack)
+    at = ROWS * WIDTH * node
+    slack = in_all(0.0)
+    if rules.spread > 0:
+        square = in_all(0.0)
+        for i in range(3):
+            low, high = _interval(splats.wide, at, i, views)
+            most = greatest(-low, high)
+            square = square + most * most
+        slack = rules.spread * root(square)
+    enter = in_all(rules.near)
+    leave = rules.far + child_margins(splats, node)
+    for i in range(3):
+        low, high = _interval(splats.wide, at, i, views)
+        low, high = low - slack, high + slack
+        if ray_W[i] == 0:
+            leave = where((low > 0.0) | (high < 0.0), -np.inf, leave)
+            continue
+        a, b = low / ray_W[i], high / ray_W[i]
+        enter = greatest(enter, least(a, b))
+        leave = least(leave, greatest(a, b))
+    height = lanes_from(splats.wide, at + 6 * WIDTH)
+    return places_of((enter <= leave) & (height >= views.ignore_below[0]))
 
 
 @inlined
-def _middle(low, high):
-    """Centre and half length of an interval."""
-    return 0.5 * (low + high), 0.5 * (high - low)
+def _interval(wide, at, axis, views):
+    """Children's lower and upper corners along an axis, from the camera."""
+    at += axis * WIDTH
+    p = views.p_WS[axis]
+    return lanes_from(wide, at) - p, lanes_from(wide, at + 3 * WIDTH) - p
 
 
-@lean
-def ray_meets_box(splats, link, side, views, ray_W, rules):
-    """Returns whether a ray meets a child's box between `near` and `far`.
+@inlined
+def centers_in_leaf(splats, leaf, views):
+    """Returns where the splats of a leaf are, and which are seen at all.
 
-    The box is enlarged by the spread of the low-pass filter, and may lie as
-    far behind `far` as its splats are uncertain.
+    Args:
+        splats: The `Footprints`.
+        leaf: Link of the leaf.
+        views: The views.
+
+    Returns:
+        Their centres from the camera's in W, as a tuple of lanes [m], and a
+        mask.
     """
-    if splats.nodes[link, 12 + side] < views.ignore_below[0]:
-        return False
-    column = 6 * side
-    slack = 0.0
+    first, end = leaf_range(leaf)
+    p, row = views.p_WS, splats.bounds.shape[1]
+    height = lanes_from(splats.bounds, first + 2 * row)
+    center = (
+        lanes_from(splats.bounds, first) - p[0],
+        lanes_from(splats.bounds, first + row) - p[1],
+        height - p[2],
+    )
+    is_there = first_lanes(end - first, height)
+    return center, is_there & (height >= views.ignore_below[0])
+
+
+@inlined
+def splats_on_ray(splats, leaf, views, ray_W, rules):
+    """Returns the splats of a leaf that a ray may meet, as bits."""
+    first, _ = leaf_range(leaf)
+    (x, y, z), is_seen = centers_in_leaf(splats, leaf, views)
+    radius = lanes_from(splats.bounds, first + 6 * splats.bounds.shape[1])
+    square = x * x + y * y + z * z
     if rules.spread > 0:
-        square = 0.0
-        for i in range(3):
-            low = splats.nodes[link, column + i] - views.p_WS[i]
-            high = splats.nodes[link, column + 3 + i] - views.p_WS[i]
-            square += max(-low, high) ** 2
-        slack = rules.spread * np.sqrt(square)
-    enter = rules.near
-    leave = rules.far + child_margin(splats, link, side)
-    for i in range(3):
-        low = splats.nodes[link, column + i] - views.p_WS[i] - slack
-        high = splats.nodes[link, column + 3 + i] - views.p_WS[i] + slack
-        if ray_W[i] == 0:
-            if low > 0 or high < 0:
-                return False
-            continue
-        a, b = low / ray_W[i], high / ray_W[i]
-        enter, leave = max(enter, min(a, b)), min(leave, max(a, b))
-    return enter <= leave
+        radius = greatest(radius, rules.spread * root(square))
+    along = x * ray_W[0] + y * ray_W[1] + z * ray_W[2]
+    along = along * along / (ray_W[0] ** 2 + ray_W[1] ** 2 + ray_W[2] ** 2)
+    # Rounding takes less than this from the distance to the ray.
+    slack = 1e-9 * square
+    return places_of(is_seen & (square - along <= radius * radius + slack))

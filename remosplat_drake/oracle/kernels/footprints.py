@@ -11,25 +11,41 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
+from remosplat_drake.base.lanes import (
+    WIDTH,
+    exponential,
+    greatest,
+    in_all,
+    lanes_from,
+    least,
+    root,
+    round_down,
+    round_up,
+    where,
+)
 from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
-from remosplat_drake.splat.bvh import build_hierarchy, leaf_margins
+from remosplat_drake.oracle.kernels.wide_tree import largest_below, widen
+from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 kernel = njit(cache=True, nogil=True, error_model="numpy")
-"""Numba decorator of the kernels of depth views: cached, without the GIL."""
+"""Numba decorator of the kernels of depth views: cached, without the GIL.
 
-lean = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
-"""Numba decorator of functions that make no arrays: no reference counts.
-
-Counting takes a tenth of a query's time.
+What they divide by zero is infinite.
 """
 
-inlined = njit(inline="always", error_model="numpy")
-"""Numba decorator of functions whose arguments cost more than their work."""
+lean = register_jitable(no_cfunc_wrapper=True, error_model="numpy", _nrt=False)
+"""Numba decorator of what kernels call and makes no arrays.
 
-PROJECTION_SIZE = 27
-"""Length of the array that holds a projected splat, see `project`."""
+Counting references to arrays takes a tenth of a query's time.
+"""
+
+inlined = register_jitable(
+    no_cfunc_wrapper=True, error_model="numpy", _nrt=False, forceinline=True
+)
+"""The same for functions whose arguments cost more than their work."""
 
 # Pixels at an outline are tested one by one; this widens the spans by far
 # more than rounding can move them [px].
@@ -41,24 +57,26 @@ class Footprints(NamedTuple):
 
     Attributes:
         nodes: Nodes of the `BoundingVolumeHierarchy`.
-        links: Links of the `BoundingVolumeHierarchy`.
+        wide: Boxes of the wide hierarchy, see `widen`.
+        children: The numbers of its children.
+        margins: Largest uncertainty below each child, shape (k, 8) [m]; empty
+            where none is subtracted.
         records: The splats in leaf order, shape (m, 16), two cache lines
             each. Columns 0 to 2 hold the centre in W [m]; 3 to 11 the rows
             that map W to the splat's axes in standard deviations (a disc's
             third row is its unit normal); 12 the opacity, 13 the largest
             squared Mahalanobis distance that is seen, 14 the radius of the
-            ball around everything that is seen [m], 15 the splat's index.
-        uncertainty: Uncertainty of each splat in leaf order, shape (m,) [m];
-            empty where none is subtracted.
-        largest: Largest uncertainty below each node's children, shape (k, 2)
-            [m]; empty where none is subtracted.
+            ball around everything that is seen [m], 15 the uncertainty [m].
+        bounds: What is asked of each splat first, shape (8, m + 7), with room
+            behind for lanes: its columns 0 to 2, 9 to 11, 14 and 15.
     """
 
     nodes: np.ndarray
-    links: np.ndarray
+    wide: np.ndarray
+    children: np.ndarray
+    margins: np.ndarray
     records: np.ndarray
-    uncertainty: np.ndarray
-    largest: np.ndarray
+    bounds: np.ndarray
 
 
 class Rules(NamedTuple):
@@ -76,6 +94,8 @@ class Rules(NamedTuple):
         low_pass_filter: Whether the screen-space filter of 2DGS is used.
         spread: Reach of the filter's footprint as a fraction of the centre's
             distance.
+        nearest_only: Whether views other than a sphere's nearest may be left
+            without an answer.
     """
 
     resolution: int
@@ -87,11 +107,13 @@ class Rules(NamedTuple):
     min_alpha: float
     is_surfel: bool
     low_pass_filter: bool
-    # Reach of the filter's footprint, as a part of the centre's distance.
     spread: float
+    nearest_only: bool
 
 
-def make_rules(sensor: DepthSensor, is_surfel: bool) -> Rules:
+def make_rules(
+    sensor: DepthSensor, is_surfel: bool, *, nearest_only: bool = False
+) -> Rules:
     """Makes the rules by which a sensor sees discs or ellipsoids."""
     dot = 2 * sensor.n_sigma / np.sqrt(FILTER_SCALE) / sensor.resolution
     return Rules(
@@ -105,6 +127,7 @@ def make_rules(sensor: DepthSensor, is_surfel: bool) -> Rules:
         is_surfel,
         sensor.low_pass_filter,
         float(dot) if sensor.low_pass_filter else 0.0,
+        nearest_only,
     )
 
 
@@ -113,15 +136,28 @@ def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
     records, half = footprint_records(splat_W, sensor)
     center = records[:, :3]
     hierarchy = build_hierarchy(center - half, center + half, center[:, 2])
-    values = splat_W.uncertainty
-    if values is not None:
-        values = values[records[:, 15].astype(np.int64)]
-    return Footprints(
-        hierarchy.nodes,
-        hierarchy.links,
-        records[hierarchy.order],
-        *leaf_margins(hierarchy, values),
-    )
+    index = records[:, 15].astype(np.int64)
+    records[:, 15] = 0.0
+    if splat_W.uncertainty is not None:
+        records[:, 15] = splat_W.uncertainty[index]
+    return footprints_of(hierarchy.nodes, records[hierarchy.order])
+
+
+def footprints_of(nodes: np.ndarray, records: np.ndarray) -> Footprints:
+    """Makes footprints of what takes long to compute, see `Footprints`.
+
+    Args:
+        nodes: The nodes.
+        records: The records.
+    """
+    wide, children = widen(nodes, nodes.view(np.int32), WIDTH)
+    bounds = np.zeros((8, len(records) + WIDTH - 1))
+    columns = [0, 1, 2, 9, 10, 11, 14, 15]
+    bounds[:, : len(records)] = records[:, columns].T
+    margins = np.zeros((0, WIDTH))
+    if bounds[7].any():
+        margins = largest_below(children, bounds[7])
+    return Footprints(nodes, wide, children, margins, records, bounds)
 
 
 def footprint_records(
@@ -131,8 +167,9 @@ def footprint_records(
 
     Returns:
         The records of all m splats that can be seen at all, as in
-        `Footprints`, shape (m, 16), in the order of the splats, and half edges
-        of the boxes around what is seen of each, shape (m, 3) [m].
+        `Footprints` but with the splat's index in column 15, shape (m, 16), in
+        the order of the splats, and half edges of the boxes around what is
+        seen of each, shape (m, 3) [m].
     """
     opacity = splat_W.opacities.astype(float)
     with np.errstate(divide="ignore"):
@@ -160,87 +197,127 @@ def footprint_records(
 
 
 @inlined
-def splat_margin(splats, k):
-    """Returns a splat's uncertainty, 0 where none is subtracted [m]."""
-    return splats.uncertainty[k] if len(splats.uncertainty) else 0.0
+def nearest_range(rules, center, normal, radius):
+    """Bounds from below the ranges at which a camera sees splats [m].
 
-
-@inlined
-def child_margin(splats, link, side):
-    """Returns the largest uncertainty below a node's child [m]."""
-    return splats.largest[link, side] if len(splats.largest) else 0.0
-
-
-@inlined
-def nearest_range(records, k, rules, x, y, z):
-    """Bounds from below the ranges at which a camera sees splat k [m].
-
-    (x, y, z) is the vector from the camera to the centre, in W [m].
+    Args:
+        rules: The sensor's.
+        center: Centre of each splat, from the camera's in W, as a tuple of
+            lanes [m].
+        normal: Normal of each disc in W, as a tuple of lanes.
+        radius: Radius of the ball around everything that is seen of it [m].
     """
+    x, y, z = center
     square = x * x + y * y + z * z
-    distance = np.sqrt(square)
-    radius = records[k, 14]
+    distance = root(square)
+    bound = distance - radius
     if rules.is_surfel:
-        height = records[k, 9] * x + records[k, 10] * y + records[k, 11] * z
-        along = np.sqrt(max(square - height * height, 0.0))
-        along = max(along - radius, 0.0)
-        bound = np.sqrt(height * height + along * along)
-    else:
-        bound = distance - radius
+        height = normal[0] * x + normal[1] * y + normal[2] * z
+        along = root(greatest(square - height * height, 0.0))
+        along = greatest(along - radius, 0.0)
+        bound = root(height * height + along * along)
     if rules.low_pass_filter:
-        bound = min(bound, distance * (1 - rules.spread))
+        bound = least(bound, distance * (1 - rules.spread))
     return bound
 
 
-@lean
-def project(records, k, rules, p_WV, R_WV, s):
-    """Writes splat k in the ray coordinates of a view into s.
+@inlined
+def child_margins(splats, node):
+    """Returns the largest uncertainty below each child, in lanes [m]."""
+    margins = in_all(0.0)
+    if len(splats.margins):
+        margins = lanes_from(splats.margins, WIDTH * node)
+    return margins
 
-    s[0:9] are the forms A, B, C and, for a disc, s[9] its height. For an
-    ellipsoid the forms whiten the ray, and s[9:12] is its whitened centre.
-    s[12:15] is the centre in V; the rest is left to the outlines.
+
+@inlined
+def whiten(p, axes, R_WV):
+    """Writes a splat in a view's axes.
+
+    It is a splat in numbers, or eight in lanes.
+
+    Args:
+        p: The centre, from the camera's in W, as a tuple [m].
+        axes: Rows that map W to the splat's axes in standard deviations (a
+            disc's third row is its unit normal), one after the other.
+        R_WV: Orientation of the view.
+
+    Returns:
+        Fifteen values: rows that map V to the splat's axes, the centre mapped
+        by them, and the centre in V [m].
     """
-    whiten(records, k, p_WV, R_WV, s)
-    if rules.is_surfel:
-        meet_plane(s)
+    x, y, z = p
+    center = (
+        axes[0] * x + axes[1] * y + axes[2] * z,
+        axes[3] * x + axes[4] * y + axes[5] * z,
+        axes[6] * x + axes[7] * y + axes[8] * z,
+    )
+    return (
+        _in_view(R_WV, axes[0], axes[1], axes[2])
+        + _in_view(R_WV, axes[3], axes[4], axes[5])
+        + _in_view(R_WV, axes[6], axes[7], axes[8])
+        + center
+        + _in_view(R_WV, x, y, z)
+    )
 
 
-@lean
-def whiten(records, k, p_WV, R_WV, s):
-    """Writes splat k in a view's axes into s.
-
-    s[0:9] are the rows that map V to the splat's axes in standard deviations
-    (a disc's third row is its unit normal), s[9:12] is the centre mapped by
-    them, s[12:15] the centre in V [m].
-    """
-    x = records[k, 0] - p_WV[0]
-    y = records[k, 1] - p_WV[1]
-    z = records[k, 2] - p_WV[2]
-    for i in range(3):
-        a, b, c = (
-            records[k, 3 + 3 * i],
-            records[k, 4 + 3 * i],
-            records[k, 5 + 3 * i],
-        )
-        for j in range(3):
-            s[3 * i + j] = a * R_WV[0, j] + b * R_WV[1, j] + c * R_WV[2, j]
-        s[9 + i] = a * x + b * y + c * z
-        s[12 + i] = R_WV[0, i] * x + R_WV[1, i] * y + R_WV[2, i] * z
+@inlined
+def _in_view(R, a, b, c):
+    return (
+        a * R[0, 0] + b * R[1, 0] + c * R[2, 0],
+        a * R[0, 1] + b * R[1, 1] + c * R[2, 1],
+        a * R[0, 2] + b * R[1, 2] + c * R[2, 2],
+    )
 
 
-@lean
+@inlined
 def meet_plane(s):
-    """Turns a whitened disc into the forms of where a ray meets its plane."""
+    """Turns a whitened disc into the forms of where a ray meets its plane.
+
+    Args:
+        s: See `whiten`.
+
+    Returns:
+        The forms A, B, C, the height, which takes the place of the first
+        coordinate of the mapped centre, and the rest as it was.
+    """
     u, v, height = s[9], s[10], s[11]
-    for j in range(3):
-        s[j] = height * s[j] - u * s[6 + j]
-        s[3 + j] = height * s[3 + j] - v * s[6 + j]
-    s[9] = height
+    forms = (
+        height * s[0] - u * s[6],
+        height * s[1] - u * s[7],
+        height * s[2] - u * s[8],
+        height * s[3] - v * s[6],
+        height * s[4] - v * s[7],
+        height * s[5] - v * s[8],
+    )
+    return forms + s[6:9] + (height,) + s[10:]
 
 
-@lean
+@inlined
+def project(records, k, rules, p_WV, R_WV):
+    """Writes splat k in the ray coordinates of a view.
+
+    Returns:
+        Fifteen numbers: for a disc what `meet_plane` returns; for an ellipsoid
+        what `whiten` does, rows that whiten the ray and the whitened centre.
+    """
+    p = (
+        records[k, 0] - p_WV[0],
+        records[k, 1] - p_WV[1],
+        records[k, 2] - p_WV[2],
+    )
+    r = records[k]
+    axes = r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11]
+    s = whiten(p, axes, R_WV)
+    return meet_plane(s) if rules.is_surfel else s
+
+
+@inlined
 def fragment(s, rules, x, y):
-    """Returns depth and weight of the projected splat s on a ray (x, y, 1)."""
+    """Returns depth and weight of the projected splat s on a ray (x, y, 1).
+
+    Either the splat or the ray may be several in lanes.
+    """
     a = s[0] * x + s[1] * y + s[2]
     b = s[3] * x + s[4] * y + s[5]
     c = s[6] * x + s[7] * y + s[8]
@@ -256,29 +333,43 @@ def fragment(s, rules, x, y):
         dx, dy = x - s[12] / s[14], y - s[13] / s[14]
         scale = FILTER_SCALE * (rules.resolution * rules.resolution / 4)
         filtered = scale * (dx * dx + dy * dy)
-        if not weight <= filtered:
-            return s[14], filtered
+        keeps = weight <= filtered
+        z, weight = where(keeps, z, s[14]), where(keeps, weight, filtered)
     return z, weight
 
 
-@lean
+@inlined
 def fragment_alpha(z, weight, opacity, rules, shift=0.0):
     """Returns the alpha of a fragment, 0 where it is not seen.
 
     `shift` is how much nearer than z uncertainty puts it [m].
     """
-    if not (weight <= rules.n_sigma_squared):
+    if not is_within(z, weight, rules, shift):
         return 0.0
-    if not (rules.near <= z and z - shift <= rules.far):
-        return 0.0
-    alpha = opacity * np.exp(-0.5 * weight)
+    alpha = opacity * exponential(-0.5 * weight)
     return alpha if alpha >= rules.min_alpha else 0.0
 
 
-@lean
+@inlined
+def is_within(z, weight, rules, shift):
+    """Returns whether a fragment is in its splat, and between the planes.
+
+    Arguments are those of `fragment_alpha`, or several in lanes.
+    """
+    return (
+        (weight <= rules.n_sigma_squared)
+        & (z >= rules.near)
+        & (z - shift <= rules.far)
+    )
+
+
+@inlined
 def pixel_span(low, high, resolution):
-    """Returns the first and last pixel with centres in [low, high] of a row."""
+    """Returns the first and last pixel with centres in [low, high] of a row.
+
+    Either is a whole number written as a float, or several in lanes.
+    """
     half = resolution / 2
-    first = np.ceil((max(low, -1.0) + 1) * half - 0.5 - _MARGIN)
-    last = np.floor((min(high, 1.0) + 1) * half - 0.5 + _MARGIN)
-    return max(int(first), 0), min(int(last), resolution - 1)
+    first = round_up((greatest(low, -1.0) + 1) * half - 0.5 - _MARGIN)
+    last = round_down((least(high, 1.0) + 1) * half - 0.5 + _MARGIN)
+    return greatest(first, 0.0), least(last, resolution - 1.0)

@@ -1,36 +1,93 @@
-"""A priority queue (binary heap) of tree nodes in two arrays (numba)."""
+"""A queue of tree nodes that come roughly by their keys (numba).
+
+Keys are sorted into buckets of equal width. Of one bucket the node that came
+last comes first, so that what is looked at together is near in memory.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
 
 from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.lanes import greatest, least
+
+BUCKETS = 64
+"""Number of buckets. With few, nodes come too far out of order; with many,
+empty ones cost more than nodes that come in vain."""
+
+_SIZE, _BUCKET = range(2)
+
+
+class NodeQueue(NamedTuple):
+    """Nodes that wait, with room for all that ever come.
+
+    Attributes:
+        keys: Key of each node.
+        items: Number of each node, and whatever goes with it.
+        links: Place of the next node in the same bucket, -1 at the end.
+        first: Place of the first node of each bucket, -1 without one.
+        scale: Buckets per unit of the key, shape (1,).
+        count: Number of nodes that have come, and the first bucket that may
+            not be empty.
+    """
+
+    keys: np.ndarray
+    items: np.ndarray
+    links: np.ndarray
+    first: np.ndarray
+    scale: np.ndarray
+    count: np.ndarray
+
+
+def new_queue(room: int) -> NodeQueue:
+    """Makes a queue with room for a number of nodes."""
+    return NodeQueue(
+        keys=np.empty(room),
+        items=np.empty(room, np.int64),
+        links=np.empty(room, np.int32),
+        first=np.empty(BUCKETS, np.int32),
+        scale=np.empty(1),
+        count=np.zeros(2, np.int64),
+    )
 
 
 @helper
-def push(keys, items, size, key, item):
-    """Adds an item; returns the new size. The arrays must have room."""
-    place = size
-    while place > 0:
-        parent = (place - 1) // 2
-        if keys[parent] <= key:
-            break
-        keys[place], items[place] = keys[parent], items[parent]
-        place = parent
-    keys[place], items[place] = key, item
-    return size + 1
+def clear(queue, limit):
+    """Empties a queue for keys up to a limit."""
+    queue.first[:] = -1
+    queue.scale[0] = BUCKETS / limit if limit > 0 else 0.0
+    queue.count[_SIZE] = 0
+    queue.count[_BUCKET] = 0
 
 
 @helper
-def pop(keys, items, size):
-    """Removes the item with the least key; returns key, item and new size."""
-    top_key, top_item = keys[0], items[0]
-    size -= 1
-    key, item = keys[size], items[size]
-    place = 0
-    while 2 * place + 1 < size:
-        child = 2 * place + 1
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
-        if keys[child] >= key:
-            break
-        keys[place], items[place] = keys[child], items[child]
-        place = child
-    keys[place], items[place] = key, item
-    return top_key, top_item, size
+def push(queue, key, item) -> bool:
+    """Adds a node; one that is late comes next.
+
+    Returns:
+        Whether there was room for it.
+    """
+    place = queue.count[_SIZE]
+    if place == len(queue.keys):
+        return False
+    bucket = greatest(key * queue.scale[0], queue.count[_BUCKET])
+    bucket = int(least(bucket, BUCKETS - 1))
+    queue.keys[place], queue.items[place] = key, item
+    queue.links[place] = queue.first[bucket]
+    queue.first[bucket] = place
+    queue.count[_SIZE] += 1
+    return True
+
+
+@helper
+def pop(queue) -> int:
+    """Removes a node of the first bucket; returns its place, -1 for none."""
+    bucket = queue.count[_BUCKET]
+    while queue.first[bucket] < 0:
+        bucket += 1
+        if bucket == BUCKETS:
+            return -1
+    queue.count[_BUCKET] = bucket
+    place = queue.first[bucket]
+    queue.first[bucket] = queue.links[place]
+    return place

@@ -1,89 +1,99 @@
 """Outlines of projected splats: where in a view their fragments are (numba).
 
-An outline is a quadratic form of the ray (x, y, 1), <= 0 inside; its rows
-and columns bound the pixels that need to be looked at.
+An outline is a quadratic form of the ray (x, y, 1), <= 0 inside, with entries
+xx, xy, xz, yy, yz, zz; its rows and columns bound the pixels that need to be
+looked at. Splats and rows may be several in lanes.
 """
 
-import numpy as np
-
-from remosplat_drake.oracle.kernels.footprints import inlined, lean
-
-OUTLINE, NEAR = 15, 21
-"""Places of the two outlines in the array of a projected splat."""
-
-
-@lean
-def outline(s, rules, cut):
-    """Writes the outline weight = cut of a projected splat into s[OUTLINE:].
-
-    It is a quadratic form of the ray, <= 0 inside: entries xx, xy, xz, yy,
-    yz, zz.
-    """
-    inside = s[9] * s[9] + s[10] * s[10] + s[11] * s[11] - cut
-    entry = OUTLINE
-    for i in range(3):
-        for j in range(i, 3):
-            ab = s[i] * s[j] + s[3 + i] * s[3 + j]
-            cc = s[6 + i] * s[6 + j]
-            if rules.is_surfel:
-                s[entry] = ab - cut * cc
-            else:
-                along_i = s[9] * s[i] + s[10] * s[3 + i] + s[11] * s[6 + i]
-                along_j = s[9] * s[j] + s[10] * s[3 + j] + s[11] * s[6 + j]
-                s[entry] = inside * (ab + cc) - along_i * along_j
-            entry += 1
-
-
-@lean
-def near_outline(s, reach):
-    """Writes where a disc's plane is nearer than `reach` into s[NEAR:].
-
-    The range of the plane along a ray is height |ray| / C.
-    """
-    entry = NEAR
-    for i in range(3):
-        for j in range(i, 3):
-            s[entry] = -reach * reach * s[6 + i] * s[6 + j]
-            if i == j:
-                s[entry] += s[9] * s[9]
-            entry += 1
-
-
-@lean
-def row_span(s, rules, at):
-    """Returns the first and last image row y that the outline s[at:] meets."""
-    xx, xy, xz = s[at], s[at + 1], s[at + 2]
-    yy, yz, zz = s[at + 3], s[at + 4], s[at + 5]
-    if xx > 0:
-        # Where the row's columns have a discriminant >= 0.
-        return _quadratic_span(
-            xx * yy - xy * xy,
-            xx * yz - xy * xz,
-            xx * zz - xz * xz,
-            s[9] * (s[7] * xx - s[6] * xy) if rules.is_surfel else 0.0,
-        )
-    if rules.is_surfel:
-        # A branch of a hyperbola that opens along x: it is convex, and
-        # widest where it leaves the image.
-        x = 1.0 if s[9] * s[6] > 0 else -1.0
-        return _quadratic_span(
-            yy, xy * x + yz, xx + 2 * xz * x + zz, s[9] * s[7]
-        )
-    return -1.0, 1.0
+from remosplat_drake.base.lanes import greatest, magnitude, root, where
+from remosplat_drake.oracle.kernels.footprints import inlined
 
 
 @inlined
-def column_span(s, rules, at, y):
-    """Returns the columns x of row y inside an outline; empty if low > high."""
-    return _quadratic_span(
-        s[at],
-        s[at + 1] * y + s[at + 2],
-        (s[at + 3] * y + 2 * s[at + 4]) * y + s[at + 5],
-        s[9] * s[6] if rules.is_surfel else 0.0,
+def outline(s, rules, cut):
+    """Returns the outline weight = cut of a projected splat."""
+    if rules.is_surfel:
+        return (
+            s[0] * s[0] + s[3] * s[3] - cut * (s[6] * s[6]),
+            s[0] * s[1] + s[3] * s[4] - cut * (s[6] * s[7]),
+            s[0] * s[2] + s[3] * s[5] - cut * (s[6] * s[8]),
+            s[1] * s[1] + s[4] * s[4] - cut * (s[7] * s[7]),
+            s[1] * s[2] + s[4] * s[5] - cut * (s[7] * s[8]),
+            s[2] * s[2] + s[5] * s[5] - cut * (s[8] * s[8]),
+        )
+    inside = s[9] * s[9] + s[10] * s[10] + s[11] * s[11] - cut
+    along = (
+        s[9] * s[0] + s[10] * s[3] + s[11] * s[6],
+        s[9] * s[1] + s[10] * s[4] + s[11] * s[7],
+        s[9] * s[2] + s[10] * s[5] + s[11] * s[8],
+    )
+    return (
+        inside * _product(s, 0, 0) - along[0] * along[0],
+        inside * _product(s, 0, 1) - along[0] * along[1],
+        inside * _product(s, 0, 2) - along[0] * along[2],
+        inside * _product(s, 1, 1) - along[1] * along[1],
+        inside * _product(s, 1, 2) - along[1] * along[2],
+        inside * _product(s, 2, 2) - along[2] * along[2],
     )
 
 
-@lean
+@inlined
+def _product(s, i, j):
+    """What the rows that whiten a ray make of its i-th and j-th coordinate."""
+    return s[i] * s[j] + s[3 + i] * s[3 + j] + s[6 + i] * s[6 + j]
+
+
+@inlined
+def near_outline(s, reach):
+    """Returns where a disc's plane is nearer than `reach`, as an outline.
+
+    The range of the plane along a ray is height |ray| / C.
+    """
+    square, height = reach * reach, s[9] * s[9]
+    return (
+        height - square * (s[6] * s[6]),
+        -square * (s[6] * s[7]),
+        -square * (s[6] * s[8]),
+        height - square * (s[7] * s[7]),
+        -square * (s[7] * s[8]),
+        height - square * (s[8] * s[8]),
+    )
+
+
+@inlined
+def row_span(s, rules, conic):
+    """Returns the first and last image row y that an outline meets."""
+    xx, xy, xz, yy, yz, zz = conic
+    # Where the row's columns have a discriminant >= 0.
+    a, b, c = xx * yy - xy * xy, xx * yz - xy * xz, xx * zz - xz * xz
+    if not rules.is_surfel:
+        low, high = _quadratic_span(a, b, c, 0.0)
+        return where(xx > 0, low, -1.0), where(xx > 0, high, 1.0)
+    # A branch of a hyperbola that opens along x is convex, and widest where it
+    # leaves the image.
+    x = where(s[9] * s[6] > 0, 1.0, -1.0)
+    is_closed = xx > 0
+    return _quadratic_span(
+        where(is_closed, a, yy),
+        where(is_closed, b, xy * x + yz),
+        where(is_closed, c, xx + 2 * xz * x + zz),
+        s[9] * where(is_closed, s[7] * xx - s[6] * xy, s[7]),
+    )
+
+
+@inlined
+def column_span(s, rules, conic, y):
+    """Returns the columns x of row y inside an outline; empty if low > high."""
+    xx, xy, xz, yy, yz, zz = conic
+    return _quadratic_span(
+        xx,
+        xy * y + xz,
+        (yy * y + 2 * yz) * y + zz,
+        s[9] * s[6] if rules.is_surfel else 0.0 * s[6],
+    )
+
+
+@inlined
 def _quadratic_span(tt, t, one, side):
     """Where tt x^2 + 2 t x + one <= 0, as an interval that holds it all.
 
@@ -92,16 +102,16 @@ def _quadratic_span(tt, t, one, side):
     that are linear but for rounding give the whole image.
     """
     square = t * t - tt * one
-    if abs(tt) <= 1e-9 * (abs(t) + abs(one)):
-        return -1.0, 1.0
-    if tt > 0:
-        if square < 0:
-            return 2.0, -2.0
-        half = np.sqrt(square)
-        return (-t - half) / tt, (-t + half) / tt
-    if square < 0 or side == 0:
-        return -1.0, 1.0
-    half = np.sqrt(square)
-    if side > 0:
-        return (-t - half) / tt, 1.0
-    return -1.0, (-t + half) / tt
+    half = root(greatest(square, 0.0))
+    inverse = 1 / tt
+    low, high = (-t - half) * inverse, (-t + half) * inverse
+    is_inner, is_real = tt > 0, square >= 0
+    is_upper, is_lower = side > 0, side < 0
+    has_low = is_real & (is_inner | is_upper)
+    has_high = is_real & (is_inner | is_lower)
+    low, high = where(has_low, low, -1.0), where(has_high, high, 1.0)
+    # Nothing is inside of a form that is positive everywhere.
+    is_empty = is_inner & (square < 0)
+    low, high = where(is_empty, 2.0, low), where(is_empty, -2.0, high)
+    is_linear = magnitude(tt) <= 1e-9 * (magnitude(t) + magnitude(one))
+    return where(is_linear, -1.0, low), where(is_linear, 1.0, high)

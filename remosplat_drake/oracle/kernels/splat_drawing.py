@@ -1,220 +1,347 @@
-"""Drawing one splat into one depth view, as far as it matters (numba)."""
+"""Drawing splats into depth views, as far as they matter (numba).
 
-import numpy as np
+Splats wait for a view until there are eight, and are then projected at once,
+one a lane. Of each, eight rows of pixels are bounded at once, and of a row four
+pixels are drawn at once.
+"""
 
+from remosplat_drake.base.lanes import (
+    FEW,
+    WIDTH,
+    columns_of,
+    exponential,
+    few_lanes_from,
+    first_lanes,
+    greatest,
+    in_all,
+    lanes_from,
+    least,
+    lowest_bit,
+    magnitude,
+    places_of,
+    root,
+    where,
+    write_lanes,
+)
 from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, N_VIEWS
 from remosplat_drake.oracle.kernels.footprints import (
     fragment,
-    fragment_alpha,
     inlined,
+    is_within,
     lean,
     meet_plane,
     pixel_span,
-    splat_margin,
     whiten,
 )
 from remosplat_drake.oracle.kernels.outlines import (
-    NEAR,
-    OUTLINE,
     column_span,
     near_outline,
     outline,
     row_span,
 )
-from remosplat_drake.oracle.kernels.pixel_lists import (
+from remosplat_drake.oracle.kernels.pixel_layers import EVERY, GRID
+from remosplat_drake.oracle.kernels.pixel_runs import (
+    CANDIDATES,
     DEFERRED,
-    FRAGMENTS,
     ROUNDING,
-    add_fragment,
-    has_median,
+    add_run,
+    gather,
+    has_room,
     median_range,
     settle,
 )
-from remosplat_drake.oracle.kernels.windows import (
-    WHOLE,
-    disc_window,
-    is_empty,
-)
+from remosplat_drake.oracle.kernels.windows import disc_window
 
 _TALL = 6
 """Number of rows from which on a splat is deferred; twice as many once the
 view has a nearest pixel, since less is drawn in vain then."""
 
-_LARGE = 5
-"""Radius in the image from which on a disc's window pays [px]."""
-
-_ALL, _GRID, _REST = range(3)
+ALL, _COARSE, REST = range(3)
 """Which pixels are drawn: all, those of the grid, or the others."""
 
-_NOTHING = (0, -1, 0, -1)
-
-
-@inlined
-def draw(splats, k, rules, view, canvas, nearest_only):
-    """Adds a splat's fragments nearer than the limit of a view.
-
-    Where these may be many, only those of the grid's pixels are added, and the
-    splat is deferred.
-
-    Returns:
-        Whether the canvas has room for them.
-    """
-    window, dot = _begin(splats, k, rules, view, canvas)
-    rows = window[1] - window[0] + 1
-    if rows <= 0:
-        return True
-    if not _has_room(canvas):
-        return False
-    if rows < (_TALL if canvas.best_pixel[view] < 0 else 2 * _TALL):
-        _draw_rows(
-            splats, k, rules, view, canvas, window, dot, _ALL, nearest_only
-        )
-        return True
-    deferred = canvas.count[DEFERRED]
-    canvas.deferred[deferred] = k * N_VIEWS + view
-    canvas.count[DEFERRED] += 1
-    _draw_rows(splats, k, rules, view, canvas, window, dot, _GRID, nearest_only)
-    return True
-
-
-@inlined
-def draw_the_rest(splats, k, rules, view, canvas, nearest_only):
-    """Adds the fragments of a deferred splat that are not on the grid.
-
-    Returns:
-        Whether the canvas has room for them.
-    """
-    window, dot = _begin(splats, k, rules, view, canvas)
-    if not _has_room(canvas):
-        return False
-    _draw_rows(splats, k, rules, view, canvas, window, dot, _REST, nearest_only)
-    return True
-
-
-@inlined
-def _has_room(canvas):
-    """Whether the canvas has room for one more splat in one view."""
-    return canvas.count[FRAGMENTS] + len(canvas.length) <= len(
-        canvas.link
-    ) and canvas.count[DEFERRED] < len(canvas.deferred)
-
-
-@inlined
-def _begin(splats, k, rules, view, canvas):
-    """Projects a splat, and finds the rows and columns that bound it.
-
-    Returns:
-        The first and last row and the first and last column; and the dot that
-        the low-pass filter puts on the splat's centre, as x, y and half its
-        width: negative if there is none.
-    """
-    s, views = canvas.projection, canvas.views
-    whiten(splats.records, k, views.p_WS, views.R_WV[view], s)
-    cut = splats.records[k, 13]
-    reach = canvas.limit[view] + splat_margin(splats, k)
-    dot = (0.0, 0.0, -1.0)
-    if rules.low_pass_filter and s[14] > rules.near:
-        half = 2 * np.sqrt(cut / FILTER_SCALE) / rules.resolution
-        dot = (s[12] / s[14], s[13] / s[14], half)
-    window = WHOLE
-    if rules.is_surfel:
-        if not rules.low_pass_filter and (
-            splats.records[k, 14] * rules.resolution > 2 * _LARGE * s[14]
-        ):
-            window = disc_window(s, cut, reach, rules.near)
-            if is_empty(window):
-                return _NOTHING, dot
-        meet_plane(s)
-    outline(s, rules, cut)
-    low, high = row_span(s, rules, OUTLINE)
-    if rules.is_surfel:
-        near_outline(s, reach)
-        y_near, y_far = row_span(s, rules, NEAR)
-        low, high = max(low, y_near), min(high, y_far)
-    low, high = max(low, window[2]), min(high, window[3])
-    if dot[2] >= 0:
-        low, high = _with_dot(low, high, dot[1], dot[2])
-    rows = pixel_span(low, high, rules.resolution)
-    columns = pixel_span(window[0], window[1], rules.resolution)
-    if columns[0] > columns[1]:
-        return _NOTHING, dot
-    return (rows[0], rows[1], columns[0], columns[1]), dot
-
-
-@inlined
-def _draw_rows(splats, k, rules, view, canvas, window, dot, part, nearest_only):
-    """Adds the projected splat's fragments in a part of its pixels."""
-    s = canvas.projection
-    places, place_from = canvas.every, canvas.every
-    if part == _GRID:
-        places, place_from = canvas.grid, canvas.grid_from
-    first_row, last_row, first_column, last_column = window
-    if first_row > last_row:
-        return
-    for i in range(place_from[first_row], place_from[last_row + 1]):
-        row = places[i]
-        first, last = _columns(s, rules, canvas.axis[row], dot)
-        first, last = max(first, first_column), min(last, last_column)
-        if first > last:
-            continue
-        on_grid = canvas.grid[canvas.grid_from[row]] == row
-        for j in range(place_from[first], place_from[last + 1]):
-            column = places[j]
-            if (
-                part == _REST
-                and on_grid
-                and canvas.grid[canvas.grid_from[column]] == column
-            ):
-                continue
-            _draw_pixel(
-                splats, k, rules, view, canvas, row, column, nearest_only
-            )
-
-
-@inlined
-def _columns(s, rules, y, dot):
-    """Finds the first and last column of row y that a splat meets."""
-    x_low, x_high = -1.0, 1.0
-    if rules.is_surfel:
-        x_low, x_high = column_span(s, rules, NEAR, y)
-    if x_low <= x_high:
-        x_left, x_right = column_span(s, rules, OUTLINE, y)
-        x_low, x_high = max(x_low, x_left), min(x_high, x_right)
-    if abs(y - dot[1]) <= dot[2]:
-        x_low, x_high = _with_dot(x_low, x_high, dot[0], dot[2])
-    return pixel_span(x_low, x_high, rules.resolution)
-
-
-@inlined
-def _draw_pixel(splats, k, rules, view, canvas, row, column, nearest_only):
-    """Adds one fragment, and judges its pixel."""
-    pixel = row * rules.resolution + column
-    z, weight = fragment(
-        canvas.projection, rules, canvas.axis[column], canvas.axis[row]
-    )
-    length = canvas.length[pixel]
-    margin = splat_margin(splats, k)
-    reach = z * length - margin
-    limit = canvas.limit[view]
-    alpha = 0.0
-    if reach < limit:
-        alpha = fragment_alpha(
-            z, weight, splats.records[k, 12], rules, margin / length
-        )
-    if alpha > 0:
-        pixel += view * len(canvas.length)
-        add_fragment(canvas, pixel, reach, alpha)
-        if has_median(canvas, pixel, rules) and (
-            1 - canvas.total[pixel] >= rules.alpha_cutoff - ROUNDING
-        ):
-            median, accumulated = median_range(canvas, pixel, rules, limit)
-            if median < limit and accumulated >= rules.alpha_cutoff:
-                settle(canvas, median, pixel, nearest_only)
+# Places in a projected splat: its forms, two outlines, the dot of the low-pass
+# filter, and the first and last row and column of what bounds it.
+_FORMS, _OUTLINE, _NEAR, _DOT, _BOUNDS = 0, 15, 21, 27, 30
 
 
 @lean
+def draw(splats, rules, canvas, view, k, part):
+    """Draws a splat into a view, once eight have come.
+
+    Arguments and result are those of `draw_waiting`; k is its place in the
+    records.
+    """
+    n = canvas.ready[view]
+    canvas.places[view, n] = k
+    canvas.ready[view] = n + 1
+    return n + 1 < WIDTH or draw_waiting(splats, rules, canvas, view, part)
+
+
+@lean
+def draw_waiting(splats, rules, canvas, view, part):
+    """Draws the splats that wait for a view.
+
+    Args:
+        splats: The `Footprints`.
+        rules: The sensor's.
+        canvas: The `Canvas`.
+        view: The view.
+        part: ALL or REST. Of splats that span many rows only the pixels of the
+            grid are drawn instead of all, and they are deferred.
+
+    Returns:
+        Whether the canvas has room for them.
+    """
+    if not has_room(canvas, rules):
+        return False
+    n, places = canvas.ready[view], canvas.places[view]
+    canvas.ready[view] = 0
+    places[n:] = places[0]
+    tall = _TALL if canvas.best_pixel[view] < 0 else 2 * _TALL
+    left, seen = _project(splats, rules, canvas, view) & ((1 << n) - 1), 0
+    while left:
+        lane = lowest_bit(left)
+        left &= left - 1
+        canvas.parts[lane] = part
+        if part == ALL and _count_rows(canvas, lane) >= tall:
+            canvas.parts[lane] = _COARSE
+            number = canvas.count[DEFERRED]
+            canvas.deferred[number] = places[lane] * N_VIEWS + view
+            canvas.count[DEFERRED] = number + 1
+        if _find_columns(rules, canvas, lane):
+            seen |= 1 << lane
+    while seen:
+        lane = lowest_bit(seen)
+        seen &= seen - 1
+        _draw_pixels(splats, rules, canvas, view, lane)
+    return True
+
+
+@inlined
+def _project(splats, rules, canvas, view):
+    """Projects the splats that wait, and bounds the pixels of each.
+
+    Returns:
+        Which of them may be seen, as bits.
+    """
+    p, at = canvas.views.p_WS, canvas.projections
+    record = columns_of(splats.records, canvas.places[view])
+    center = record[0] - p[0], record[1] - p[1], record[2] - p[2]
+    cut, reach = record[13], canvas.limit[view] + record[15]
+    s = whiten(center, record[3:12], canvas.views.R_WV[view])
+    x_low, x_high = in_all(-1.0), in_all(1.0)
+    y_low, y_high = in_all(-1.0), in_all(1.0)
+    if rules.is_surfel:
+        if not rules.low_pass_filter:
+            x_low, x_high, y_low, y_high = disc_window(
+                s, cut, reach, rules.near
+            )
+        s = meet_plane(s)
+    edge = outline(s, rules, cut)
+    low, high = row_span(s, rules, edge)
+    y_low, y_high = greatest(low, y_low), least(high, y_high)
+    if rules.is_surfel:
+        near_edge = near_outline(s, reach)
+        low, high = row_span(s, rules, near_edge)
+        y_low, y_high = greatest(low, y_low), least(high, y_high)
+        _keep(at, _NEAR, near_edge)
+    if rules.low_pass_filter:
+        half = 2 * root(cut / FILTER_SCALE) / rules.resolution
+        half = where(s[14] > rules.near, half, -1.0)
+        dot = s[12] / s[14], s[13] / s[14], half
+        y_low, y_high = _with_dot(y_low, y_high, dot[1], half)
+        _keep(at, _DOT, dot)
+    rows = pixel_span(y_low, y_high, rules.resolution)
+    columns = pixel_span(x_low, x_high, rules.resolution)
+    _keep(at, _FORMS, s)
+    _keep(at, _OUTLINE, edge)
+    _keep(at, _BOUNDS, rows + columns)
+    return places_of((rows[0] <= rows[1]) & (columns[0] <= columns[1]))
+
+
+@inlined
+def _keep(projections, at, values):
+    for i in range(len(values)):
+        write_lanes(projections, (at + i) * WIDTH, values[i])
+
+
+@inlined
+def _three(canvas, at, lane):
+    """Three numbers of one of the projected splats."""
+    kept = canvas.projections
+    return kept[at, lane], kept[at + 1, lane], kept[at + 2, lane]
+
+
+@inlined
+def _six(canvas, at, lane):
+    return _three(canvas, at, lane) + _three(canvas, at + 3, lane)
+
+
+@inlined
+def _forms(canvas, lane):
+    return (
+        _six(canvas, _FORMS, lane)
+        + _six(canvas, _FORMS + 6, lane)
+        + _three(canvas, _FORMS + 12, lane)
+    )
+
+
+@inlined
+def _count_rows(canvas, lane):
+    kept = canvas.projections
+    return kept[_BOUNDS + 1, lane] - kept[_BOUNDS, lane] + 1
+
+
+@inlined
+def _layer_and_rows(canvas, lane):
+    """The layer that is drawn, the first place of a row, and their end."""
+    layer = GRID if canvas.parts[lane] == _COARSE else EVERY
+    place_from, kept = canvas.layers.place_from, canvas.projections
+    first, last = int(kept[_BOUNDS, lane]), int(kept[_BOUNDS + 1, lane])
+    return layer, place_from[layer, first], place_from[layer, last + 1]
+
+
+@lean
+def _find_columns(rules, canvas, lane):
+    """Bounds the columns of the rows of a projected splat.
+
+    Returns:
+        Whether any of them has one.
+    """
+    s = _forms(canvas, lane)
+    edge, near_edge = _six(canvas, _OUTLINE, lane), _six(canvas, _NEAR, lane)
+    dot = _three(canvas, _DOT, lane)
+    first_column = canvas.projections[_BOUNDS + 2, lane]
+    last_column = canvas.projections[_BOUNDS + 3, lane]
+    layer, begin, end = _layer_and_rows(canvas, lane)
+    axis = layer * canvas.layers.axis.shape[1]
+    chunk, any_met = 0, 0
+    while begin < end:
+        y = lanes_from(canvas.layers.axis, axis + begin)
+        low, high = column_span(s, rules, edge, y)
+        if rules.is_surfel:
+            near_low, near_high = column_span(s, rules, near_edge, y)
+            low, high = greatest(low, near_low), least(high, near_high)
+        if rules.low_pass_filter:
+            half = where(magnitude(y - dot[1]) <= dot[2], dot[2], -1.0)
+            low, high = _with_dot(low, high, dot[0], half)
+        first, last = pixel_span(low, high, rules.resolution)
+        first, last = greatest(first, first_column), least(last, last_column)
+        at = 2 * WIDTH * (lane * canvas.met.shape[1] + chunk)
+        write_lanes(canvas.spans, at, first)
+        write_lanes(canvas.spans, at + WIDTH, last)
+        met = places_of((first <= last) & first_lanes(end - begin, y))
+        canvas.met[lane, chunk] = met
+        any_met |= met
+        begin += WIDTH
+        chunk += 1
+    return any_met != 0
+
+
+@lean
+def _draw_pixels(splats, rules, canvas, view, lane):
+    """Adds a projected splat's fragments in the part that is drawn."""
+    s, k = _forms(canvas, lane), canvas.places[view, lane]
+    layer, begin, end = _layer_and_rows(canvas, lane)
+    place_from = canvas.layers.place_from
+    chunk = 0
+    while begin < end:
+        met = canvas.met[lane, chunk]
+        while met:
+            j = lowest_bit(met)
+            met &= met - 1
+            first = int(canvas.spans[lane, chunk, 0, j])
+            last = int(canvas.spans[lane, chunk, 1, j])
+            _draw_row(
+                splats,
+                rules,
+                canvas,
+                view,
+                k,
+                s,
+                canvas.parts[lane],
+                layer,
+                begin + j,
+                place_from[layer, first],
+                place_from[layer, last + 1],
+            )
+        begin += WIDTH
+        chunk += 1
+
+
+@inlined
+def _draw_row(splats, rules, canvas, view, k, s, part, layer, row, first, end):
+    """Adds a splat's fragments in the pixels first to end of a row."""
+    layers = canvas.layers
+    opacity, margin = splats.records[k, 12], splats.records[k, 15]
+    axis, y = layer * layers.axis.shape[1], layers.axis[layer, row]
+    row_in_view = layers.index[layer, row]
+    skips_grid = part == REST and layers.place[GRID, row_in_view] >= 0
+    for begin in range(first, end, FEW):
+        x = few_lanes_from(layers.axis, axis + begin)
+        length = few_lanes_from(
+            layers.length, layers.length_from[layer, row] + begin
+        )
+        z, weight = fragment(s, rules, x, y)
+        reach, shift = z * length - margin, 0.0 * length
+        if margin > 0:
+            shift = margin / length
+        alpha = opacity * exponential(-0.5 * weight)
+        seen = (
+            is_within(z, weight, rules, shift)
+            & (alpha >= rules.min_alpha)
+            & (reach < canvas.limit[view])
+            & first_lanes(end - begin, x)
+        )
+        if skips_grid:
+            seen = seen & (few_lanes_from(layers.beside_grid, begin) > 0)
+        if places_of(seen):
+            alpha = where(seen, alpha, 0.0)
+            number = view * rules.resolution + row_in_view
+            light = add_run(canvas, rules, number, layer, begin, reach, alpha)
+            _judge_run(rules, canvas, number, layer, begin, alpha, light)
+
+
+@inlined
+def _judge_run(rules, canvas, row, layer, begin, alpha, light):
+    """Judges pixels whose light has changed, where that may matter."""
+    before, after = light
+    index, first = canvas.layers.index[layer], row * rules.resolution
+    median_at = rules.transmittance + ROUNDING
+    opaque_at = 1 - rules.alpha_cutoff + ROUNDING
+    is_met = alpha > 0
+    new = places_of(is_met & (before > median_at) & (after <= median_at))
+    while new:
+        number = canvas.count[CANDIDATES]
+        canvas.candidates[number] = first + index[begin + lowest_bit(new)]
+        canvas.count[CANDIDATES] = number + 1
+        new &= new - 1
+    # Only light of pixels that are known to be opaque enough is negative.
+    near = places_of(is_met & (after <= opaque_at) & (after >= -median_at))
+    while near:
+        _judge(rules, canvas, first + index[begin + lowest_bit(near)])
+        near &= near - 1
+
+
+@lean
+def _judge(rules, canvas, pixel):
+    """Settles a pixel that may be opaque enough with a nearer median."""
+    limit = canvas.limit[pixel // (rules.resolution * rules.resolution)]
+    n, all_clear, near_clear = gather(canvas, rules, pixel, limit)
+    if 1 - all_clear < rules.alpha_cutoff:
+        return
+    canvas.light[pixel] = -near_clear
+    if near_clear <= rules.transmittance + ROUNDING:
+        median = median_range(canvas, rules, n)
+        if median < limit:
+            settle(canvas, rules, median, pixel)
+
+
+@inlined
 def _with_dot(low, high, center, half):
-    """An interval, empty if low > high, enlarged by center +- half."""
-    if low > high:
-        return center - half, center + half
-    return min(low, center - half), max(high, center + half)
+    """Intervals, empty if low > high, enlarged by center +- half, if any."""
+    is_empty, has_dot = low > high, half >= 0
+    dot_low, dot_high = center - half, center + half
+    with_low = where(is_empty, dot_low, least(low, dot_low))
+    with_high = where(is_empty, dot_high, greatest(high, dot_high))
+    return where(has_dot, with_low, low), where(has_dot, with_high, high)

@@ -11,18 +11,16 @@ import numpy as np
 
 from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
 from remosplat_drake.oracle.kernels.footprints import (
-    PROJECTION_SIZE,
+    footprint_records,
     fragment,
     fragment_alpha,
     kernel,
     lean,
-    make_footprints,
     make_rules,
     pixel_span,
     project,
 )
 from remosplat_drake.oracle.kernels.outlines import (
-    OUTLINE,
     column_span,
     outline,
     row_span,
@@ -84,7 +82,7 @@ class SplatRenderer:
 
     def __init__(self, splat_W: GaussianSplat, *, low_pass_filter: bool = True):
         self._rules = make_rules(SENSOR, splat_W.is_surfel)
-        self._records = make_footprints(splat_W, SENSOR).records
+        self._records, _ = footprint_records(splat_W, SENSOR)
         index = self._records[:, 15].astype(np.int64)
         self._colors = splat_W.colors[index].astype(float)
         self._low_pass_filter = low_pass_filter
@@ -155,16 +153,21 @@ class SplatRenderer:
 @kernel
 def _find_rows(records, rules, camera, center, order, rows):
     """Writes the first and last image row that each splat may touch."""
-    s = np.empty(PROJECTION_SIZE)
     for i in range(len(order)):
         k = order[i]
-        project(records, k, rules, camera.p_WC, camera.R_WN, s)
-        outline(s, rules, records[k, 13])
-        low, high = row_span(s, rules, OUTLINE)
-        first, last = pixel_span(low, high, camera.height)
+        s = project(records, k, rules, camera.p_WC, camera.R_WN)
+        edge = outline(s, rules, records[k, 13])
+        low, high = row_span(s, rules, edge)
+        first, last = _whole_span(low, high, camera.height)
         rows[i, 0], rows[i, 1] = _with_dot(
             first, last, center[k, 1], center[k, 3], camera.height
         )
+
+
+@lean
+def _whole_span(low, high, count):
+    first, last = pixel_span(low, high, count)
+    return int(first), int(last)
 
 
 @lean
@@ -208,18 +211,17 @@ def _draw_band(
     link = np.empty(1 << 16, np.int64)
     owner = np.empty(1 << 16, np.int64)
     count = 0
-    s = np.empty(PROJECTION_SIZE)
     for k in order:
-        project(records, k, rules, camera.p_WC, camera.R_WN, s)
-        outline(s, rules, records[k, 13])
-        low, high = row_span(s, rules, OUTLINE)
-        first, last = pixel_span(low, high, camera.height)
+        s = project(records, k, rules, camera.p_WC, camera.R_WN)
+        edge = outline(s, rules, records[k, 13])
+        low, high = row_span(s, rules, edge)
+        first, last = _whole_span(low, high, camera.height)
         u, v, _, dot = center[k]
         first, last = _with_dot(first, last, v, dot, camera.height)
         for row in range(max(first, first_row), min(last, last_row) + 1):
             y = (row + 0.5) * 2 / camera.height - 1
-            low, high = column_span(s, rules, OUTLINE, y)
-            left, right = pixel_span(low, high, width)
+            low, high = column_span(s, rules, edge, y)
+            left, right = _whole_span(low, high, width)
             if abs(row + 0.5 - v) <= dot:
                 left, right = _with_dot(left, right, u, dot, width)
             if count + width > len(link):
