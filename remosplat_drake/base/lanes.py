@@ -11,7 +11,7 @@ Comparisons give a mask, a truth a lane, for `where` and `places_of`.
 
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 from llvmlite import ir
 from numba import types
@@ -29,7 +29,7 @@ from numba.extending import (
 
 from remosplat_drake.base.kernels import helper
 
-_built_in: Callable[..., Any] = intrinsic
+_built_in = cast(Callable[..., Any], intrinsic)
 """Numba's `intrinsic`: what it makes is called without `typing`."""
 
 WIDTH, FEW = 8, 4
@@ -69,6 +69,11 @@ def _is_number(kind) -> bool:
 def _width_of(kinds) -> int:
     """How many lanes types have together, 0 of numbers and truths alone."""
     return max(kind.width if isinstance(kind, _Vector) else 0 for kind in kinds)
+
+
+def _numbers(width: int) -> Any:
+    """Lanes, or a number alone where the width is 0."""
+    return _LANES.get(width, types.float64)
 
 
 def _spread(context, builder, kind, value, width):
@@ -151,7 +156,7 @@ def _of_numbers(build):
     def type_and_lower(*kinds):
         if not all(map(_is_number, kinds)):
             return None
-        result = _LANES.get(_width_of(kinds), types.float64)
+        result = _numbers(_width_of(kinds))
 
         def lower(context, builder, signature, values):
             return build(builder, *_spread_all(context, builder, kinds, values))
@@ -292,7 +297,7 @@ def where(typing, condition, a, b):
     if not (_is_number(a) and _is_number(b)):
         return None
     width = _width_of((condition, a, b))
-    result = _LANES.get(width, types.float64)
+    result = _numbers(width)
 
     def choose(context, builder, signature, values):
         chosen = (
