@@ -363,7 +363,14 @@ def few_lanes_from(typing, array, place):
     return _read(array, FEW)
 
 
+def _is_plain(array) -> bool:
+    """Whether an array's numbers follow each other in memory."""
+    return isinstance(array, types.Array) and array.layout == "C"
+
+
 def _read(array, width):
+    if not _is_plain(array):
+        return None
     result = _LANES[width]
 
     def load(context, builder, signature, values):
@@ -389,6 +396,8 @@ def columns_of(typing, array, places):
     Returns:
         Sixteen lanes, one for each column.
     """
+    if not (_is_plain(array) and _is_plain(places)):
+        return None
     result = types.UniTuple(_LANES[WIDTH], 2 * WIDTH)
     vector = _LANES[WIDTH].vector
 
@@ -428,6 +437,8 @@ def _transposed(builder, rows):
 @_built_in
 def write_lanes(typing, array, place, lanes):
     """Writes lanes into an array's memory, see `lanes_from`."""
+    if not (_is_plain(array) and _is_lanes(lanes)):
+        return None
 
     def store(context, builder, signature, values):
         at = _address(context, builder, signature, values, lanes.width)

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses as dc
+import os
 import threading
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -206,6 +207,10 @@ class DepthRasterizationField(DistanceField):
 def _pool(threads: int) -> ThreadPoolExecutor:
     """The kernels release the GIL, so plain threads share the cores."""
     return ThreadPoolExecutor(threads, thread_name_prefix="depth-views")
+
+
+# A forked child has none of them.
+os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 class _Scratch(threading.local):

@@ -2,7 +2,8 @@
 
 Frames: D is the sensor (at the sphere's centre), V one of its six views with
 OpenCV axes (x right, y down, z forward). A ray through a pixel is written
-with unit z, so that a point at depth z along it is z times the ray.
+with unit z, so that a point at depth z along it is z times the ray. Kernels
+(numba) contain what this module says.
 """
 
 import dataclasses as dc

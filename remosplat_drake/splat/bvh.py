@@ -148,14 +148,3 @@ def leaf_range(link: int) -> tuple[int, int]:
     code = -1 - link
     first = code // LEAF_STRIDE
     return first, first + code % LEAF_STRIDE
-
-
-@helper
-def leaf_link(first: int, end: int) -> int:
-    """Encodes a range of boxes as a leaf's link, see `leaf_range`.
-
-    Args:
-        first: Place of the first box.
-        end: Place after the last one.
-    """
-    return -1 - (LEAF_STRIDE * first + end - first)

@@ -349,6 +349,65 @@ def test_equals_the_reference_among_many_splats(n_scales, most_uncertain):
     _assert_same(splat, spheres, sensor, answer)
 
 
+@pytest.mark.parametrize("thickness", [1e-3, 1e-6, 1e-9, 1e-11])
+@pytest.mark.parametrize("axis", [0, 2])
+def test_flat_ellipsoids_are_not_lost(thickness, axis):
+    """As trained splats may be flat: their outlines must not be lost."""
+    rng = np.random.default_rng(7)
+    for _ in range(8):
+        splat = _random_splat(rng, 8, 3)
+        scales = splat.scales.copy()
+        scales[:, axis] = thickness
+        splat = dc.replace(splat, scales=scales)
+        spheres = _random_spheres(rng, 4)
+        sensor = DepthSensor(resolution=25)
+        answer = DepthRasterizationField(splat, sensor).clearances(spheres)
+        _assert_same(splat, spheres, sensor, answer)
+
+
+@pytest.mark.parametrize("size", [1e30, 1e37, 1.5e38, 3e38])
+@pytest.mark.parametrize("n", [1, 20])
+def test_a_disc_beyond_all_numbers_hides_nothing(size, n):
+    rows = [(0.3 + 0.001 * i, 0, 0, 0.1, 0.95) for i in range(n)]
+    wall, huge = _discs(rows), _discs([(0, 0, 5, size, 0.95)], (1, 0, 0, 0))
+    splat = GaussianSplat(
+        *(
+            np.concatenate([getattr(wall, name), getattr(huge, name)])
+            for name in (
+                "p_GK",
+                "quaternions",
+                "scales",
+                "opacities",
+                "colors",
+            )
+        )
+    )
+    spheres = Spheres.at(np.zeros((1, 3)), 0.05)
+    answer = DepthRasterizationField(splat).clearances(spheres)
+    assert answer.distance[0] == pytest.approx(0.25, abs=1e-3)
+
+
+@pytest.mark.parametrize("low_pass_filter", [False, True])
+@pytest.mark.parametrize("resolution", [1, 2, 3, 4, 5])
+def test_a_single_splat_and_few_pixels(resolution, low_pass_filter):
+    rng = np.random.default_rng(resolution)
+    for n in (1, 2):
+        splat, spheres = _random_splat(rng, n, 2), _random_spheres(rng, 6)
+        sensor = DepthSensor(
+            resolution=resolution, low_pass_filter=low_pass_filter
+        )
+        answer = DepthRasterizationField(splat, sensor).clearances(spheres)
+        _assert_same(splat, spheres, sensor, answer)
+
+
+def test_a_far_plane_at_infinity():
+    rng = np.random.default_rng(3)
+    splat, spheres = _random_splat(rng, 60, 3), _random_spheres(rng, 6)
+    sensor = DepthSensor(resolution=16, far=np.inf)
+    answer = DepthRasterizationField(splat, sensor).clearances(spheres)
+    _assert_same(splat, spheres, sensor, answer)
+
+
 @pytest.mark.parametrize("low_pass_filter", [False, True])
 @pytest.mark.parametrize("name", ["table_0001", "table_0001_noise"])
 def test_equals_the_reference_on_trained_splats(

@@ -175,19 +175,21 @@ def _views_beyond_sides(p, half, ahead, nearest, seen, limit):
     beside_y = greatest(greatest(ahead[2], ahead[0]), 0.0)
     beside_z = greatest(greatest(ahead[0], ahead[1]), 0.0)
     return (
-        _if_seen(_ALONG_X, half[0] + p[0] >= beside_x, nearest, seen, limit)
-        + _if_seen(_ALONG_Y, half[1] + p[1] >= beside_y, nearest, seen, limit)
-        + _if_seen(_ALONG_Z, half[2] + p[2] >= beside_z, nearest, seen, limit)
-        + _if_seen(_AGAINST_X, half[0] - p[0] >= beside_x, nearest, seen, limit)
-        + _if_seen(_AGAINST_Y, half[1] - p[1] >= beside_y, nearest, seen, limit)
-        + _if_seen(_AGAINST_Z, half[2] - p[2] >= beside_z, nearest, seen, limit)
+        _if_seen(_ALONG_X, half[0] + p[0], beside_x, nearest, seen, limit)
+        + _if_seen(_ALONG_Y, half[1] + p[1], beside_y, nearest, seen, limit)
+        + _if_seen(_ALONG_Z, half[2] + p[2], beside_z, nearest, seen, limit)
+        + _if_seen(_AGAINST_X, half[0] - p[0], beside_x, nearest, seen, limit)
+        + _if_seen(_AGAINST_Y, half[1] - p[1], beside_y, nearest, seen, limit)
+        + _if_seen(_AGAINST_Z, half[2] - p[2], beside_z, nearest, seen, limit)
     )
 
 
 @inlined
-def _if_seen(view, reaches_in, nearest, seen, limit):
+def _if_seen(view, farthest, beside, nearest, seen, limit):
     """The set of a view, where it is asked for and looks far enough."""
     reach = limit[view] if (seen >> view) & 1 else -np.inf
+    # Boxes beyond all numbers are no numbers from here: they may be anywhere.
+    reaches_in = ~(farthest < beside)
     return where(reaches_in & (nearest < reach), float(1 << view), 0.0)
 
 

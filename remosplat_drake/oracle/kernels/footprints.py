@@ -67,7 +67,7 @@ class Footprints(NamedTuple):
             third row is its unit normal); 12 the opacity, 13 the largest
             squared Mahalanobis distance that is seen, 14 the radius of the
             ball around everything that is seen [m], 15 the uncertainty [m].
-        bounds: What is asked of each splat first, shape (8, m + 7), with room
+        bounds: What is asked of each splat first, shape (8, m + 8), with room
             behind for lanes: its columns 0 to 2, 9 to 11, 14 and 15.
     """
 
@@ -151,7 +151,7 @@ def footprints_of(nodes: np.ndarray, records: np.ndarray) -> Footprints:
         records: The records.
     """
     wide, children = widen(nodes, nodes.view(np.int32), WIDTH)
-    bounds = np.zeros((8, len(records) + WIDTH - 1))
+    bounds = np.zeros((8, len(records) + WIDTH))
     columns = [0, 1, 2, 9, 10, 11, 14, 15]
     bounds[:, : len(records)] = records[:, columns].T
     margins = np.zeros((0, WIDTH))

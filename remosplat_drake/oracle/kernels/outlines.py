@@ -21,25 +21,32 @@ def outline(s, rules, cut):
             s[1] * s[2] + s[4] * s[5] - cut * (s[7] * s[8]),
             s[2] * s[2] + s[5] * s[5] - cut * (s[8] * s[8]),
         )
-    inside = s[9] * s[9] + s[10] * s[10] + s[11] * s[11] - cut
-    along = (
-        s[9] * s[0] + s[10] * s[3] + s[11] * s[6],
-        s[9] * s[1] + s[10] * s[4] + s[11] * s[7],
-        s[9] * s[2] + s[10] * s[5] + s[11] * s[8],
+    # A line is as far from the origin as |center x ray| / |ray|. The same from
+    # inner products would be lost in rounding where an ellipsoid is thin.
+    n = (
+        s[10] * s[6] - s[11] * s[3],
+        s[10] * s[7] - s[11] * s[4],
+        s[10] * s[8] - s[11] * s[5],
+        s[11] * s[0] - s[9] * s[6],
+        s[11] * s[1] - s[9] * s[7],
+        s[11] * s[2] - s[9] * s[8],
+        s[9] * s[3] - s[10] * s[0],
+        s[9] * s[4] - s[10] * s[1],
+        s[9] * s[5] - s[10] * s[2],
     )
     return (
-        inside * _product(s, 0, 0) - along[0] * along[0],
-        inside * _product(s, 0, 1) - along[0] * along[1],
-        inside * _product(s, 0, 2) - along[0] * along[2],
-        inside * _product(s, 1, 1) - along[1] * along[1],
-        inside * _product(s, 1, 2) - along[1] * along[2],
-        inside * _product(s, 2, 2) - along[2] * along[2],
+        _product(n, 0, 0) - cut * _product(s, 0, 0),
+        _product(n, 0, 1) - cut * _product(s, 0, 1),
+        _product(n, 0, 2) - cut * _product(s, 0, 2),
+        _product(n, 1, 1) - cut * _product(s, 1, 1),
+        _product(n, 1, 2) - cut * _product(s, 1, 2),
+        _product(n, 2, 2) - cut * _product(s, 2, 2),
     )
 
 
 @inlined
 def _product(s, i, j):
-    """What the rows that whiten a ray make of its i-th and j-th coordinate."""
+    """The inner product of what becomes of a ray's i-th and j-th coordinate."""
     return s[i] * s[j] + s[3 + i] * s[3 + j] + s[6 + i] * s[6 + j]
 
 

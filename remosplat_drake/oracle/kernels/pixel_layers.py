@@ -1,4 +1,4 @@
-"""`PixelLayers`: all pixels of a view, and those of a coarse grid among them.
+"""`PixelLayers`: all pixels of a view, and a coarse grid's among them (numba).
 
 Each layer's rows and columns are numbered on their own: these numbers are
 places in the layer.

@@ -8,15 +8,9 @@ nodes, and processors compare eight numbers in single precision as fast as one.
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.splat.bvh import (
-    LEAF_SIZE,
-    MAX_DEPTH,
-    leaf_link,
-    leaf_range,
-)
-
-WIDTH = 8
-"""Number of children of a node."""
+from remosplat_drake.base.lanes import WIDTH
+from remosplat_drake.splat.bvh import LEAF_SIZE, MAX_DEPTH, leaf_range
+from remosplat_drake.splat.bvh_build import leaf_link
 
 MOST_WAITING = MAX_DEPTH * (WIDTH - 1) + 1
 """Most nodes that wait at a time for their turn in a query."""

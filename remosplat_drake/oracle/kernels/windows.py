@@ -8,9 +8,6 @@ several in lanes.
 from remosplat_drake.base.lanes import greatest, least, magnitude, root, where
 from remosplat_drake.oracle.kernels.footprints import inlined
 
-WHOLE = (-1.0, 1.0, -1.0, 1.0)
-"""The window of what may be anywhere in the image."""
-
 # Rounding: a window may be too large, never too small.
 _SLACK = 1 + 1e-9
 
