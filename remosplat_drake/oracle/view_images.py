@@ -1,8 +1,8 @@
 """Whole depth images of a sensor, fast enough for display (numba).
 
 The distance oracle never makes images: it only needs the nearest pixel of each
-view. Images show splats where they are, not nearer by their uncertainty; but for
-that, pixel for pixel, these equal those of
+view. Images show splats where they are, not nearer by their uncertainty. But
+for that, pixel for pixel, these equal those of
 `depth_rasterization_reference.render`.
 """
 

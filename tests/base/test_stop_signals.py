@@ -9,6 +9,14 @@ import pytest
 from remosplat_drake.base.stop_signals import stop_signals
 
 
+@pytest.fixture(autouse=True)
+def heard():
+    """Ctrl-C is heard, even where the suite runs in a shell's background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_the_first_signal_is_a_request(number):
     before = signal.getsignal(number)
