@@ -6,6 +6,7 @@ Where a process is to keep to one thread, see `ONE_THREAD`, nothing is shared.
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -52,6 +53,24 @@ def in_parallel(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
         return [function(item) for item in items]
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(function, items))
+
+
+@cache
+def kept_threads(name: str, threads: int) -> ThreadPoolExecutor:
+    """Returns threads that wait for work that comes again and again.
+
+    For short work starting them would take as long. Whoever may be called by
+    one of them needs others, of another name.
+
+    Args:
+        name: What they work on.
+        threads: Number of threads.
+    """
+    return ThreadPoolExecutor(threads, name)
+
+
+# A forked child has none of them.
+os.register_at_fork(after_in_child=kept_threads.cache_clear)
 
 
 def both(first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:

@@ -2,16 +2,15 @@
 
 import copy
 import dataclasses as dc
-import os
 import threading
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.threads import kept_threads
 from remosplat_drake.oracle.depth_rows import nearest_rows
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, DepthSensor
 from remosplat_drake.oracle.kernels.depth_rasterization_kernel import (
@@ -199,18 +198,10 @@ class DepthRasterizationField(DistanceField):
         if threads == 1:
             share(0)
         else:
-            list(_pool(threads).map(share, range(threads)))
+            # The kernels release the GIL, so plain threads share the cores.
+            pool = kept_threads("depth-views", threads)
+            list(pool.map(share, range(threads)))
         return reach, pixel
-
-
-@cache
-def _pool(threads: int) -> ThreadPoolExecutor:
-    """The kernels release the GIL, so plain threads share the cores."""
-    return ThreadPoolExecutor(threads, thread_name_prefix="depth-views")
-
-
-# A forked child has none of them.
-os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 class _Scratch(threading.local):

@@ -1,11 +1,10 @@
 """Several rollouts side by side, on the cores that are free."""
 
 import math
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
-from functools import cache
+from concurrent.futures import wait
 
+from remosplat_drake.base.threads import kept_threads
 from remosplat_drake.controller.guidance.rollout import (
     OUTRUN,
     REACHED,
@@ -76,21 +75,12 @@ def _all_of(
     if threads < 2 or len(jobs) < 2:
         return [advance(*job) for job in jobs]
     # This thread takes its part, too.
-    others = [_pool(threads - 1).submit(advance, *job) for job in jobs[1:]]
+    pool = kept_threads("rollouts", threads - 1)
+    others = [pool.submit(advance, *job) for job in jobs[1:]]
     try:
         return [advance(*jobs[0]), *(other.result() for other in others)]
     finally:
         wait(others)
-
-
-@cache
-def _pool(threads: int) -> ThreadPoolExecutor:
-    """Threads that wait for the next rollouts: starting them takes as long."""
-    return ThreadPoolExecutor(threads, "rollout")
-
-
-# A forked child has none of them.
-os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 def _without_outrun(futures: Futures, first_tier: float) -> Futures:
