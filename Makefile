@@ -47,8 +47,9 @@ format: $(DEV) ## Mend style and formatting.
 types: $(DEV) ## Check types.
 	$(BIN)/pyright
 
+# Not with --quiet: it hides warnings from the count that strict builds end with.
 docs: $(DOCS) ## Build the documentation into site/; a warning is an error.
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet $(ARGS)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build $(ARGS)
 
 bench: $(DEV) ## Time the control tick and print one table.
 	$(BIN)/remosplat bench $(ARGS)

@@ -1,0 +1,63 @@
+"""What `make docs` runs fails on every warning of the documentation build."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("mkdocs")
+pytest.importorskip("material")
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def build(folder: Path, **pages: str) -> subprocess.CompletedProcess:
+    """Builds a site of small pages with the project's settings.
+
+    Hooks and plugins are left out: they take most of the time.
+    """
+    (folder / "docs").mkdir()
+    for name, text in pages.items():
+        (folder / f"docs/{name}.md").write_text(text)
+    (folder / "mkdocs.yml").write_text(
+        f"INHERIT: {ROOT / 'mkdocs.yml'}\n"
+        "nav: [index.md]\nhooks: []\nplugins: []\nextra_css: []\n"
+    )
+    recipe = re.search(
+        r"^docs:.*\n\t(.+)$", (ROOT / "Makefile").read_text(), re.M
+    )
+    assert recipe is not None
+    command = recipe[1].replace("$(BIN)", str(Path(sys.executable).parent))
+    return subprocess.run(
+        command.replace("$(ARGS)", ""),
+        shell=True,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+
+
+def test_a_page_without_faults_is_built(tmp_path):
+    found = build(
+        tmp_path, index="# Start\n\n[Up](#start), by Ada[^a].\n\n[^a]: A."
+    )
+    assert found.returncode == 0, found.stderr
+    assert (tmp_path / "site/index.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("pages", "culprit"),
+    [
+        ({"index": "[Gone](gone.md)"}, "gone.md"),
+        ({"index": "[Gone](#gone)"}, "#gone"),
+        ({"index": "Text.\n\n[^a]: Never used."}, "#fnref:a"),
+        ({"index": "Text.", "left_out": "Text."}, "left_out.md"),
+    ],
+    ids=["link", "anchor", "footnote", "navigation"],
+)
+def test_a_warning_fails_the_build(tmp_path, pages, culprit):
+    found = build(tmp_path, **pages)
+    assert found.returncode != 0
+    assert culprit in found.stderr
