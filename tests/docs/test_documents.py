@@ -9,14 +9,18 @@ import re
 import shlex
 import shutil
 import sys
+from collections import Counter
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_flags import reference_of_commands
+from scenario_fields import reference_of
 
-from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.resources import models_dir
 from remosplat_drake.commands.catalogue import GROUPS
@@ -276,18 +280,53 @@ MOVERS = ("Person", "SwingingDoor", "RecordedMovers", "OtherRobot")
 """Tags of things that move."""
 
 
+def without_blocks(text: str) -> str:
+    """A document's text without its fenced blocks."""
+    return re.sub(r"^```.*?^```", "", text, flags=re.M | re.S)
+
+
+@cache
+def anchors(page: Path) -> set[str]:
+    """By what a page's headings are linked, as MkDocs names them."""
+    text = GENERATED[page]() if page in GENERATED else page.read_text()
+    names: Counter[str] = Counter()
+    found = set()
+    for heading in re.findall(r"^#+ (.+)$", without_blocks(text), re.M):
+        given = re.search(r"\{ *#(\S+) *\}$", heading)
+        words = re.sub(r"[^\w\s-]", "", heading).strip().lower()
+        name = given[1] if given else re.sub(r"[-\s]+", "-", words)
+        found.add(f"{name}_{names[name]}" if names[name] else name)
+        names[name] += 1
+    return found
+
+
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda d: d.name)
 def test_every_relative_link_leads_somewhere(document):
-    text = re.sub(r"^```.*?^```", "", document.read_text(), flags=re.M | re.S)
-    links = re.findall(r"\]\(([^)#\s]+)", text)
-    missing = [
-        link
-        for link in links
-        if "://" not in link
-        and not (document.parent / link).exists()
-        and not (document.parent / link).resolve().is_relative_to(GENERATED)
-    ]
+    links = re.findall(r"\]\(([^)\s]+)", without_blocks(document.read_text()))
+    missing = []
+    for link in links:
+        path, _, anchor = link.partition("#")
+        page = (document.parent / path).resolve() if path else document
+        if "://" not in link and not (
+            (page.exists() or page in GENERATED)
+            and (not anchor or anchor in anchors(page))
+        ):
+            missing.append(link)
     assert missing == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda d: d.name)
+def test_every_footnote_is_used_and_written(document):
+    text = without_blocks(document.read_text())
+    written = re.findall(r"^\[\^([^\]]+)\]:", text, re.M)
+    assert set(re.findall(r"\[\^([^\]]+)\](?!:)", text)) == set(written)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda d: d.name)
+def test_no_paragraph_stands_twice(document):
+    paragraphs = without_blocks(document.read_text()).split("\n\n")
+    counts = Counter(p for p in paragraphs if len(p.split()) > 8)
+    assert [p for p, count in counts.items() if count > 1] == []
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda d: d.name)
@@ -322,12 +361,14 @@ OURS = (
 )
 """How paths of the repository begin."""
 
-GENERATED = ROOT / "docs/reference"
-"""Pages that exist only in the built site."""
+GENERATED = {
+    ROOT / "docs/reference/api.md": lambda: "",
+    ROOT / "docs/reference/commands.md": reference_of_commands,
+    ROOT / "docs/reference/scenario.md": lambda: reference_of(Scenario),
+}
+"""Pages that exist only in the built site, and what is known of their text."""
 
 
 def test_the_readme_is_short():
-    text = re.sub(
-        r"^```.*?^```", "", DOCUMENTS[0].read_text(), flags=re.M | re.S
-    )
+    text = without_blocks(DOCUMENTS[0].read_text())
     assert len(text.split()) <= 1200
