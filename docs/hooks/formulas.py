@@ -18,7 +18,8 @@ _BETTER = (
     (r"<mover>(?=.{,99}?</mi>(</mrow>)?<mo)", '<mover accent="true">'),
     # These are operators only by their tag.
     (r"<mo>(min|max|det)</mo>", r"<mi>\1</mi>"),
-    (r'<mo stretchy="false">(?=&#x0007C;)', '<mo lspace="0" rspace="0">'),
+    # Bars are spaced as operators, too; they stay as tall as their letters.
+    (r'(?<=stretchy="false")>(?=&#x0007C;)', ' lspace="0" rspace="0">'),
 )
 """What latex2mathml writes, and what looks better."""
 

@@ -28,6 +28,12 @@ def test_dots_and_bars_sit_on_their_letters():
     assert '<mover accent="true">' in with_mathml(span(r"\bar{q}"))
 
 
+def test_bars_are_as_tall_as_their_letters():
+    page = with_mathml(span(r"a^\top \bar u + r^\top |a|"))
+    bar = '<mo stretchy="false" lspace="0" rspace="0">&#x0007C;</mo>'
+    assert page.count(bar) == 2
+
+
 def test_what_is_not_known_ends_the_build():
     with pytest.raises(PluginError, match="does not know"):
         with_mathml(span(r"\begin{aligned} a &amp;= b \end{aligned}"))
