@@ -96,8 +96,10 @@ class CompiledLaw:
             tick: What is known at the tick.
 
         Raises:
-            TermError: Two terms of a kind share a name, or one has the wrong
-                shape.
+            TermError: A term cannot be used; the text names it and its
+                ingredient.
+            NameTakenError: Two terms of a kind have one name.
+            IngredientError: An ingredient raises.
         """
         compiled = CompiledProgram(self._assemble(tick), self._parts, tick)
         if not self.outside:

@@ -148,7 +148,7 @@ class CompiledProgram(ReactiveProgram):
         program.yielded = yielded
         A, b = arrays.A[: count[0]], b[: count[0]]
         arrays.kept[: count[0]] = program.can_bind(A, b)
-        arrays.count[4] = program.excess(A, b) > HOPELESS
+        arrays.count[4] = not program.excess(A, b) <= HOPELESS
         return program
 
     def opened(self) -> ReactiveProgram:

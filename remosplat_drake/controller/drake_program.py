@@ -1,10 +1,18 @@
 """The program of a tick as Drake's `MathematicalProgram`."""
 
 import numpy as np
-from pydrake.solvers import MathematicalProgram
+from pydrake.solvers import (
+    EvaluatorBase,
+    MathematicalProgram,
+    QuadraticCost,
+)
 
 from remosplat_drake.controller.program_data import ProgramData, Tracking
 from remosplat_drake.controller.slack_form import SlackForm
+from remosplat_drake.controller.term import Term
+
+_ROUNDING = 1e-12
+"""Errors of the eigenvalues of a cost's matrix, relative to the largest."""
 
 
 class DrakeProgram:
@@ -82,6 +90,31 @@ class KeptProgram:
         )
         self._twists.evaluator().UpdateCoefficients(form.J, form.V)
         self._cost.evaluator().UpdateCoefficients(form.Q, form.c, 0.0, True)
+
+
+def check_terms(prog: MathematicalProgram) -> None:
+    """Checks the terms of a program that ingredients have written themselves.
+
+    Args:
+        prog: The program.
+
+    Raises:
+        TermError: A term is not finite, or is a concave cost.
+    """
+    for binding in [*prog.GetAllCosts(), *prog.GetAllConstraints()]:
+        _check_evaluator(binding.evaluator())
+
+
+def _check_evaluator(evaluator: EvaluatorBase) -> None:
+    term = Term(type(evaluator).__name__, evaluator.get_description())
+    # One coefficient that is not finite makes the value so, wherever it is.
+    value = evaluator.Eval(np.ones(evaluator.num_vars()))
+    if not np.isfinite(value).all():
+        raise term.error("it is not finite")
+    if isinstance(evaluator, QuadraticCost):
+        curvatures = np.linalg.eigvalsh(evaluator.Q())
+        if curvatures[0] < -_ROUNDING * np.abs(curvatures).max():
+            raise term.error("the cost is concave")
 
 
 def fill(drake: DrakeProgram, program: ProgramData) -> None:

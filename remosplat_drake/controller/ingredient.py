@@ -1,9 +1,12 @@
 """`Ingredient`: a cost or constraint of which programs are built."""
 
+import traceback
 from collections.abc import Container, Sequence
 from typing import Protocol
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.term import NameTakenError, TermError
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -73,8 +76,9 @@ def build_program(
         The finished program.
 
     Raises:
-        TermError: Two terms of a kind share a name, or one has the wrong
-            shape.
+        TermError: A term cannot be used; the text names it and its ingredient.
+        NameTakenError: Two terms of a kind have one name.
+        IngredientError: An ingredient raises.
     """
     program = ReactiveProgram(
         tick.robot.velocity_limit,
@@ -96,9 +100,40 @@ def complete(
         tick: What is known at the tick.
 
     Raises:
-        TermError: Two terms of a kind share a name, or one has the wrong
-            shape.
+        TermError: A term cannot be used; the text names it and its ingredient.
+        NameTakenError: Two terms of a kind have one name.
+        IngredientError: An ingredient raises.
     """
     for ingredient in ingredients:
-        ingredient.AddToProgram(program, tick)
+        name = type(ingredient).__name__
+        try:
+            ingredient.AddToProgram(program, tick)
+            program.check_prog()
+        except (TermError, NameTakenError) as error:
+            raise type(error)(f"ingredient {name}: {error}") from None
+        except SystemExit as error:  # What fails a check of Drake's own.
+            raise TermError(f"ingredient {name}: prog: {error}") from None
+        except Exception as error:
+            raise IngredientError(ingredient, error) from error
     program.finish()
+
+
+class IngredientError(RemoSplatError):
+    """An ingredient has raised, which the text says with file and line.
+
+    Args:
+        ingredient: The ingredient.
+        error: What it has raised.
+    """
+
+    def __init__(self, ingredient: Ingredient, error: Exception):
+        name = type(ingredient).__name__
+        # The first frame is the caller's, the next the ingredient's.
+        called = traceback.extract_tb(error.__traceback__)[1:]
+        own = [
+            frame for frame in called if frame.filename == called[0].filename
+        ]
+        where = f" ({own[-1].filename}:{own[-1].lineno})" if own else ""
+        super().__init__(
+            f"ingredient {name} raised {type(error).__name__}: {error}{where}"
+        )

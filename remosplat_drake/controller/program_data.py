@@ -173,16 +173,6 @@ class ProgramData:
         """The vector of all linear costs together, shape (n_u,)."""
         return sum(self.linear.values(), np.zeros(self.n_u))
 
-    def narrow(self, lower: np.ndarray, upper: np.ndarray):
-        """Bounds u by lower <= u <= upper, besides the present bounds.
-
-        Args:
-            lower: Further lower bounds, shape (n_u,).
-            upper: Further upper bounds, shape (n_u,).
-        """
-        self.lower = np.maximum(self.lower, lower)
-        self.upper = np.minimum(self.upper, upper)
-
     def dense(self) -> DenseProgram:
         """Returns the program in u alone, its slack replaced by V - J u."""
         H, c = np.diag(self.weights), self.slope
@@ -271,7 +261,8 @@ class ProgramData:
         """
         center = 0.5 * (self.upper + self.lower)
         radius = 0.5 * (self.upper - self.lower)
-        return A @ center + np.abs(A) @ radius > b
+        # NaN is kept: no row is ever dropped because a number is missing.
+        return ~(A @ center + np.abs(A) @ radius <= b)
 
     def excess(self, A: np.ndarray, b: np.ndarray) -> float:
         """Measures by how much rows are violated at least within the bounds.

@@ -166,8 +166,10 @@ class ReactiveLaw:
             tick: What is known at the tick.
 
         Raises:
-            TermError: Two terms of a kind share a name, or one has the wrong
-                shape.
+            TermError: A term cannot be used; the text names it and its
+                ingredient.
+            NameTakenError: Two terms of a kind have one name.
+            IngredientError: An ingredient raises.
         """
         return self.compiled.program(tick)
 

@@ -11,19 +11,19 @@ from collections.abc import Container
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
-from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.controller.active_set import solve_dense
-from remosplat_drake.controller.drake_program import DrakeProgram, fill
+from remosplat_drake.controller.drake_program import (
+    DrakeProgram,
+    check_terms,
+    fill,
+)
 from remosplat_drake.controller.program_data import (
     Label,
     ProgramData,
     Rows,
     Tracking,
 )
-
-
-class TermError(RemoSplatError, ValueError):
-    """A term of the program has a name that is taken, or the wrong shape."""
+from remosplat_drake.controller.term import Term
 
 
 class ReactiveProgram(ProgramData):
@@ -82,11 +82,11 @@ class ReactiveProgram(ProgramData):
             c: Vector of the cost, shape (n_u,).
 
         Raises:
-            TermError: There is a linear cost of that name already, or c has
-                another shape.
+            NameTakenError: There is a linear cost of that name already.
+            TermError: c has another shape, or is not finite.
         """
-        self._check("a linear cost", name, name in self.linear, c, (self.n_u,))
-        self.linear[name] = c
+        term = Term("linear cost", name, self.linear)
+        self.linear[name] = term.array("c", c, (self.n_u,))
 
     def add_quadratic_cost(self, name: str, weights: np.ndarray) -> None:
         """Adds the cost u' diag(weights) u / 2.
@@ -97,12 +97,12 @@ class ReactiveProgram(ProgramData):
                 may be negative.
 
         Raises:
-            TermError: There is a quadratic cost of that name already, or the
-                weights have another shape.
+            NameTakenError: There is a quadratic cost of that name already.
+            TermError: The weights have another shape, are not finite, or are
+                negative.
         """
-        taken = name in self.quadratic
-        self._check("a quadratic cost", name, taken, weights, (self.n_u,))
-        self.quadratic[name] = weights
+        term = Term("quadratic cost", name, self.quadratic)
+        self.quadratic[name] = term.weights("weights", weights, (self.n_u,))
 
     def add_rows(
         self,
@@ -122,13 +122,14 @@ class ReactiveProgram(ProgramData):
                 or holds the command back.
 
         Raises:
-            TermError: There are rows of that name already, or A has another
-                shape.
+            NameTakenError: There are rows of that name already.
+            TermError: A or b has another shape, or is not finite.
         """
-        self._check(
-            "a set of rows", name, name in self.rows, A, (len(b), self.n_u)
-        )
-        rows = Rows(A, b, np.ones(len(b), bool), label)
+        term = Term("set of rows", name, self.rows)
+        m = np.size(b)
+        A = term.array("A", A, (m, self.n_u))
+        b = term.array("b", b, (m,))
+        rows = Rows(A, b, np.ones(m, bool), label)
         if name in self.relax:
             self.yielded += rows.yielding(name)
             rows = dc.replace(rows, b=np.maximum(b, 0.0))
@@ -155,30 +156,50 @@ class ReactiveProgram(ProgramData):
             V: The wanted twist V_WE, angular above translational, shape (6,)
                 [rad/s, m/s]; or the same directions of it, shape (r,).
             price: Weight of the squared slack in the cost.
-            limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
+            limit: Bounds on |delta|, shape (r,) [rad/s, m/s]; inf is none.
 
         Raises:
-            TermError: There is a tracking of that name already, or J has
-                another shape.
+            NameTakenError: There is a tracking of that name already.
+            TermError: J, V, the price or the limit has another shape, is not
+                finite or, of the last two, is negative.
         """
-        taken = name in self.trackings
-        self._check("tracking", name, taken, J, (len(V), self.n_u))
+        term = Term("tracking", name, self.trackings)
+        r = np.size(V)
+        J = term.array("J", J, (r, self.n_u))
+        V = term.array("V", V, (r,))
+        price = float(term.weights("price", price, ()))
+        limit = term.array("limit", limit, (r,), unbounded=True)
+        if (limit < 0.0).any():
+            raise term.error("limit is negative")
         self.trackings[name] = Tracking(name, J, V, price, limit)
 
-    def _check(
-        self,
-        kind: str,
-        name: str,
-        taken: bool,
-        array: np.ndarray,
-        shape: tuple[int, ...],
-    ) -> None:
-        if taken:
-            raise TermError(f"there is {kind} {name!r} already")
-        if np.shape(array) != shape:
-            raise TermError(
-                f"{name!r}: expected the shape {shape}, got {np.shape(array)}"
-            )
+    def narrow(self, lower: np.ndarray, upper: np.ndarray) -> None:
+        """Bounds u by lower <= u <= upper, besides the present bounds.
+
+        Args:
+            lower: Further lower bounds, shape (n_u,); -inf is none.
+            upper: Further upper bounds, shape (n_u,); inf is none.
+
+        Raises:
+            TermError: The bounds have another shape, are NaN, or leave nothing
+                between them.
+        """
+        term = Term("bounds on u")
+        lower = term.array("lower", lower, (self.n_u,), unbounded=True)
+        upper = term.array("upper", upper, (self.n_u,), unbounded=True)
+        if not ((lower <= upper) & (lower < np.inf) & (upper > -np.inf)).all():
+            raise term.error("no command lies between lower and upper")
+        self.lower = np.maximum(self.lower, lower)
+        self.upper = np.minimum(self.upper, upper)
+
+    def check_prog(self) -> None:
+        """Checks what an ingredient has added to `prog` itself.
+
+        Raises:
+            TermError: A term there is not finite, or is a concave cost.
+        """
+        if self.is_extended and not self._is_finished:
+            check_terms(self.prog)
 
     def finish(self):
         """Marks the rows that cannot bind, once all terms have been added.

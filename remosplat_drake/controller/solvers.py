@@ -23,6 +23,7 @@ from remosplat_drake.controller.decision import Solver
 from remosplat_drake.controller.drake_program import KeptProgram
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.slack_form import SlackForm
+from remosplat_drake.controller.term import TermError
 
 CLARABEL = "clarabel"
 
@@ -65,9 +66,16 @@ class DrakeSolver:
 
         Args:
             program: The finished program of a tick.
+
+        Raises:
+            TermError: An ingredient has added to `prog` what the solver cannot
+                take.
         """
         if program.is_extended:
             prog, variables = program.prog, program.drake.u
+            if not self._solver.AreProgramAttributesSatisfied(prog):
+                why = self._solver.ExplainUnsatisfiedProgramAttributes(prog)
+                raise TermError(f"prog: {why}")
         else:
             kept = self._kept.filled(program.slack_form())
             prog, variables = kept.prog, kept.u

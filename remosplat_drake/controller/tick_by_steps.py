@@ -10,6 +10,7 @@ from remosplat_drake.controller.compiled_tick import (
 )
 from remosplat_drake.controller.decision import Decision, brake, decide
 from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.term import TermError
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.controller.tick_inputs import TickInputs
 from remosplat_drake.controller.verification.committed import committed
@@ -37,21 +38,29 @@ def tick_by_steps(law: ReactiveLaw, given: TickInputs) -> TickReport:
     laps = Laps()
     state = given.state or law.robot.state(given.q)
     laps.end("kinematics")
-    if given.aim.is_known:
-        tick = _tick(law, given, state)
-        program = law.program(tick)
-        laps.end("build")
-        decision = decide(
-            tick, law.ingredients, law.solver, program, strict=law.strict
-        )
-    else:
-        laps.end("build")
-        why = "target is not finite"
-        decision = brake(law.robot, given.u_previous, law.dt, why)
+    try:
+        decision = _decision(law, given, state, laps)
+    except TermError as error:
+        decision = _brake(law, given, str(error))
     laps.end("solve")
     verdict = _verdict(law, given, state, decision.u)
     laps.end("verify")
     return _report(given, state, decision, verdict, laps.seconds)
+
+
+def _decision(
+    law: ReactiveLaw, given: TickInputs, state: RobotState, laps: Laps
+) -> Decision:
+    if not given.aim.is_known:
+        return _brake(law, given, "target is not finite")
+    tick = _tick(law, given, state)
+    program = law.program(tick)
+    laps.end("build")
+    return decide(tick, law.ingredients, law.solver, program, strict=law.strict)
+
+
+def _brake(law: ReactiveLaw, given: TickInputs, reason: str) -> Decision:
+    return brake(law.robot, given.u_previous, law.dt, reason)
 
 
 def _tick(law: ReactiveLaw, given: TickInputs, state: RobotState) -> Tick:

@@ -88,6 +88,26 @@ def test_a_cost_from_python_acts_likewise(load):
     assert turned(listed) == turned(made(load(extra)))
 
 
+def test_a_cost_that_is_not_a_number_stops_the_robot_by_name(load):
+    extra = "  controller: {extra: [!outside.broken:NotANumber {}]}\n"
+    result = run(made(load(extra)))
+    assert result.outcome == (
+        "stopped: no command for 1 s:"
+        " ingredient NotANumber: linear cost 'nan': c is not finite"
+    )
+    q = result.trajectory.q
+    np.testing.assert_array_equal(q[-1], q[0])
+
+
+def test_a_cost_that_raises_ends_a_run_with_its_file_and_line(load, capfd):
+    extra = "  controller: {extra: [!outside.broken:Raises {}]}\n"
+    scenario = load(extra)
+    assert main(["run", scenario.source, "--headless"]) == 2
+    said = capfd.readouterr().err.strip().splitlines()[-1]
+    assert "ingredient Raises raised ZeroDivisionError: " in said
+    assert said.endswith("broken.py:23)")
+
+
 def test_an_ingredient_may_be_made_for_the_robot(load):
     extra = "  controller: {extra: [outside.cost:DriftOf]}\n"
     scenario = load(extra)

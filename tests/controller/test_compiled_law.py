@@ -41,11 +41,9 @@ from remosplat_drake.controller.planning.kernels.path_places import (
 )
 from remosplat_drake.controller.planning.path import Path
 from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import (
-    ReactiveProgram,
-    TermError,
-)
+from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.solvers import CLARABEL, make_solver
+from remosplat_drake.controller.term import NameTakenError
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.signals import tick_report
@@ -232,7 +230,7 @@ def test_a_name_is_taken_by_one_ingredient(frankie):
     twice = [VelocityCost(VelocityCostConfig(weight=w)) for w in (1.0, 2.0)]
     law = ReactiveLaw(frankie, twice)
     assert law.compiled.outside == (twice[1],)
-    with pytest.raises(TermError, match="quadratic cost 'velocity'"):
+    with pytest.raises(NameTakenError, match="quadratic cost 'velocity'"):
         law.program(some_tick(frankie, 0))
 
 

@@ -40,8 +40,9 @@ def prune(program) -> None:
     program.count[4] = 0
     for i in range(program.count[0]):
         least, most = _span(program, program.A[i])
-        program.kept[i] = most > program.b[i]
-        if least > program.b[i] + HOPELESS:
+        # Written so that a row with NaN is kept, and leaves no command.
+        program.kept[i] = not most <= program.b[i]
+        if not least <= program.b[i] + HOPELESS:
             program.count[4] = 1
 
 

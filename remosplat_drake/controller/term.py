@@ -1,0 +1,100 @@
+"""What a term of a program must be: of its shape, finite, convex."""
+
+import dataclasses as dc
+from collections.abc import Container
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from remosplat_drake.base.errors import RemoSplatError
+
+
+class TermError(RemoSplatError, ValueError):
+    """A term of the program cannot be used, and the robot brakes.
+
+    Its shape is wrong, a number in it is not finite, or it is a concave cost.
+    """
+
+
+class NameTakenError(RemoSplatError, ValueError):
+    """Two terms of a kind have one name: a mistake that no tick can mend."""
+
+
+@dc.dataclass(frozen=True)
+class Term:
+    """The name of a term that an ingredient adds, which errors say.
+
+    Attributes:
+        kind: What the term is, such as "linear cost".
+        name: Its name; empty where it has none.
+        taken: The names that other terms of its kind have.
+
+    Raises:
+        NameTakenError: The name is taken.
+    """
+
+    kind: str
+    name: str = ""
+    taken: Container[str] = ()
+
+    def __post_init__(self):
+        if self.name in self.taken:
+            raise NameTakenError(
+                f"there is a {self.kind} {self.name!r} already"
+            )
+
+    def error(self, problem: str) -> TermError:
+        """Makes an error that names the term.
+
+        Args:
+            problem: What is wrong with the term.
+        """
+        name = f" {self.name!r}" if self.name else ""
+        return TermError(f"{self.kind}{name}: {problem}")
+
+    def array(
+        self,
+        what: str,
+        value: ArrayLike,
+        shape: tuple[int, ...],
+        *,
+        unbounded: bool = False,
+    ) -> np.ndarray:
+        """Returns a part of the term as an array of its shape.
+
+        Args:
+            what: Name of the part.
+            value: Its numbers.
+            shape: The shape that it must have.
+            unbounded: Whether its numbers may be infinite.
+
+        Raises:
+            TermError: It has another shape, or a number is not finite.
+        """
+        array = np.asarray(value, float)
+        if array.shape != shape:
+            raise self.error(
+                f"{what} must have the shape {shape}, not {array.shape}"
+            )
+        if np.isnan(array).any() or not (unbounded or np.isfinite(array).all()):
+            raise self.error(f"{what} is not finite")
+        return array
+
+    def weights(
+        self, what: str, value: ArrayLike, shape: tuple[int, ...]
+    ) -> np.ndarray:
+        """Returns the weights of squares, which make a cost convex.
+
+        Args:
+            what: Name of the weights.
+            value: The weights.
+            shape: The shape that they must have.
+
+        Raises:
+            TermError: They have another shape, or one is not finite or is
+                negative.
+        """
+        array = self.array(what, value, shape)
+        if (array < 0.0).any():
+            raise self.error(f"{what} is negative, so that the cost is concave")
+        return array
