@@ -22,11 +22,9 @@ class SupervisorLaw:
         dt: Control period [s].
         acceleration: Bounds on |du/dt| of the braking ramp, shape (n_u,)
             [m/s^2, rad/s^2].
-        start_acceleration: Bounds on |du/dt| of the first commands, shape
-            (n_u,) [m/s^2, rad/s^2]; infinite where the controller has no such
-            bounds either.
         velocity: Bounds on |u|, shape (n_u,) [m/s, rad/s].
-        min_clearance: Clearance below which the robot must stop [m].
+        min_clearance: Clearance below which the robot must stop [m], unless
+            it started there and comes no nearer.
         strict: Whether a command beyond the bounds on |u| and |du/dt| stops
             the robot instead of being passed on.
         obeyed: Whether the robot gets the commands; it need not follow those
@@ -36,7 +34,6 @@ class SupervisorLaw:
     config: SupervisorConfig
     dt: float
     acceleration: np.ndarray
-    start_acceleration: np.ndarray
     velocity: np.ndarray
     min_clearance: float
     strict: bool = False
@@ -49,7 +46,6 @@ class SupervisorLaw:
         dt: float,
         *,
         smallest_stopping: float,
-        bounded_start: bool = True,
         strict: bool = False,
         obeyed: bool = True,
     ) -> "SupervisorLaw":
@@ -61,8 +57,6 @@ class SupervisorLaw:
             dt: Control period [s].
             smallest_stopping: Least clearance that the controller goes to by
                 design [m].
-            bounded_start: Whether the first commands must respect the
-                robot's acceleration limits.
             strict: Whether no command beyond the robot's limits is passed on.
             obeyed: Whether the robot gets the commands.
 
@@ -70,12 +64,10 @@ class SupervisorLaw:
             FieldError: A threshold is unusable.
         """
         check_ranges(config)
-        limit = robot.acceleration_limit
         return SupervisorLaw(
             config,
             dt,
-            limit,
-            limit if bounded_start else np.full_like(limit, np.inf),
+            robot.acceleration_limit,
             robot.velocity_limit,
             smallest_stopping - config.clearance_margin,
             strict,

@@ -1,18 +1,19 @@
 """The safety supervisor as a pure state machine: may the robot move, and how.
 
-It passes the controller's command, scales it as a whole, or runs the braking
-ramp. It never changes one joint alone: that would break the clearance rows
-that a command fulfils as a vector. The ramp starts from the command being
-executed and is the one that verify-then-scale has checked against the map,
-whatever the controller's settings, so that a stop at any tick keeps the
-guarantee of `verify.py`.
+It passes the controller's command as it is, or runs the braking ramp: what it
+lets the robot execute is what verification has checked, and nothing else. A
+share of a verified command would end its tick between two of the places that
+were looked at, where verification tolerates less. The ramp starts from the
+command being executed and is the one that was checked with it, whatever the
+controller's settings, so that a stop at any tick keeps the guarantee of
+`verify.py`.
 
-| mode     | output                                  | left when          |
-|----------|-----------------------------------------|--------------------|
-| starting | zero, then the command, grown from zero | it passes whole    |
-| running  | the command                             | something is wrong |
-| stopping | the braking ramp                        | it is at zero      |
-| stopped  | zero                                    | released, and well |
+| mode     | output           | left when                           |
+|----------|------------------|-------------------------------------|
+| starting | zero             | there are measurements and commands |
+| running  | the command      | something is wrong                  |
+| stopping | the braking ramp | it is at zero                       |
+| stopped  | zero             | released, and well                  |
 
 A stop is latched: stopping and stopped end in no other way.
 """
@@ -24,7 +25,12 @@ import numpy as np
 
 from remosplat_drake.controller.braking import braking_command
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
-from remosplat_drake.safety.symptoms import Symptom, has_paused, symptoms
+from remosplat_drake.safety.symptoms import (
+    Symptom,
+    has_paused,
+    kept_clearance,
+    symptoms,
+)
 from remosplat_drake.signals.supervisor_state import (
     RUNNING,
     STARTING,
@@ -35,8 +41,7 @@ from remosplat_drake.signals.supervisor_state import (
 )
 
 _ROUNDING = 1e-9
-"""Rounding errors of sums of periods [s], and of ramps relative to their
-bounds."""
+"""Rounding errors of sums of periods [s]."""
 
 
 def supervise(
@@ -64,6 +69,7 @@ def supervise(
         state,
         time=now.time,
         p_WTs=now.report.p_WTs,
+        kept_clearance=kept_clearance(state, now),
         since=since,
         map_revision=(
             now.report.clearances.revision if is_clear else state.map_revision
@@ -74,13 +80,11 @@ def supervise(
     if state.mode == STOPPING:
         return _brake(law, state, state.reason)
     missing = _missing(now) if state.mode == STARTING else ""
-    if missing and not (state.command.any() or now.stop):
+    if missing and not now.stop:
         return dc.replace(state, reason=missing)
     if tripped:
         return _brake(law, state, tripped)
-    if state.mode == STARTING:
-        return _start(law, state, now.command)
-    return dc.replace(state, command=now.command)
+    return dc.replace(state, mode=RUNNING, reason="", command=now.command)
 
 
 def _since(
@@ -113,39 +117,6 @@ def _missing(now: Observation) -> str:
     if math.isnan(now.report.time):
         return "waiting for the first control tick"
     return ""
-
-
-def _start(
-    law: SupervisorLaw, state: SupervisorState, u: np.ndarray
-) -> SupervisorState:
-    """As much of u as the acceleration allows, or a step of the ramp.
-
-    A smaller share of u and its own ramp stay on the path that was verified
-    for u; a mixture of u with the ramp that is under way would leave it.
-    """
-    share = _largest_share(law, state.command, u)
-    if share == 1.0:
-        return dc.replace(state, mode=RUNNING, reason="", command=u)
-    if share is None:
-        step = braking_command(state.command, law.start_acceleration, law.dt)
-        return dc.replace(state, reason="", command=step)
-    return dc.replace(state, reason="", command=share * u)
-
-
-def _largest_share(
-    law: SupervisorLaw, u_previous: np.ndarray, u: np.ndarray
-) -> float | None:
-    """Largest f in [0, 1] with |f u - u_previous| <= a dt, if there is one."""
-    step = law.start_acceleration * law.dt * (1.0 + _ROUNDING)
-    lower, upper = u_previous - step, u_previous + step
-    moving = u != 0.0
-    if not ((lower <= 0.0) & (upper >= 0.0))[~moving].all():
-        return None
-    with np.errstate(over="ignore"):  # A command of next to nothing.
-        ends = np.stack([lower, upper])[:, moving] / u[moving]
-    least = ends.min(axis=0).max(initial=0.0)
-    most = ends.max(axis=0).min(initial=1.0)
-    return float(most) if least <= most else None
 
 
 def _brake(

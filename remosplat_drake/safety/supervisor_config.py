@@ -44,7 +44,8 @@ class SupervisorConfig(Config):
     # Time for which fewer commands may reach the arm [s].
     success_rate_dwell: Annotated[float, Interval(ge=0, le=2)] = 0.2
     # How far the clearance may fall below the controller's smallest stopping
-    # distance, at which it rides by design [m].
+    # distance, at which it rides by design, or below what a robot that started
+    # nearer to the scene has reached since [m].
     clearance_margin: Annotated[float, Interval(ge=0, le=0.05)] = 0.005
     # Time for which the clearance may be smaller than that [s].
     clearance_dwell: Annotated[float, Interval(ge=0, le=1)] = 0.1

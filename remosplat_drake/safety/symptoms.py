@@ -10,7 +10,12 @@ from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.signals import station_status, tick_report
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.near_movers import mover_at
-from remosplat_drake.signals.supervisor_state import RUNNING, SupervisorState
+from remosplat_drake.signals.supervisor_state import (
+    RUNNING,
+    STARTING,
+    STOPPED,
+    SupervisorState,
+)
 
 _SOLVER = 1e-3
 """How far solvers may leave a command beyond a bound, relative to it."""
@@ -158,7 +163,7 @@ def _of_tick(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
 def _of_bounds(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> Iterator[Symptom]:
-    if not law.strict or state.mode != RUNNING:
+    if not law.strict or state.mode not in (STARTING, RUNNING):
         return
     step = law.acceleration * law.dt
     for what, value, bound in (
@@ -178,18 +183,24 @@ def _of_bounds(
 def _of_clearance(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> Iterator[Symptom]:
-    clearances = now.report.clearances
-    if clearances.minimum() >= law.min_clearance:
+    clearances, least = now.report.clearances, law.min_clearance
+    if clearances.minimum() >= least:
         return
     row = int(clearances.distance.argmin())
     who = mover_at(now.movers, now.time, clearances.p_WC[row])
     if who:
         yield Symptom(
             "clearance",
-            f"{who} came nearer than {1e3 * law.min_clearance:.1f} mm:"
+            f"{who} came nearer than {1e3 * least:.1f} mm:"
             f" {1e3 * clearances.minimum():.1f} mm",
             law.config.clearance_dwell,
         )
+        return
+    # A robot that starts too near may leave: each command is verified to keep
+    # what clearance there is. It may not come nearer again, or touch.
+    kept = kept_clearance(state, now)
+    least = min(least, max(kept - law.config.clearance_margin, 0.0))
+    if clearances.minimum() > 0.0 and clearances.minimum() >= least:
         return
     # A person who has just changed the map shall read that it was the map.
     maps = {state.map_revision, clearances.revision}
@@ -198,9 +209,24 @@ def _of_clearance(
         "clearance",
         ("in the new map the " if is_new else "")
         + f"clearance {1e3 * clearances.minimum():.1f} mm is below"
-        f" {1e3 * law.min_clearance:.1f} mm",
+        f" {1e3 * least:.1f} mm",
         law.config.clearance_dwell,
     )
+
+
+def kept_clearance(state: SupervisorState, now: Observation) -> float:
+    """Returns the largest clearance since the robot was set going [m].
+
+    Of a robot that stands and waits to be, it is the present clearance.
+
+    Args:
+        state: The supervisor after the tick before.
+        now: What is seen at this tick.
+    """
+    present = now.report.clearances.minimum()
+    if state.mode in (STARTING, STOPPED):
+        return present
+    return max(state.kept_clearance, present)
 
 
 def _of_target_and_map(

@@ -35,6 +35,8 @@ class SupervisorState:
         refusal: Why the latest release was not granted; empty if it was.
         time: Time of the latest tick [s]; NaN before the first one.
         p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].
+        kept_clearance: The largest clearance since the robot was set going
+            [m].
         since: Time at which each present symptom began [s], by its name.
         map_revision: Revision of the latest map that left the robot enough
             clearance.
@@ -48,6 +50,7 @@ class SupervisorState:
     p_WTs: np.ndarray = dc.field(
         default_factory=lambda: np.full((1, 3), np.nan)
     )
+    kept_clearance: float = -math.inf
     since: Mapping[str, float] = dc.field(default_factory=dict)
     map_revision: str = ""
 

@@ -24,7 +24,6 @@ def make_law(**config) -> SupervisorLaw:
         SupervisorConfig(**config),
         DT,
         ACCELERATION,
-        ACCELERATION,
         VELOCITY,
         MIN_CLEARANCE,
     )

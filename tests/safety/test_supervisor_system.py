@@ -6,13 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.common.value import Value
+from pydrake.math import RigidTransform
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 
 from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
 from remosplat_drake.generation.scene_generators import generate
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
 from remosplat_drake.signals.operator_requests import OperatorRequests
 from remosplat_drake.signals.supervisor_state import (
@@ -194,3 +198,39 @@ def test_the_command_changes_at_ticks_only(folder):
     dut.release()
     np.testing.assert_array_equal(dut.state.command, command)
     assert dut.state.mode == RUNNING
+
+
+@pytest.mark.parametrize("start", [0.005, 0.01, 0.015])
+def test_a_run_that_starts_too_near_arrives(frankie, tmp_path, start):
+    """A plate stands behind a careful base, the target before it."""
+
+    def scene(x: float) -> PrimitiveScene:
+        plate = Box(RigidTransform([x, 0, 0.5]), np.array([0.02, 1, 1]))
+        X_WT = RigidTransform(frankie.end_effector_pose(frankie.q_home))
+        X_WT = RigidTransform([0.6, 0, 0]) @ X_WT
+        return PrimitiveScene(boxes=(plate,), X_WE_target=X_WT)
+
+    spheres = frankie.spheres_at(frankie.q_home)
+    gap = SignedDistanceField(scene(-1.0)).clearances(spheres).minimum()
+    write_rmmi(tmp_path / "scene.json", scene(-1.0 + gap - start))
+    (tmp_path / "test.yaml").write_text(
+        "Test:\n"
+        "  scene: {truth: scene.json}\n"
+        "  oracle: !GroundTruth {}\n"
+        "  controller:\n"
+        "    guidance: {enabled: false}\n"
+        "    velocity_limits: {fraction: 0.1}\n"
+        f"  control_period: {DT}\n"
+        "  time_limit: 30\n"
+    )
+    application = make_application(tmp_path)
+    field, q = application.world.field, application.world.q0
+    d_0 = field.clearances(frankie.spheres_at(q)).minimum()
+    assert d_0 == pytest.approx(start, abs=1e-6)
+    result = run(application)
+    assert result.outcome == REACHED
+    least = min(
+        field.clearances(frankie.spheres_at(q)).minimum()
+        for q in result.trajectory.q
+    )
+    assert least >= d_0 - 1e-9

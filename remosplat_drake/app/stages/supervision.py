@@ -43,7 +43,6 @@ def AddSupervisor(
         robot,
         scenario.control_period,
         smallest_stopping=config.smallest_stopping,
-        bounded_start=config.velocity_limits.acceleration,
         strict=config.velocity_limits.strict,
         obeyed=not scenario.hardware.shadow,
     )
