@@ -17,6 +17,7 @@ from remosplat_drake.app.stages.control import (
     AddController,
     AddGuidance,
     AddOracle,
+    arrival_of,
 )
 from remosplat_drake.app.stages.movers import AddMovers, AddMoverSensor
 from remosplat_drake.app.stages.prediction import (
@@ -41,6 +42,7 @@ from remosplat_drake.controller.prediction.motion_predictor import (
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.rest import RestRule
 from remosplat_drake.mapping.localization.base_localization import (
     BaseLocalization,
 )
@@ -173,7 +175,8 @@ def AddControlLoop(
     law = ReactiveLaw.make(
         scenario.controller, robot, scenario.control_period, ingredients
     )
-    controller = AddController(builder, law, planned, targets, oracle)
+    rest = RestRule(scenario.controller.rest, arrival_of(scenario))
+    controller = AddController(builder, law, planned, targets, oracle, rest)
     selector = AddGuidance(
         builder, scenario, law, planned, targets, oracle, controller
     )

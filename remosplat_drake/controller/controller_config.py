@@ -12,6 +12,7 @@ from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.guidance.deflection import NEAR
 from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
 from remosplat_drake.controller.ingredient import Ingredient, IngredientMaker
+from remosplat_drake.controller.rest_config import RestConfig
 from remosplat_drake.controller.solvers import CLARABEL, SOLVERS
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -77,6 +78,7 @@ class ReactiveControllerConfig(Config):
         dc.field(default_factory=list)
     )
     guidance: GuidanceConfig = dc.field(default_factory=GuidanceConfig)
+    rest: RestConfig = dc.field(default_factory=RestConfig)
 
     PRESET = "gains"
 
@@ -136,6 +138,7 @@ def _paper_gains() -> ReactiveControllerConfig:
         manipulability=ing.ManipulabilityCostConfig(gain=1.0),
         base_orientation=ing.BaseOrientationCostConfig(gain=0.5),
         guidance=GuidanceConfig(enabled=False),
+        rest=RestConfig(enabled=False),
     )
 
 

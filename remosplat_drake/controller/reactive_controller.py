@@ -17,6 +17,12 @@ from pydrake.systems.framework import (
 from remosplat_drake.controller.guidance.guidance import DIRECT
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.rest import (
+    Rest,
+    RestRule,
+    advance_rest,
+    at_rest,
+)
 from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.optional_input import value_or_none
@@ -62,6 +68,8 @@ class ReactiveController(LeafSystem):
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
+        rest: When a robot that holds a reached target stands still; None: it
+            never does.
 
     Example:
         >>> import remosplat_drake as rs
@@ -86,10 +94,10 @@ class ReactiveController(LeafSystem):
         ... )
     """
 
-    def __init__(self, *, law: ReactiveLaw):
+    def __init__(self, *, law: ReactiveLaw, rest: RestRule | None = None):
         super().__init__()
         self.set_name("controller")
-        self._law = law
+        self._law, self._rest = law, rest
         n_q, n_u = law.robot.n_q, law.robot.n_u
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", n_q
@@ -116,6 +124,7 @@ class ReactiveController(LeafSystem):
         self._report_index = self.DeclareAbstractState(
             Value(TickReport.before_first(n_q, n_u))
         )
+        self._rest_index = self.DeclareAbstractState(Value(Rest()))
         self.DeclareVectorOutputPort(
             "velocity_commanded",
             n_u,
@@ -133,6 +142,7 @@ class ReactiveController(LeafSystem):
         oracle: LeafSystem,
         configuration: OutputPort | None = None,
         target: OutputPort | None = None,
+        rest: RestRule | None = None,
     ) -> "ReactiveController":
         """Adds a controller and connects it to a `DistanceOracle`.
 
@@ -146,11 +156,13 @@ class ReactiveController(LeafSystem):
             target: The port of the target, an `Aim`, a `Target` or the pose
                 X_WT of a plain one as a `RigidTransform`; None leaves the
                 inputs unconnected.
+            rest: When a robot that holds a reached target stands still; None:
+                it never does.
 
         Returns:
             The controller, which is now part of the diagram.
         """
-        controller = builder.AddSystem(ReactiveController(law=law))
+        controller = builder.AddSystem(ReactiveController(law=law, rest=rest))
         for name in ("clearances", "distance_field"):
             builder.Connect(
                 oracle.GetOutputPort(name), controller.GetInputPort(name)
@@ -169,7 +181,7 @@ class ReactiveController(LeafSystem):
 
     def _tick(self, context: Context, state: State):
         cell = int(self._report_index)
-        selection = self._selection(context)
+        selection, executed = self._selection(context), self._executed(context)
         start = perf_counter()
         clearances = self._clearances_input.Eval(context)
         after_oracle = perf_counter()
@@ -180,11 +192,12 @@ class ReactiveController(LeafSystem):
             self._target.read(context),
             clearances,
             self._field_input.Eval(context),
-            self._executed(context),
+            executed,
             selection.guidance,
             motion=value_or_none(self._motion_input, context),
             movers=value_or_none(self._movers_input, context),
         )
+        report = self._rested(context, state, report, executed)
         timings = {
             "guidance": selection.seconds,
             "oracle": after_oracle - start,
@@ -194,6 +207,22 @@ class ReactiveController(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(
             dc.replace(report, timings=timings)
         )
+
+    def _rested(
+        self,
+        context: Context,
+        state: State,
+        report: TickReport,
+        executed: np.ndarray,
+    ) -> TickReport:
+        """Lets the robot stand still where it holds a reached target."""
+        if self._rest is None:
+            return report
+        cell = int(self._rest_index)
+        before = context.get_abstract_state(cell).get_value()
+        rest = advance_rest(self._rest, self._law, before, report)
+        state.get_mutable_abstract_state(cell).set_value(rest)
+        return at_rest(self._law, report, executed) if rest.is_still else report
 
     def _executed(self, context: Context) -> np.ndarray:
         """The command of the tick before, as the robot carried it out."""

@@ -1,6 +1,7 @@
 """Stages that choose the command: oracle, controller, look-ahead."""
 
 import math
+from collections.abc import Callable
 from functools import partial
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
@@ -18,7 +19,9 @@ from remosplat_drake.controller.guidance.selection_rule import (
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.rest import RestRule
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.target_ports import connect_target
 from remosplat_drake.task.arrival import has_arrived
 from remosplat_drake.task.targets import Targets, target_port
@@ -53,6 +56,7 @@ def AddController(
     configuration: OutputPort,
     targets: Targets,
     oracle: DistanceOracle,
+    rest: RestRule | None = None,
 ) -> ReactiveController:
     """Adds the reactive controller, which ticks at the law's period.
 
@@ -62,6 +66,8 @@ def AddController(
         configuration: The output port of the measured q, n_q entries.
         targets: The system that says where the end effector shall go.
         oracle: The system that measures distances to the map.
+        rest: When a robot that holds a reached target stands still; None: it
+            never does.
     """
     return ReactiveController.AddToBuilder(
         builder,
@@ -69,7 +75,13 @@ def AddController(
         oracle=oracle,
         configuration=configuration,
         target=target_port(targets),
+        rest=rest,
     )
+
+
+def arrival_of(scenario: Scenario) -> Callable[[PoseError], bool]:
+    """Returns a scenario's function that tells whether an error is arrival."""
+    return partial(has_arrived, config=scenario.arrival)
 
 
 def AddGuidance(
@@ -99,8 +111,7 @@ def AddGuidance(
     config = scenario.controller.guidance
     if not config.enabled:
         return None
-    arrived = partial(has_arrived, config=scenario.arrival)
-    rule = make_selection_rule(law, config, arrived)
+    rule = make_selection_rule(law, config, arrival_of(scenario))
     process, period = None, law.dt
     if config.asynchronous:
         budget = 1e-3 * config.budget_ms

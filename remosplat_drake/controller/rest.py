@@ -1,0 +1,132 @@
+"""Rest: a robot that holds a reached target stands still.
+
+Costs beside the task go on turning a redundant robot once it has arrived: the
+end effector holds, and base and arm drift in the null space of its task. So a
+dead band with hysteresis ends the motion. The robot comes to rest when the
+target is reached, has not changed, and its error has stopped falling. It moves
+again when the target changes, when the error grows by more than the band, when
+the clearance falls by as much below the stopping distance, or when something
+that moves comes near.
+"""
+
+import dataclasses as dc
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.rest_config import RestConfig
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.tick_report import BRAKING, TickReport
+
+_SETTLED = 0.25
+"""Share of the band by which an error may still fall while the robot comes to
+rest."""
+
+_LOOK = 0.1
+"""Time between two looks at the errors of a robot that moves [s]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class RestRule:
+    """When the robot rests.
+
+    Attributes:
+        config: The dead band.
+        arrived: Function that tells whether a `PoseError` counts as arrival.
+    """
+
+    config: RestConfig
+    arrived: Callable[[PoseError], bool]
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Rest:
+    """What is known of a target that is held; copying returns itself.
+
+    Attributes:
+        aim: What is held; None while nothing is.
+        since: Time since which the errors have not fallen [s].
+        errors: What they were then: of each target the distance [m] and the
+            angle [rad]; and in the last row what the clearance lacks of the
+            stopping distance [m], and 0. Shape (k + 1, 2).
+        is_still: Whether the robot rests.
+        looked: When the errors were looked at last [s].
+    """
+
+    aim: Aim | None = None
+    since: float = math.nan
+    errors: np.ndarray = dc.field(default_factory=lambda: np.zeros((1, 2)))
+    is_still: bool = False
+    looked: float = -math.inf
+
+    def __deepcopy__(self, memo) -> "Rest":
+        return self
+
+
+def advance_rest(
+    rule: RestRule, law: ReactiveLaw, rest: Rest, report: TickReport
+) -> Rest:
+    """Decides at a tick whether the robot rests.
+
+    Args:
+        rule: When it does.
+        law: The control law.
+        rest: What was known at the tick before.
+        report: What the tick has found and decided.
+    """
+    time, config = report.time, rule.config
+    if not config.enabled:
+        return rest
+    if not rest.is_still and 0.0 <= time - rest.looked < _LOOK:
+        return rest
+    errors = _errors(rule, law, report)
+    if errors is None:
+        return Rest(looked=time)
+    anew = Rest(report.aim, time, errors, looked=time)
+    if rest.aim is None or not rest.aim.equals(report.aim):
+        return anew
+    change = (errors - rest.errors) / config.bands
+    if rest.is_still:
+        return rest if change.max() <= 1.0 else anew
+    if change.min() < -_SETTLED:
+        return anew
+    settled = time - rest.since >= config.settling_time
+    return dc.replace(rest, is_still=settled, looked=time)
+
+
+def at_rest(
+    law: ReactiveLaw, report: TickReport, u_previous: np.ndarray
+) -> TickReport:
+    """Returns the report of a tick at which the robot rests.
+
+    Its command is the next step of the braking ramp, which was verified with
+    the command that is being executed.
+
+    Args:
+        law: The control law.
+        report: What the tick would have done.
+        u_previous: The command being executed, shape (n_u,).
+    """
+    ramp = braking_command(u_previous, law.robot.acceleration_limit, law.dt)
+    return dc.replace(report, command=ramp)
+
+
+def _errors(
+    rule: RestRule, law: ReactiveLaw, report: TickReport
+) -> np.ndarray | None:
+    """`Rest.errors`; None where the robot must move on."""
+    near = report.separation
+    if report.status == BRAKING or report.aim.has_line:
+        return None
+    if near is not None and near.distance <= law.movers.influence:
+        return None
+    errors = report.aim.errors(law.robot.end_effector_poses(report.q))
+    if not report.aim.is_reached_by(errors, rule.arrived):
+        return None
+    lacking = law.collision.stopping - report.clearances.minimum()
+    rows = [(error.distance, error.angle) for error in errors]
+    return np.array([*rows, (max(lacking, 0.0), 0.0)])

@@ -1,0 +1,30 @@
+"""`RestConfig`: when a robot that holds a reached target stands still."""
+
+import dataclasses as dc
+import math
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval
+
+from remosplat_drake.base.ranges import Config
+
+
+@dc.dataclass
+class RestConfig(Config):
+    """When a robot that holds a reached target stands still."""
+
+    # Whether it does. Otherwise the costs of manipulability, of the base's
+    # orientation and of obstacles go on moving a redundant robot.
+    enabled: bool = True
+    # Time for which the error must not fall before the robot rests [s].
+    settling_time: Annotated[float, Interval(gt=0, le=60)] = 1.0
+    # Growth of the distance to the target that ends the rest [m].
+    position_band: Annotated[float, Interval(gt=0, le=0.1)] = 0.002
+    # Growth of the angle to the target that ends the rest [deg].
+    angle_band: Annotated[float, Interval(gt=0, le=10)] = 0.2
+
+    @property
+    def bands(self) -> np.ndarray:
+        """The bands of distance [m] and angle [rad], shape (2,)."""
+        return np.array([self.position_band, math.radians(self.angle_band)])
