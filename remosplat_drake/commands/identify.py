@@ -11,8 +11,9 @@ from rich.console import Console
 from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.identification.drive import (
     DisturbedError,
+    Reading,
+    await_robot,
     drive,
-    measured,
 )
 from remosplat_drake.app.identification.excitation import (
     CRAWLS,
@@ -21,14 +22,16 @@ from remosplat_drake.app.identification.excitation import (
 )
 from remosplat_drake.app.identification.fit import LONGEST_GAP, Fit, fit_axis
 from remosplat_drake.app.identification.record import write_actuators
-from remosplat_drake.app.scenario import load_scenario
-from remosplat_drake.app.world import World, load_world
+from remosplat_drake.app.identification.room import NoRoomError, Room
+from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import check_writable
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.table import Table
+from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.commands.wire import announce_wire
-from remosplat_drake.hardware.client.measurement import Measurement
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.robot.actuators import Actuator
 
@@ -36,6 +39,9 @@ _INCOMPLETE = 1
 
 _TRIES = 5
 """How often an axis is measured until nothing came late."""
+
+_GUARDED = 0.5
+"""Share of the distances below which an axis is stopped on its way."""
 
 EXAMPLES = """
 remosplat identify kitchen.yaml
@@ -63,17 +69,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--clearance",
-        type=float,
+        type=positive,
         default=0.1,
         metavar="M",
-        help="distance that is kept from everything (default: %(default)s)",
+        help="distance that is kept from the scene (default: %(default)s)",
     )
     parser.add_argument(
         "--fraction",
-        type=float,
+        type=positive,
         default=1.0,
         metavar="F",
-        help="fraction of the robot's speeds (default: %(default)s)",
+        help="fraction of the robot's speeds, at most 1 (default: %(default)s)",
     )
     parser.add_argument(
         "--axes",
@@ -93,12 +99,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Moves the axes one by one, fits them, and writes the description."""
+    if arguments.fraction > 1.0:
+        raise FieldError("identify", "--fraction", "must be at most 1")
     console = open_console(stderr=True)
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     prepare_for_hardware(scenario, arguments.lcm_url)
     announce_wire(scenario.hardware.url, console)
     world = load_world(scenario)
     robot = world.robot
+    own = SelfClearance.make(robot, scenario.controller.self_collision.stopping)
+    room = Room(world.field, own, arguments.clearance, scenario.control_period)
     path = arguments.output or Path(robot.description.source)
     check_writable(path)
     axes = _axes(arguments.axes, robot.n_u)
@@ -114,13 +124,12 @@ def run(arguments: argparse.Namespace) -> int:
     link.take_command()
     fits: dict[int, Fit] = {}
     for axis in axes:
-        fit = _identified(
-            axis, limit, link, scenario, world, arguments.clearance
-        )
-        if fit is None:
-            console.print(f"axis {axis}: no room to move; not measured")
-        else:
-            fits[axis] = fit
+        try:
+            fits[axis] = _identified(axis, limit, link, scenario, room)
+        except NoRoomError as error:
+            console.print(
+                f"axis {axis}: no room to move ({error}); not measured"
+            )
     print_table(console, fit_table(fits))
     known = robot.assumed_actuators
     for axis, fit in fits.items():
@@ -160,29 +169,28 @@ def _identified(
     axis: int,
     limit: np.ndarray,
     link: RobotLink,
-    scenario,
-    world: World,
-    clearance: float,
-) -> Fit | None:
-    """Moves one axis where there is room, and fits it."""
-    robot, field = world.robot, world.field
-    dt = scenario.control_period
+    scenario: Scenario,
+    room: Room,
+) -> Fit:
+    """Moves one axis where there is room, and fits it.
 
-    def is_safe(q: np.ndarray) -> bool:
-        near = field.clearances(robot.spheres_at(q), clearance).minimum()
-        return bool(near >= 0.5 * clearance)
+    Raises:
+        NoRoomError: There is none.
+        RemoSplatError: The robot stopped, or was disturbed too often.
+    """
+    robot, hardware = room.own.robot, scenario.hardware
+
+    def problem(reading: Reading) -> str:
+        return room.about(reading).problem(reading.q_W, _GUARDED)
 
     why = ""
     for _ in range(_TRIES):
         # An axis that a try left somewhere starts from there.
-        link.wait_for_statuses()
-        _, q, _ = measured(link, robot, Measurement())
-        stroke = find_stroke(robot, field, q, axis, limit, clearance)
-        if stroke is None:
-            return None
-        line = commands(stroke, robot, limit, dt)
+        reading = await_robot(link, robot, hardware)
+        stroke = find_stroke(room.about(reading), reading.q_W, axis, limit)
+        line = commands(stroke, robot, limit, room.dt)
         try:
-            recording = drive(link, robot, scenario.hardware, line, dt, is_safe)
+            recording = drive(link, robot, hardware, line, room.dt, problem)
         except DisturbedError as error:
             why = str(error).removeprefix("identify: ")
             continue

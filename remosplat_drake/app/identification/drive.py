@@ -1,5 +1,6 @@
 """Sends identifying commands to the real robot, guarded, and records them."""
 
+import dataclasses as dc
 import time
 from collections.abc import Callable
 
@@ -19,8 +20,10 @@ from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.client.status_monitor import station_status
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_status as modes
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.station_status import StationStatus
 
 _STATUS_TIMEOUT = 0.003
@@ -30,19 +33,41 @@ class DisturbedError(RemoSplatError):
     """A computer was late, ours or the robot's: the same may end well again."""
 
 
-def measured(
+@dc.dataclass(frozen=True, eq=False)
+class Reading:
+    """What the drivers have last told of the robot.
+
+    Attributes:
+        measurement: The states of its parts.
+        stamps: When each axis was measured, shape (n_u,) [s].
+        q: Configuration at these stamps, with a base where its odometry has
+            it, shape (n_q,) [m, rad].
+        q_W: The same, with a base where it is in the map; NaN while that is
+            not known, shape (n_q,) [m, rad].
+    """
+
+    measurement: Measurement
+    stamps: np.ndarray
+    q: np.ndarray
+    q_W: np.ndarray
+
+    def seen(self, field: DistanceField) -> DistanceField:
+        """Returns a map as it may lie about a base that is uncertain."""
+        track = self.measurement.base_track
+        if not len(track.samples):
+            return field
+        return UncertainPlacement(field, self.q_W[:2], *track.uncertainty)
+
+
+def read_robot(
     link: RobotLink, robot: RobotModel, before: Measurement
-) -> tuple[Measurement, np.ndarray, np.ndarray]:
+) -> Reading:
     """Fetches the newest statuses.
 
     Args:
         link: The link to the robot's drivers.
         robot: The robot.
         before: The measurement so far.
-
-    Returns:
-        The measurement, the configuration at its stamps, shape (n_q,), and
-        the stamps of the axes, shape (n_u,) [s].
 
     Raises:
         RemoSplatError: A part has not been heard of.
@@ -51,10 +76,45 @@ def measured(
     if now.arm is None or (robot.n_base and now.base is None):
         raise RemoSplatError("not all parts of the robot have been heard of")
     q, stamps = now.arm.q, [now.arm.stamp] * len(now.arm.q)
-    if now.base is not None and robot.n_base:
-        q = np.concatenate([now.base.pose, q])
-        stamps = [now.base.stamp] * robot.n_base + stamps
-    return now, q, np.array(stamps)
+    if now.base is None or not robot.n_base:
+        return Reading(now, np.array(stamps), q, q)
+    X_OB, X_WB = now.base.pose, now.base_track.pose(now.base.pose)
+    return Reading(
+        now,
+        np.array([now.base.stamp] * robot.n_base + stamps),
+        np.concatenate([X_OB, q]),
+        np.concatenate([X_WB, q]),
+    )
+
+
+def await_robot(
+    link: RobotLink, robot: RobotModel, config: HardwareConfig
+) -> Reading:
+    """Listens until the robot may move, and it is known where it is.
+
+    A localisation tells that only after some fixes.
+
+    Args:
+        link: The link to the robot's drivers.
+        robot: The robot.
+        config: Expiry times of the drivers, and the longest wait.
+
+    Raises:
+        RemoSplatError: The robot may not move; the text says why.
+    """
+    link.wait_for_statuses()
+    deadline = time.monotonic() + config.connect_timeout
+    reading = read_robot(link, robot, Measurement())
+    while True:
+        status = station_status(
+            reading.measurement, config, robot.n_base > 0, time.time()
+        )
+        if status.mode == modes.RUNNING:
+            return reading
+        if time.monotonic() > deadline:
+            raise RemoSplatError(f"identify: {status.stop_reason}")
+        link.flush(_STATUS_TIMEOUT)
+        reading = read_robot(link, robot, reading.measurement)
 
 
 def drive(
@@ -63,11 +123,12 @@ def drive(
     config: HardwareConfig,
     commands: np.ndarray,
     period: float,
-    is_safe: Callable[[np.ndarray], bool],
+    problem: Callable[[Reading], str],
 ) -> Recording:
     """Sends commands, one a period, and records what comes of them.
 
-    However it ends, the robot is brought to rest.
+    However it ends, the robot is brought to rest. A base is recorded by its
+    odometry: corrections by a localisation are no motion.
 
     Args:
         link: The link to the robot's drivers.
@@ -75,40 +136,40 @@ def drive(
         config: Expiry times of the drivers.
         commands: The commands, shape (k, n_u) [m/s, rad/s].
         period: Control period [s].
-        is_safe: Tells whether the robot may go on at a configuration.
+        problem: Says why the robot must not go on; empty if it may.
 
     Raises:
         DisturbedError: The robot stopped after a command or a status was late.
         RemoSplatError: The robot stopped, came too near to something, or
             somebody interrupted.
     """
-    rows, now = [], Measurement()
+    rows = []
     with (
         stop_signals() as request,
         realtime_priority(CONTROLLER_PRIORITY),
         garbage_collection_disabled(),
     ):
         try:
-            link.wait_for_statuses()
+            reading = await_robot(link, robot, config)
             due = time.time() + period
             for u in commands:
                 sleep_until(due, period)
                 due += period
                 link.flush(_STATUS_TIMEOUT)
-                now, q, stamp = measured(link, robot, now)
+                reading = read_robot(link, robot, reading.measurement)
                 status = station_status(
-                    now, config, robot.n_base > 0, time.time()
+                    reading.measurement, config, robot.n_base > 0, time.time()
                 )
                 if status.mode != modes.RUNNING:
                     sent = [row[0] for row in rows]
                     late = _was_late(status, config, sent)
                     kind = DisturbedError if late else RemoSplatError
                     raise kind(f"identify: {status.stop_reason}")
-                if request.made or not is_safe(q):
-                    why = "interrupted" if request.made else "too near"
+                why = "interrupted" if request.made else problem(reading)
+                if why:
                     raise RemoSplatError(f"identify: {why}; the robot stopped")
                 link.send(u)
-                rows.append((link.sent, link.u, stamp, q))
+                rows.append((link.sent, link.u, reading.stamps, reading.q))
         finally:
             request.is_heeded = True
             bring_to_rest(link, robot.acceleration_limit, period)

@@ -5,8 +5,13 @@ import math
 
 import numpy as np
 
+from remosplat_drake.app.identification.room import NoRoomError, Room
+from remosplat_drake.controller.verification.stopping_path import StoppingPath
+from remosplat_drake.controller.verification.verify import (
+    Surroundings,
+    path_objection,
+)
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals.distance_field import DistanceField
 
 CRAWLS = (0.01, 0.03)
 """Slow speeds, as shares of an axis' limit, that find its dead band."""
@@ -26,12 +31,13 @@ _OVERRUN = 0.4
 _SPEEDS = (1.0, 0.5, 0.25, 0.125)
 """Shares of the limit that are tried for the full-speed stop."""
 
-_LOOKS = 13
+_LOOKS = 12
+"""Number of looks at a map of which nothing is known between two looks."""
 
 
 @dc.dataclass(frozen=True)
 class Stroke:
-    """The room that one axis has for its motions.
+    """The fastest motion of one axis, forth and back.
 
     Attributes:
         axis: Index of the axis in u.
@@ -42,59 +48,64 @@ class Stroke:
     axis: int
     speed: float
 
+    def ends(self, acceleration_limit: np.ndarray) -> tuple[float, float]:
+        """Returns how far the axis may come from its start, on either side.
+
+        An axis that is late for a stop goes on at its speed meanwhile.
+
+        Args:
+            acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+
+        Returns:
+            The way of the motion and its ramps, and the way back [m, rad].
+        """
+        ramps = abs(self.speed) / acceleration_limit[self.axis]
+        return self.speed * (ramps + _HOLD + _OVERRUN), -self.speed * _OVERRUN
+
 
 def find_stroke(
-    robot: RobotModel,
-    field: DistanceField,
-    q: np.ndarray,
-    axis: int,
-    limit: np.ndarray,
-    clearance: float,
-) -> Stroke | None:
+    room: Room, q: np.ndarray, axis: int, limit: np.ndarray
+) -> Stroke:
     """Finds the fastest motion of one axis that stays away from everything.
 
     Args:
-        robot: The robot.
-        field: The map.
-        q: Configuration to start from, shape (n_q,) [m, rad].
+        room: The scene, and the distances that the robot keeps.
+        q: Configuration in the map to start from, shape (n_q,) [m, rad].
         axis: Index of the axis in u.
         limit: Bounds on |u|, shape (n_u,) [m/s, rad/s].
-        clearance: Distance that all spheres keep from the scene [m].
 
     Returns:
-        The stroke; None where there is no room even for a slow one.
+        The stroke.
+
+    Raises:
+        NoRoomError: Even the slowest motions come too near to something,
+            which the text names, or the robot stands too near to it.
     """
+    problem = room.problem(q)
+    if problem:
+        raise NoRoomError(problem)
+    around, objections = room.surroundings(q), []
     for share in _SPEEDS:
         for sign in (1.0, -1.0):
-            speed = sign * share * limit[axis]
-            if _is_free(robot, field, q, axis, speed, clearance):
-                return Stroke(axis, speed)
-    return None
+            stroke = Stroke(axis, sign * share * limit[axis])
+            found = _objection(stroke, around)
+            if not found:
+                return stroke
+            objections.append(found)
+    raise NoRoomError(", ".join(dict.fromkeys(objections)))
 
 
-def _is_free(
-    robot: RobotModel,
-    field: DistanceField,
-    q: np.ndarray,
-    axis: int,
-    speed: float,
-    clearance: float,
-) -> bool:
-    ramp = speed**2 / robot.acceleration_limit[axis]
-    way = math.copysign(ramp + abs(speed) * (_HOLD + _OVERRUN), speed)
-    back = -speed * _OVERRUN
-    u = np.zeros(robot.n_u)
-    u[axis] = 1.0
-    times = np.linspace(back, way, _LOOKS)
-    for q_then in robot.advance_for(q, u, times):
-        inside = (q_then >= robot.position_lower) & (
-            q_then <= robot.position_upper
-        )
-        spheres = robot.spheres_at(q_then)
-        far = field.clearances(spheres, 2 * clearance).minimum()
-        if not (inside.all() and far >= clearance):
-            return False
-    return True
+def _objection(stroke: Stroke, around: Surroundings) -> str:
+    """What stands against a stroke, its ramp and a late stop on either side."""
+    robot, q = around.robot, around.state.q
+    for end in stroke.ends(robot.acceleration_limit):
+        u = np.zeros(robot.n_u)
+        u[stroke.axis] = math.copysign(1.0, end)
+        times = np.linspace(0.0, abs(end), _LOOKS + 1)[1:]
+        found = path_objection(around, StoppingPath.held(robot, q, u, times))
+        if found:
+            return found
+    return ""
 
 
 def commands(

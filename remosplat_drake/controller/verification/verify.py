@@ -185,10 +185,22 @@ def objection(around: Surroundings, u: np.ndarray) -> str:
         u: The command, shape (n_u,) [rad/s, m/s].
 
     Returns:
+        What `path_objection` says of the path.
+    """
+    return path_objection(around, around.path(u))
+
+
+def path_objection(around: Surroundings, path: StoppingPath) -> str:
+    """Says what a path comes too near to.
+
+    Args:
+        around: Robot, map and the state at which the path starts.
+        path: The path.
+
+    Returns:
         `JOINT_LIMIT`, `SELF_COLLISION`, `MOVER` or `COLLISION`; empty if the
         path is allowed.
     """
-    path = around.path(u)
     lower, upper = path.robot.position_lower, path.robot.position_upper
     if not keeps_joint_limits(path.arrays, lower, upper):
         return JOINT_LIMIT

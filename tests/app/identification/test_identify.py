@@ -2,10 +2,12 @@
 
 import dataclasses as dc
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from runs import complaint
 
 from remosplat_drake.app.identification.excitation import (
     CRAWLS,
@@ -18,6 +20,9 @@ from remosplat_drake.app.identification.record import (
     with_actuators,
     write_actuators,
 )
+from remosplat_drake.app.identification.room import NoRoomError, Room
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.controller.verification.verify import TOLERANCE
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.robot.robot_description import load_robot_description
@@ -108,19 +113,84 @@ def test_commands_stay_within_the_bounds_and_come_back(frankie):
         assert u[:, axis].max() == speed
 
 
+def make_room(robot, scene: PrimitiveScene) -> Room:
+    own = SelfClearance.make(robot, 0.01)
+    return Room(SignedDistanceField(scene), own, 0.1, DT)
+
+
 def test_a_stroke_keeps_away_from_things(frankie, scene):
     q = np.array([0.0, 0, 0, *frankie.home])
-    free = SignedDistanceField(PrimitiveScene())
-    full = find_stroke(frankie, free, q, 0, frankie.velocity_limit, 0.1)
+    limit = frankie.velocity_limit
+    free = make_room(frankie, PrimitiveScene())
+    full = find_stroke(free, q, 0, limit)
     assert full == Stroke(0, frankie.velocity_limit[0])
-    # The table begins 0.7 m ahead: the base goes back first, or slowly.
-    near = SignedDistanceField(scene)
-    stroke = find_stroke(frankie, near, q, 0, frankie.velocity_limit, 0.1)
-    assert stroke is None or stroke.speed < full.speed
+    # The table begins 0.7 m ahead: farther away the base goes slowly, or back.
+    near = make_room(frankie, scene)
+    q[0] = -0.15
+    assert find_stroke(near, q, 0, limit).speed < full.speed
+    q[0] = 0.0
+    with pytest.raises(NoRoomError, match="collision"):
+        find_stroke(near, q, 0, limit)
     # The elbow cannot turn beyond its limit.
+    q[6] = frankie.position_upper[6] - 0.15
+    assert find_stroke(free, q, 5, limit).speed < 0.5
     q[6] = frankie.position_upper[6] - 0.05
-    elbow = find_stroke(frankie, free, q, 5, frankie.velocity_limit, 0.1)
-    assert elbow is None or elbow.speed < 0 or abs(elbow.speed) < 0.5
+    with pytest.raises(NoRoomError, match="joint limit"):
+        find_stroke(free, q, 5, limit)
+
+
+def test_where_it_must_not_start_an_axis_stands(frankie, scene):
+    q = np.array([0.1, 0, 0, *frankie.home])
+    limit = frankie.velocity_limit
+    with pytest.raises(NoRoomError, match="mm away, at least 100 mm are kept"):
+        find_stroke(make_room(frankie, scene), q, 0, limit)
+    free = make_room(frankie, PrimitiveScene())
+    q[4], q[6] = 1.7, -3.0
+    with pytest.raises(NoRoomError, match="too near to each other"):
+        find_stroke(free, q, 3, limit)
+    q[0] = np.nan
+    with pytest.raises(NoRoomError, match="is not known"):
+        find_stroke(free, q, 0, limit)
+
+
+def clear_poses(room: Room, n: int) -> Iterator[np.ndarray]:
+    """Random poses that keep the distances of a room."""
+    robot, rng = room.own.robot, np.random.default_rng(0)
+    arm = slice(3, None)
+    while n:
+        q = np.zeros(robot.n_q)
+        q[arm] = rng.uniform(
+            robot.position_lower[arm], robot.position_upper[arm]
+        )
+        if not room.problem(q):
+            yield q
+            n -= 1
+
+
+def test_no_stroke_enters_the_robot(frankie):
+    room = make_room(frankie, PrimitiveScene().with_floor())
+    limit, stopping = frankie.velocity_limit, room.own.stopping
+    offered = refused = 0
+    for q in clear_poses(room, 40):
+        for axis in range(frankie.n_base, frankie.n_u):
+            try:
+                stroke = find_stroke(room, q, axis, limit)
+            except NoRoomError:
+                refused += 1
+                continue
+            offered += 1
+            forth, back = stroke.ends(frankie.acceleration_limit)
+            way = DT * commands(stroke, frankie, limit, DT)[:, axis].cumsum()
+            # A late stop is within the ends, too.
+            assert min(forth, back) <= way.min() and way.max() <= max(
+                forth, back
+            )
+            step = np.eye(frankie.n_u)[axis]
+            ways = np.linspace(back, forth, 400)
+            for q_then in frankie.advance_for(q, step, ways):
+                apart = room.own.distances(q_then, stopping).min()
+                assert apart >= stopping - TOLERANCE
+    assert offered > 5 * refused
 
 
 def test_a_description_keeps_everything_else(frankie, tmp_path):
@@ -138,3 +208,14 @@ def test_a_description_keeps_everything_else(frankie, tmp_path):
     assert again.count("actuators:") == 1
     assert again.startswith(text)
     assert math.isclose(again.count("- {delay"), 1)
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        (("--fraction", "2"), "--fraction: must be at most 1"),
+        (("--clearance", "-1"), "--clearance: -1 is not a number > 0"),
+    ],
+)
+def test_a_flag_that_would_take_a_bound_away_is_refused(capsys, flags, said):
+    assert said in complaint(capsys, "identify", "TableReach", *flags)

@@ -1,0 +1,84 @@
+"""`Room`: the distances that a robot keeps while its axes are identified."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.app.identification.drive import Reading
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.controller.verification.verify import Surroundings
+from remosplat_drake.signals.distance_field import DistanceField
+
+
+class NoRoomError(RemoSplatError):
+    """An axis cannot move without coming too near to something."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Room:
+    """The scene, and the distances that a robot keeps from it and from itself.
+
+    Attributes:
+        field: The map.
+        own: Distances that the robot's parts keep from each other.
+        clearance: Distance that all spheres keep from the scene [m].
+        dt: Control period [s].
+    """
+
+    field: DistanceField
+    own: SelfClearance
+    clearance: float
+    dt: float
+
+    def about(self, reading: Reading) -> "Room":
+        """Returns the room about a base that may be off.
+
+        Args:
+            reading: What the drivers tell of the base.
+        """
+        return dc.replace(self, field=reading.seen(self.field))
+
+    def problem(self, q: np.ndarray, share: float = 1.0) -> str:
+        """Says what is too near at a configuration; empty if nothing is.
+
+        Args:
+            q: The configuration in the map, shape (n_q,) [m, rad].
+            share: Share of the distances that must be there.
+        """
+        if not np.isfinite(q).all():
+            return "where the robot is in the map is not known"
+        spheres = self.own.robot.spheres_at(q)
+        least = share * self.clearance
+        nearest = self.field.clearances(spheres, self.clearance).minimum()
+        if not nearest >= least:
+            return (
+                f"the scene is {1e3 * nearest:.0f} mm away, at least"
+                f" {1e3 * least:.0f} mm are kept"
+            )
+        apart = self.own.distances(q, self.own.stopping)
+        if not (apart >= share * self.own.stopping).all():
+            links = " and ".join(self.own.pairs.links(int(apart.argmin())))
+            return f"{links} are too near to each other"
+        return ""
+
+    def surroundings(self, q: np.ndarray) -> Surroundings:
+        """Returns what verification needs to know to judge paths.
+
+        Args:
+            q: Configuration without a problem, at which the paths start, shape
+                (n_q,) [m, rad].
+        """
+        robot, reach = self.own.robot, 2.0 * self.clearance
+        state = robot.state(q)
+        found = self.field.clearances(state.spheres, reach)
+        return Surroundings(
+            robot,
+            self.field,
+            state,
+            np.minimum(found.per_sphere(len(robot.spheres)), reach),
+            self.clearance,
+            self.dt,
+            robot.acceleration_limit,
+            self.own,
+        )
