@@ -20,6 +20,13 @@ from remosplat_drake.hardware.doctor.doctor_report import (
     default_path,
     this_host,
 )
+from remosplat_drake.hardware.doctor.drills import (
+    BASE_STEP,
+    DRILLS,
+    EMERGENCY_STOP,
+    USER_STOP,
+    needed_drills,
+)
 from remosplat_drake.hardware.doctor.finding import (
     ADVICE,
     FAILED,
@@ -28,13 +35,6 @@ from remosplat_drake.hardware.doctor.finding import (
     Finding,
 )
 from remosplat_drake.robot.robot_model import RobotModel
-
-DRILLS = {
-    "base-step": "the base drives 10 cm forward",
-    "user-stop": "somebody presses the arm's user stop",
-    "emergency-stop": "somebody presses the base's emergency stop",
-}
-"""Drills by name, and what happens in each."""
 
 _STYLES = {
     PASSED: "green",
@@ -80,7 +80,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="DRILL",
-        help=f"leave a drill out: one of {', '.join(DRILLS)}, or all",
+        help=f"leave a drill out: one of {', '.join(DRILLS)}, or all; no real"
+        " robot is driven with such a report",
     )
     parser.add_argument(
         "--patience",
@@ -114,6 +115,9 @@ def run(arguments: argparse.Namespace) -> int:
     path = arguments.report or default_path()
     report.save(path)
     console.print(f"the report is {path}")
+    lacking = report.lacking(needed_drills(robot.n_base > 0))
+    if lacking and not report.failed:
+        console.print(f"it allows no run; not passed: {', '.join(lacking)}")
     if arguments.json:
         print_json(report)
     return 1 if report.failed else 0
@@ -142,8 +146,10 @@ def _examine(
     yield drills.check_actuators(robot)
     if any(finding.result == FAILED for finding in publishers):
         yield from (
-            Finding(name, SKIPPED, "something before has failed", what, "", "")
-            for name, what in DRILLS.items()
+            Finding(
+                name, SKIPPED, "a check before has failed", DRILLS[name], ""
+            )
+            for name in needed_drills(has_base)
         )
         return
     yield from _drill(scenario, robot, arguments, console)
@@ -161,25 +167,23 @@ def _drill(
     def say(text: str) -> None:
         console.print(f"[bold]{text}[/bold]")
 
-    def stop(part: str, stopped: Callable[[], str]) -> Finding:
+    def stop(name: str, stopped: Callable[[], str]) -> Finding:
         return drills.drill_stop(
-            part, stopped, watched, say, arguments.patience
+            name, stopped, watched, say, arguments.patience
         )
 
-    todo = {"user-stop": lambda: stop("arm", watched.arm_stop)}
-    if robot.n_base:
-        todo = {
-            "base-step": lambda: drills.drill_base_step(watched),
-            **todo,
-            "emergency-stop": lambda: stop("base", watched.base_stop),
-        }
-    for name, drill in todo.items():
+    begin = {
+        BASE_STEP: lambda: drills.drill_base_step(watched),
+        USER_STOP: lambda: stop(USER_STOP, watched.arm_stop),
+        EMERGENCY_STOP: lambda: stop(EMERGENCY_STOP, watched.base_stop),
+    }
+    for name in needed_drills(robot.n_base > 0):
         left_out = {name, "all"} & set(arguments.skip)
         if left_out or not (arguments.yes or _agreed(name)):
             why = "--skip" if left_out else "nobody agreed"
             yield Finding(name, SKIPPED, why, DRILLS[name], "a person", "")
         else:
-            yield drill()
+            yield begin[name]()
 
 
 def _agreed(name: str) -> bool:

@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.scenario_robot import robot_file
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.doctor.doctor_report import (
     check_doctor,
     default_path,
 )
+from remosplat_drake.hardware.doctor.drills import needed_drills
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
+from remosplat_drake.robot.robot_description import load_robot_description
 from remosplat_drake.robot.robot_model import RobotModel
 
 
@@ -66,7 +69,7 @@ def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def check_report(arguments: argparse.Namespace, url: str) -> None:
+def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
     """Refuses a real robot that no doctor has found fit, unless told to.
 
     A rehearsal moves no real robot, and a shadow none at all.
@@ -74,14 +77,21 @@ def check_report(arguments: argparse.Namespace, url: str) -> None:
     Args:
         arguments: The command line with `--doctor`, `--without-doctor`,
             `--rehearsal` and `--shadow`.
-        url: LCM URL of the robot.
+        scenario: The scenario, with the LCM URL of the robot.
 
     Raises:
         RemoSplatError: There is no report, or it does not hold.
     """
     told = arguments.without_doctor or arguments.rehearsal or arguments.shadow
-    if not told:
-        check_doctor(arguments.doctor or default_path(), url, time.time())
+    if told:
+        return
+    description = load_robot_description(robot_file(scenario))
+    check_doctor(
+        arguments.doctor or default_path(),
+        scenario.hardware.url,
+        time.time(),
+        needed_drills(description.base is not None),
+    )
 
 
 def check_positive(command: str, arguments: argparse.Namespace, *names: str):

@@ -97,7 +97,7 @@ def prepare_robot(
             "--hardware: say which robot: --rehearsal drives the stand-in,"
             f" --lcm-url URL a real one, for example {ROBOT_URL}"
         )
-    check_report(arguments, scenario.hardware.url)
+    check_report(arguments, scenario)
     announce_wire(scenario.hardware.url, console)
 
 

@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -36,6 +37,12 @@ from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.controller.braking import braking_steps
 from remosplat_drake.hardware.client.robot_link import RobotLink
+from remosplat_drake.hardware.doctor.doctor_report import (
+    DoctorReport,
+    this_host,
+)
+from remosplat_drake.hardware.doctor.drills import DRILLS
+from remosplat_drake.hardware.doctor.finding import PASSED, SKIPPED, Finding
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.localization_config import LocalizationConfig
 from remosplat_drake.hardware.wire import channels
@@ -320,6 +327,32 @@ def test_a_robot_that_no_doctor_has_seen_is_not_driven(
         capsys, "run", "--hardware", "--headless", "--lcm-url", free_url()
     )
     assert "doctor.json: no report on robot and wire" in line
+    assert "--without-doctor" in line
+
+
+@pytest.mark.parametrize(
+    ("scenario", "named"),
+    [
+        (
+            "TableReach",
+            "base-step (--skip), user-stop (--skip), emergency-stop",
+        ),
+        ("Ur5eReach", "user-stop (--skip)"),
+    ],
+)
+def test_a_skipped_drill_is_not_a_passed_one(capsys, tmp_path, scenario, named):
+    """What `doctor --skip all` writes where all else is well."""
+    url, path = free_url(), tmp_path / "doctor.json"
+    findings = [Finding("multicast", PASSED, "heard", "heard", "packets")]
+    findings += [Finding(name, SKIPPED, "--skip", "", "") for name in DRILLS]
+    DoctorReport(this_host(), url, time.time(), tuple(findings)).save(path)
+    line = complaint(
+        capsys,
+        *("run", scenario, "--hardware", "--headless", "--lcm-url", url),
+        *("--doctor", str(path)),
+        *("--scenario-text", "{hardware: {connect_timeout: 0.2}}"),
+    )
+    assert f"not passed: {named}" in line
     assert "--without-doctor" in line
 
 

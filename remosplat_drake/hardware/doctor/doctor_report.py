@@ -3,13 +3,14 @@
 import dataclasses as dc
 import json
 import socket
+from collections.abc import Collection
 from pathlib import Path
 
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.base.resources import state_dir
 from remosplat_drake.base.strict_json import as_number, read_json_object
-from remosplat_drake.hardware.doctor.finding import FAILED, Finding
+from remosplat_drake.hardware.doctor.finding import FAILED, PASSED, Finding
 
 LONGEST_AGE = 12 * 3600.0
 """Age from which on a report says nothing any more [s]: a working day."""
@@ -35,6 +36,19 @@ class DoctorReport:
     def failed(self) -> list[Finding]:
         """Findings with which no robot may be driven."""
         return [f for f in self.findings if f.result == FAILED]
+
+    def lacking(self, needed: Collection[str]) -> list[str]:
+        """Names the checks among those needed that have not passed, and why.
+
+        Args:
+            needed: Names of checks.
+        """
+        found = {f.check: f for f in self.findings}
+        return [
+            f"{name} ({found[name].found if name in found else 'not done'})"
+            for name in needed
+            if name not in found or found[name].result != PASSED
+        ]
 
     def save(self, path: Path) -> None:
         """Writes the report as JSON; see `write_atomically` for errors."""
@@ -88,7 +102,14 @@ def read_report(path: Path) -> DoctorReport:
     )
 
 
-def objection(report: DoctorReport, *, host: str, url: str, now: float) -> str:
+def objection(
+    report: DoctorReport,
+    *,
+    host: str,
+    url: str,
+    now: float,
+    needed: Collection[str],
+) -> str:
     """Says why a report does not allow a run; empty if it does.
 
     Args:
@@ -96,6 +117,8 @@ def objection(report: DoctorReport, *, host: str, url: str, now: float) -> str:
         host: Name of this computer.
         url: LCM URL of the run.
         now: Wall clock [s].
+        needed: Names of the checks that must have passed: one that was
+            skipped has not.
     """
     if report.host != host:
         return f"is of another computer, {report.host}"
@@ -109,16 +132,20 @@ def objection(report: DoctorReport, *, host: str, url: str, now: float) -> str:
         )
     if report.failed:
         return f"says that {report.failed[0].line}"
-    return ""
+    lacking = ", ".join(report.lacking(needed))
+    return f"has checks that are not passed: {lacking}" if lacking else ""
 
 
-def check_doctor(path: Path, url: str, now: float) -> None:
+def check_doctor(
+    path: Path, url: str, now: float, needed: Collection[str]
+) -> None:
     """Refuses a run of a robot that no doctor has seen, or found well.
 
     Args:
         path: File of the report.
         url: LCM URL of the run.
         now: Wall clock [s].
+        needed: Names of the checks that must have passed.
 
     Raises:
         RemoSplatError: There is no such report, or it does not hold.
@@ -126,6 +153,8 @@ def check_doctor(path: Path, url: str, now: float) -> None:
     advice = "run `remosplat doctor` on this wire, or add --without-doctor"
     if not path.exists():
         raise RemoSplatError(f"{path}: no report on robot and wire; {advice}")
-    problem = objection(read_report(path), host=this_host(), url=url, now=now)
+    problem = objection(
+        read_report(path), host=this_host(), url=url, now=now, needed=needed
+    )
     if problem:
         raise RemoSplatError(f"{path}: the report {problem}; {advice}")

@@ -22,6 +22,19 @@ from remosplat_drake.hardware.wire.base import MODE_NAMES
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.robot.robot_model import RobotModel
 
+BASE_STEP, USER_STOP, EMERGENCY_STOP = (
+    "base-step",
+    "user-stop",
+    "emergency-stop",
+)
+
+DRILLS = {
+    BASE_STEP: "the base drives 10 cm forward",
+    USER_STOP: "somebody presses the arm's user stop",
+    EMERGENCY_STOP: "somebody presses the base's emergency stop",
+}
+"""Drills by name, and what happens in each."""
+
 STEP_SPEED, STEP_DURATION = 0.1, 1.0
 """Speed of the base's step response [m/s], and how long it drives [s]."""
 
@@ -34,6 +47,15 @@ PATIENCE = 60.0
 _PERIOD = 0.02
 _STANDING = 0.01
 _SILENT = 0.5
+
+
+def needed_drills(has_base: bool) -> tuple[str, ...]:
+    """Returns the drills that a robot must pass before it is driven.
+
+    Args:
+        has_base: Whether the robot has a mobile base.
+    """
+    return tuple(DRILLS) if has_base else (USER_STOP,)
 
 
 class DrilledRobot:
@@ -160,7 +182,7 @@ def drill_base_step(robot: DrilledRobot) -> Finding:
         speeds.append(speed)
     response = step_response(np.array(times), np.array(speeds))
     return judged(
-        "step response of the base",
+        BASE_STEP,
         max(response.rise, response.fall) <= LONGEST_DELAY
         and response.speed > 0.8 * STEP_SPEED
         and response.rest < _STANDING,
@@ -176,7 +198,7 @@ def drill_base_step(robot: DrilledRobot) -> Finding:
 
 
 def drill_stop(
-    part: str,
+    name: str,
     stopped: Callable[[], str],
     robot: DrilledRobot,
     say: Callable[[str], None],
@@ -185,21 +207,20 @@ def drill_stop(
     """Waits for a stop to be pressed, and for nothing to move at its reset.
 
     Args:
-        part: Name of the part, "arm" or "base".
+        name: `USER_STOP`, which is the arm's, or `EMERGENCY_STOP`, the base's.
         stopped: Says how the part shows that it is stopped, or nothing.
         robot: The robot.
         say: Tells the person what to do.
         patience: Longest wait for the person [s].
     """
-    button = "user stop" if part == "arm" else "emergency stop"
-    say(f"press the {button} of the {part} now")
+    part = "arm" if name == USER_STOP else "base"
+    say(f"press the {name.replace('-', ' ')} of the {part} now")
     found = _wait(robot, stopped, patience)
     wanted = "the statuses show it, or cease, and nothing moves at its reset"
     source = "modes and silence of the statuses"
-    check = f"{button} of the {part}"
     if not found:
         return judged(
-            check,
+            name,
             False,
             found=f"nothing within {patience:.0f} s",
             wanted=wanted,
@@ -211,7 +232,7 @@ def drill_stop(
     _wait(robot, lambda: "" if stopped() else "it is back", patience)
     moved = _watch_rest(robot)
     return judged(
-        check,
+        name,
         not stopped() and moved < _STANDING,
         found=f"{found}; afterwards it "
         + ("is still stopped" if stopped() else f"moved at {moved:.3f}"),

@@ -3,7 +3,8 @@
 import dataclasses as dc
 
 PASSED, ADVICE, FAILED, SKIPPED = "passed", "advice", "failed", "skipped"
-"""Results of checks. Only FAILED keeps a robot from being driven."""
+"""Results of checks. FAILED keeps a robot from being driven, and so does a
+drill that is anything but PASSED."""
 
 
 @dc.dataclass(frozen=True)

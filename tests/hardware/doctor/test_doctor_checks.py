@@ -1,5 +1,7 @@
 """The doctor's checks on what they read, without a robot."""
 
+import dataclasses as dc
+import re
 import threading
 import time
 
@@ -200,7 +202,7 @@ def test_a_report_is_what_was_saved(tmp_path):
     path = tmp_path / "reports" / "doctor.json"
     REPORT.save(path)
     assert read_report(path) == REPORT
-    check_doctor(path, URL, 2000.0)
+    check_doctor(path, URL, 2000.0, ["a"])
 
 
 @pytest.mark.parametrize(
@@ -214,8 +216,20 @@ def test_a_report_is_what_was_saved(tmp_path):
     ],
 )
 def test_a_report_holds_for_its_place_and_day(host, url, now, problem):
-    said = objection(REPORT, host=host, url=url, now=now)
+    said = objection(REPORT, host=host, url=url, now=now, needed=["a"])
     assert said.startswith(problem) and bool(said) == bool(problem)
+
+
+def test_what_is_needed_must_have_passed(tmp_path):
+    skipped = Finding("c", SKIPPED, "nobody agreed", "y", "z")
+    report = dc.replace(REPORT, findings=(*REPORT.findings, skipped))
+    report.save(tmp_path / "doctor.json")
+    check_doctor(tmp_path / "doctor.json", URL, 1000.0, ["a"])
+    lacking = re.escape("not passed: b (x), c (nobody agreed), d (not done);")
+    with pytest.raises(RemoSplatError, match=lacking):
+        check_doctor(
+            tmp_path / "doctor.json", URL, 1000.0, ["a", "b", "c", "d"]
+        )
 
 
 def test_a_failure_is_named(tmp_path):
@@ -223,13 +237,13 @@ def test_a_failure_is_named(tmp_path):
     report = DoctorReport(this_host(), URL, 1000.0, (ill,))
     report.save(tmp_path / "doctor.json")
     with pytest.raises(RemoSplatError, match="clock of the arm: 90 ms; want"):
-        check_doctor(tmp_path / "doctor.json", URL, 1000.0)
+        check_doctor(tmp_path / "doctor.json", URL, 1000.0, [])
 
 
 def test_no_report_and_another_file_are_told(tmp_path):
     path = tmp_path / "doctor.json"
     with pytest.raises(RemoSplatError, match="no report on robot and wire"):
-        check_doctor(path, URL, 0.0)
+        check_doctor(path, URL, 0.0, [])
     path.write_text("{}")
     with pytest.raises(RemoSplatError, match="is no report"):
-        check_doctor(path, URL, 0.0)
+        check_doctor(path, URL, 0.0, [])

@@ -12,6 +12,7 @@ from robot_process import Client, robot_process
 from runs import command_line, complaint, remosplat
 
 from remosplat_drake.acceptance.hardware_processes import free_url
+from remosplat_drake.hardware.doctor.drills import DRILLS
 from remosplat_drake.hardware.stand_in import faults
 
 
@@ -70,12 +71,23 @@ def test_all_drills_pass_with_the_stand_in(lone_robot, tmp_path):
                     time.sleep(0.5)
                     inject(person, faults.RECOVER)
         found = read(path)
-    drills = (
-        "step response of the base",
-        "user stop of the arm",
-        "emergency stop of the base",
-    )
-    for drill in drills:
+    for drill in DRILLS:
         assert found[drill]["result"] == "passed", "".join(said)
-    assert "mode user_stopped" in found["user stop of the arm"]["found"]
+    assert "mode user_stopped" in found["user-stop"]["found"]
     assert found["who sends BASE_STATUS"]["result"] == "passed"
+
+
+@pytest.mark.slow
+def test_a_doctor_that_skips_drills_opens_no_run(lone_robot, tmp_path):
+    path, url = tmp_path / "doctor.json", free_url()
+    lacking = "not passed: base-step (--skip), user-stop (--skip), emergency"
+    with robot_process(url, "TableReach"):
+        Client(url).wait_for_robot()
+        flags = ("--lcm-url", url, "--report", path, "--skip", "all")
+        done = remosplat("doctor", "TableReach", *flags)
+        assert done.returncode == 0, done.stderr
+        assert lacking in done.stdout
+        flags = ("--lcm-url", url, "--doctor", path, "--headless")
+        done = remosplat("run", "TableReach", "--hardware", *flags)
+    assert done.returncode == 2
+    assert lacking in done.stderr
