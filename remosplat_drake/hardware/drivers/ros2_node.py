@@ -1,0 +1,98 @@
+"""`Ros2Node`: reads and writes ROS 2 topics by CycloneDDS, without ROS."""
+
+import contextlib
+from collections.abc import Iterator
+
+from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+
+_MOST = 100
+"""Number of samples that are taken at once."""
+
+
+class Ros2Node:
+    """A participant of a ROS 2 domain.
+
+    A reliable writer suits every reader, a best-effort reader every writer.
+    """
+
+    def __init__(self, domain: int, what: str):
+        """Joins a ROS 2 domain.
+
+        Args:
+            domain: The robot's ROS_DOMAIN_ID.
+            what: What needs CycloneDDS, for an error's text.
+
+        Raises:
+            RemoSplatError: CycloneDDS is not installed, or finds no network.
+        """
+        try:
+            from cyclonedds.domain import DomainParticipant
+        except ImportError as error:
+            raise MissingExtraError(what, "ros2") from error
+        self._domain = domain
+        with self._named_errors():
+            self._participant = DomainParticipant(domain)
+
+    def writer(self, topic: str, kind: type):
+        """Makes a `DataWriter` of a topic.
+
+        Args:
+            topic: ROS's name of the topic.
+            kind: Type of its messages, one of `ros2_messages`.
+
+        Raises:
+            RemoSplatError: The topic cannot be written.
+        """
+        from cyclonedds.core import Policy, Qos
+        from cyclonedds.pub import DataWriter
+
+        reliable = Policy.Reliability.Reliable(max_blocking_time=10_000_000)
+        qos = Qos(reliable, Policy.History.KeepLast(1))
+        with self._named_errors():
+            return DataWriter(
+                self._participant, self._topic(topic, kind), qos=qos
+            )
+
+    def reader(self, topic: str, kind: type):
+        """Makes a `DataReader` of a topic, which keeps the last ten messages.
+
+        Args:
+            topic: ROS's name of the topic.
+            kind: Type of its messages, one of `ros2_messages`.
+
+        Raises:
+            RemoSplatError: The topic cannot be read.
+        """
+        from cyclonedds.core import Policy, Qos
+        from cyclonedds.sub import DataReader
+
+        history = Policy.History.KeepLast(10)
+        qos = Qos(Policy.Reliability.BestEffort, history)
+        with self._named_errors():
+            return DataReader(
+                self._participant, self._topic(topic, kind), qos=qos
+            )
+
+    def _topic(self, name: str, kind: type):
+        from cyclonedds.topic import Topic
+
+        from remosplat_drake.hardware.drivers.ros2_messages import dds_topic
+
+        return Topic(self._participant, dds_topic(name), kind)
+
+    @contextlib.contextmanager
+    def _named_errors(self) -> Iterator[None]:
+        from cyclonedds.core import DDSException
+
+        try:
+            yield
+        except DDSException as error:
+            raise RemoSplatError(
+                f"DDS domain {self._domain}: {error}"
+            ) from error
+
+
+def taken(reader) -> list:
+    """Takes what has come for a reader, oldest first; nothing without one."""
+    samples = [] if reader is None else reader.take(N=_MOST)
+    return [sample for sample in samples if sample.sample_info.valid_data]
