@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from remosplat_drake.app.hardware_limits import COMMANDED_MODES
 from remosplat_drake.app.hardware_run import bring_to_rest
 from remosplat_drake.app.identification.fit import LONGEST_GAP, Recording
 from remosplat_drake.base.clock import sleep_until
@@ -22,7 +23,6 @@ from remosplat_drake.hardware.client.status_monitor import station_status
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals import station_status as modes
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.station_status import StationStatus
 
@@ -87,6 +87,27 @@ def read_robot(
     )
 
 
+def robot_stop(
+    reading: Reading, robot: RobotModel, config: HardwareConfig
+) -> tuple[StationStatus, str]:
+    """Tells whether the robot may move.
+
+    Args:
+        reading: What its drivers have last told.
+        robot: The robot.
+        config: Expiry times of the drivers.
+
+    Returns:
+        Its status, and why it must not move; empty if it may.
+    """
+    now, has_base = reading.measurement, robot.n_base > 0
+    status = station_status(now, config, has_base, time.time())
+    reason = status.stop_reason
+    if not reason and status.robot_mode not in COMMANDED_MODES:
+        reason = f"the arm's mode is {status.robot_mode}"
+    return status, reason
+
+
 def await_robot(
     link: RobotLink, robot: RobotModel, config: HardwareConfig
 ) -> Reading:
@@ -106,13 +127,11 @@ def await_robot(
     deadline = time.monotonic() + config.connect_timeout
     reading = read_robot(link, robot, Measurement())
     while True:
-        status = station_status(
-            reading.measurement, config, robot.n_base > 0, time.time()
-        )
-        if status.mode == modes.RUNNING:
+        _, reason = robot_stop(reading, robot, config)
+        if not reason:
             return reading
         if time.monotonic() > deadline:
-            raise RemoSplatError(f"identify: {status.stop_reason}")
+            raise RemoSplatError(f"identify: {reason}")
         link.flush(_STATUS_TIMEOUT)
         reading = read_robot(link, robot, reading.measurement)
 
@@ -157,14 +176,12 @@ def drive(
                 due += period
                 link.flush(_STATUS_TIMEOUT)
                 reading = read_robot(link, robot, reading.measurement)
-                status = station_status(
-                    reading.measurement, config, robot.n_base > 0, time.time()
-                )
-                if status.mode != modes.RUNNING:
+                status, reason = robot_stop(reading, robot, config)
+                if reason:
                     sent = [row[0] for row in rows]
                     late = _was_late(status, config, sent)
                     kind = DisturbedError if late else RemoSplatError
-                    raise kind(f"identify: {status.stop_reason}")
+                    raise kind(f"identify: {reason}")
                 why = "interrupted" if request.made else problem(reading)
                 if why:
                     raise RemoSplatError(f"identify: {why}; the robot stopped")

@@ -2,13 +2,16 @@
 
 import dataclasses as dc
 import math
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from runs import complaint
+from wire_messages import arm_message
 
+from remosplat_drake.app.identification.drive import Reading, robot_stop
 from remosplat_drake.app.identification.excitation import (
     CRAWLS,
     Stroke,
@@ -23,9 +26,16 @@ from remosplat_drake.app.identification.record import (
 from remosplat_drake.app.identification.room import NoRoomError, Room
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.controller.verification.verify import TOLERANCE
+from remosplat_drake.hardware.client.measurement import (
+    Measurement,
+    with_arm_status,
+)
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.robot.robot_description import load_robot_description
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 DT = 0.01
@@ -219,3 +229,20 @@ def test_a_description_keeps_everything_else(frankie, tmp_path):
 )
 def test_a_flag_that_would_take_a_bound_away_is_refused(capsys, flags, said):
     assert said in complaint(capsys, "identify", "TableReach", *flags)
+
+
+@pytest.mark.parametrize(
+    ("mode", "reason"),
+    [
+        (RobotMode.MOVE, ""),
+        (RobotMode.OTHER, "the arm's mode is other"),
+        (RobotMode.USER_STOPPED, "the arm is in mode user_stopped"),
+    ],
+)
+def test_an_arm_that_does_not_obey_is_not_measured(mode, reason):
+    panda, now = load_robot("panda"), time.time()
+    config = HardwareConfig(arm_status_expiry=1.0, frozen_after=1.0)
+    status = arm_message(utime=round(1e6 * now), robot_mode=mode)
+    told = with_arm_status(Measurement(), status, now, 7, config)
+    reading = Reading(told, np.full(7, now), panda.q_home, panda.q_home)
+    assert robot_stop(reading, panda, config)[1] == reason
