@@ -1,12 +1,18 @@
 """`remosplat arm-driver`: between the station's wire and any other arm."""
 
 import argparse
+import re
 import time
+from collections.abc import Iterator
+
+from rich.console import Console
 
 from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.base_driver import ros_domain
+from remosplat_drake.commands.flags import flag_name
+from remosplat_drake.commands.number_flags import number
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import (
     add_wire_argument,
@@ -14,7 +20,13 @@ from remosplat_drake.commands.wire import (
     open_wire,
 )
 from remosplat_drake.hardware.drivers.arm_driver import ArmDriver, ArmLink
-from remosplat_drake.hardware.drivers.ros2_arm import ArmTopics, Ros2Arm
+from remosplat_drake.hardware.drivers.arm_stops import (
+    BOOL,
+    INT32,
+    MODE_TYPES,
+    ArmTopics,
+)
+from remosplat_drake.hardware.drivers.ros2_arm import Ros2Arm
 from remosplat_drake.hardware.drivers.ur_arm import UrArm
 from remosplat_drake.hardware.wire.channels import PANDA_COMMAND
 from remosplat_drake.robot.robot_description import (
@@ -38,7 +50,7 @@ _AFTERWARDS = 0.2
 
 EXAMPLES = """
 remosplat arm-driver ur 192.168.56.101 --robot ur5e
-remosplat arm-driver ros2 --robot my_arm/my_arm.yaml
+remosplat arm-driver ros2 --robot arm.yaml --emergency-stop-topic /e_stop
 """
 """What `--help` ends with."""
 
@@ -77,6 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="TOPIC",
         help="JointState from the arm (default: %(default)s)",
     )
+    _add_stops(parser)
     parser.add_argument(
         "--domain",
         type=int,
@@ -85,12 +98,50 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_stops(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("whether an arm on ROS 2 may move")
+    group.add_argument(
+        "--emergency-stop-topic",
+        default=ArmTopics.emergency_stop,
+        metavar="TOPIC",
+        help="Bool: true while an emergency stop is latched",
+    )
+    group.add_argument(
+        "--mode-topic",
+        default=ArmTopics.mode,
+        metavar="TOPIC",
+        help="String, Int32 or Bool: the arm's mode",
+    )
+    group.add_argument(
+        "--mode-type",
+        choices=MODE_TYPES,
+        default=ArmTopics.mode_type,
+        help="type of the mode's messages, in std_msgs (default: %(default)s)",
+    )
+    group.add_argument(
+        "--running-mode",
+        action="append",
+        default=[],
+        metavar="MODE",
+        help="what the mode is while the arm obeys: a text, a number, true or"
+        " false; may be given repeatedly",
+    )
+    group.add_argument(
+        "--stop-expiry",
+        type=number,
+        default=ArmTopics.stop_expiry,
+        metavar="S",
+        help="silence after which such a topic counts as a stop (default:"
+        " %(default)s; inf for topics that tell changes only)",
+    )
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Drives the arm until Ctrl-C, or until it is stopped by itself."""
     description = load_robot_description(arguments.robot)
     lcm = open_wire(arguments.lcm_url)
-    link = _link(arguments, description)
     console = open_console(stderr=True)
+    link = _link(arguments, description, console)
     inbox = leased_inbox(lcm, [PANDA_COMMAND], "arm-driver", console)
     driver = ArmDriver(lcm, link, len(description.arm.joints), inbox)
     pacer, problem = Pacer(_PERIOD), ""
@@ -124,17 +175,74 @@ def _leave(
 
 
 def _link(
-    arguments: argparse.Namespace, description: RobotDescription
+    arguments: argparse.Namespace,
+    description: RobotDescription,
+    console: Console,
 ) -> ArmLink:
     joints = description.arm.joints
     if arguments.kind == ROS2:
         if arguments.host:
             raise FieldError("arm-driver", "host", "ros2 has topics, no host")
-        topics = ArmTopics(arguments.command_topic, arguments.states_topic)
-        return Ros2Arm(topics, joints, ros_domain(arguments.domain))
+        topics = _topics(arguments)
+
+        def tell(news: str) -> None:
+            console.print(f"arm-driver: {news}", highlight=False)
+
+        link = Ros2Arm(topics, joints, ros_domain(arguments.domain), tell)
+        for news in _untold(topics):
+            tell(news)
+        return link
+    for name in ("emergency_stop_topic", "mode_topic"):
+        if getattr(arguments, name):
+            problem = "only with ros2; a UR tells its stops itself"
+            raise FieldError("arm-driver", flag_name(name), problem)
     if not arguments.host:
         raise FieldError("arm-driver", "host", "ur wants the controller's")
     if len(joints) != _UR_JOINTS:
         problem = f"{description.name} has {len(joints)} joints, a UR has 6"
         raise FieldError("arm-driver", "--robot", problem)
     return UrArm(arguments.host, max(description.acceleration_limits))
+
+
+def _topics(arguments: argparse.Namespace) -> ArmTopics:
+    """Returns the topics that the flags name.
+
+    Raises:
+        FieldError: A flag contradicts another, or is out of its range.
+    """
+    if not arguments.stop_expiry > 0:
+        raise FieldError("arm-driver", "--stop-expiry", "must be positive")
+    modes, kind = arguments.running_mode, arguments.mode_type
+    if bool(modes) != bool(arguments.mode_topic):
+        problem = "belongs with --mode-topic: give both, or neither"
+        raise FieldError("arm-driver", "--running-mode", problem)
+    for mode in modes:
+        if kind == BOOL and mode not in ("true", "false"):
+            problem = f"{mode!r}: a {BOOL} is true or false"
+            raise FieldError("arm-driver", "--running-mode", problem)
+        if kind == INT32 and not re.fullmatch(r"0|-?[1-9]\d*", mode):
+            problem = f"{mode!r}: an {INT32} is a whole number"
+            raise FieldError("arm-driver", "--running-mode", problem)
+    return ArmTopics(
+        arguments.command_topic,
+        arguments.states_topic,
+        arguments.emergency_stop_topic,
+        arguments.mode_topic,
+        kind,
+        tuple(modes),
+        arguments.stop_expiry,
+    )
+
+
+def _untold(topics: ArmTopics) -> Iterator[str]:
+    """Yields what nothing tells of the arm."""
+    if not topics.emergency_stop:
+        yield (
+            "no --emergency-stop-topic: nothing tells of the arm's emergency"
+            " stop"
+        )
+    if not topics.mode:
+        yield (
+            "no --mode-topic: nothing tells whether the arm obeys; its mode is"
+            " taken to be `move`"
+        )

@@ -29,6 +29,8 @@ class ArmReport:
         time: The arm's own clock [s].
         mode: A value of lcmt_panda_status.robot_mode.
         problem: Why it obeys no more; empty while it does.
+        utime: When it was measured, by the wall clock [us]; None where the arm
+            does not tell that: then it counts from when it came.
     """
 
     q: np.ndarray
@@ -36,6 +38,7 @@ class ArmReport:
     time: float
     mode: int = lcmt_panda_status.kMove
     problem: str = ""
+    utime: int | None = None
 
 
 class ArmLink(Protocol):
@@ -111,10 +114,11 @@ def arm_status(report: ArmReport, now: int) -> lcmt_panda_status:
 
     Args:
         report: What the arm told.
-        now: Wall clock [us].
+        now: Wall clock, for a report without a stamp [us].
     """
     status, zeros = lcmt_panda_status(), [0.0] * len(report.q)
-    status.utime, status.num_joints = now, len(report.q)
+    status.utime = now if report.utime is None else report.utime
+    status.num_joints = len(report.q)
     status.joint_position = status.joint_position_desired = report.q.tolist()
     status.joint_velocity = status.joint_velocity_desired = report.v.tolist()
     status.joint_acceleration_desired = zeros

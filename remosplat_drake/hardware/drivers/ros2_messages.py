@@ -175,6 +175,22 @@ class Bool(IdlStruct, typename="std_msgs::msg::dds_::Bool_"):
 
 @dc.dataclass
 @final
+class Int32(IdlStruct, typename="std_msgs::msg::dds_::Int32_"):
+    """std_msgs/Int32: a whole number."""
+
+    data: int32 = 0
+
+
+@dc.dataclass
+@final
+class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
+    """std_msgs/String: a text."""
+
+    data: str = ""
+
+
+@dc.dataclass
+@final
 class JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):
     """sensor_msgs/JointState: where joints are and how fast they move."""
 

@@ -19,6 +19,7 @@ from remosplat_drake.hardware.drivers.base_stops import (
     merged,
 )
 from remosplat_drake.hardware.drivers.ros_conversion import Odometry, status_of
+from remosplat_drake.hardware.drivers.topic_values import TopicValues
 from remosplat_drake.hardware.wire.channels import (
     BASE_COMMAND,
     BASE_LOCALIZATION,
@@ -125,9 +126,8 @@ class StopFlags:
 
     def __init__(self, topics: RosTopics):
         """Starts without a value, which counts as unknown."""
-        self._expiry = topics.stop_expiry
         self._fields = tuple(topics.flags.values())
-        self._values: dict[str, tuple[bool, float]] = {}
+        self._values = TopicValues[bool](topics.stop_expiry)
 
     def put(self, field: str, value: bool, t: float) -> None:
         """Keeps a value that came at a time t, by a clock that never jumps [s].
@@ -137,15 +137,11 @@ class StopFlags:
             value: What it says.
             t: When it came [s].
         """
-        self._values[field] = (bool(value), t)
+        self._values.put(field, bool(value), t)
 
     def stops(self, t: float) -> BaseStops:
         """Returns what the flags say; one that is silent is unknown."""
-        known = {
-            field: value
-            for field, (value, came) in self._values.items()
-            if t - came <= self._expiry
-        }
+        known = self._values.known(t)
         return BaseStops(
             emergency=known.get("emergency_stop", False),
             protective=known.get("protective_stop", False),

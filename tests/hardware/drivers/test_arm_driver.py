@@ -73,6 +73,36 @@ def test_commands_expire_and_statuses_tell_what_the_arm_does():
         (["ur", "h", "--robot", "panda"], "panda has 7 joints, a UR has 6"),
         (["ros2", "h", "--robot", "panda"], "ros2 has topics, no host"),
         (["ur", "h", "--robot", "ur5"], "did you mean 'ur5e'"),
+        (
+            ["ur", "h", "--robot", "ur5e", "--mode-topic", "/m"],
+            "--mode-topic: only with ros2",
+        ),
+        (
+            ["ros2", "--robot", "ur5e", "--mode-topic", "/m"],
+            "--running-mode: belongs with --mode-topic",
+        ),
+        (
+            ["ros2", "--robot", "ur5e", "--running-mode", "RUNNING"],
+            "--running-mode: belongs with --mode-topic",
+        ),
+        (
+            [
+                *("ros2", "--robot", "ur5e", "--mode-topic", "/m"),
+                *("--mode-type", "Int32", "--running-mode", "7.0"),
+            ],
+            "'7.0': an Int32 is a whole number",
+        ),
+        (
+            [
+                *("ros2", "--robot", "ur5e", "--mode-topic", "/m"),
+                *("--mode-type", "Bool", "--running-mode", "yes"),
+            ],
+            "'yes': a Bool is true or false",
+        ),
+        (
+            ["ros2", "--robot", "ur5e", "--stop-expiry", "nan"],
+            "--stop-expiry: must be positive",
+        ),
     ],
 )
 def test_what_makes_no_sense_is_told_in_one_line(arguments, message, capsys):
@@ -146,91 +176,3 @@ def test_a_universal_robots_arm_is_driven_and_always_comes_to_rest(
     motion = np.load(record)
     assert np.abs(motion[:, 8:]).max() > 0.29
     assert not motion[-1, 8:].any()
-
-
-@pytest.mark.slow
-def test_an_arm_behind_ros2_control_is_driven():
-    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
-    from cyclonedds.domain import DomainParticipant
-    from cyclonedds.pub import DataWriter
-    from cyclonedds.sub import DataReader
-    from cyclonedds.topic import Topic
-
-    from remosplat_drake.hardware.drivers import ros2_messages as ros
-
-    participant, domain = DomainParticipant(79), "79"
-    states = DataWriter(
-        participant, Topic(participant, "rt/joint_states", ros.JointState)
-    )
-    commands = DataReader(
-        participant,
-        Topic(
-            participant,
-            "rt/velocity_controller/commands",
-            ros.Float64MultiArray,
-        ),
-    )
-    names = [
-        *("wrist_3_joint", "shoulder_pan_joint", "shoulder_lift_joint"),
-        *("elbow_joint", "wrist_1_joint", "wrist_2_joint", "gripper"),
-    ]
-    q, v = np.arange(7.0), np.zeros(7)
-    url = free_url()
-    with running(
-        *("arm-driver", "ros2", "--robot", "ur5e", "--lcm-url", url),
-        *("--domain", domain),
-    ) as driver:
-        client = Client(url)
-
-        def tell() -> None:
-            nonlocal q
-            assert driver.poll() is None
-            for sample in commands.take(N=50):
-                rates = list(sample.data)
-                v[:6] = rates[-1:] + rates[:-1]
-            q = q + 0.01 * v
-            states.write(
-                ros.JointState(
-                    name=names, position=q.tolist(), velocity=v.tolist()
-                )
-            )
-
-        def heard() -> bool:
-            tell()
-            return bool(client.arm)
-
-        client.wait_for(heard)
-        # In the description's order, whatever the broadcaster's is.
-        np.testing.assert_allclose(
-            client.latest.joint_position, [1, 2, 3, 4, 5, 0]
-        )
-
-        def obeys() -> bool:
-            tell()
-            return np.allclose(client.latest.joint_velocity, RATES)
-
-        client.drive(obeys, RATES)
-
-        def rests() -> bool:
-            tell()
-            return not np.any(client.latest.joint_velocity)
-
-        client.wait_for(rests)
-
-
-def test_joint_states_are_read_by_another_decoder():
-    pytest.importorskip("cyclonedds", reason="needs the extra ros2")
-    typesys = pytest.importorskip("rosbags.typesys")
-    from remosplat_drake.hardware.drivers import ros2_messages as ros
-
-    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
-    message = ros.JointState(name=["a", "b"], position=[1, 2], velocity=[3, 4])
-    read = store.deserialize_cdr(
-        message.serialize(), "sensor_msgs/msg/JointState"
-    )
-    assert (read.name, list(read.velocity)) == (["a", "b"], [3, 4])
-    array = ros.Float64MultiArray(data=[0.5, -1.0])
-    read = store.deserialize_cdr(
-        array.serialize(), "std_msgs/msg/Float64MultiArray"
-    )
-    assert list(read.data) == [0.5, -1.0]

@@ -1,0 +1,47 @@
+"""`TopicValues`: what ROS topics said last, until they are silent."""
+
+import math
+from typing import Generic, TypeVar
+
+Value = TypeVar("Value")
+
+
+class TopicValues(Generic[Value]):
+    """The latest values of topics; what a silent topic said is forgotten."""
+
+    def __init__(self, expiry: float):
+        """Starts without a value, which counts as unknown.
+
+        Args:
+            expiry: Silence from which on a topic says nothing any more [s].
+        """
+        self._expiry = expiry
+        self._values: dict[str, tuple[Value, float]] = {}
+
+    def put(self, name: str, value: Value, t: float) -> None:
+        """Keeps a value that came at a time t, by a clock that never jumps [s].
+
+        Args:
+            name: Name of the topic.
+            value: What it says.
+            t: When it came [s].
+        """
+        self._values[name] = (value, t)
+
+    def known(self, t: float) -> dict[str, Value]:
+        """Returns the values that count at a time t [s], by topic."""
+        return {
+            name: value
+            for name, (value, _) in self._values.items()
+            if self.silence(name, t) <= self._expiry
+        }
+
+    def silence(self, name: str, t: float) -> float:
+        """Returns for how long a topic is silent at a time t; inf if always.
+
+        Args:
+            name: Name of the topic.
+            t: The time [s].
+        """
+        came = self._values[name][1] if name in self._values else -math.inf
+        return t - came
