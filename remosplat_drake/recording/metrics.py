@@ -14,7 +14,6 @@ from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.separation import Separation
 
 
 @dc.dataclass(frozen=True)
@@ -88,8 +87,8 @@ def run_metrics(
     dt: float,
     truth: DistanceField | None,
     unseen: DistanceField | None = None,
-    line_deviation: Sequence[float] = (),
-    separations: Sequence[Separation | None] = (),
+    line_deviation: Sequence[float] | np.ndarray = (),
+    separation_margin: Sequence[float] | np.ndarray = (),
 ) -> RunMetrics:
     """Computes the metrics of a finished run.
 
@@ -101,10 +100,11 @@ def run_metrics(
         unseen: Space that no camera has seen; None where that is unknown.
         line_deviation: How far the end effector was beside the line of each
             tick [m]; NaN where there was none.
-        separations: How near what moves was at each tick; None where nothing
-            was known to.
+        separation_margin: By how much the distance to what moves exceeded S_p
+            at each tick [m]; NaN where nothing was known to move.
     """
-    margins = [each.margin for each in separations if each is not None]
+    margins = np.array(separation_margin)
+    margins = margins[~np.isnan(margins)]
     p_WE = np.array([robot.end_effector_poses(q) for q in trajectory.q])
     lengths = [path_length(p_WE[:, i, :3, 3]) for i in range(p_WE.shape[1])]
     several = dict(zip(robot.effectors, lengths, strict=True))
@@ -139,7 +139,7 @@ def run_metrics(
         mover_distance_min=_summary(moving.distance)[0] if moving else None,
         mover_contacts=moving.contacts if moving else (),
         waited=moving.waited if moving else None,
-        separation_margin_min=min(margins, default=None),
+        separation_margin_min=float(margins.min()) if len(margins) else None,
     )
 
 

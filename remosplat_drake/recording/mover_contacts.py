@@ -129,20 +129,21 @@ def judge_movers(
             in the same order each time.
         dt: Control period [s].
     """
-    judge = _Judge(robot, movers)
+    judge, contacts = _Judge(robot, movers), _Contacts(robot)
     ticks = np.append(time, time[-1] + dt) if len(time) else np.zeros(1)
-    looks = [judge.look(ticks[0], q[0])]
-    distance = [looks[0].distance.min(initial=np.inf)]
+    latest = judge.look(ticks[0], q[0])
+    contacts.add(latest)
+    distance = [latest.distance.min(initial=np.inf)]
     waited = 0.0
     for k in range(len(time)):
-        start = looks[-1]
-        looks += judge.fill(ticks, q, k, start)
-        moved = np.linalg.norm(looks[-1].p_WS - start.p_WS, axis=1).max()
+        looks = judge.fill(ticks, q, k, latest)
+        for look in looks:
+            contacts.add(look)
+        start, latest = latest, looks[-1]
+        moved = np.linalg.norm(latest.p_WS - start.p_WS, axis=1).max()
         waited += dt if moved <= WAITING_SPEED * dt else 0.0
-        distance.append(looks[-1].distance.min(initial=np.inf))
-    return MoverJudgement(
-        tuple(_contacts(robot, looks)), np.array(distance), waited
-    )
+        distance.append(latest.distance.min(initial=np.inf))
+    return MoverJudgement(contacts.all(), np.array(distance), waited)
 
 
 class _Judge:
@@ -243,24 +244,48 @@ def distances(
     return distance, -np.einsum("kij,knj->kni", movers.R_WM, away_M)
 
 
-def _contacts(robot: RobotModel, looks: list[_Look]) -> list[Contact]:
-    """The contacts of links and movers, from look to look."""
-    links = np.array(robot.spheres.links)
-    open_: dict[tuple[str, int], Contact] = {}
-    closed: list[Contact] = []
-    for i, look in enumerate(looks):
+class _Contacts:
+    """Contacts of links and movers, from look to look; keeps no older looks."""
+
+    def __init__(self, robot: RobotModel):
+        self._links = np.array(robot.spheres.links)
+        self._latest: _Look | None = None
+        self._is_first = True
+        self._open: dict[tuple[str, int], Contact] = {}
+        self._closed: list[Contact] = []
+
+    def add(self, look: _Look) -> None:
+        """Adds the next look, and what the robot did until then.
+
+        At the very start counts what it did from then on.
+        """
+        before, self._latest = self._latest, look
+        if before is None:
+            return
+        duration = max(look.time - before.time, 1e-12)
+        v_WS = (look.p_WS - before.p_WS) / duration
+        if self._is_first:
+            self._note(before, v_WS)
+        self._note(look, v_WS)
+
+    def all(self) -> tuple[Contact, ...]:
+        """Returns all contacts, in the order in which they began."""
+        if self._is_first and self._latest is not None:
+            self._note(self._latest, np.zeros_like(self._latest.p_WS))
+        contacts = [*self._closed, *self._open.values()]
+        return tuple(sorted(contacts, key=lambda contact: contact.start))
+
+    def _note(self, look: _Look, v_WS: np.ndarray) -> None:
+        """Begins, prolongs and ends contacts."""
+        self._is_first = False
         seen = {}
         if (look.distance < 0.0).any():
-            # What it did until then; at the very start, from then on.
-            a, b = looks[max(i - 1, 0)], looks[max(i, min(1, len(looks) - 1))]
-            v_WS = (b.p_WS - a.p_WS) / max(b.time - a.time, 1e-12)
-            seen = dict(_touches(look, links, v_WS))
-        for key in [key for key in open_ if key not in seen]:
-            closed.append(open_.pop(key))
+            seen = dict(_touches(look, self._links, v_WS))
+        for key in [key for key in self._open if key not in seen]:
+            self._closed.append(self._open.pop(key))
         for key, now in seen.items():
-            open_[key] = _merged(open_[key], now) if key in open_ else now
-    closed += open_.values()
-    return sorted(closed, key=lambda contact: contact.start)
+            before = self._open.get(key)
+            self._open[key] = now if before is None else _merged(before, now)
 
 
 def _touches(

@@ -1,19 +1,25 @@
 """Movers of a run as arrays, so that they can be kept in a file."""
 
+from array import array
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.math import RotationMatrix
 
+from remosplat_drake.recording.packed_movers import (
+    ORIENTATION,
+    PackedMovers,
+    mover_of,
+)
 from remosplat_drake.scene.mover import Mover, Movers
 
 PREFIX = "mover_"
 """What the names of all these arrays begin with."""
 
-_COLUMNS = (3, 1, 4, 3, 3, 3, 4)
-"""Numbers of a row: half extents, radius, quaternion, position,
-velocity, angular velocity, bounds."""
+_NUMBERS, _QUATERNION = 21, slice(4, 8)
+"""Numbers of a row: those of `PackedMovers`, but for the orientation, which is
+a quaternion in a file."""
 
 
 def to_arrays(ticks: Sequence[Movers]) -> dict[str, np.ndarray]:
@@ -29,13 +35,19 @@ def to_arrays(ticks: Sequence[Movers]) -> dict[str, np.ndarray]:
     """
     if not ticks:
         return {}
-    found = [(k, m) for k, movers in enumerate(ticks) for m in movers]
-    state = [_row(mover) for _, mover in found]
+    tick, name, state, stamp = [], [], array("d"), array("d")
+    for k, movers in enumerate(ticks):
+        packed = PackedMovers.of(movers)
+        tick += [k] * len(movers)
+        name += packed.names
+        stamp.append(packed.stamp)
+        for row in packed.rows:
+            state.extend(_with_quaternion(row))
     return {
-        PREFIX + "tick": np.array([k for k, _ in found], int),
-        PREFIX + "name": np.array([m.name for _, m in found], str),
-        PREFIX + "state": np.array(state, float).reshape(-1, sum(_COLUMNS)),
-        PREFIX + "stamp": np.array([movers.stamp for movers in ticks]),
+        PREFIX + "tick": np.array(tick, int),
+        PREFIX + "name": np.array(name, str),
+        PREFIX + "state": np.array(state).reshape(-1, _NUMBERS),
+        PREFIX + "stamp": np.array(stamp),
     }
 
 
@@ -51,7 +63,7 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> tuple[Movers, ...]:
     tick, name, state, stamp = (
         arrays[PREFIX + part] for part in ("tick", "name", "state", "stamp")
     )
-    if state.shape != (len(tick), sum(_COLUMNS)) or name.shape != tick.shape:
+    if state.shape != (len(tick), _NUMBERS) or name.shape != tick.shape:
         raise ValueError("arrays of movers do not fit each other")
     ticks: list[list[Mover]] = [[] for _ in stamp]
     for k, what, row in zip(tick, name, state, strict=True):
@@ -62,36 +74,19 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> tuple[Movers, ...]:
     )
 
 
-def _row(mover: Mover) -> np.ndarray:
-    return np.concatenate(
-        [
-            mover.half_extents,
-            [mover.radius],
-            mover.X_WM.rotation().ToQuaternion().wxyz(),
-            mover.X_WM.translation(),
-            mover.v_WM,
-            mover.w_WM,
-            [
-                mover.max_speed,
-                mover.max_acceleration,
-                mover.velocity_error,
-                mover.position_error,
-            ],
-        ]
-    )
+def _with_quaternion(row: np.ndarray) -> np.ndarray:
+    """The numbers of a mover as a file has them."""
+    R_WM = RotationMatrix(row[ORIENTATION].reshape(3, 3))
+    wxyz = R_WM.ToQuaternion().wxyz()
+    before, after = row[: ORIENTATION.start], row[ORIENTATION.stop :]
+    return np.concatenate([before, wxyz, after])
 
 
 def _mover(name: str, row: np.ndarray) -> Mover:
-    half_extents, radius, wxyz, p_WM, v_WM, w_WM, bounds = np.split(
-        row, np.cumsum(_COLUMNS)[:-1]
-    )
+    """The mover of a row in a file."""
+    wxyz = row[_QUATERNION]
     R_WM = RotationMatrix(Quaternion(wxyz / np.linalg.norm(wxyz)))
-    return Mover(
-        name,
-        RigidTransform(R_WM, p_WM),
-        half_extents,
-        float(radius[0]),
-        v_WM,
-        w_WM,
-        *map(float, bounds),
+    before, after = row[: _QUATERNION.start], row[_QUATERNION.stop :]
+    return mover_of(
+        name, np.concatenate([before, R_WM.matrix().ravel(), after])
     )

@@ -4,7 +4,7 @@ import dataclasses as dc
 import math
 import struct
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from tokenize import TokenError
 from typing import IO
@@ -21,7 +21,6 @@ from remosplat_drake.recording.mover_log import (
     to_arrays,
 )
 from remosplat_drake.scene.mover import Movers
-from remosplat_drake.signals.tick_report import TickReport
 
 _DAMAGES = (
     ValueError,
@@ -71,46 +70,10 @@ class Trajectory:
     scale: np.ndarray
     clearance: np.ndarray
     timings: dict[str, np.ndarray]
-    movers: tuple[Movers, ...] = ()
+    movers: Sequence[Movers] = ()
 
     def __len__(self) -> int:
         return len(self.time)
-
-
-def make_trajectory(
-    reports: Sequence[TickReport],
-    q_end: np.ndarray,
-    n_u: int,
-    executed: Iterable[np.ndarray] | None = None,
-    movers: Iterable[Movers] = (),
-) -> Trajectory:
-    """Stacks tick reports into a trajectory.
-
-    Args:
-        reports: The controller's reports, T of them.
-        q_end: Configuration after the last one, shape (n_q,).
-        n_u: Length of a command.
-        executed: The commands as a supervisor let them pass, T of them,
-            shape (n_u,) each; None: those of the reports were executed.
-        movers: What moved at each of them; empty where nothing did.
-    """
-    phases = sorted({phase for report in reports for phase in report.timings})
-    q = [report.q for report in reports] + [q_end]
-    if executed is None:
-        executed = (report.command for report in reports)
-    return Trajectory(
-        time=np.array([report.time for report in reports]),
-        q=np.array(q),
-        u=np.array(list(executed)).reshape(len(reports), n_u),
-        status=np.array([report.status for report in reports], dtype=str),
-        scale=np.array([report.scale for report in reports]),
-        clearance=np.array([r.clearances.minimum() for r in reports]),
-        timings={
-            phase: np.array([r.timings.get(phase, np.nan) for r in reports])
-            for phase in phases
-        },
-        movers=tuple(movers),
-    )
 
 
 def save_trajectory(trajectory: Trajectory, path: Path) -> None:

@@ -1,6 +1,4 @@
-"""`TrajectoryRecorder`: keeps the tick reports of a run in memory."""
-
-from collections import deque
+"""`TrajectoryRecorder`: keeps the ticks of a run in memory, as numbers."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -11,8 +9,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.recording.trajectory import Trajectory, make_trajectory
-from remosplat_drake.scene.mover import Movers
+from remosplat_drake.recording.tick_table import TickTable
+from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.signals.tick_report import TickReport
 
 
@@ -28,19 +26,21 @@ class TrajectoryRecorder(LeafSystem):
         - velocity_executed (optional)
         - movers (optional)
 
-    It publishes once a control period and keeps each new `TickReport`, and
-    with it what a supervisor made of its command (`velocity_executed`), and
-    the `Movers`; another simulation starts over.
+    It publishes once a control period and puts each new `TickReport` into a
+    `TickTable`, and with it what a supervisor made of its command
+    (`velocity_executed`), and the `Movers`; another simulation starts over.
+    Of the reports themselves only the latest is kept.
 
     Args:
         n_q: Length of the configuration.
         n_u: Length of the command.
         period: Control period [s].
-        keep: Age at which reports are forgotten [s]; None keeps all, and
-            memory grows with the run.
+        keep: Age at which ticks are forgotten [s]; None keeps all, and
+            memory grows with the run, by some hundred bytes a tick.
 
     Attributes:
-        reports: All reports that are kept, oldest first.
+        ticks: All ticks that are kept.
+        latest: The latest report; None before the first.
     """
 
     def __init__(
@@ -48,11 +48,10 @@ class TrajectoryRecorder(LeafSystem):
     ):
         super().__init__()
         self.set_name("recorder")
-        self._n_u = n_u
         self._keep = np.inf if keep is None else keep
-        self.reports: deque[TickReport] = deque()
-        self._executed: deque[np.ndarray] = deque()
-        self._movers: deque[Movers] = deque()
+        self._lengths = n_q, n_u
+        self.ticks = TickTable(*self._lengths)
+        self.latest: TickReport | None = None
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", n_q
         )
@@ -100,11 +99,6 @@ class TrajectoryRecorder(LeafSystem):
             )
         return recorder
 
-    @property
-    def latest(self) -> TickReport | None:
-        """The latest report; None before the first."""
-        return self.reports[-1] if self.reports else None
-
     def trajectory(self, context: Context) -> Trajectory:
         """Returns the trajectory up to the context's configuration.
 
@@ -113,30 +107,20 @@ class TrajectoryRecorder(LeafSystem):
         """
         self._record(context)
         q_end = np.array(self._configuration_input.Eval(context))
-        return make_trajectory(
-            self.reports, q_end, self._n_u, self._executed, self._movers
-        )
+        return self.ticks.trajectory(q_end)
 
     def _forget(self, context: Context):
-        self.reports.clear()
-        self._executed.clear()
-        self._movers.clear()
+        self.ticks = TickTable(*self._lengths)
+        self.latest = None
 
     def _record(self, context: Context):
         report = self._report_input.Eval(context)
         if np.isfinite(report.time) and report is not self.latest:
-            u = report.command
+            u, movers = report.command, None
             if self._executed_input.HasValue(context):
                 u = np.array(self._executed_input.Eval(context))
-            self.reports.append(report)
-            self._executed.append(u)
             if self._movers_input.HasValue(context):
-                self._movers.append(self._movers_input.Eval(context))
-            self._forget_older_than(report.time - self._keep)
-
-    def _forget_older_than(self, time: float):
-        while self.reports[0].time < time:
-            self.reports.popleft()
-            self._executed.popleft()
-            if self._movers:
-                self._movers.popleft()
+                movers = self._movers_input.Eval(context)
+            self.latest = report
+            self.ticks.append(report, u, movers)
+            self.ticks.forget_before(report.time - self._keep)

@@ -17,6 +17,8 @@ from remosplat_drake.controller.run_tick import run_tick
 from remosplat_drake.controller.solvers import ACTIVE_SET
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.signals.standing import Standing
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.timing.measuring import Case
 
 _PEOPLE = 5
@@ -166,10 +168,14 @@ def recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
         scenario: The scenario.
         world: What its files hold.
     """
-    application = build(scenario, world)
-    run(application).uninterrupted()
+    reports: list[TickReport] = []
+
+    def keep(time: float, standing: Standing, report: TickReport | None):
+        if report is not None and report not in reports[-1:]:
+            reports.append(report)
+
+    run(build(scenario, world), on_progress=keep).uninterrupted()
     ticks = []
-    reports = application.recorder.reports
     for before, report in pairwise(reports):
         state = world.robot.state(report.q)
         ticks.append(

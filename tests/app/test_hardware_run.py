@@ -1,5 +1,6 @@
 """A scenario on the robot, which is a process of its own behind the wire."""
 
+import gc
 import signal
 import subprocess
 import threading
@@ -54,6 +55,7 @@ from remosplat_drake.oracle.oracle_config import (
 )
 from remosplat_drake.recording.trajectory import load_trajectory
 from remosplat_drake.signals.supervisor_state import STOPPED
+from remosplat_drake.signals.tick_report import TickReport
 
 STILL = 1e-3  # [rad/s]
 END = "END"  # The channel of a message that comes after all commands.
@@ -169,6 +171,21 @@ def test_a_rehearsal_sends_nothing(robot):
         loop.start()
     assert heard
     assert not np.any(heard)
+
+
+def test_a_long_run_does_not_keep_its_reports(robot):
+    """A robot that waits for hours must not fill the memory."""
+    url, _ = robot
+    loop = HardwareLoop(make_application(url))
+    loop.start()
+    alive = []
+    for _ in range(3):
+        for _ in range(30):
+            loop.tick()
+        gc.collect()
+        found = [isinstance(o, TickReport) for o in gc.get_objects()]
+        alive.append(sum(found))
+    assert max(alive) - min(alive) < 10
 
 
 def test_a_shadow_computes_everything_and_sends_nothing(robot, tmp_path):

@@ -1,5 +1,6 @@
 """Whole runs in a nearly empty world: how they end and what they leave."""
 
+import gc
 import json
 import re
 import signal
@@ -30,6 +31,7 @@ from remosplat_drake.recording.trajectory import load_trajectory
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi
+from remosplat_drake.signals.tick_report import TickReport
 
 HOME = """
   scene: {truth: scene.json}
@@ -174,6 +176,21 @@ def test_ctrl_c_ends_the_run_after_its_step(folder, monkeypatch):
         result.uninterrupted()
     assert 1 <= len(result.trajectory) <= 3
     check_consistent(result, application)
+
+
+def test_a_run_does_not_keep_its_reports(folder):
+    """After three times as long there are as many in memory."""
+    alive = []
+
+    def count(t, standing, report):
+        if round(t / 0.02) in (100, 300):
+            gc.collect()
+            found = [isinstance(o, TickReport) for o in gc.get_objects()]
+            alive.append(sum(found))
+
+    result = run(make_application(folder, "Far"), on_progress=count)
+    assert len(result.trajectory) == 400
+    assert alive[0] == alive[1]
 
 
 def test_a_stop_ends_the_run_and_is_no_arrival(folder):

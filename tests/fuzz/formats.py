@@ -42,9 +42,9 @@ from remosplat_drake.reconstruction.report.quality_report import (
 )
 from remosplat_drake.recording.events import Event, EventWriter, read_events
 from remosplat_drake.recording.run_log import RunLogWriter, read_log
+from remosplat_drake.recording.tick_table import TickTable
 from remosplat_drake.recording.trajectory import (
     load_trajectory,
-    make_trajectory,
     save_trajectory,
 )
 from remosplat_drake.robot.robot_model import load_robot
@@ -185,9 +185,11 @@ def _make_events(folder: Path) -> None:
 
 
 def _make_trajectory(folder: Path) -> None:
-    reports = [TickReport.before_first(3, 2)] * 4
+    ticks = TickTable(3, 2)
+    for _ in range(4):
+        ticks.append(TickReport.before_first(3, 2), np.zeros(2))
     path = folder / "trajectory.npz"
-    save_trajectory(make_trajectory(reports, np.zeros(3), n_u=2), path)
+    save_trajectory(ticks.trajectory(np.zeros(3)), path)
 
 
 def _make_pose_target(folder: Path) -> None:

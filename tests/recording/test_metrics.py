@@ -8,7 +8,6 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.recording.metrics import path_length, run_metrics
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals.separation import Separation
 
 DT = 0.1
 
@@ -135,9 +134,12 @@ def test_only_ticks_on_a_line_can_be_beside_it(frankie):
 
 def test_the_least_margin_counts_of_what_was_known_to_move(frankie):
     trajectory = trajectory_of([[0, 0, 0, *frankie.home]] * 3, n_u=9)
-    seen = [None, Separation("hand", "Ada", 0.5, 0.4)]
-    seen.append(Separation("hand", "Ada", 0.3, 0.35))
-    metrics = run_metrics(trajectory, frankie, DT, None, separations=seen)
-    assert metrics.separation_margin_min == pytest.approx(-0.05)
-    metrics = run_metrics(trajectory, frankie, DT, None, separations=[None])
+    margins = [np.nan, 0.1, -0.05]
+    metrics = run_metrics(
+        trajectory, frankie, DT, None, separation_margin=margins
+    )
+    assert metrics.separation_margin_min == -0.05
+    metrics = run_metrics(
+        trajectory, frankie, DT, None, separation_margin=[np.nan] * 3
+    )
     assert metrics.separation_margin_min is None

@@ -1,5 +1,7 @@
 """Contacts by hand: an arm on a lift, and balls that meet it or not."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -102,6 +104,26 @@ def test_a_turning_box_is_found_between_two_looks(lift_arm):
 
     judged = judge_movers(lift_arm, np.zeros(1), q, movers, DT)
     assert {c.link for c in judged.contacts} >= {"wrist"}
+
+
+def test_a_long_run_is_judged_in_no_more_memory(lift_arm):
+    """The looks of a minute alone would be many megabytes."""
+
+    def peak(ticks: int) -> int:
+        crowd = [Mover.sphere("ball", [k, 0.0, 3.0], RADIUS) for k in range(90)]
+        q = lifted(*np.zeros(ticks + 1))
+        tracemalloc.start()
+        try:
+            judge_movers(
+                *(lift_arm, DT * np.arange(ticks), q),
+                *(lambda time: Movers(time, crowd), DT),
+            )
+            return tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+
+    peak(10)
+    assert peak(150) < peak(50) + 100_000
 
 
 def test_nothing_moves(lift_arm):

@@ -1,4 +1,4 @@
-"""Trajectories: stacked from reports, saved whole or not at all."""
+"""Trajectories: saved whole or not at all."""
 
 import contextlib
 import dataclasses as dc
@@ -10,66 +10,30 @@ import pytest
 
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.recording import trajectory as module
+from remosplat_drake.recording.tick_table import TickTable
 from remosplat_drake.recording.trajectory import (
     Trajectory,
     load_trajectory,
-    make_trajectory,
     save_trajectory,
 )
-from remosplat_drake.signals.distance_field import Clearances
-from remosplat_drake.signals.tick_report import TickReport
-
-
-def report(k: int, status: str = "optimal", **fields) -> TickReport:
-    distance = np.array([0.5 - 0.1 * k, 0.6])
-    clearances = Clearances(
-        np.array([0, 1]), distance, np.zeros((2, 3)), np.zeros((2, 3))
-    )
-    values = {
-        "time": 0.1 * k,
-        "q": np.full(3, float(k)),
-        "command": np.full(2, 10.0 * k),
-        "status": status,
-        "scale": 1.0 / (1 + k),
-        "clearances": clearances,
-        "timings": {"solve": 1e-3 * k},
-    }
-    return dc.replace(TickReport.before_first(3, 2), **{**values, **fields})
 
 
 @pytest.fixture
 def trajectory() -> Trajectory:
-    reports = [
-        report(0),
-        report(1, status="acceleration_dropped"),
-        report(2, clearances=Clearances.none(), timings={"total": 2e-3}),
-    ]
-    return make_trajectory(reports, np.full(3, 3.0), n_u=2)
-
-
-def test_reports_are_stacked_and_the_end_is_appended(trajectory):
-    assert len(trajectory) == 3
-    np.testing.assert_allclose(trajectory.time, [0, 0.1, 0.2])
-    np.testing.assert_array_equal(trajectory.q[:, 0], [0, 1, 2, 3])
-    np.testing.assert_array_equal(trajectory.u[:, 1], [0, 10, 20])
-    assert trajectory.status.tolist() == [
-        "optimal",
-        "acceleration_dropped",
-        "optimal",
-    ]
-    np.testing.assert_allclose(trajectory.clearance, [0.5, 0.4, np.inf])
-    # A phase that a tick did not have is not a number.
-    np.testing.assert_allclose(trajectory.timings["solve"], [0, 1e-3, np.nan])
-    np.testing.assert_allclose(
-        trajectory.timings["total"], [np.nan, np.nan, 2e-3]
+    return Trajectory(
+        time=np.array([0.0, 0.1, 0.2]),
+        q=np.arange(12.0).reshape(4, 3),
+        u=np.arange(6.0).reshape(3, 2),
+        status=np.array(["optimal", "acceleration_dropped", "optimal"]),
+        scale=np.array([1.0, 0.5, 0.25]),
+        clearance=np.array([0.5, 0.4, np.inf]),
+        timings={"solve": np.array([0.0, 1e-3, np.nan])},
     )
 
 
-def test_no_report_is_a_trajectory_too():
-    empty = make_trajectory([], np.zeros(3), n_u=2)
-    assert len(empty) == 0
-    assert empty.q.shape == (1, 3)
-    assert empty.u.shape == (0, 2)
+@pytest.fixture
+def empty() -> Trajectory:
+    return TickTable(3, 2).trajectory(np.zeros(3))
 
 
 def assert_equal(a: Trajectory, b: Trajectory) -> None:
@@ -86,16 +50,17 @@ def assert_equal(a: Trajectory, b: Trajectory) -> None:
             assert x.dtype == y.dtype
 
 
-def test_a_saved_trajectory_is_loaded_again(trajectory, tmp_path):
+def test_a_saved_trajectory_is_loaded_again(trajectory, empty, tmp_path):
     path = tmp_path / "deep" / "trajectory.npz"
     save_trajectory(trajectory, path)
     assert_equal(load_trajectory(path), trajectory)
-    empty = make_trajectory([], np.zeros(3), n_u=2)
     save_trajectory(empty, path)
     assert_equal(load_trajectory(path), empty)
 
 
-def test_a_failed_save_leaves_the_old_file(trajectory, tmp_path, monkeypatch):
+def test_a_failed_save_leaves_the_old_file(
+    trajectory, empty, tmp_path, monkeypatch
+):
     path = tmp_path / "trajectory.npz"
     save_trajectory(trajectory, path)
 
@@ -105,7 +70,7 @@ def test_a_failed_save_leaves_the_old_file(trajectory, tmp_path, monkeypatch):
 
     monkeypatch.setattr(module.np, "savez_compressed", fail_half_way)
     with pytest.raises((OSError, FileError)):
-        save_trajectory(make_trajectory([], np.zeros(3), n_u=2), path)
+        save_trajectory(empty, path)
     monkeypatch.undo()
     assert_equal(load_trajectory(path), trajectory)
     assert [p.name for p in tmp_path.iterdir()] == ["trajectory.npz"]

@@ -1,6 +1,7 @@
 """A recorder that forgets: as much memory after an hour as after a minute."""
 
 import dataclasses as dc
+import gc
 
 import numpy as np
 import pytest
@@ -35,10 +36,10 @@ class Ticks(LeafSystem):
         state.get_mutable_abstract_state(0).set_value(report)
 
 
-@pytest.mark.parametrize(
-    ("keep", "kept"), [(None, 24), (1.0, 9), (0.0, 1), (60.0, 24)]
-)
-def test_only_the_latest_reports_are_kept(keep, kept):
+def recorded(
+    simulator_end: float, keep: float | None
+) -> tuple[TrajectoryRecorder, Simulator]:
+    """A recorder after a while, in a simulation that may go on."""
     builder = DiagramBuilder()
     q = builder.AddSystem(ConstantVectorSource([0.0]))
     ticks = builder.AddSystem(Ticks())
@@ -52,10 +53,34 @@ def test_only_the_latest_reports_are_kept(keep, kept):
         keep=keep,
     )
     simulator = Simulator(builder.Build())
-    simulator.AdvanceTo(3.0)
+    simulator.AdvanceTo(simulator_end)
+    return recorder, simulator
+
+
+@pytest.mark.parametrize(
+    ("keep", "kept"), [(None, 24), (1.0, 9), (0.0, 1), (60.0, 24)]
+)
+def test_only_the_latest_ticks_are_kept(keep, kept):
+    recorder, simulator = recorded(3.0, keep)
     trajectory = recorder.trajectory(
         recorder.GetMyContextFromRoot(simulator.get_context())
     )
-    assert len(recorder.reports) == len(trajectory) == kept
+    assert len(recorder.ticks) == len(trajectory) == kept
     np.testing.assert_array_equal(trajectory.q[:-1, 0], np.arange(24)[-kept:])
-    assert recorder.latest is recorder.reports[-1]
+    assert recorder.latest is not None
+    assert recorder.latest.time == trajectory.time[-1]
+
+
+def alive() -> int:
+    """The number of reports in memory."""
+    gc.collect()
+    return sum(isinstance(each, TickReport) for each in gc.get_objects())
+
+
+def test_a_run_that_keeps_all_ticks_keeps_no_reports():
+    _, simulator = recorded(10.0, None)
+    before = alive()
+    simulator.AdvanceTo(20.0)
+    assert alive() == before
+    simulator.AdvanceTo(1000.0)
+    assert alive() == before

@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 import itertools
+from collections import deque
 from pathlib import Path
 from types import TracebackType
 
@@ -31,6 +32,9 @@ _STAY = 4.0
 _PATIENCE = 1.0
 """Period at which a stopped robot is released [s]."""
 
+_KEPT = 10.0
+"""Time whose reports are kept [s]."""
+
 
 class LiveSession:
     """A simulated robot between saved poses, whose map grows on request.
@@ -41,6 +45,7 @@ class LiveSession:
         time: Simulated time [s].
         period: Control period [s].
         process: The process that makes the maps.
+        reports: Reports of the controller's latest ticks.
         robot: Model of the robot.
     """
 
@@ -64,6 +69,9 @@ class LiveSession:
         """
         self.time, self.period = 0.0, scenario.control_period
         self.robot = world.robot
+        self.reports: deque[TickReport] = deque(
+            maxlen=round(_KEPT / self.period)
+        )
         self._mouth = ToldOperator()
         teleoperation = dc.replace(
             open_teleoperation(scenario, world, folder, hardware=False),
@@ -121,11 +129,6 @@ class LiveSession:
         return process.pid
 
     @property
-    def reports(self) -> list[TickReport]:
-        """Reports of the controller's latest ticks."""
-        return self._application.recorder.reports
-
-    @property
     def configurations(self) -> tuple[np.ndarray, np.ndarray]:
         """The q that is measured, and the same in W, shape (n_q,) each."""
         application = self._application
@@ -172,6 +175,10 @@ class LiveSession:
         self._ticks += 1
         self.time = self._ticks * self.period
         self._simulator.AdvanceTo(self.time)
+        latest = self._application.recorder.latest
+        is_new = not self.reports or latest is not self.reports[-1]
+        if latest is not None and is_new:
+            self.reports.append(latest)
 
     def _say(self, command: OperatorCommand) -> None:
         self._command = command

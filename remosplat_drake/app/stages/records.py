@@ -81,10 +81,10 @@ def AddRecorder(
         scenario: The scenario.
         robot: The robot, for the lengths of q and u.
         configuration: The output port of the measured q, n_q entries.
-        controller: The controller whose reports are kept.
+        controller: The controller whose ticks are kept.
         executed: The output port of the command u that the station gets.
         movers: The output port of the `Movers`; None where nothing moves.
-        keep: Age at which reports are forgotten, for runs without an end [s];
+        keep: Age at which ticks are forgotten, for runs without an end [s];
             None keeps all.
     """
     return TrajectoryRecorder.AddToBuilder(
