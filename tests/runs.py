@@ -1,5 +1,6 @@
 """Helpers of the tests that drive whole scenarios or real processes."""
 
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -58,15 +59,28 @@ def command_line(*arguments: str | Path) -> list[str]:
 
 
 def remosplat(
-    *arguments: str | Path, cwd: Path | None = None
+    *arguments: str | Path,
+    cwd: Path | None = None,
+    largest_file: int | None = None,
 ) -> subprocess.CompletedProcess[str]:
-    """Runs `remosplat` in a process of its own and waits for it."""
+    """Runs `remosplat` in a process of its own and waits for it.
+
+    `largest_file` is where its disk is full [bytes]: no file of it and of its
+    children grows beyond.
+    """
+
+    def fill_disk() -> None:
+        if largest_file is not None:
+            _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, hard))
+
     return subprocess.run(
         command_line(*arguments),
         cwd=cwd,
         capture_output=True,
         text=True,
         timeout=PATIENCE,
+        preexec_fn=fill_disk,
     )
 
 

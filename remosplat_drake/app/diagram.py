@@ -25,6 +25,7 @@ from remosplat_drake.controller.ingredient import Ingredient
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
+from remosplat_drake.visualization.log_view import LogView
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.safety_panel import SafetyPanel
 from remosplat_drake.visualization.unseen_space import show_unseen_space
@@ -143,8 +144,12 @@ def build(
         log = AddLog(builder, loop, folder, live_map, mcap)
     if page is not None:
         _AddWorldViews(builder, loop, page, live_map)
-    if operation is not None and log is not None:
-        operation.AddViews(loop, live_map, log)
+    if page is not None and log is not None:
+        LogView.AddToBuilder(
+            builder, page=page, trouble=log.GetOutputPort("trouble")
+        )
+    if operation is not None:
+        operation.AddViews(loop, live_map)
     diagram = builder.Build()
     diagram.set_name("remosplat")
     parts = {f.name: getattr(loop, f.name) for f in dc.fields(loop)}

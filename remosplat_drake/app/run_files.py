@@ -23,14 +23,18 @@ def save_result(
 ) -> None:
     """Writes metrics.json and trajectory.npz, each atomically.
 
+    Where the disk is full, neither takes the place of what was there before.
+
     Args:
         result: Result of the run.
         application: The diagram that was run.
         folder: Folder that receives both files.
         loop: Timing of a real robot's loop; None in a simulation.
         known: What was known of the map, from `Admission.document`.
+
+    Raises:
+        FileError: A file cannot be written.
     """
-    save_trajectory(result.trajectory, folder / TRAJECTORY)
     document = {
         "scenario": application.scenario.source,
         "outcome": result.outcome,
@@ -54,3 +58,7 @@ def save_result(
     with atomic_write(folder / METRICS) as file:
         json.dump(document, file, indent=2)
         file.write("\n")
+        # The trajectory takes its place only once these bytes have theirs:
+        # two files in a folder are of one run.
+        file.flush()
+        save_trajectory(result.trajectory, folder / TRAJECTORY)

@@ -56,14 +56,19 @@ def drive(
         None in a simulation.
     """
     last = -math.inf
+    log, has_told = application.log, False
     with Live(console=console, auto_refresh=False, transient=True) as live:
 
         def show(t: float, standing: Standing, report: TickReport | None):
-            nonlocal last
+            nonlocal last, has_told
             now = time.monotonic()
-            if now - last >= _FRAME and report is not None:
-                last = now
-                live.update(progress_line(t, standing, report), refresh=True)
+            if now - last < _FRAME or report is None:
+                return
+            last = now
+            live.update(progress_line(t, standing, report), refresh=True)
+            if log is not None and log.trouble and not has_told:
+                has_told = True
+                say_trouble(log.trouble, console)
 
         def tell(supervision: SupervisorState):
             if supervision.refusal:
@@ -101,6 +106,27 @@ def drive(
             application, realtime_rate=rate, patience=patience, **watchers
         )
         return done, None
+
+
+def log_is_whole(application: Application, console: Console) -> bool:
+    """Says what the files lack that were written while a run went on.
+
+    Args:
+        application: The diagram that ran; its log is closed.
+        console: Console for the line.
+
+    Returns:
+        Whether they lack nothing.
+    """
+    trouble = "" if application.log is None else application.log.trouble
+    if trouble:
+        say_trouble(trouble, console)
+    return not trouble
+
+
+def say_trouble(trouble: str, console: Console) -> None:
+    """Says in a line what files lack; it is whole, since it names them."""
+    console.print(Text(trouble, "bold red"), soft_wrap=True)
 
 
 def strangers(application: Application) -> str:

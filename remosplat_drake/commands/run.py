@@ -15,7 +15,7 @@ from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.tcp_port import check_free
-from remosplat_drake.commands.driving import drive
+from remosplat_drake.commands.driving import drive, log_is_whole
 from remosplat_drake.commands.flags import (
     add_record_argument,
     opened_recorder,
@@ -116,7 +116,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the scenario; returns 0 if the targets were reached, else 1."""
+    """Runs the scenario; returns 0 if the targets were reached, else 1.
+
+    A recording that lacks something makes it 1, too.
+    """
     console = open_console(stderr=True)
     _check_outputs(arguments)
     check_accepted(arguments)
@@ -172,14 +175,13 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         if application.log is not None:
             application.log.close()
-    if application.log is not None and application.log.trouble:
-        console.print(f"[bold red]{application.log.trouble}[/]")
     warm_up.remember()
     if page is not None:
         page.finish_recording()
         page.end(state_at_end(result))
     facts = facts_of(result, loop)
     print_summary(result, facts, console)
+    is_recorded = log_is_whole(application, console)
     if arguments.output:
         known = admission.document()
         save_result(result, application, arguments.output, loop, known)
@@ -191,7 +193,7 @@ def run(arguments: argparse.Namespace) -> int:
         hold(arguments.hold, page, console)
     if result.outcome == INTERRUPTED:
         return 130
-    return 0 if result.outcome == REACHED else 1
+    return 0 if result.outcome == REACHED and is_recorded else 1
 
 
 def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float | None:

@@ -33,7 +33,7 @@ from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
 from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.messages import CodeIssued
-from remosplat_drake.commands.driving import drive
+from remosplat_drake.commands.driving import drive, log_is_whole
 from remosplat_drake.commands.flags import (
     add_record_argument,
     opened_recorder,
@@ -145,7 +145,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Teleoperates until Ctrl-C; returns 1 if the robot ended up stopped."""
+    """Teleoperates until Ctrl-C; returns 1 if the robot ended up stopped.
+
+    A log or a recording that lacks something makes it 1, too.
+    """
     console = open_console(stderr=True)
     check_accepted(arguments)
     scenario = _load_scenario(arguments)
@@ -197,12 +200,11 @@ def run(arguments: argparse.Namespace) -> int:
         if cockpit is not None:
             cockpit.close()
     warm_up.remember()
-    if log.trouble:
-        console.print(f"[bold red]{log.trouble}[/]")
+    is_logged = log_is_whole(application, console)
     # A folder's name is as long as it is; the line is to be copied.
     told = f"{result.standing.text}; `remosplat replay {folder}` shows it"
     console.print(told, soft_wrap=True)
-    return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) else 1
+    return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) and is_logged else 1
 
 
 def _pages(

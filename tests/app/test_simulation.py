@@ -1,8 +1,10 @@
 """Whole runs in a nearly empty world: how they end and what they leave."""
 
+import dataclasses as dc
 import gc
 import json
 import re
+import resource
 import signal
 import time
 from pathlib import Path
@@ -13,6 +15,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator, SimulatorConfig
 
 from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.run_files import METRICS, TRAJECTORY, save_result
 from remosplat_drake.app.run_monitor import RunMonitor
 from remosplat_drake.app.run_result import (
     INTERRUPTED,
@@ -23,7 +26,7 @@ from remosplat_drake.app.run_result import (
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run, simulator_config
 from remosplat_drake.app.world import load_world
-from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.commands import driving
 from remosplat_drake.commands import run as run_command
 from remosplat_drake.commands.main import main
@@ -191,6 +194,29 @@ def test_a_run_does_not_keep_its_reports(folder):
     result = run(make_application(folder, "Far"), on_progress=count)
     assert len(result.trajectory) == 400
     assert alive[0] == alive[1]
+
+
+def test_the_files_of_a_folder_are_of_one_run(folder):
+    """The metrics of the second run do not fit on the disk."""
+    application = make_application(folder, "Here")
+    first = run(application)
+    save_result(first, application, folder, None, {})
+    files = [folder / name for name in (METRICS, TRAJECTORY)]
+    before = [file.read_bytes() for file in files]
+    application = make_application(folder, "One")
+    second = run(application)
+    talkative = dc.replace(second, standings=2000 * second.standings)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
+    try:
+        with pytest.raises(FileError, match=r"metrics\.json: .*too large"):
+            save_result(talkative, application, folder, None, {})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert [file.read_bytes() for file in files] == before
+    save_result(second, application, folder, None, {})
+    for file, old in zip(files, before, strict=True):
+        assert file.read_bytes() != old
 
 
 def test_a_stop_ends_the_run_and_is_no_arrival(folder):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import time
@@ -28,7 +29,7 @@ from remosplat_drake.hardware.wire.images import encode_images
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.recording.events import SUPERVISOR, Event
 from remosplat_drake.recording.mcap import mcap_recorder
-from remosplat_drake.recording.mcap.mcap_file import McapFile
+from remosplat_drake.recording.mcap.mcap_file import McapFile, partial_path
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.mcap.messages import Message, stamp
 from remosplat_drake.recording.mcap.tick_record import TickRecord
@@ -136,7 +137,8 @@ def test_images_on_the_cameras_wire_are_recorded(frankie, tmp_path):
     rgb = np.full((24, 32, 3), 100, np.uint8)
     depth = np.full((24, 32), 1.5, np.float32)
     end, n = time.monotonic() + PATIENCE, 0
-    while "/wrist_camera/depth" not in (found := messages(path)):
+    partial = partial_path(path)
+    while "/wrist_camera/depth" not in (found := messages(partial)):
         assert time.monotonic() < end
         n += 1
         lcm.Publish(WRIST_CAMERA, b"nonsense")
@@ -171,6 +173,7 @@ def test_a_stalled_process_delays_nobody(frankie, tmp_path, monkeypatch):
     assert recorder.trouble == "the recording lacks 3 ticks: too busy"
     os.kill(process.pid, signal.SIGCONT)
     recorder.close()
+    assert recorder.trouble == "the recording lacks 3 ticks: too busy"
     assert len(messages(path)["/command"]) == count - 3
 
 
@@ -184,6 +187,20 @@ def test_a_killed_process_is_told(frankie, tmp_path):
     recorder.append(tick(frankie, 100.0))
     assert "the recording has ended" in recorder.trouble
     recorder.close()
+    assert not path.exists() and partial_path(path).exists()
+
+
+def test_a_process_that_is_killed_at_the_end_is_told(frankie, tmp_path):
+    path = tmp_path / "a.mcap"
+    recorder = McapRecorder(path, frankie)
+    process = recorder._child.process
+    assert process is not None
+    process.kill()
+    process.join()
+    recorder.close()
+    assert recorder.trouble.startswith(
+        "the recording has ended: its process did not finish it; "
+    )
 
 
 def test_a_full_file_gets_no_more(tmp_path):
@@ -200,19 +217,63 @@ def test_a_full_file_gets_no_more(tmp_path):
         file.add(Message("/x", "foxglove.CompressedImage", dict(content)))
         file.flush(at_once=True)
     assert file.trouble == "the file has 1 MiB"
-    size = (tmp_path / "a.mcap").stat().st_size
+    path = tmp_path / "a.partial.mcap"
+    size = path.stat().st_size
     assert (1 << 20) < size < (1 << 20) + 100_000
     file.add(Message("/x", "foxglove.CompressedImage", content))
     file.close()
-    assert (tmp_path / "a.mcap").stat().st_size < size + 10_000
+    assert path.stat().st_size < size + 10_000
+    with path.open("rb") as file:
+        assert reader.make_reader(file).get_summary() is not None
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-def test_an_existing_file_is_not_overwritten(frankie, tmp_path):
-    path = tmp_path / "a.mcap"
+@pytest.mark.parametrize("name", ["a.mcap", "a.partial.mcap"])
+def test_an_existing_file_is_not_overwritten(frankie, tmp_path, name):
+    path = tmp_path / name
     path.write_bytes(b"mine")
-    with pytest.raises(RemoSplatError, match=r"--record: .*a.mcap: File exist"):
-        McapRecorder(path, frankie)
+    with pytest.raises(RemoSplatError, match=f"--record: .*{name}: File exist"):
+        McapRecorder(tmp_path / "a.mcap", frankie)
     assert path.read_bytes() == b"mine"
+    assert [p.name for p in tmp_path.iterdir()] == [name]
+
+
+FULL = 60_000
+"""Size at which the disk of these tests is full [bytes]."""
+
+
+def test_a_recording_on_a_full_disk_is_not_called_whole(tmp_path):
+    """Where nothing else is wrong, the robot gets there and the run fails."""
+    done = remosplat(
+        *("run", "TableGroundTruth", "--headless"),
+        *("--record", tmp_path / "a.mcap", "--output", tmp_path / "run"),
+        largest_file=FULL,
+    )
+    assert done.returncode == 1, done.stderr
+    *_, last = done.stderr.splitlines()
+    assert last == (
+        f"the recording has ended: File too large; {tmp_path}/a.partial.mcap"
+        " holds what was written before"
+    )
+    assert {p.name for p in tmp_path.iterdir()} == {"a.partial.mcap", "run"}
+    assert len(list((tmp_path / "run").iterdir())) == 2
+
+
+def test_a_full_disk_is_told_at_once_and_at_the_end(tmp_path):
+    """The robot goes on; at a fifth of real time it takes long enough."""
+    done = remosplat(
+        *("run", "TableGroundTruth", "--headless", "--realtime-rate", "0.2"),
+        *("--record", tmp_path / "a.mcap"),
+        largest_file=FULL,
+    )
+    assert done.returncode == 1, done.stderr
+    lines = done.stderr.splitlines()
+    (outcome,) = (i for i, x in enumerate(lines) if x.startswith("outcome"))
+    assert "reached" in lines[outcome]
+    told = [i for i, x in enumerate(lines) if "File too large" in x]
+    assert len(told) == 2 and told[0] < outcome < told[1]
+    # Its beginning can be read.
+    assert messages(tmp_path / "a.partial.mcap")["/command"]
 
 
 def test_a_run_is_recorded_whole(tmp_path):
@@ -267,6 +328,24 @@ def test_a_robot_on_the_wire_is_recorded_with_its_camera(
 
 
 @pytest.mark.slow
+def test_a_full_disk_does_not_stop_a_robot(lone_robot, tmp_path):
+    """It reaches its target, and the program says what is lacking."""
+    url, path = free_url(), tmp_path / "a.mcap"
+    with robot_process(url, "TableReach"), consenting(url):
+        Client(url).wait_for_robot()
+        done = remosplat(
+            *("run", "TableReach", "--hardware", "--without-doctor"),
+            *("--headless", "--lcm-url", url, "--record", path),
+            *("--scenario-text", PATIENT),
+            largest_file=FULL,
+        )
+    assert done.returncode == 1, done.stderr
+    assert re.search(r"^outcome +reached", done.stderr, re.M), done.stderr
+    assert "File too large" in done.stderr.splitlines()[-1]
+    assert not path.exists() and partial_path(path).exists()
+
+
+@pytest.mark.slow
 def test_the_recording_outlives_the_run(tmp_path):
     """Kill -9 in the middle: what was seen before can be read."""
     path = tmp_path / "a.mcap"
@@ -283,20 +362,17 @@ def test_the_recording_outlives_the_run(tmp_path):
         line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     ) as run:
         end = time.monotonic() + PATIENCE
-        while not path.exists() or len(messages(path)["/command"]) < 30:
+        partial = partial_path(path)
+        while not partial.exists() or len(messages(partial)["/command"]) < 30:
             assert run.poll() is None and time.monotonic() < end
             time.sleep(0.2)
+        before = len(messages(partial)["/command"])
         run.kill()
-    before = len(messages(path)["/command"])
-    while True:
-        with path.open("rb") as file:
-            try:
-                summary = reader.make_reader(file).get_summary()
-                break
-            except reader.McapError:
-                pass  # The recording process has not come to its end yet.
+    while not path.exists():  # The recording process comes to its end.
         assert time.monotonic() < end
         time.sleep(0.2)
+    with path.open("rb") as file:
+        summary = reader.make_reader(file).get_summary()
     counts = summary.statistics.channel_message_counts
     topics = {c.topic: n for n, c in summary.channels.items()}
     assert counts[topics["/command"]] >= before

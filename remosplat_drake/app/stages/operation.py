@@ -18,7 +18,6 @@ from remosplat_drake.app.stages.teleoperation import (
 from remosplat_drake.app.world import World
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.mapping.live_map import LiveMap
-from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.visualization.page import MeshcatPage
 
@@ -85,18 +84,15 @@ class Operation:
             self._builder, loop, self._teleoperation, hardware=self._hardware
         )
 
-    def AddViews(
-        self, loop: ControlLoop, live_map: LiveMap | None, log: TrajectoryLog
-    ) -> None:
+    def AddViews(self, loop: ControlLoop, live_map: LiveMap | None) -> None:
         """Adds what shows the operator how things stand.
 
         Args:
             loop: The control loop.
             live_map: The map that grows; None without one.
-            log: The log, whose trouble with the disk is shown.
         """
         at = self._builder, loop, self._teleoperation
         if self._cockpit is not None:
             AddCockpitView(*at, self._cockpit, live_map)
         if self._page is not None:
-            AddOperatorViews(*at, self._page, live_map, log)
+            AddOperatorViews(*at, self._page, live_map)

@@ -22,7 +22,6 @@ from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.controller.map_change import objection
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
-from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.sight.map_announcer import MapAnnouncer
@@ -36,7 +35,6 @@ from remosplat_drake.teleop.trajectory_file import load_operator_steps
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
 from remosplat_drake.visualization.live_map_view import LiveMapView
 from remosplat_drake.visualization.live_plots import LivePlots
-from remosplat_drake.visualization.log_view import LogView
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.teleop_panel import TeleopPanel
 
@@ -291,9 +289,8 @@ def AddOperatorViews(
     teleoperation: Teleoperation,
     page: MeshcatPage,
     live_map: LiveMap | None,
-    log: TrajectoryLog,
 ) -> None:
-    """Adds views of the live map, of clearances and velocities, and of the log.
+    """Adds views of the live map, of clearances and of velocities.
 
     Args:
         builder: The builder of the diagram.
@@ -301,12 +298,8 @@ def AddOperatorViews(
         teleoperation: What the diagram needs to be teleoperated.
         page: The browser page to draw on.
         live_map: The map that is drawn; None without one.
-        log: The log, whose trouble with the disk is shown.
     """
     scenario = loop.scenario
-    LogView.AddToBuilder(
-        builder, page=page, trouble=log.GetOutputPort("trouble")
-    )
     if live_map is not None:
         LiveMapView.AddToBuilder(
             builder,

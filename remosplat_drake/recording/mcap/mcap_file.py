@@ -1,10 +1,14 @@
 """`McapFile`: messages on the disk, readable after whatever ends the program.
 
 Every second a chunk is finished and handed to the operating system. A file
-whose writer was killed has no index at its end; readers scan it instead.
+whose writer was killed has no index at its end; readers scan it instead. The
+file has a name that says so until it is complete.
 """
 
+import contextlib
+import errno
 import json
+import os
 import time
 from pathlib import Path
 
@@ -18,8 +22,19 @@ _HELD = 1.0
 """Time after which messages in memory are written [s]."""
 
 
+def partial_path(path: Path) -> Path:
+    """Returns where a file is while it is not complete.
+
+    Args:
+        path: Where it is once it is.
+    """
+    return path.with_name(f"{path.stem}.partial{path.suffix}")
+
+
 class McapFile:
     """Writes messages until the file is as large as it may be.
+
+    It is at `partial_path` until it is closed without trouble.
 
     Attributes:
         trouble: Why messages are missing in the file; empty while none is.
@@ -29,7 +44,7 @@ class McapFile:
         """Begins a file.
 
         Args:
-            path: The file; it must not exist.
+            path: The file; neither it nor its `partial_path` may exist.
             limit: Size from which on nothing is added [bytes].
 
         Raises:
@@ -37,11 +52,16 @@ class McapFile:
             MissingExtraError: The package `mcap` is not installed.
         """
         writer = import_optional("mcap.writer", "an MCAP file", "record")
+        partial = partial_path(path)
+        if path.exists():
+            raise FileError(path, os.strerror(errno.EEXIST))
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = path.open("xb")
+            self._file = partial.open("xb")
         except OSError as error:
-            raise FileError(path, error.strerror or str(error)) from error
+            raise FileError(partial, error.strerror or str(error)) from error
+        self._path, self._partial = path, partial
+        self._is_broken = False
         self._limit = limit
         self._writer = writer.Writer(self._file)
         self._writer.start(library=f"remosplat-drake {__version__}")
@@ -65,7 +85,7 @@ class McapFile:
                 data=json.dumps(content, allow_nan=False).encode(),
             )
         except OSError as error:
-            self.trouble = error.strerror or str(error)
+            self._break(error)
 
     def flush(self, *, at_once: bool = False) -> None:
         """Hands what is in memory to the operating system, once a second.
@@ -82,15 +102,30 @@ class McapFile:
             if self._file.tell() > self._limit:
                 self.trouble = f"the file has {self._limit >> 20} MiB"
         except OSError as error:
-            self.trouble = error.strerror or str(error)
+            self._break(error)
 
     def close(self) -> None:
-        """Writes the index and closes the file."""
+        """Writes the index and closes the file; only a whole one is renamed.
+
+        Where something fails, `trouble` says why.
+        """
         try:
-            self._writer.finish()
-            self._file.close()
+            if not self._is_broken:
+                self._writer.finish()
+                self._file.flush()
+                os.fsync(self._file.fileno())
+            if not self.trouble:
+                self._partial.rename(self._path)
         except OSError as error:
-            self.trouble = error.strerror or str(error)
+            self._break(error)
+        # Closing tries again to write what could not be written.
+        with contextlib.suppress(OSError):
+            self._file.close()
+
+    def _break(self, error: OSError) -> None:
+        """Writes nothing any more: the file ends in the middle of something."""
+        self.trouble = error.strerror or str(error)
+        self._is_broken = True
 
     def _channel(self, message: Message) -> int:
         """Number of the message's channel, which the first one declares."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from remosplat_drake.base.child_process import ChildProcess
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.recording.mcap.mcap_file import partial_path
 from remosplat_drake.recording.mcap.recording_process import (
     RecordingJob,
     serve,
@@ -34,7 +35,8 @@ class McapRecorder:
 
     What the process has not taken waits in a queue; where that is full, a
     tick is left out and counted. In a simulation, where nobody is late,
-    `append` waits instead.
+    `append` waits instead. A recording that fails ends there: the robot goes
+    on, `trouble` says why, and the file keeps the name of its `partial_path`.
 
     Attributes:
         left_out: Number of ticks that were left out.
@@ -61,6 +63,7 @@ class McapRecorder:
         Raises:
             RemoSplatError: The file cannot be begun.
         """
+        self._path = path
         self._may_wait = may_wait
         self._waiting: deque[bytes] = deque()
         self.left_out = 0
@@ -92,9 +95,15 @@ class McapRecorder:
         with contextlib.suppress(EOFError, OSError):
             while self._child.connection is not None and self._child.has_news():
                 self._trouble = self._news()
-        if not self._trouble and self.left_out:
+        if self._trouble:
+            rest = partial_path(self._path)
+            return (
+                f"the recording has ended: {self._trouble}; {rest} holds what"
+                " was written before"
+            )
+        if self.left_out:
             return f"the recording lacks {self.left_out} ticks: too busy"
-        return self._trouble and f"the recording has ended: {self._trouble}"
+        return ""
 
     def _news(self) -> str:
         assert self._child.connection is not None
@@ -135,4 +144,12 @@ class McapRecorder:
         with contextlib.suppress(OSError):
             self._send()
         self._socket.close()
-        self._child.end(_END)
+        with contextlib.suppress(EOFError, OSError):  # Then it has left.
+            while self._child.connection is not None:
+                self._child.wait(_END)
+                if not self._child.has_news():
+                    break
+                self._trouble = self._news()
+        self._child.end()
+        if not self._path.exists():
+            self._trouble = self._trouble or "its process did not finish it"

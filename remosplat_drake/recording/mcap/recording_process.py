@@ -1,5 +1,6 @@
 """The process that writes an MCAP file: `serve` is all that runs in it."""
 
+import contextlib
 import dataclasses as dc
 import pickle
 import select
@@ -81,8 +82,14 @@ def serve(
                 connection.send(told)
     except (BrokenPipeError, ConnectionResetError):
         pass  # The parent has died; its ticks are in the file.
+    except Exception as error:
+        file.trouble = str(error)
+        raise
     finally:
         file.close()
+        if file.trouble != told:
+            with contextlib.suppress(OSError):
+                connection.send(file.trouble)
 
 
 class _Recording:
