@@ -1,7 +1,7 @@
 """Suggests a first task, start and target, in a scene without a scenario."""
 
 import dataclasses as dc
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -12,6 +12,7 @@ from remosplat_drake.robot.reach import arm_reach, shoulder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.task.hand_places import HandPlaces
 
 NEAR, _FAR = 0.05, 0.12
 """Clearances between which the hand ends: near enough to be worth it [m]."""
@@ -81,12 +82,15 @@ def suggest_task(
 
     The nearer they are the better. The straight way from over the base to
     the target is clear, so that no wall stands between; nothing says that
-    the whole robot can follow it. Of several places the one is taken that is
-    best known to be free: behind a wall nothing is.
+    the whole robot can follow it. Targets are sought from the middle of the
+    space outwards, above one place of the floor from the lowest to the
+    highest, and only as far as needed. Of several starts the one is taken
+    that is best known to be free: behind a wall nothing is.
 
     Args:
         robot: The robot; without a mobile base, it stands at the origin.
-        field: Distance field of the scene, with the floor at z = 0.
+        field: Distance field of the scene, 1-Lipschitz, with the floor at
+            z = 0.
         lower: Lower corner of the space that was seen, in W, shape (3,) [m].
         upper: Upper corner of that space, shape (3,) [m].
         is_free: Tells which of n points in W, shape (n, 3) [m], are known to
@@ -99,22 +103,25 @@ def suggest_task(
     Raises:
         RemoSplatError: There is no such place.
     """
-    targets = _targets(robot, field, lower, upper)
-    targets = targets[is_free(targets)]
-    if not len(targets):
+    places = _hand_places(robot, field, lower, upper)
+    targets = _Kept(_free_ones(places.outwards(), is_free))
+    if next(iter(targets), None) is None:
         raise RemoSplatError("found no place for the hand close to the scene")
     distances, farthest = _DISTANCES, np.inf
     if not robot.n_base:
         try:
-            return _from_the_origin(robot, field, targets)
+            return _from_the_origin(robot, field, places, is_free)
         except RemoSplatError:
             if not may_move_map:
                 raise
         farthest = _STRETCHED * arm_reach(robot)
         distances = tuple(share * farthest for share in _NEARER)
+    height = shoulder(robot, robot.q_home)[2]
     for distance in distances:
-        rise = targets[:, 2] - shoulder(robot, robot.q_home)[2]
-        near = targets[np.hypot(distance, rise) <= farthest]
+        near = (
+            some[np.hypot(distance, some[:, 2] - height) <= farthest]
+            for some in targets
+        )
         found = _best_start(robot, field, near, distance, is_free)
         if found is not None:
             start, p_WT = found
@@ -123,8 +130,35 @@ def suggest_task(
     raise RemoSplatError("found no free place for the robot near the scene")
 
 
+class _Kept:
+    """Arrays that take long to make: each is made when it is first read."""
+
+    def __init__(self, source: Iterator[np.ndarray]):
+        self._source = source
+        self._made: list[np.ndarray] = []
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        yield from self._made
+        for each in self._source:
+            self._made.append(each)
+            yield each
+
+
+def _free_ones(
+    places: Iterable[np.ndarray], is_free: Callable[[np.ndarray], np.ndarray]
+) -> Iterator[np.ndarray]:
+    """The places that are known to be free, in arrays that are not empty."""
+    for some in places:
+        free = some[is_free(some)] if len(some) else some
+        if len(free):
+            yield free
+
+
 def _from_the_origin(
-    robot: RobotModel, field: DistanceField, targets: np.ndarray
+    robot: RobotModel,
+    field: DistanceField,
+    places: HandPlaces,
+    is_free: Callable[[np.ndarray], np.ndarray],
 ) -> Suggestion:
     """A target that an arm on a fixed base can reach, if any."""
     start = robot.spheres_at(robot.home)
@@ -133,14 +167,15 @@ def _from_the_origin(
             f"{robot.description.name} would stand inside the scene at the"
             " origin; scene.X_WG moves the map"
         )
-    away = np.linalg.norm(targets - shoulder(robot, robot.home), axis=1)
-    near = targets[away < _STRETCHED * arm_reach(robot)]
-    if not len(near):
-        raise RemoSplatError(
-            f"{robot.description.name} reaches nothing from the origin;"
-            " scene.X_WG moves the map"
-        )
-    return Suggestion(None, _pointing_down(near[0]))
+    p_WA, reach = shoulder(robot, robot.home), _STRETCHED * arm_reach(robot)
+    for targets in _free_ones(places.outwards(p_WA, reach), is_free):
+        near = targets[np.linalg.norm(targets - p_WA, axis=1) < reach]
+        if len(near):
+            return Suggestion(None, _pointing_down(near[0]))
+    raise RemoSplatError(
+        f"{robot.description.name} reaches nothing from the origin;"
+        " scene.X_WG moves the map"
+    )
 
 
 def _at_the_origin(task: Suggestion) -> Suggestion:
@@ -161,22 +196,13 @@ def _pointing_down(p_WT: np.ndarray) -> RigidTransform:
 def _best_start(
     robot: RobotModel,
     field: DistanceField,
-    targets: np.ndarray,
+    targets: Iterable[np.ndarray],
     distance: float,
     is_free: Callable[[np.ndarray], np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """A start so far from a target, and the target, if there is any."""
-    if not len(targets):
-        return None
-    starts, p_WT = _starts(targets, distance)
-    p_WB = np.insert(starts[:, :2], 2, _BASE_HEIGHT, axis=1)
-    floor = float(_standing(robot, starts[0]).ignore_below.max())
-    room = field.clearances(
-        Spheres.at(p_WB, ignore_below=floor), _BASE_ROOM
-    ).per_sphere(len(p_WB))
-    fits = room >= _BASE_ROOM
     found, known = [], []
-    for start, target in zip(starts[fits], p_WT[fits], strict=True):
+    for start, target in _roomy_starts(robot, field, targets, distance):
         over = np.append(start[:2], target[2])
         way = Spheres.at(over + _WAY * (target - over))
         if field.clearances(way, 2 * _WAY_ROOM).minimum() < _WAY_ROOM:
@@ -188,6 +214,24 @@ def _best_start(
         if len(found) == _COMPARED:
             break
     return found[int(np.argmax(known))] if found else None
+
+
+def _roomy_starts(
+    robot: RobotModel,
+    field: DistanceField,
+    targets: Iterable[np.ndarray],
+    distance: float,
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Starts over which there is room for a base, and their targets."""
+    floor = float(robot.spheres_at(robot.q_home).ignore_below.max())
+    for some in targets:
+        starts, p_WT = _starts(some, distance)
+        p_WB = np.insert(starts[:, :2], 2, _BASE_HEIGHT, axis=1)
+        room = field.clearances(
+            Spheres.at(p_WB, ignore_below=floor), _BASE_ROOM
+        ).per_sphere(len(p_WB))
+        fits = room >= _BASE_ROOM
+        yield from zip(starts[fits], p_WT[fits], strict=True)
 
 
 def _standing(robot: RobotModel, start: np.ndarray) -> Spheres:
@@ -203,32 +247,26 @@ def _standing(robot: RobotModel, start: np.ndarray) -> Spheres:
     )
 
 
-def _targets(
+def _hand_places(
     robot: RobotModel,
     field: DistanceField,
     lower: np.ndarray,
     upper: np.ndarray,
-) -> np.ndarray:
-    """Free places for the hand near a surface, central ones first, (k, 3)."""
-    axes = [np.arange(lower[i], upper[i], 0.1) for i in (0, 1)]
+) -> HandPlaces:
+    """Where a hand that points down might be near a surface."""
     heights = _HEIGHTS if robot.n_base else _HEIGHTS - _ON_A_TABLE
     heights = heights[(lower[2] < heights) & (upper[2] > heights)]
     p_WA = shoulder(robot, robot.q_home)
     heights = heights[np.abs(heights - p_WA[2]) < _STRETCHED * arm_reach(robot)]
-    points = np.stack(np.meshgrid(*axes, heights), axis=-1).reshape(-1, 3)
-    hand = _hand_pointing_down(robot)
-    n = len(hand)
-    spheres = Spheres(
-        (points[:, None] + hand.p_WS).reshape(-1, 3),
-        np.tile(hand.R_WL, (len(points), 1, 1)),
-        np.tile(hand.radius, len(points)),
-        np.tile(hand.ignore_below, len(points)),
+    return HandPlaces(
+        field,
+        _hand_pointing_down(robot),
+        np.asarray(lower[:2], float),
+        np.asarray(upper[:2], float),
+        heights,
+        NEAR,
+        _FAR,
     )
-    distance = field.clearances(spheres, _FAR).per_sphere(len(spheres))
-    room = distance.reshape(len(points), n).min(axis=1)
-    found = points[(room > NEAR) & (room < _FAR)]
-    middle = 0.5 * (lower + upper)[:2]
-    return found[np.linalg.norm(found[:, :2] - middle, axis=1).argsort()]
 
 
 def _hand_pointing_down(robot: RobotModel) -> Spheres:

@@ -1,6 +1,8 @@
 """A task for an unknown scene: somewhere free, close to something."""
 
 import dataclasses as dc
+import itertools
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.reach import arm_reach, shoulder
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.task import hand_places
 from remosplat_drake.task.suggestion import suggest_task
 
 LOWER, UPPER = np.array([0.5, -0.5, 0.0]), np.array([1.5, 0.5, 1.2])
@@ -115,3 +118,51 @@ def test_the_map_is_moved_where_an_arm_reaches_nothing_from_the_origin():
     p_GT = task.X_WG.inverse() @ p_WT
     assert np.abs(p_GT[:2] - [4, 2]).max() < 0.5
     assert 0.22 < p_GT[2] < 0.6
+
+
+def furnished(side: float) -> SignedDistanceField:
+    """A square floor with a table on each nine square metres of it."""
+    centers = np.arange(1.5 - 0.5 * side, 0.5 * side, 3.0)
+    boxes = [
+        dc.replace(BOARD, X_WP=RigidTransform([x, y, 0.5]))
+        for x, y in itertools.product(centers, repeat=2)
+    ]
+    return SignedDistanceField(PrimitiveScene(boxes=tuple(boxes)).with_floor())
+
+
+@pytest.mark.parametrize("robot", ["frankie", "ur5e"])
+@pytest.mark.parametrize("extent", [12.0, 1e7])
+def test_a_large_floor_takes_no_more_memory(robot, extent):
+    """Tables stand on twelve metres of it; one thing may be far away."""
+    field, robot = furnished(12.0), load_robot(robot)
+    lower, upper = np.array([-6.0, -6, 0]), np.array([extent - 6, 6, 1.2])
+    tracemalloc.start()
+    try:
+        task = suggest_task(
+            robot, field, lower, upper, everywhere, may_move_map=True
+        )
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert np.abs((task.X_WG.inverse() @ task.X_WT.translation())[:2]).max() < 6
+    assert peak < 150e6
+
+
+@pytest.mark.parametrize("robot", ["frankie", "ur5e"])
+def test_how_much_is_asked_at_once_changes_nothing(robot, monkeypatch):
+    robot, field = load_robot(robot), furnished(6.0)
+    lower, upper = np.array([[-2.7, -2.9, 0], [2.8, 2.4, 1.2]])
+    tasks = []
+    for at_once in (1, 1000, 10**9):
+        monkeypatch.setattr(hand_places, "_AT_ONCE", at_once)
+        tasks.append(
+            suggest_task(
+                *(robot, field, lower, upper),
+                # At least in the corner that is farthest from the middle.
+                lambda p_W: p_W[:, 0] + p_W[:, 1] > 2.0,
+                may_move_map=True,
+            )
+        )
+    for task in tasks:
+        for a, b in ((task.X_WT, tasks[0].X_WT), (task.X_WG, tasks[0].X_WG)):
+            np.testing.assert_array_equal(a.GetAsMatrix4(), b.GetAsMatrix4())
