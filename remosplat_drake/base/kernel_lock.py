@@ -19,8 +19,11 @@ class LockedCacheFile(caching.IndexDataCacheFile):
     """The index and the files of one function, which one process changes."""
 
     def save(self, key: Any, data: Any) -> None:
-        """Keeps a variant of the function, as Numba does, alone."""
-        with _locked(self._cache_path, fcntl.LOCK_EX):
+        """Keeps a variant of the function, as Numba does, alone.
+
+        Where it cannot be written, as on a full disk, it is not kept.
+        """
+        with _locked(self._cache_path, fcntl.LOCK_EX), suppress(OSError):
             super().save(key, data)
 
     def load(self, key: Any) -> Any:

@@ -48,3 +48,33 @@ def test_nothing_that_many_processes_save_is_lost_or_mixed_up(tmp_path):
 def test_a_folder_that_is_not_there_holds_nothing(tmp_path):
     file = LockedCacheFile(str(tmp_path / "none"), "mine", "stamp")
     assert file.load("a") is None
+
+
+FULL_DISK = """
+import resource
+import kernels_of_mine
+_, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
+print(kernels_of_mine.successor(1))
+"""
+
+KERNELS = """
+from remosplat_drake.base.kernels import kernel
+@kernel
+def successor(x):
+    return x + 1
+"""
+
+
+def test_a_kernel_that_cannot_be_kept_works(tmp_path):
+    """A first start on a full disk compiles for itself."""
+    (tmp_path / "kernels_of_mine.py").write_text(KERNELS)
+    answer = subprocess.run(
+        [sys.executable, "-c", FULL_DISK],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout == "2\n"
+    assert not list(tmp_path.rglob("*.nb*"))
