@@ -53,13 +53,14 @@ class McapFile:
         """
         writer = import_optional("mcap.writer", "an MCAP file", "record")
         partial = partial_path(path)
-        if path.exists():
-            raise FileError(path, os.strerror(errno.EEXIST))
+        for name in (path, partial):
+            if name.exists():
+                raise FileError(name, os.strerror(errno.EEXIST))
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = partial.open("xb")
         except OSError as error:
-            raise FileError(partial, error.strerror or str(error)) from error
+            raise FileError(path, error.strerror or str(error)) from error
         self._path, self._partial = path, partial
         self._is_broken = False
         self._limit = limit
