@@ -3,11 +3,14 @@
 import json
 import os
 import re
+import resource
 import signal
 import subprocess
 import time
 from base64 import b64decode
 from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from textwrap import indent
@@ -22,7 +25,7 @@ from robot_process import Client, robot_process, running
 from runs import PATIENT, command_line, remosplat
 
 from remosplat_drake.acceptance.hardware_processes import free_url
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.hardware.hardware_config import HardwareConfig, beside
 from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
 from remosplat_drake.hardware.wire.images import encode_images
@@ -226,6 +229,42 @@ def test_a_full_file_gets_no_more(tmp_path):
     with path.open("rb") as file:
         assert reader.make_reader(file).get_summary() is not None
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+@contextmanager
+def full_disk(size: int) -> Iterator[None]:
+    """No file of this process grows beyond a size meanwhile [bytes]."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_file_that_cannot_be_begun_leaves_nothing(tmp_path):
+    with full_disk(10), pytest.raises(FileError, match=r"a\.mcap: cannot be"):
+        McapFile(tmp_path / "a.mcap", limit=1 << 20)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_was_written_before_the_disk_was_full_is_whole(tmp_path):
+    file = McapFile(tmp_path / "a.mcap", limit=1 << 20)
+    content = {"timestamp": stamp(1.0), "level": 2, "message": "it goes on"}
+    content |= {"name": "test", "file": "", "line": 0}
+    message = Message("/events", "foxglove.Log", content)
+    file.add(message)
+    file.flush(at_once=True)
+    size = partial_path(tmp_path / "a.mcap").stat().st_size
+    with full_disk(size + 50):
+        file.add(message)
+        file.flush(at_once=True)
+        assert file.trouble == "File too large"
+        file.close()
+    assert [p.name for p in tmp_path.iterdir()] == ["a.partial.mcap"]
+    assert partial_path(tmp_path / "a.mcap").stat().st_size == size
+    found = messages(partial_path(tmp_path / "a.mcap"))
+    assert found["/events"] == [content]
 
 
 @pytest.mark.parametrize("name", ["a.mcap", "a.partial.mcap"])

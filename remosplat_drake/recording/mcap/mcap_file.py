@@ -62,14 +62,19 @@ class McapFile:
         except OSError as error:
             raise FileError(path, error.strerror or str(error)) from error
         self._path, self._partial = path, partial
-        self._is_broken = False
         self._limit = limit
         self._writer = writer.Writer(self._file)
         self._writer.start(library=f"remosplat-drake {__version__}")
+        self._whole, self._is_broken = 0, False
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._flushed = time.monotonic()
         self.trouble = ""
+        self.flush(at_once=True)
+        if self.trouble:
+            self.close()
+            partial.unlink()
+            raise FileError(path, f"cannot be written: {self.trouble}")
 
     def add(self, message: Message) -> None:
         """Adds a message; where that fails, `trouble` says why."""
@@ -100,7 +105,8 @@ class McapFile:
         self._flushed = now
         try:
             self._writer.flush()
-            if self._file.tell() > self._limit:
+            self._whole = self._file.tell()
+            if self._whole > self._limit:
                 self.trouble = f"the file has {self._limit >> 20} MiB"
         except OSError as error:
             self._break(error)
@@ -115,16 +121,21 @@ class McapFile:
                 self._writer.finish()
                 self._file.flush()
                 os.fsync(self._file.fileno())
+                self._whole = self._file.tell()
             if not self.trouble:
                 self._partial.rename(self._path)
         except OSError as error:
             self._break(error)
-        # Closing tries again to write what could not be written.
+        # Closing tries once more to write what could not be written, and may
+        # get half of it done.
         with contextlib.suppress(OSError):
             self._file.close()
+        if self._is_broken:
+            with contextlib.suppress(OSError):
+                os.truncate(self._partial, self._whole)
 
     def _break(self, error: OSError) -> None:
-        """Writes nothing any more: the file ends in the middle of something."""
+        """Notes why nothing can be written any more."""
         self.trouble = error.strerror or str(error)
         self._is_broken = True
 
