@@ -54,7 +54,9 @@ class HandPlaces:
     far: float
 
     def outwards(
-        self, p_W: Sequence[float] = (0, 0, 0), radius: float = math.inf
+        self,
+        p_W: Sequence[float] | np.ndarray = (0, 0, 0),
+        radius: float = math.inf,
     ) -> Iterator[np.ndarray]:
         """Yields the places in the order of their distance from the middle.
 
@@ -107,7 +109,10 @@ class HandPlaces:
         return np.linalg.norm(p_W[:, :2] - middle, axis=1)
 
     def _searched(
-        self, boxes: Sequence[_Box], p_W: Sequence[float], radius: float
+        self,
+        boxes: Sequence[_Box],
+        p_W: Sequence[float] | np.ndarray,
+        radius: float,
     ) -> list[tuple[float, _Box]]:
         """The boxes that may hold places, behind a bound on their distance."""
         boxes = [box for box in boxes if _size(box)]
