@@ -13,7 +13,6 @@ from pydrake.geometry import MakeRenderEngineVtk, RenderEngineVtkParams
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import MissingExtraError
-from remosplat_drake.base.kernel_cache import PACKAGE, drop_stale_kernels
 from remosplat_drake.base.system_libraries import (
     MissingLibraryError,
     import_optional,
@@ -154,12 +153,6 @@ def scene() -> PrimitiveScene:
 def scene_capture(scene):
     """Twelve small views of `scene`."""
     return render_capture(scene, survey_poses(scene, n=12), 120, 90)
-
-
-def pytest_configure(config):
-    # Only the controller of parallel workers, before any of them starts.
-    if not hasattr(config, "workerinput"):
-        drop_stale_kernels(PACKAGE, _TESTS)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,60 +1,67 @@
-"""Deletes Numba's cached kernels once a source that they contain is newer.
+"""Keeps Numba's compiled kernels on disk, for processes that share them.
 
-Numba keeps compiled kernels on disk and compiles one again when its own file
-has changed. A kernel of another file that it inlines may change unseen, and the
-old code runs on silently. So all are deleted as soon as a file with compiled
-code is newer.
+Numba compiles a kernel again when its own file has changed. It does not look
+at the other files whose code and constants the kernel contains, so the old
+code would run on silently. Here the digest of all these files is a part of the
+key by which a kernel is kept, wherever it is kept and whatever file it is of:
+a kernel that contains code of this package is never older than that code.
+
+Numba keeps the variants of a function in numbered files, and an index of them.
+Two processes that save a variant each would take the same number, and the
+index that is written last would forget the other's variant. So a process locks
+the folder while it reads or writes there.
 """
 
-import contextlib
-from collections.abc import Iterable, Iterator
-from itertools import chain
-from pathlib import Path
+import fcntl
+from contextlib import suppress
+from typing import Any
 
-PACKAGE = Path(__file__).resolve().parents[1]
+from numba.core import caching
 
+from remosplat_drake.base.kernel_lock import locked
+from remosplat_drake.base.kernel_sources import sources_digest
 
-def drop_stale_kernels(package: Path = PACKAGE, *others: Path) -> bool:
-    """Deletes the compiled kernels if any of them may be stale.
+_OURS = "remosplat_drake"
+"""Begins the keys that `_key` makes. Other processes that use a file outside
+of this package may keep theirs beside ours."""
 
-    To be called before the first kernel is used. It concerns those who edit
-    or update a checkout; an installed wheel does not change.
-
-    Args:
-        package: Where the sources are, and their kernels.
-        others: Where else there are kernels that contain code of the package.
-
-    Returns:
-        Whether anything was deleted.
-    """
-    folders = (package, *others)
-    indices = _files(folders, "__pycache__/*.nbi")
-    oldest = min((_mtime(index) for index in indices), default=None)
-    if oldest is None or not any(
-        _mtime(source) > oldest and _is_compiled(source)
-        for source in package.rglob("*.py")
-    ):
-        return False
-    for compiled in _files(folders, "__pycache__/*.nb[ic]"):
-        with contextlib.suppress(OSError):
-            compiled.unlink()
-    return True
+_DIGEST = sources_digest()
+"""Of the sources as this process has found them."""
 
 
-def _files(folders: Iterable[Path], pattern: str) -> Iterator[Path]:
-    return chain.from_iterable(folder.rglob(pattern) for folder in folders)
+class KernelCacheFile(caching.IndexDataCacheFile):
+    """The index and the files of one function."""
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keeps a variant of the function.
+
+        It is not kept if the sources have changed since this process started,
+        which may have imported some of them before and some afterwards, nor
+        where it cannot be written, as on a full disk.
+        """
+        if sources_digest() != _DIGEST:
+            return
+        with locked(self._cache_path, fcntl.LOCK_EX), suppress(OSError):
+            super().save(_key(key), data)
+
+    def load(self, key: Any) -> Any:
+        """Returns a variant of the function; None if it is not kept."""
+        with locked(self._cache_path, fcntl.LOCK_SH):
+            return super().load(_key(key))
+
+    def _load_index(self) -> dict[Any, str]:
+        # Without what is left of other sources: its files are written over.
+        return {
+            key: name
+            for key, name in super()._load_index().items()
+            if key[0] != _OURS or key[1] == _DIGEST
+        }
 
 
-def _is_compiled(source: Path) -> bool:
-    """Whether a module has code that Numba compiles, if only into others'."""
-    with contextlib.suppress(OSError):
-        text = source.read_bytes()
-        return b"numba" in text or b"base.kernels import" in text
-    return False
+def _key(key: Any) -> Any:
+    return _OURS, _DIGEST, key
 
 
-def _mtime(path: Path) -> float:
-    try:
-        return path.stat().st_mtime
-    except OSError:
-        return 0.0
+def share_kernels() -> None:
+    """Makes Numba keep all kernels this way from now on in this process."""
+    caching.IndexDataCacheFile = KernelCacheFile

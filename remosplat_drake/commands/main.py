@@ -5,7 +5,6 @@ import sys
 from collections.abc import Callable, Sequence
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
-from remosplat_drake.base.kernel_cache import drop_stale_kernels
 from remosplat_drake.base.reading import UnreadableError
 from remosplat_drake.base.stop_signals import is_interrupt
 from remosplat_drake.base.version import __version__
@@ -36,7 +35,6 @@ def exit_code(run: Callable[[], int]) -> int:
     # sets its logger's level when it is imported, which is later than here.
     logging.getLogger("drake").addFilter(_is_no_announcement)
     try:
-        drop_stale_kernels()
         return run()
     except RemoSplatError as error:
         print(f"remosplat: {one_line(error)}", file=sys.stderr)

@@ -1,69 +1,91 @@
-"""Compiled kernels do not outlive the sources they were made from."""
+"""Variants of one function that many processes save."""
 
-import os
+import subprocess
+import sys
 
-import pytest
+from remosplat_drake.base.kernel_cache import KernelCacheFile
 
-from remosplat_drake.base.kernel_cache import drop_stale_kernels
+SAVE = """
+import sys
+from numba.core import caching
+import remosplat_drake.base.kernels
 
-
-@pytest.fixture
-def package(tmp_path):
-    """Two modules with one compiled kernel each, compiled a second later."""
-    cache = tmp_path / "stage" / "__pycache__"
-    cache.mkdir(parents=True)
-    for name in ("outer", "inner"):
-        source = tmp_path / "stage" / f"{name}.py"
-        source.write_text("from numba import njit")
-        os.utime(source, (100, 100))
-        for ending in ("nbi", "1.nbc"):
-            compiled = cache / f"{name}.kernel-12.py311.{ending}"
-            compiled.touch()
-            os.utime(compiled, (101, 101))
-    return tmp_path
+folder, name = sys.argv[1:]
+file = caching.IndexDataCacheFile(folder, "mine", "stamp")
+print("ready", flush=True)
+input()
+for i in range(40):
+    file.save((name, i), f"variant {i} of {name}")
+    assert file.load((name, i)) == f"variant {i} of {name}"
+"""
 
 
-def compiled(package) -> int:
-    return len(list(package.rglob("*.nb?")))
+def test_nothing_that_many_processes_save_is_lost_or_mixed_up(tmp_path):
+    names = "abcd"
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", SAVE, str(tmp_path), name],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for name in names
+    ]
+    for process in processes:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+    for process in processes:
+        assert process.stdin is not None
+        process.stdin.write("\n")
+        process.stdin.flush()
+    assert [process.wait() for process in processes] == [0] * len(names)
+    file = KernelCacheFile(str(tmp_path), "mine", "stamp")
+    for name in names:
+        for i in range(40):
+            assert file.load((name, i)) == f"variant {i} of {name}"
 
 
-def test_fresh_kernels_stay(package):
-    assert not drop_stale_kernels(package)
-    assert compiled(package) == 4
+def test_a_folder_that_is_not_there_holds_nothing(tmp_path):
+    file = KernelCacheFile(str(tmp_path / "none"), "mine", "stamp")
+    assert file.load("a") is None
 
 
-def test_one_edited_source_drops_all(package):
-    os.utime(package / "stage" / "inner.py", (102, 102))
-    assert drop_stale_kernels(package)
-    assert compiled(package) == 0
+def test_processes_without_the_package_find_what_they_have_saved(tmp_path):
+    arguments = str(tmp_path), "mine", "stamp"
+    (numbas,) = KernelCacheFile.__bases__
+    theirs, ours = numbas(*arguments), KernelCacheFile(*arguments)
+    theirs.save("a", "of another process")
+    assert ours.load("a") is None
+    ours.save("a", "of this one")
+    assert theirs.load("a") == "of another process"
+    assert ours.load("a") == "of this one"
 
 
-def test_code_that_kernels_take_in_matters(package):
-    """Its own file has no compiled kernel that could be older."""
-    helpers = package / "stage" / "helpers.py"
-    helpers.write_text("from remosplat_drake.base.kernels import helper")
-    os.utime(helpers, (100, 100))
-    assert not drop_stale_kernels(package)
-    os.utime(helpers, (102, 102))
-    assert drop_stale_kernels(package)
+FULL_DISK = """
+import resource
+import kernels_of_mine
+_, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
+print(kernels_of_mine.successor(1))
+"""
+
+KERNELS = """
+from remosplat_drake.base.kernels import kernel
+@kernel
+def successor(x):
+    return x + 1
+"""
 
 
-def test_a_source_without_kernels_does_not_matter(package):
-    (package / "stage" / "plain.py").touch()
-    assert not drop_stale_kernels(package)
-
-
-def test_nothing_compiled_is_nothing_stale(tmp_path):
-    assert not drop_stale_kernels(tmp_path)
-
-
-def test_kernels_elsewhere_take_in_the_package_too(package, tmp_path_factory):
-    tests = tmp_path_factory.mktemp("tests")
-    (tests / "__pycache__").mkdir()
-    kernel = tests / "__pycache__" / "mine.kernel-1.py311.nbi"
-    kernel.touch()
-    os.utime(kernel, (103, 103))
-    assert not drop_stale_kernels(package, tests)
-    os.utime(package / "stage" / "inner.py", (102, 102))
-    assert drop_stale_kernels(package, tests)
-    assert not kernel.exists()
+def test_a_kernel_that_cannot_be_kept_works(tmp_path):
+    """A first start on a full disk compiles for itself."""
+    (tmp_path / "kernels_of_mine.py").write_text(KERNELS)
+    answer = subprocess.run(
+        [sys.executable, "-c", FULL_DISK],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout == "2\n"
+    assert not list(tmp_path.rglob("*.nb*"))
