@@ -7,6 +7,8 @@ address; a kernel reads of it what it names.
 """
 
 import hashlib
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -93,11 +95,30 @@ def _address(array: np.ndarray) -> int:
     return array.__array_interface__["data"][0]
 
 
+_codes: dict[type, bytes] = {}
+
+
+def bind_code(kind: type, kernel: Any) -> None:
+    """Makes the code that works on named tuples of a kind a part of their type.
+
+    Kernels that contain this code are then compiled again when its file has
+    changed. To be called before the first of them is packed.
+
+    Args:
+        kind: The named tuple.
+        kernel: The kernel, with all that may change in its file.
+    """
+    with suppress(OSError):  # A notebook's have none.
+        _codes[kind] = Path(kernel.py_func.__code__.co_filename).read_bytes()
+
+
 class PackedType(types.Type):
     """The type of a `Packed`: the named tuple's, and those of its fields."""
 
     def __init__(self, kind: type, fields: tuple[types.Type, ...]):
         self.kind, self.fields = kind, fields
+        code = _codes.get(kind, b"")
+        self.code = hashlib.sha256(code).hexdigest()
         # Kept with the code that was compiled: fields may change places.
         self.names: tuple[str, ...] = kind._fields  # pyright: ignore
         digest = hashlib.sha256(repr(fields).encode()).hexdigest()[:8]
@@ -106,7 +127,7 @@ class PackedType(types.Type):
     @property
     def key(self) -> tuple:
         """What tells it from other types."""
-        return self.kind, self.names, self.fields
+        return self.kind, self.names, self.fields, self.code
 
 
 _types: dict[tuple, "PackedType"] = {}

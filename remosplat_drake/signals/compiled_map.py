@@ -13,7 +13,7 @@ from numba import types
 from numba.extending import overload
 
 from remosplat_drake.base.kernels import kernel
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.packed import Packed, bind_code
 
 
 class Misplacement(NamedTuple):
@@ -79,10 +79,14 @@ def ask(compiled, question, answer) -> None:
 def answers(kind: type, kernel: Callable) -> None:
     """Makes `ask` call a kernel for a kind of map.
 
+    All kernels that ask maps contain it. They are compiled again when its file
+    has changed; helpers of other files outside of this package are not seen.
+
     Args:
         kind: The named tuple of the map's arrays.
         kernel: The kernel, with the arguments of `ask`.
     """
+    bind_code(kind, kernel)
 
     @overload(ask)
     def _ask_kind(compiled, question, answer):

@@ -1,5 +1,10 @@
 """Maps asked from compiled code, held against the same asked from Python."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -74,3 +79,55 @@ def test_a_composite_with_a_part_that_no_kernel_can_ask_has_none_itself():
 
     parts = [FIELDS["splat"], OnlyPython()]
     assert CompositeDistanceField(parts).compiled is None
+
+
+MINE = """
+from typing import NamedTuple
+import numpy as np
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.packed import Packed
+from remosplat_drake.signals.compiled_map import answers, clearance_rows
+from remosplat_drake.signals.compiled_map import together
+
+class Plane(NamedTuple):
+    height: float
+
+@kernel
+def query(plane, spheres, answer):
+    for i in range(len(answer)):
+        answer[i] = 0.0
+        answer[i, 1] = spheres[i, 2] - plane.height
+
+answers(Plane, query)
+maps = together([Packed(Plane(0.5))])
+zeros = np.zeros(1)
+found = clearance_rows(maps, np.ones((1, 3)), zeros, zeros - np.inf, np.inf)
+print(found[1][0], sum(clearance_rows.stats.cache_hits.values()))
+"""
+"""Prints a distance to a map from outside, and whether the library's kernel
+that has asked it was on disk."""
+
+
+def test_a_map_from_outside_is_asked_as_its_file_is_now(tmp_path):
+    """The library's kernels contain its kernel, and are kept."""
+    path = tmp_path / "mine.py"
+
+    def answer() -> str:
+        result = subprocess.run(
+            [sys.executable, "-c", "import mine"],
+            env=os.environ
+            | {
+                "PYTHONPATH": f"{Path(__file__).parents[2]}:{tmp_path}",
+                "NUMBA_CACHE_DIR": str(tmp_path / "kernels"),
+            },
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return result.stdout
+
+    path.write_text(MINE)
+    assert answer() == "0.5 0\n"
+    assert answer() == "0.5 1\n"
+    path.write_text(MINE.replace("- plane", "+ plane"))
+    assert answer() == "1.5 0\n"
