@@ -150,6 +150,13 @@ def test_optional_packages_are_imported_only_where_they_are_used():
         assert not wrong, f"{path.relative_to(PACKAGE)} imports {wrong}"
 
 
+def test_one_file_makes_kernels():
+    """Another one could do so before they are kept by their sources."""
+    makers = re.compile(r"\b(jit|njit|vectorize|guvectorize|cfunc|stencil)\b")
+    files = [p for p in PACKAGE.rglob("*.py") if makers.search(p.read_text())]
+    assert files == [PACKAGE / "base" / "kernels.py"]
+
+
 def test_pydrake_is_imported_from_its_modules():
     """`pydrake.all` takes a second to import."""
     for path in PACKAGE.rglob("*.py"):

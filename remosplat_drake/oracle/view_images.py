@@ -10,13 +10,13 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.base.kernels import numpy_kernel
 from remosplat_drake.oracle.depth_rasterization_reference import DepthImages
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
 from remosplat_drake.oracle.kernels.footprints import (
     footprint_records,
     fragment,
     fragment_alpha,
-    kernel,
     make_rules,
     pixel_span,
     project,
@@ -120,7 +120,7 @@ def render(
     return DepthImages(depth, alpha)
 
 
-@kernel
+@numpy_kernel
 def _fragments(records, rules, p_WV, R_WV):
     """All fragments of a view: pixel, depth z and alpha, in any order."""
     pixels, depths, alphas = [0], [0.0], [0.0]
@@ -148,7 +148,7 @@ def _fragments(records, rules, p_WV, R_WV):
     return np.array(pixels)[1:], np.array(depths)[1:], np.array(alphas)[1:]
 
 
-@kernel
+@numpy_kernel
 def _ball_span(x, z, radius):
     """Ray coordinates between which a ball at (x, z) appears in the image.
 
@@ -166,7 +166,7 @@ def _ball_span(x, z, radius):
     return np.tan(low), np.tan(high)
 
 
-@kernel
+@numpy_kernel
 def _composite(pixel, z, alpha, rules, depth, accumulated):
     """Fills median depth and alpha from fragments sorted by pixel and z."""
     first, n = 0, len(pixel)

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import helper, parallel_kernel
 from remosplat_drake.capture.capture import Capture
 
 _NOISE_DEPTH = 2.0
@@ -60,7 +60,7 @@ def count_whole_looks(
     return count
 
 
-@njit(cache=True, parallel=True)
+@parallel_kernel
 def _count_looks(depth, K, X_WC, lower_W, edge, margin, enough, count):
     """Counts one view's whole looks."""
     for i in prange(len(lower_W)):

@@ -16,7 +16,7 @@ from heapq import heappop, heappush
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import helper, numpy_kernel
 from remosplat_drake.base.lanes import (
     WIDTH,
     greatest,
@@ -40,7 +40,6 @@ from remosplat_drake.oracle.kernels.depth_view import (
 from remosplat_drake.oracle.kernels.footprints import (
     fragment,
     fragment_alpha,
-    kernel,
     lean,
     nearest_range,
     project,
@@ -68,7 +67,7 @@ _SETS = ALL_VIEWS + 1
 """Number of sets of views: what is queued is a link times it, plus a set."""
 
 
-@kernel
+@numpy_kernel
 def nearest_pixels(
     splats,
     rules,

@@ -10,7 +10,6 @@ pixels that need to be looked at. So it is for ellipsoids.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
 from remosplat_drake.base.lanes import (
@@ -29,12 +28,6 @@ from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
 from remosplat_drake.oracle.kernels.wide_tree import largest_below, widen
 from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-
-kernel = njit(cache=True, nogil=True, error_model="numpy")
-"""Numba decorator of the kernels of depth views: cached, without the GIL.
-
-What they divide by zero is infinite.
-"""
 
 lean = register_jitable(no_cfunc_wrapper=True, error_model="numpy", _nrt=False)
 """Numba decorator of what kernels call and makes no arrays.

@@ -13,9 +13,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import prange
 
-from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels import helper, kernel, parallel_kernel
 from remosplat_drake.base.lanes import lowest_bit
 from remosplat_drake.oracle.kernels.ellipsoid_distance import (
     box_distance_squared,
@@ -81,7 +81,7 @@ def query(tree, spheres, answer):
 answers(SplatTree, query)
 
 
-@njit(cache=True, parallel=True)
+@parallel_kernel
 def query_parallel(tree, spheres, answer):
     """Finds the nearest splat of every sphere, on several threads.
 

@@ -21,8 +21,9 @@ derivatives by theta_A, t_A, s and o; `pair_expansion` has the others.
 `pair_reference` computes the same slowly and readably.
 """
 
-import numba
 import numpy as np
+
+from remosplat_drake.base.kernels import numpy_kernel
 
 UNKNOWNS = 8
 """theta_A, t_A, s, o."""
@@ -36,10 +37,8 @@ NEAR = 0.02
 FLOOR = 1e-4
 """Least standard deviation of a residual: what no model of noise has [m]."""
 
-_kernel = numba.njit(cache=True, nogil=True, error_model="numpy")
 
-
-@_kernel
+@numpy_kernel
 def _turned(pose, x, y, z):
     """Returns a vector of a camera's frame in W."""
     return (
@@ -49,7 +48,7 @@ def _turned(pose, x, y, z):
     )
 
 
-@_kernel
+@numpy_kernel
 def _turned_back(pose, x, y, z):
     """Returns a vector of W in a camera's frame."""
     return (
@@ -59,7 +58,7 @@ def _turned_back(pose, x, y, z):
     )
 
 
-@_kernel
+@numpy_kernel
 def _plane_at(stack, b, x, y):
     """Returns normal and distance of view b's plane on the ray (x, y, 1).
 
@@ -76,7 +75,7 @@ def _plane_at(stack, b, x, y):
     return float(plane[0]), float(plane[1]), float(plane[2]), float(plane[3])
 
 
-@_kernel
+@numpy_kernel
 def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
     """Compares point i of view a with view b.
 
@@ -149,7 +148,7 @@ def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
     return True
 
 
-@_kernel
+@numpy_kernel
 def pair_residuals(
     stack, pose, scale, offset, pairs, gate, least_cosine, stride, out
 ):
@@ -182,7 +181,7 @@ def pair_residuals(
                     out[k, side, i // stride, 1] = values[1]
 
 
-@_kernel
+@numpy_kernel
 def pair_equations(
     stack, pose, scale, offset, pairs, gate, least_cosine, spread, width,
     H, g, tilts, count,
@@ -255,7 +254,7 @@ def pair_equations(
                 tilts[k, j, i] = tilts[k, i, j]
 
 
-@_kernel
+@numpy_kernel
 def _add_tilt(w, scale, value, tilts):
     """Adds w (G G^T - J J^T), the upper half, with J = G n, G = ([p] x, 1)."""
     x, y, z = value[10], value[11], value[12]

@@ -5,9 +5,9 @@ share most of what it sees in each of several bins of distance, near to far;
 loop closures are among them.
 """
 
-import numba
 import numpy as np
 
+from remosplat_drake.base.kernels import numpy_kernel
 from remosplat_drake.reconstruction.alignment.pair_kernel import (
     VALUES,
     associate,
@@ -23,10 +23,8 @@ _LEAST_SHARED = 0.08
 _BINS = 4
 """Bins of distance that partners are chosen from alike."""
 
-_kernel = numba.njit(cache=True, nogil=True, error_model="numpy")
 
-
-@_kernel
+@numpy_kernel
 def shared_fractions(stack, pose, scale, offset, gate, least_cosine, out):
     """Writes which part of the points of view a view b has, out[a, b].
 

@@ -6,11 +6,10 @@ then the depths' scale s and offset o: 6 n + 2 numbers. A view's true pose is
     R_WC = exp(theta_W) R_given,   p_WC = p_given + t_W.
 """
 
-import numba
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-_kernel = numba.njit(cache=True, nogil=True, error_model="numpy")
+from remosplat_drake.base.kernels import numpy_kernel
 
 
 def perturbed(X_WC: np.ndarray, error: np.ndarray) -> np.ndarray:
@@ -75,7 +74,7 @@ def assemble(
     return matrix, gradient
 
 
-@_kernel
+@numpy_kernel
 def _add(H, g, pairs, matrix, gradient):
     index = np.empty(14, np.int64)
     for k in range(len(pairs)):

@@ -8,8 +8,9 @@ sensors is even in 1/z, and the fit's residual measures it.
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
+
+from remosplat_drake.base.kernels import numpy_kernel
 
 RADII = (2, 4, 6)
 """Windows reach this many pixels to each side, the first that will do."""
@@ -31,8 +32,6 @@ poses by millimetres."""
 
 _LEAST_COSINE = 0.17
 """Surfaces seen more slantingly (80 degrees) are not measured but guessed."""
-
-_kernel = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
 class PlaneMap(NamedTuple):
@@ -102,7 +101,7 @@ def plane_map(
     return PlaneMap(plane, camera, step, noise / width, tilt, independent)
 
 
-@_kernel
+@numpy_kernel
 def fit_planes(camera, inverse, step, radius, least_share, plane, rms):
     """Fits 1/z = a x + b y + c to the window around every lattice point.
 

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from remosplat_drake.base.kernels import numpy_kernel
 from remosplat_drake.oracle.depth_sensor import FILTER_SCALE, DepthSensor
 from remosplat_drake.oracle.kernels.footprints import (
     footprint_records,
     fragment,
     fragment_alpha,
-    kernel,
     lean,
     make_rules,
     pixel_span,
@@ -150,7 +150,7 @@ class SplatRenderer:
         return center
 
 
-@kernel
+@numpy_kernel
 def _find_rows(records, rules, camera, center, order, rows):
     """Writes the first and last image row that each splat may touch."""
     for i in range(len(order)):
@@ -186,7 +186,7 @@ def _with_dot(first, last, middle, dot, count):
     return min(first, low), max(last, high)
 
 
-@kernel
+@numpy_kernel
 def _draw_band(
     records,
     colors,
@@ -272,7 +272,7 @@ def _insert(head, row, column, link, values, new):
     link[at] = new
 
 
-@kernel
+@numpy_kernel
 def _composite_all(head, link, owner, values, colors, color, depth, alpha):
     """Composites the fragments of each pixel, from its first one on."""
     for row in range(head.shape[0]):

@@ -4,8 +4,9 @@ Depth comes in millimetres, and near neighbours turn its steps into slopes. So
 a normal is spanned by neighbours as far apart as the surface is smooth.
 """
 
-import numba
 import numpy as np
+
+from remosplat_drake.base.kernels import numpy_kernel
 
 REACHES = (4, 2, 1)
 """Distances to the neighbours that span a normal, best first [pixels]."""
@@ -35,7 +36,7 @@ def depth_normals(K: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return normal
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numpy_kernel
 def _fill_normals(camera, depth, reaches, normal):
     height, width = depth.shape
     for row in range(height):
@@ -47,7 +48,7 @@ def _fill_normals(camera, depth, reaches, normal):
                     break
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numpy_kernel
 def _span(camera, depth, row, column, reach, normal):
     """Writes the normal spanned by the pixels `reach` away, if smooth."""
     height, width = depth.shape
@@ -78,14 +79,14 @@ def _span(camera, depth, row, column, reach, normal):
     return True
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numpy_kernel
 def _point(camera, depth, row, column):
     fx, fy, cx, cy = camera
     z = depth[row, column]
     return (column + 0.5 - cx) / fx * z, (row + 0.5 - cy) / fy * z, z
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numpy_kernel
 def _step(ahead, behind, x, y, z):
     """From one neighbour to the opposite one, and whether it is straight."""
     sx, sy, sz = (

@@ -6,8 +6,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import numpy_kernel
 from remosplat_drake.capture.capture import Capture
 
 NEAR = 0.05
@@ -23,8 +23,6 @@ COLOR_SUMS = 4
 
 GRID = 14
 """Number of cells along a side of a surfel's grid of votes."""
-
-_kernel = njit(cache=True, nogil=True, error_model="numpy")
 
 
 class DepthView(NamedTuple):
@@ -97,7 +95,7 @@ def make_view(capture: Capture, i: int) -> DepthView:
     )
 
 
-@_kernel
+@numpy_kernel
 def gather_planes(patches, view, noise, tolerance, planes, colors):
     """Adds a view's points near each patch to the patch's sums.
 
@@ -138,7 +136,7 @@ def gather_planes(patches, view, noise, tolerance, planes, colors):
                 _add_color(colors[i], w * inner, rgb, patches.colors[i], noise)
 
 
-@_kernel
+@numpy_kernel
 def gather_votes(patches, view, noise, tolerance, solid, free):
     """Adds where a view finds each patch's surface, and where it does not.
 
@@ -190,7 +188,7 @@ def gather_votes(patches, view, noise, tolerance, solid, free):
                     free[i, ka, kb] += votes[1, ka, kb] / total
 
 
-@_kernel
+@numpy_kernel
 def _add_point(sums, w, a, b, h, deviations):
     sums[0] += w
     sums[1] += w * a
@@ -204,7 +202,7 @@ def _add_point(sums, w, a, b, h, deviations):
     sums[9] += w * deviations * deviations
 
 
-@_kernel
+@numpy_kernel
 def _add_color(sums, w, rgb, expected, noise):
     off = 0.0
     for k in range(3):
@@ -215,7 +213,7 @@ def _add_color(sums, w, rgb, expected, noise):
     sums[3] += w
 
 
-@_kernel
+@numpy_kernel
 def _window(patches, i, view, noise):
     """Pixels around a patch (top, bottom, left, right, step), and its cosine.
 
@@ -249,7 +247,7 @@ def _window(patches, i, view, noise):
     return (top, bottom, left, right, step), facing / np.sqrt(squared)
 
 
-@_kernel
+@numpy_kernel
 def _local_ray(patches, i, view, row, column):
     """A pixel's ray of unit depth in a patch's frame."""
     x = (column + 0.5 - view.center[0]) / view.focal[0]
@@ -263,7 +261,7 @@ def _local_ray(patches, i, view, row, column):
     return a, b, h
 
 
-@_kernel
+@numpy_kernel
 def _local_point(patches, i, view, row, column, z):
     """A pixel's point in a patch's frame."""
     a, b, h = _local_ray(patches, i, view, row, column)

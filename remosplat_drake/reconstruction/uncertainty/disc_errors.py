@@ -7,8 +7,8 @@ together do not average out.
 """
 
 import numpy as np
-from numba import njit
 
+from remosplat_drake.base.kernels import numpy_kernel
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
@@ -63,7 +63,7 @@ def disc_errors(
     return moved / np.maximum(weight, 1e-300)[:, None], pitch
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@numpy_kernel
 def _add_view(
     p_WK,
     normal_W,
