@@ -12,7 +12,7 @@ every file of the package, and computed again only if one of these differs.
 import hashlib
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -26,7 +26,7 @@ from remosplat_drake.base.kernel_lock import locked
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 _COMPILES = re.compile(
-    rb"^(?:from|import) (?:numba|llvmlite|remosplat_drake\.base\.kernels)\b",
+    rb"^from (?:remosplat_drake\.base\.kernels|numba\.extending|llvmlite)\b",
     re.M,
 )
 """An import without which a file compiles nothing."""
@@ -45,15 +45,17 @@ def sources_digest() -> str:
     """
     folder = _folder()
     record = folder / "kernel_sources"
-    stamps = _digest(repr(sorted(_stamps(_PACKAGE))).encode())
+    files = sorted(_stamps())
+    stamps = _digest(repr(files).encode())
     with locked(folder):
         known_stamps, known = _recorded(record)
         if known_stamps == stamps:
             return known
-        digest = _digest(*_sources())
+        digest = _digest(*_sources(path for path, *_ in files))
         if known and known != digest and folder.is_relative_to(_PACKAGE):
             for compiled in _PACKAGE.rglob("__pycache__/*.nb[ic]"):
-                compiled.unlink(missing_ok=True)
+                with suppress(OSError):
+                    compiled.unlink()
         with suppress(FileError):
             write_atomically(record, f"{stamps} {digest}\n")
     return digest
@@ -77,27 +79,31 @@ def _recorded(record: Path) -> tuple[str, str]:
     return "", ""
 
 
-def _stamps(folder: str | Path) -> Iterator[tuple[str, int, int, int]]:
-    """Yields path, size and times of each source in a folder.
+def _stamps() -> Iterator[tuple[str, int, int, int]]:
+    """Yields path, size and times of each source of the package.
 
     The time at which its inode changed tells a file from another one of its
     size and its time of modification that has taken its place.
     """
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if entry.name.endswith(".py"):
+    for folder, folders, names in os.walk(_PACKAGE):
+        folders[:] = [name for name in folders if name != "__pycache__"]
+        for name in names:
+            if name.endswith(".py"):
+                path = os.path.join(folder, name)
                 with suppress(FileNotFoundError):  # An editor's lock, say.
-                    stat = entry.stat()
+                    stat = os.stat(path)
                     times = stat.st_mtime_ns, stat.st_ctime_ns
-                    yield entry.path, stat.st_size, *times
-            elif entry.is_dir() and entry.name != "__pycache__":
-                yield from _stamps(entry.path)
+                    yield path, stat.st_size, *times
 
 
-def _sources() -> Iterator[bytes]:
-    """Yields the names and the texts of the modules that kernels contain."""
+def _sources(paths: Iterable[str]) -> Iterator[bytes]:
+    """Yields the names and the texts of the modules that kernels contain.
+
+    Args:
+        paths: The sources of the package.
+    """
     texts: dict[str, bytes] = {}
-    for path in _PACKAGE.rglob("*.py"):
+    for path in map(Path, paths):
         with suppress(FileNotFoundError):
             name = ".".join(path.relative_to(_PACKAGE).with_suffix("").parts)
             texts[name] = path.read_bytes()
