@@ -1,5 +1,6 @@
 """Helpers of the tests that drive whole scenarios or real processes."""
 
+import re
 import resource
 import subprocess
 import sys
@@ -38,6 +39,9 @@ supervisor: {max_status_age: 0.5, max_tick_age: 0.5, max_overrun: 0.5,
 The machine that runs the tests may be busy. What a late tick does is the
 supervisor's business, and tested there.
 """
+
+PROGRESS = r"[\w ]+: (\d+ (s|min)|\d+ of \d+(, about \d+ (s|min) left)?)$"
+"""A line that says how far a program is, where there is no terminal."""
 
 SAY_STARTED = "SAY_STARTED"
 """Environment of a process that prints this when Python itself has started."""
@@ -105,8 +109,8 @@ def assert_one_line(result: subprocess.CompletedProcess[str], *mentions: str):
 
 def _only_line(text: str) -> str:
     """The one line that is a complaint."""
-    said = ("first start: compiling", "map: ", "map error: ", "unseen: ")
-    lines = [line for line in text.splitlines() if not line.startswith(said)]
+    said = re.compile("map: |map error: |unseen: |" + PROGRESS)
+    lines = [line for line in text.splitlines() if not said.match(line)]
     assert len(lines) == 1, text
     assert lines[0].startswith("remosplat: ")
     return lines[0]

@@ -1,11 +1,13 @@
 """Flags, progress and table of the cameras' refinement in `reconstruct`."""
 
 import argparse
+from functools import partial
 
 from rich.console import Console
 from rich.table import Table
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.commands.flags import check_positive
 from remosplat_drake.reconstruction.alignment.alignment import (
@@ -79,14 +81,9 @@ def aligned(
         lengths=tuple(_length(values) for values in arguments.length),
         seed=arguments.seed,
     )
-    with console.status("aligning the views") as status:
-        alignment = align(
-            capture,
-            config,
-            lambda done, total: status.update(
-                f"aligning the views: step {done} of {total}"
-            ),
-        )
+    what = "aligning the views"
+    with Progress(console, what) as progress:
+        alignment = align(capture, config, partial(progress.report, what))
     summary = summarize_alignment(alignment, capture.X_WC)
     print_alignment(console, summary)
     return alignment, summary

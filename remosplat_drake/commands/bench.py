@@ -6,10 +6,9 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from rich.progress import track
-
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.base.table import Table
 from remosplat_drake.commands.bench_hardware import (
@@ -130,10 +129,9 @@ def run(arguments: argparse.Namespace) -> int:
     for group in chosen:
         # Made in turn: libraries of others, which the last groups load, change
         # how threads are run.
-        cases = track(
-            makers[group](), f"measuring {group}", console=news, transient=True
-        )
-        timings += [measure(case) for case in cases]
+        with Progress(news) as progress:
+            cases = progress.over(makers[group](), f"measuring {group}")
+            timings += [measure(case) for case in cases]
     others = (package for group in chosen for package in OTHERS.get(group, ()))
     print_table(console, _table(timings, earlier, advice(others)))
     _write(arguments.json, [dc.asdict(timing) for timing in timings])

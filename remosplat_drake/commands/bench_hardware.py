@@ -3,7 +3,6 @@
 import math
 
 from rich.console import Console
-from rich.progress import track
 
 from remosplat_drake.acceptance.fault_campaign import FaultResult, run_case
 from remosplat_drake.acceptance.fault_cases import CASES
@@ -17,6 +16,7 @@ from remosplat_drake.acceptance.loop_cases import (
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.real_time import LoopQuality, Spread
 from remosplat_drake.base.table import Table
 from remosplat_drake.commands.tables import open_console, print_table
@@ -39,11 +39,12 @@ def run_faults(console: Console, only: str = "") -> list[FaultResult]:
     _check_wire()
     world = load_world(load_scenario())
     results, news = [], open_console(stderr=True)
-    for case in track(cases, "breaking things", console=news, transient=True):
-        result = run_case(case, world)
-        news.print(f"{case.name}: {result.problem or 'as it should be'}")
-        news.print(f"  {result.reason or result.case.outcome}", style="dim")
-        results.append(result)
+    with Progress(news) as progress:
+        for case in progress.over(cases, "breaking things"):
+            result = run_case(case, world)
+            news.print(f"{case.name}: {result.problem or 'as it should be'}")
+            news.print(f"  {result.reason or result.case.outcome}", style="dim")
+            results.append(result)
     print_table(console, fault_table(results))
     console.print(load())
     return results
@@ -53,15 +54,8 @@ def run_loops(console: Console) -> list[LoopQuality]:
     """Measures the real-time loop at every rate and prints a table."""
     _check_wire()
     console.print(load())
-    loops = [
-        measure_loop(rate)
-        for rate in track(
-            RATES,
-            "driving",
-            console=open_console(stderr=True),
-            transient=True,
-        )
-    ]
+    with Progress(open_console(stderr=True)) as progress:
+        loops = [measure_loop(rate) for rate in progress.over(RATES, "driving")]
     print_table(console, loop_table(loops))
     return loops
 

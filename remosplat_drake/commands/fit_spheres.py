@@ -3,11 +3,10 @@
 import argparse
 from pathlib import Path
 
-from rich.progress import Progress
-
 from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.table import Table
 from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.robot.fitting.covering import Covering, fit_covering
@@ -97,8 +96,7 @@ def run(args: argparse.Namespace) -> int:
         count = COUNT
     model, options = _options(args)
     console = open_console()
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("reading the surfaces", total=None)
+    with Progress(console, "reading the surfaces") as progress:
         covering = fit_covering(
             model,
             options,
@@ -106,9 +104,7 @@ def run(args: argparse.Namespace) -> int:
             tolerance=None if tolerance is None else 1e-3 * tolerance,
             most=args.most or MOST_SPHERES,
             seed=args.seed,
-            on_progress=lambda what, done, total: progress.update(
-                task, description=what, completed=done, total=total
-            ),
+            on_progress=progress.report,
         )
     print_table(console, _table(covering))
     if args.output:

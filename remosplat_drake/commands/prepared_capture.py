@@ -7,6 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.capture.capture import Capture, check_reconstructible
 from remosplat_drake.commands.alignment import aligned
 from remosplat_drake.commands.capture_admission import (
@@ -65,7 +66,7 @@ def prepare_capture(
     Raises:
         RemoSplatError: The capture or a flag is unusable.
     """
-    with console.status("reading the capture"):
+    with Progress(console, "reading the capture"):
         capture = captured(arguments)
         check_reconstructible(capture)
         capture, warnings = admitted(capture, arguments, console)
@@ -73,7 +74,7 @@ def prepare_capture(
     if alignment is not None:
         capture = alignment.capture
         warnings = after_alignment(warnings, capture)
-    with console.status("looking for the floor"):
+    with Progress(console, "looking for the floor"):
         placement = find_placement(capture, arguments)
         capture = placement.placed(capture)
     workspace = _workspace(capture, arguments)

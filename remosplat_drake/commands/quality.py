@@ -11,6 +11,7 @@ from rich.text import Text
 from remosplat_drake.app.map_grade import GRADE_STYLES, grade_map
 from remosplat_drake.app.map_knowledge import MapError
 from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.base.table import Table
 from remosplat_drake.capture.capture import Capture
@@ -127,7 +128,7 @@ def run(arguments: argparse.Namespace) -> int:
     workspace = None
     if arguments.focus is not None:
         workspace = Workspace.around(np.array(arguments.focus), arguments.reach)
-    with console.status("reading the capture") as status:
+    with Progress(console, "reading the capture") as progress:
         capture, warnings = admitted(captured(arguments), arguments, console)
         refined = with_cameras(capture, splat_path)
         if refined is not capture:
@@ -144,7 +145,7 @@ def run(arguments: argparse.Namespace) -> int:
             count=arguments.points,
             seed=arguments.seed,
             warnings=warnings,
-            progress=status.update,
+            progress=progress.report,
         )
     page = write_assessment(splat_path, assessment, folder)
     if arguments.json:

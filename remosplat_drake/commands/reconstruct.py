@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.commands.alignment import (
     add_alignment_arguments,
     check_alignment,
@@ -159,7 +159,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     write_pose(prepared.placement, arguments.output)
     write_cameras(arguments.output, prepared.alignment)
-    with console.status("finding what was seen"):
+    with Progress(console, "finding what was seen"):
         box = seen_box(capture, prepared.workspace)
         coverage = find_seen_space(capture, result.splat, *box)
         write_seen_space(arguments.output, coverage)
@@ -242,26 +242,8 @@ def _reconstruct(
     console: Console,
 ) -> Reconstruction:
     """Runs the pipeline under a progress bar; Ctrl-C keeps the training."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:3.0f} %"),
-        TimeElapsedColumn(),
-    )
     focus = arguments.focus
-    with Progress(
-        *columns,
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    ) as progress:
-        task = progress.add_task("starting")
-
-        def show(stage: str, done: int, total: int):
-            progress.update(
-                task, description=stage, completed=done, total=total
-            )
-
+    with Progress(console, "starting") as progress:
         return reconstruct(
             prepared.capture,
             device,
@@ -278,7 +260,7 @@ def _reconstruct(
             bounded=True,
             errors=prepared.errors,
             checkpoint=arguments.output.with_suffix(".training.pt"),
-            report=show,
+            report=progress.report,
         )
 
 
@@ -290,7 +272,7 @@ def _report(
     console: Console,
 ) -> QualityReport:
     moved = prepared.placement.moves
-    with console.status("measuring its quality") as status:
+    with Progress(console, "measuring its quality") as progress:
         assessment = assess(
             result.splat,
             prepared.capture,
@@ -300,7 +282,7 @@ def _report(
             method=result.method,
             seed=arguments.seed,
             warnings=prepared.warnings,
-            progress=status.update,
+            progress=progress.report,
         )
     assessment.report.alignment = prepared.summary
     page = write_assessment(arguments.output, assessment)

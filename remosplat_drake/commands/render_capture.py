@@ -2,14 +2,15 @@
 
 import argparse
 import dataclasses as dc
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
-from rich.progress import Progress
 
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.checks.seen_space import look_round
 from remosplat_drake.capture.images import MAX_PIXELS
@@ -129,19 +130,18 @@ def run(arguments: argparse.Namespace) -> int:
         min(CLEARANCE, CLEARANCE * subject.radius / RADIUS),
     )
     console = open_console(stderr=True)
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("rendering", total=len(poses))
+    with Progress(console) as progress:
         capture = render_views(
             subject.solids,
             poses,
             arguments.width,
             arguments.height,
-            on_view=lambda: progress.advance(task),
+            on_view=partial(progress.report, "rendering"),
         )
         if arguments.noise != "none":
-            progress.update(task, description="adding noise", total=None)
+            progress.report("adding noise")
             capture = with_noise(capture, noise, arguments.seed)
-        progress.update(task, description="writing", total=None)
+        progress.report("writing")
         if subject.truth is not None:
             write_rmmi(arguments.folder / TRUTH, subject.truth)
         write_capture(arguments.folder, capture)

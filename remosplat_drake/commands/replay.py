@@ -2,15 +2,16 @@
 
 import argparse
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
 from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.commands.hold import add_page_arguments, hold, open_page
 from remosplat_drake.commands.number_flags import positive
@@ -110,8 +111,7 @@ def _draw(
     maps, problems = recorded.maps()
     for problem in problems:
         console.print(f"[yellow]without a map:[/] {problem}")
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("drawing", total=None)
+    with Progress(console, "drawing") as progress:
         record_replay(
             page,
             recorded.world.robot,
@@ -120,9 +120,7 @@ def _draw(
             reach=recorded.scenario.controller.collision.influence,
             events=recorded.events,
             rate=rate,
-            on_frame=lambda done, frames: progress.update(
-                task, completed=done, total=frames
-            ),
+            on_frame=partial(progress.report, "drawing"),
         )
     if recorded.world.truth is not None:
         TruthView(page, recorded.world.truth)
@@ -154,10 +152,10 @@ def _account(recorded: RecordedRun, rate: float) -> Account:
 
 
 def _save_figure(recorded: RecordedRun, path: Path, console: Console) -> None:
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("measuring", total=len(recorded.log))
+    with Progress(console) as progress:
+        total = len(recorded.log)
         trace = recorded.trace(
-            lambda done: progress.update(task, completed=done)
+            lambda done: progress.report("measuring", done, total)
         )
     stopping = recorded.scenario.controller.collision.stopping
     figure = draw_operator_figure(

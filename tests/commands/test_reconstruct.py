@@ -1,16 +1,19 @@
 """From a scene's file to a splat, on the command line."""
 
 import dataclasses as dc
+import re
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RollPitchYaw
+from runs import PROGRESS
 
 from remosplat_drake.app.map_knowledge import find_map_error, map_error_gates
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
+from remosplat_drake.base import progress
 from remosplat_drake.base.resources import models_dir
 from remosplat_drake.capture.formats import read_capture
 from remosplat_drake.capture.readers.nerfstudio import write_capture
@@ -145,11 +148,19 @@ def test_a_splat_safe_from_272_mm_on_does_not_run_at_21(written, capsys):
 
 
 @pytest.mark.smoke
-def test_floor_and_untrained_discs(folder, tmp_path, capsys):
+def test_floor_and_untrained_discs(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(progress, "PERIOD", 0.001)
     output = tmp_path / "splat.ply"
     flags = ["--device", "none", "--count", "500", "--floor"]
     assert reconstruct(folder, output, *flags) == 0
-    assert "floor: " in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "floor: " in said.out
+    # Where there is no terminal, too, it says how far it is.
+    lines = said.err.splitlines()
+    assert all(re.match(PROGRESS, line) for line in lines)
+    assert {"reading the capture", "finding what was seen"} <= {
+        line.partition(":")[0] for line in lines
+    }
     report = read_report(output)
     assert "refined" not in report.method
     # The floor is not quite where the truth has it, so it is not used.

@@ -123,7 +123,7 @@ def render_views(
     width: int = 640,
     height: int = 480,
     fov_y: float = FIELD_OF_VIEW,
-    on_view: Callable[[], None] = lambda: None,
+    on_view: Callable[[int, int], object] = lambda done, views: None,
 ) -> Capture:
     """Renders a capture of a scene with a texture that fills space.
 
@@ -133,7 +133,7 @@ def render_views(
         width: Width of each image [pixels].
         height: Height of each image [pixels].
         fov_y: Vertical field of view [rad].
-        on_view: Called after each view.
+        on_view: Called with the number of views that are done, and of all.
     """
     renderer = SceneRenderer(solids, width, height, fov_y)
     X_WC = np.array([pose.GetAsMatrix4() for pose in poses])
@@ -145,6 +145,6 @@ def render_views(
         color = renderer.color(pose) * texture[..., None]
         np.clip(color, 0, 255, out=color)
         rgb[i] = color
-        on_view()
+        on_view(i + 1, len(poses))
     K = np.tile(renderer.K, (len(poses), 1, 1))
     return Capture(K=K, X_WC=X_WC, rgb=rgb, depth=depth)

@@ -91,12 +91,13 @@ def fit_covering(
     """
     on_progress("reading the surfaces", 0, 1)
     surfaces = model_surfaces(model, options, seed)
+    on_progress("fitting spheres", 0, len(surfaces))
     done = 0
 
     def step(link: str, spheres: int) -> None:
         nonlocal done
         done += 1
-        on_progress(f"fitted {link}", done, len(surfaces))
+        on_progress("fitting spheres", done, len(surfaces))
 
     fits = fit_spheres(
         surfaces,
@@ -107,7 +108,7 @@ def fit_covering(
         most=most,
     )
     # Points that the fit has not seen find the slits between spheres.
-    on_progress("checking with fresh points", done, len(surfaces))
+    on_progress("checking with fresh points", 0, 1)
     fresh = surface_points(model, options, seed + 1)
     fits = {
         link: fit.grown_over(fresh[link], _SLIT) for link, fit in fits.items()

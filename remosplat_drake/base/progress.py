@@ -1,0 +1,187 @@
+"""`Progress`: shows how far a long job is, in a terminal and in a pipe."""
+
+import dataclasses as dc
+import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from threading import Event, Thread
+from time import monotonic
+from types import TracebackType
+from typing import Self, TypeVar
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+T = TypeVar("T")
+
+PERIOD = 10.0
+"""Time between two lines where there is no terminal [s]."""
+
+_BAR = 30
+"""Width of a bar [columns]."""
+
+
+@dc.dataclass(eq=False)
+class Stage:
+    """A part of a job that is shown by itself.
+
+    Attributes:
+        what: What is done.
+        done: How many of its steps are done.
+        total: Number of its steps; None if unknown. Of less than two only the
+            time since its start is shown.
+        estimate: Returns the fraction of the work that is done and the time
+            that the rest takes [s]; None: every step takes equally long.
+        start: When it began, on the monotonic clock [s].
+    """
+
+    what: str
+    done: int = 0
+    total: int | None = None
+    estimate: Callable[[], tuple[float, float]] | None = None
+    start: float = dc.field(default_factory=monotonic)
+    _shown: float = dc.field(default=0.0, init=False)
+
+    def __post_init__(self):
+        self._first = self.done
+
+    def state(self) -> tuple[float | None, str]:
+        """Returns the fraction that is done, None if unknown, and says more.
+
+        The fraction never decreases.
+        """
+        elapsed = monotonic() - self.start
+        if self.estimate is not None:
+            fraction, left = self.estimate()
+        elif self.total is not None and self.total > 1:
+            fraction, steps = self.done / self.total, self.done - self._first
+            left = math.inf
+            if steps > 0:
+                left = elapsed * (self.total - self.done) / steps
+        else:
+            return None, _duration(elapsed)
+        self._shown = max(self._shown, min(fraction, 1.0))
+        said = f"{self.done} of {self.total}"
+        if math.isfinite(left):
+            said += f", about {_duration(left)} left"
+        return self._shown, said
+
+
+class Progress:
+    """Shows the stage of a job: a bar, its steps, and the time that it takes.
+
+    In a terminal this is a line that vanishes at the end. Elsewhere, a line
+    goes to stderr every ten seconds. Nothing is shown before the first report.
+
+    Example:
+        >>> from rich.console import Console
+        >>> from remosplat_drake.base.progress import Progress
+        >>> with Progress(Console(), "beginning") as progress:
+        ...     for i in range(3):
+        ...         progress.report("counting", i, 3)
+
+    Attributes:
+        stage: What is shown; None before the first report.
+    """
+
+    def __init__(self, console: Console, what: str = ""):
+        """Prepares it.
+
+        Args:
+            console: Where it is shown, if that is a terminal.
+            what: What is done first; nothing is shown yet if empty.
+        """
+        self.stage: Stage | None = None
+        self._first = what
+        self._live = None
+        if console.is_interactive and console.file.isatty():
+            self._live = Live(
+                console=console,
+                get_renderable=self._row,
+                refresh_per_second=10,
+                transient=True,
+            )
+        self._lines = Thread(target=self._print_lines, daemon=True)
+        self._ended = Event()
+
+    def __enter__(self) -> Self:
+        if self._first:
+            self.report(self._first)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._ended.set()
+        if self._live is not None:
+            self._live.stop()
+        elif self._lines.is_alive():
+            self._lines.join()
+
+    def report(
+        self, what: str, done: int = 0, total: int | None = None
+    ) -> None:
+        """Shows how far a stage is; another name begins another stage.
+
+        Args:
+            what: What is done.
+            done: How many of its steps are done.
+            total: Number of its steps; None if unknown.
+        """
+        stage = self.stage
+        if stage is None or stage.what != what:
+            stage = Stage(what, done)
+        stage.done, stage.total = done, total
+        self.show(stage)
+
+    def over(self, items: Sequence[T], what: str) -> Iterator[T]:
+        """Yields items, and shows how many of them are done.
+
+        Args:
+            items: The items.
+            what: What is done with them.
+        """
+        for done, item in enumerate(items):
+            self.report(what, done, len(items))
+            yield item
+
+    def show(self, stage: Stage) -> None:
+        """Shows a stage from now on, in place of the one before."""
+        is_first, self.stage = self.stage is None, stage
+        if not is_first:
+            return
+        if self._live is not None:
+            self._live.start()
+        else:
+            self._lines.start()
+
+    def print_line(self) -> None:
+        """Prints a line at once where there is no terminal."""
+        if self._live is None and self.stage is not None:
+            _, said = self.stage.state()
+            with suppress(OSError):  # Nothing reads it any more.
+                print(f"{self.stage.what}: {said}", file=sys.stderr, flush=True)
+
+    def _print_lines(self) -> None:
+        while not self._ended.wait(PERIOD):
+            self.print_line()
+
+    def _row(self) -> RenderableType:
+        if self.stage is None:
+            return Group()
+        fraction, said = self.stage.state()
+        bar = ProgressBar(1.0, fraction or 0.0, _BAR, pulse=fraction is None)
+        row = Table.grid(padding=(0, 1))
+        row.add_row(Text(self.stage.what), bar, Text(said))
+        return row
+
+
+def _duration(time: float) -> str:
+    return f"{time:.0f} s" if time < 100.0 else f"{time / 60.0:.0f} min"
