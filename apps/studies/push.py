@@ -13,11 +13,10 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from apps.studies.command_line import study_main
-from remosplat_drake.app import warm_up
+from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.recorded_run import RecordedRun, load_recorded_run
 from remosplat_drake.app.run_result import INTERRUPTED
@@ -28,10 +27,12 @@ from remosplat_drake.app.teleop_session import (
     holds_session,
     open_teleoperation,
 )
+from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import World, load_world, true_scenes
 from remosplat_drake.base import resources
 from remosplat_drake.base.atomic_file import atomic_write, write_atomically
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.commands.driving import drive
 from remosplat_drake.mapping.store.session import SCENARIO_FILE
 from remosplat_drake.recording.operator_figure import (
@@ -98,9 +99,11 @@ def run(arguments: argparse.Namespace) -> int:
     if recorded is None:
         write_atomically(followed, script)
         recorded = _record(scenario, world, session, console)
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("measuring", total=len(recorded.log))
-        trace = recorded.trace(lambda k: progress.update(task, completed=k))
+    with Progress(console) as progress:
+        total = len(recorded.log)
+        trace = recorded.trace(
+            lambda done: progress.report("measuring", done, total)
+        )
     figure = draw_operator_figure(
         trace,
         stopping=scenario.controller.collision.stopping,
@@ -161,8 +164,8 @@ def _record(
     """
     if holds_session(folder):
         shutil.rmtree(folder)
-    warm_up.announce(console)
-    warm_up.compile_kernels(scenario, world)
+    with Progress(console) as progress, compiling_shown(progress):
+        compile_kernels(scenario, world)
     teleoperation = open_teleoperation(scenario, world, folder, hardware=False)
     log = None
     try:
@@ -174,7 +177,6 @@ def _record(
             teleoperation.mapping.close()
         if log is not None:
             log.close()
-    warm_up.remember()
     if result.outcome == INTERRUPTED:
         raise KeyboardInterrupt
     return load_recorded_run(folder)

@@ -4,26 +4,18 @@ What is compiled is kept. To load it takes a while, too, so that every run
 begins with `compile_kernels`.
 """
 
-import contextlib
 import copy
 import dataclasses as dc
-import sys
-from pathlib import Path
 
 import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
-from rich.console import Console
 
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import CAMERAS, Scenario
 from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.app.world import World
-from remosplat_drake.base import resources
-from remosplat_drake.base.atomic_file import atomic_write
-from remosplat_drake.base.errors import FileError
-from remosplat_drake.base.version import __version__
 from remosplat_drake.controller.planning.motion_planner import (
     MotionPlanner,
     can_plan,
@@ -51,27 +43,6 @@ _ROOM = 8  # Voxels of a metre, around the robot.
 _TURN = 0.2  # Of the last joint, from start to end of a path [rad].
 _ABOVE = 0.4  # From the hand to what may move [m].
 _AWAY = np.array([0.1, 0.1, 0.1])  # From the start to the target [m].
-
-
-def announce(console: Console) -> None:
-    """Says that kernels are about to be compiled, if they have never been.
-
-    Numba keeps what it compiles, so this only concerns the first run after
-    an installation.
-
-    Args:
-        console: Console to print on.
-    """
-    if not _marker().exists():
-        console.print(
-            "first start: compiling kernels, this takes some minutes once"
-        )
-
-
-def remember() -> None:
-    """Notes that the kernels have been compiled, where that is possible."""
-    with contextlib.suppress(FileError), atomic_write(_marker()) as file:
-        file.write("")
 
 
 def compile_kernels(
@@ -229,9 +200,3 @@ def _beside_hand(robot: RobotModel, q: np.ndarray) -> np.ndarray:
     hand = np.linalg.norm(spheres.p_WS - p_WE, axis=1).argmin()
     below = [0.0, 0.0, spheres.radius[hand] + _NEAR]
     return spheres.p_WS[hand] - below
-
-
-def _marker() -> Path:
-    """Returns the file that marks the kernels of this Python as compiled."""
-    python = sys.implementation.cache_tag
-    return resources.cache_dir() / f"compiled-{__version__}-{python}"

@@ -62,6 +62,16 @@ def _key(key: Any) -> Any:
     return _OURS, _DIGEST, key
 
 
+def is_kept(kernel: Any) -> bool:
+    """Returns whether a kernel of the present sources is on disk.
+
+    Args:
+        kernel: The kernel, as `base/kernels.py` has made it.
+    """
+    index = kernel._cache._cache_file._load_index()
+    return any(key[0] == _OURS for key in index)
+
+
 def share_kernels() -> None:
     """Makes Numba keep all kernels this way from now on in this process."""
     caching.IndexDataCacheFile = KernelCacheFile

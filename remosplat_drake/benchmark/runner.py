@@ -56,9 +56,7 @@ class SplatMaking:
 def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
     """Compiles the kernels of trials, before many workers would at once.
 
-    Numba numbers the files of a kernel's variants. Processes that compile
-    different variants at the same time may give them the same number. What
-    fails here fails again in a worker, and is recorded there.
+    What fails here fails again in a worker, and is recorded there.
 
     Args:
         trials: The trials; the first of each method is run for some ticks.

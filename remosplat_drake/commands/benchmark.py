@@ -11,8 +11,9 @@ from time import monotonic
 
 from rich.console import Console
 
-from remosplat_drake.app import warm_up
+from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
 from remosplat_drake.benchmark.overview import document, overview_table
 from remosplat_drake.benchmark.report import report_tables, to_markdown
@@ -170,12 +171,14 @@ def run(arguments: argparse.Namespace) -> int:
     for name in (RESULTS, SPLATS, REPORT, PAGE):
         check_writable(output / name)
     splats = splat_making(arguments)
-    with console.status("choosing scenes"):
+    with Progress(console, "choosing scenes") as progress:
         trials = _trials(arguments, splat_folders(arguments, splats))
     cases = list(dict.fromkeys(trial.case for trial in trials))
-    warm_up.announce(console)
     if arguments.jobs > 1:
-        with console.status("warming up"):
+        with (
+            Progress(console, "warming up") as progress,
+            compiling_shown(progress),
+        ):
             compile_kernels(trials, splats is not None)
     seconds = 60 * arguments.stop_after
     outcome = _run(
@@ -246,7 +249,8 @@ def _run(
     is_over: Callable[[], bool],
 ) -> _Outcome:
     orders, records = [], []
-    with BenchmarkProgress(console) as progress:
+    progress = BenchmarkProgress(console)
+    with progress, compiling_shown(progress):
         if splats is not None:
             orders = missing_splats(trials, splats.recipe)
             progress.start_splats(len(orders))

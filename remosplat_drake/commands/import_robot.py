@@ -3,13 +3,15 @@
 import argparse
 import shutil
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import Progress
 
+from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.system_libraries import (
     MissingLibraryError,
     import_optional,
@@ -157,26 +159,18 @@ def _request(args: argparse.Namespace, out: Path) -> ImportRequest:
 def _import(
     request: ImportRequest, folder: Path, findings: Findings, console: Console
 ) -> RobotModel:
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("reading", total=None)
-
-        def show(what: str, done: int, total: int) -> None:
-            progress.update(task, description=what, completed=done, total=total)
-
-        return import_robot(request, folder, findings, show)
+    with Progress(console, "reading") as progress:
+        return import_robot(request, folder, findings, progress.report)
 
 
 def _scenario(
     robot: RobotModel, folder: Path, findings: Findings, console: Console
 ) -> Tried | None:
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task("trying a scenario", total=None)
+    what = "trying a scenario"
+    with Progress(console, what) as progress, compiling_shown(progress):
+        on_try = partial(progress.report, what)
         try:
-            return write_first_scenario(
-                robot,
-                folder,
-                lambda i, n: progress.update(task, completed=i, total=n),
-            )
+            return write_first_scenario(robot, folder, on_try)
         except RemoSplatError as error:
             for name in ("scenario.yaml", "scene.json", "scene.ply"):
                 (folder / name).unlink(missing_ok=True)

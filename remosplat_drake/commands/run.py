@@ -5,15 +5,17 @@ import math
 import time
 from pathlib import Path
 
-from remosplat_drake.app import warm_up
+from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.map_knowledge import examine_map, target_places
 from remosplat_drake.app.run_files import METRICS, TRAJECTORY, save_result
 from remosplat_drake.app.run_result import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.commands.driving import drive, log_is_whole
 from remosplat_drake.commands.flags import (
@@ -136,11 +138,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.hardware and arguments.realtime_rate is not None:
         raise RemoSplatError("--realtime-rate: not with --hardware")
     prepare_robot(arguments, scenario, console)
-    warm_up.announce(console)
-    world = load_world(scenario)
-    knowledge = examine_map(scenario, world, target_places(scenario, world))
-    admission = admit(knowledge, arguments, scenario.source)
-    warm_up.compile_kernels(scenario, world)
+    with Progress(console) as progress, compiling_shown(progress):
+        world = load_world(scenario)
+        places = target_places(scenario, world)
+        knowledge = examine_map(scenario, world, places)
+        admission = admit(knowledge, arguments, scenario.source)
+        compile_kernels(scenario, world)
     page = None
     if arguments.save_html or not arguments.headless:
         page = open_page(arguments)
@@ -175,7 +178,6 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         if application.log is not None:
             application.log.close()
-    warm_up.remember()
     if page is not None:
         page.finish_recording()
         page.end(state_at_end(result))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from remosplat_drake.app import warm_up
+from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.map_knowledge import examine_map, saved_places
 from remosplat_drake.app.run_result import INTERRUPTED, TIME_LIMIT
@@ -27,9 +27,11 @@ from remosplat_drake.app.teleop_session import (
     open_teleoperation,
     removed_on_failure,
 )
+from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.messages import CodeIssued
@@ -157,12 +159,12 @@ def run(arguments: argparse.Namespace) -> int:
     folder = arguments.session or _new_folder(scenario)
     prepare_robot(arguments, scenario, console)
     check_mappable(scenario)
-    warm_up.announce(console)
-    world = load_world(scenario, blank=scenario.mapping.enabled)
-    check_one_end_effector(scenario, world.robot)
-    wrist_camera_mount(scenario, world.robot)
-    admission = _admitted(arguments, scenario, world)
-    warm_up.compile_kernels(scenario, world, live_map=True)
+    with Progress(console) as progress, compiling_shown(progress):
+        world = load_world(scenario, blank=scenario.mapping.enabled)
+        check_one_end_effector(scenario, world.robot)
+        wrist_camera_mount(scenario, world.robot)
+        admission = _admitted(arguments, scenario, world)
+        compile_kernels(scenario, world, live_map=True)
     page, cockpit = _pages(arguments, console)
     teleoperation, application = _begin(
         arguments, scenario, world, page, cockpit, folder, admission, console
@@ -199,7 +201,6 @@ def run(arguments: argparse.Namespace) -> int:
         teleoperation.close()
         if cockpit is not None:
             cockpit.close()
-    warm_up.remember()
     is_logged = log_is_whole(application, console)
     # A folder's name is as long as it is; the line is to be copied.
     told = f"{result.standing.text}; `remosplat replay {folder}` shows it"

@@ -1,46 +1,13 @@
-"""The message about the first, slow start."""
-
-import io
+"""Ticks find all that they need compiled."""
 
 import numpy as np
 import pytest
 from numba_work import printed_number
-from rich.console import Console
 
-from remosplat_drake.app import warm_up
 from remosplat_drake.app.scenario import DEFAULT_SCENARIO, load_scenario
 from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import load_world
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
-
-
-@pytest.fixture
-def console() -> Console:
-    return Console(file=io.StringIO())
-
-
-def said(console: Console) -> bool:
-    warm_up.announce(console)
-    return "compiling" in console.file.getvalue()  # pyright: ignore
-
-
-def test_it_is_said_until_the_kernels_are_compiled(
-    console, tmp_path, monkeypatch
-):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    assert said(console)
-    warm_up.remember()
-    assert not said(Console(file=io.StringIO()))
-
-
-def test_a_cache_that_cannot_be_written_stops_nobody(
-    console, tmp_path, monkeypatch
-):
-    (tmp_path / "cache").write_text("a file where the folder should be")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    warm_up.remember()
-    assert said(console)
-
 
 # Runs a scenario, and prints how often its ticks made numba load or compile.
 IN_TICKS = """

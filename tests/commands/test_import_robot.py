@@ -1,6 +1,7 @@
 """`remosplat import-robot`: one command from a URDF to a run that reaches."""
 
 import importlib.util
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +9,13 @@ import pytest
 
 pytest.importorskip("trimesh")
 
+from runs import PROGRESS
 from toy_robot import toy_urdf, write_toy
 
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
+from remosplat_drake.base import progress
 from remosplat_drake.commands.main import USER_ERROR, main
 
 COARSE = ["--tolerance", "40"]
@@ -73,6 +76,20 @@ def test_a_picture_shows_the_robot_and_its_spheres(rendering, three_link):
         assert 0.02 < seen < 0.7
         border = np.concatenate([half[0], half[-1], half[:, 0], half[:, -1]])
         assert (np.abs(border - background).sum(axis=1) < 30).all()
+
+
+def test_a_pipe_hears_how_far_it_is(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(progress, "PERIOD", 0.001)
+    source, out = write_toy(tmp_path), tmp_path / "made"
+    flags = ["--no-scenario", "--out", str(out), *COARSE]
+    assert main(["import-robot", str(source), *flags]) == 0
+    said = capsys.readouterr()
+    lines = said.err.splitlines()
+    assert all(re.match(PROGRESS, line) for line in lines)
+    assert {"reading", "fitting spheres"} <= {
+        line.partition(":")[0] for line in lines
+    }
+    assert "reading" not in said.out
 
 
 @pytest.mark.parametrize(

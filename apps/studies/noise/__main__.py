@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from apps.studies.command_line import study_main
 from apps.studies.noise import experiment, report
-from remosplat_drake.app import warm_up
+from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.scene_config import SceneConfig
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.progress import Progress, Stage
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.visualization.depth_views import save_picture
 
@@ -73,11 +73,11 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.states, arguments.starts = QUICK_STATES, QUICK_STARTS
     _check(arguments)
     console = Console(stderr=True)
-    warm_up.announce(console)
     robot = load_robot("frankie", floor_height=SceneConfig().floor_height)
     results = report.Results(arguments.output / "results.json")
-    for scene in _scenes(arguments):
-        _measure(robot, scene, results, arguments, console)
+    with Progress(console) as progress, compiling_shown(progress):
+        for scene in _scenes(arguments):
+            _measure(robot, scene, results, arguments, progress)
     _write(results, arguments.output)
     for title, headings, rows in _tables(results):
         table = Table(*headings[:2], title=title)
@@ -110,36 +110,36 @@ def _measure(
     scene: experiment.NoiseScene,
     results: report.Results,
     arguments: argparse.Namespace,
-    console: Console,
+    progress: Progress,
 ) -> None:
     """Measures all methods in one scene, but for what the results hold."""
     starts = experiment.random_starts(
         robot, scene.truth, arguments.starts, arguments.seed
     )
     steps = len(experiment.METHODS) * (1 + len(starts))
-    with Progress(console=console, transient=True) as progress:
-        task = progress.add_task(scene.name, total=steps)
-        for method in experiment.METHODS:
-            field = experiment.method_field(scene, method)
-            name = scene.name, method
-            where = f"{field.revision} seed {arguments.seed}"
-            key = f"{where} states {arguments.states}"
-            accuracy = results.kept_accuracy(key)
-            if accuracy is None:
-                accuracy = experiment.measure_accuracy(
-                    robot, scene, field, arguments.states, arguments.seed
-                )
-                results.keep(key, accuracy)
-            results.accuracy[name] = accuracy
-            progress.advance(task)
-            for i, q0 in enumerate(starts):
-                key = f"{where} start {i}"
-                trial = results.kept_trial(key)
-                if trial is None:
-                    trial = experiment.run_trial(robot, scene, field, q0)
-                    results.keep(key, trial)
-                results.trials.setdefault(name, []).append(trial)
-                progress.advance(task)
+    stage = Stage(scene.name, total=steps)
+    progress.show(stage)
+    for method in experiment.METHODS:
+        field = experiment.method_field(scene, method)
+        name = scene.name, method
+        where = f"{field.revision} seed {arguments.seed}"
+        key = f"{where} states {arguments.states}"
+        accuracy = results.kept_accuracy(key)
+        if accuracy is None:
+            accuracy = experiment.measure_accuracy(
+                robot, scene, field, arguments.states, arguments.seed
+            )
+            results.keep(key, accuracy)
+        results.accuracy[name] = accuracy
+        stage.done += 1
+        for i, q0 in enumerate(starts):
+            key = f"{where} start {i}"
+            trial = results.kept_trial(key)
+            if trial is None:
+                trial = experiment.run_trial(robot, scene, field, q0)
+                results.keep(key, trial)
+            results.trials.setdefault(name, []).append(trial)
+            stage.done += 1
 
 
 def _tables(results: report.Results):
