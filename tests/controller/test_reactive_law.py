@@ -138,7 +138,7 @@ class Twice:
 
 
 @pytest.mark.parametrize(
-    "kind", ["a linear cost", "a quadratic cost", "a set of rows", "tracking"]
+    "kind", ["a linear cost", "a quadratic cost", "a set of rows", "a tracking"]
 )
 def test_no_term_silently_takes_the_place_of_another(
     three_link, make_tick, kind
@@ -152,7 +152,7 @@ def test_no_term_silently_takes_the_place_of_another(
 
 
 def test_terms_of_different_kinds_may_share_a_name(three_link, make_tick):
-    kinds = ["a linear cost", "a quadratic cost", "a set of rows", "tracking"]
+    kinds = ["a linear cost", "a quadratic cost", "a set of rows", "a tracking"]
     tick = make_tick(three_link, np.zeros(3))
     program = build_program(tick, [Twice(kind) for kind in kinds])
     assert {*program.linear, *program.quadratic, *program.rows} == {"mine"}
@@ -162,9 +162,9 @@ def test_terms_of_different_kinds_may_share_a_name(three_link, make_tick):
 def test_a_cost_of_another_shape_is_refused(three_link, shape):
     program = ReactiveProgram(three_link.velocity_limit)
     for add in (program.add_linear_cost, program.add_quadratic_cost):
-        with pytest.raises(ValueError, match=r"'mine': expected .* \(3,\)"):
+        with pytest.raises(ValueError, match=r"'mine': .* shape \(3,\), not"):
             add("mine", np.ones(shape))
-    with pytest.raises(ValueError, match=r"'mine': expected .* \(4, 3\)"):
+    with pytest.raises(ValueError, match=r"'mine': .* shape \(4, 3\), not"):
         program.add_rows("mine", np.ones(shape), np.ones(4))
 
 
