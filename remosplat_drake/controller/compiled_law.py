@@ -8,8 +8,9 @@ import numpy as np
 from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.compiled_program import CompiledProgram
 from remosplat_drake.controller.controller_config import default_ingredients
-from remosplat_drake.controller.ingredient import Ingredient, complete
+from remosplat_drake.controller.ingredient import AnyIngredient, Ingredient
 from remosplat_drake.controller.ingredients import SelfCollisionDamper
+from remosplat_drake.controller.joined_program import JoinedProgram
 from remosplat_drake.controller.kernels.assemble import (
     PARTS,
     Parts,
@@ -22,7 +23,8 @@ from remosplat_drake.controller.kernels.tick_arrays import (
     NearQuestion,
     ProgramArrays,
 )
-from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.law_program import LawProgram
+from remosplat_drake.controller.term import NameTakenError
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import STILL
@@ -31,31 +33,37 @@ from remosplat_drake.scene.mover import STILL
 class CompiledLaw:
     """The ingredients of a law, as programs are built of them.
 
-    One kernel adds the library's own, several times faster than these would by
-    `AddToProgram`; what is from outside adds itself afterwards. Settings are
-    read when the law is made.
+    One kernel adds the library's own; what is from outside adds itself
+    afterwards. Settings are read when the law is made.
 
     Attributes:
-        outside: The ingredients that no kernel adds: those from outside, and
-            further ones of a kind.
+        outside: The ingredients from outside, which no kernel adds.
     """
 
-    def __init__(self, robot: RobotModel, ingredients: Sequence[Ingredient]):
+    def __init__(self, robot: RobotModel, ingredients: Sequence[AnyIngredient]):
         """Makes it of all ingredients of a law.
 
         Args:
             robot: The robot that is driven.
             ingredients: The ingredients.
+
+        Raises:
+            NameTakenError: Two ingredients are of one kind of the library's.
         """
         self._robot = robot
         own: dict[type, CompiledIngredient] = {}
         outside = []
         for part in ingredients:
-            kind = type(part)
-            if kind in PARTS and kind not in own:
-                own[kind] = cast(CompiledIngredient, part)
-            else:
-                outside.append(part)
+            kind = _kind(part)
+            if kind is None:
+                outside.append(cast(Ingredient, part))
+                continue
+            if kind in own:
+                raise NameTakenError(
+                    f"two ingredients are a {kind.__name__}: their terms would"
+                    f" have one name, {kind.term!r}"
+                )
+            own[kind] = cast(CompiledIngredient, part)
         self.outside: Sequence[Ingredient] = tuple(outside)
         present = np.array([kind in own for kind in PARTS])
         others = {type(part): part for part in default_ingredients(robot)}
@@ -89,8 +97,8 @@ class CompiledLaw:
         """
         return self._near
 
-    def program(self, tick: Tick) -> ReactiveProgram:
-        """Builds the program of a tick; equals `build_program`.
+    def program(self, tick: Tick) -> LawProgram:
+        """Builds the program of a tick as it stands.
 
         Args:
             tick: What is known at the tick.
@@ -104,9 +112,7 @@ class CompiledLaw:
         compiled = CompiledProgram(self._assemble(tick), self._parts, tick)
         if not self.outside:
             return compiled
-        program = compiled.opened()
-        complete(program, self.outside, tick)
-        return program
+        return JoinedProgram(compiled, self.outside, tick)
 
     def _assemble(self, tick: Tick) -> ProgramArrays:
         # Copies, since numba compiles for arrays that may be written.
@@ -137,6 +143,13 @@ class CompiledLaw:
 
 
 _OWN = PARTS.index(SelfCollisionDamper)
+
+
+def _kind(part: AnyIngredient) -> type[CompiledIngredient] | None:
+    """Returns which of the library's kinds it is; None if from outside."""
+    if hasattr(part, "AddToProgram"):
+        return None
+    return next((kind for kind in PARTS if isinstance(part, kind)), None)
 
 
 def _floats(settings: Any) -> Any:

@@ -21,6 +21,7 @@ from remosplat_drake.controller.kernels.dense import (
     solve_program,
 )
 from remosplat_drake.controller.kernels.tick_arrays import ProgramArrays
+from remosplat_drake.controller.law_program import LawProgram
 from remosplat_drake.controller.program_data import (
     Rows,
     Terms,
@@ -28,7 +29,6 @@ from remosplat_drake.controller.program_data import (
     names_of,
     tracking_name,
 )
-from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.slack_form import SlackForm
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
@@ -41,11 +41,11 @@ from remosplat_drake.signals.binding import (
 )
 
 
-class CompiledProgram(ReactiveProgram):
+class CompiledProgram(LawProgram):
     """The finished program whose terms kernels have added.
 
-    It answers as a `ReactiveProgram` that `build_program` has built of the
-    same ingredients, and solvers and reports can use the arrays directly.
+    It answers as a `ReactiveProgram` with the same terms, and solvers and
+    reports can use the arrays directly.
 
     Attributes:
         arrays: The terms.
@@ -120,13 +120,7 @@ class CompiledProgram(ReactiveProgram):
     def weakened(
         self, *, use_acceleration: bool = True, relax: Container[str] = ()
     ) -> "CompiledProgram":
-        """Returns the program with less demanded, as `build_program` builds it.
-
-        Args:
-            use_acceleration: Whether acceleration bounds stay.
-            relax: Names of the sets of rows whose negative right-hand sides
-                are raised to zero.
-        """
+        """Returns the program with less demanded; see `LawProgram`."""
         arrays = self.arrays
         b, count = arrays.b.copy(), arrays.count.copy()
         if not use_acceleration:
@@ -149,14 +143,6 @@ class CompiledProgram(ReactiveProgram):
         A, b = arrays.A[: count[0]], b[: count[0]]
         arrays.kept[: count[0]] = program.can_bind(A, b)
         arrays.count[4] = not program.excess(A, b) <= HOPELESS
-        return program
-
-    def opened(self) -> ReactiveProgram:
-        """Returns an unfinished program of the same terms, to add more to."""
-        program = ReactiveProgram(self._tick.robot.velocity_limit)
-        program.lower, program.upper = self.lower, self.upper
-        program.terms = self.terms
-        program.has_acceleration_bounds = self.has_acceleration_bounds
         return program
 
     @property

@@ -11,7 +11,11 @@ from remosplat_drake.base.ranges import Config, OneOf, check_ranges
 from remosplat_drake.controller import ingredients as ing
 from remosplat_drake.controller.guidance.deflection import NEAR
 from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
-from remosplat_drake.controller.ingredient import Ingredient, IngredientMaker
+from remosplat_drake.controller.ingredient import (
+    AnyIngredient,
+    Ingredient,
+    IngredientMaker,
+)
 from remosplat_drake.controller.rest_config import RestConfig
 from remosplat_drake.controller.solvers import CLARABEL, SOLVERS
 from remosplat_drake.robot.robot_model import RobotModel
@@ -160,7 +164,7 @@ def gain_set(name: str) -> ReactiveControllerConfig:
 
 def default_ingredients(
     robot: RobotModel, config: ReactiveControllerConfig | None = None
-) -> list[Ingredient]:
+) -> list[AnyIngredient]:
     """Makes the ingredients that a controller's configuration stands for.
 
     Args:

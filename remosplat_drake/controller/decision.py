@@ -7,8 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from remosplat_drake.controller.braking import braking_command
-from remosplat_drake.controller.compiled_program import CompiledProgram
-from remosplat_drake.controller.ingredient import Ingredient, build_program
+from remosplat_drake.controller.law_program import LawProgram
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
@@ -79,12 +78,7 @@ class Decision:
 
 
 def decide(
-    tick: Tick,
-    ingredients: Sequence[Ingredient],
-    solver: Solver,
-    program: ReactiveProgram | None = None,
-    *,
-    strict: bool = False,
+    tick: Tick, program: LawProgram, solver: Solver, *, strict: bool = False
 ) -> Decision:
     """Solves the program of a tick, falling back where it has no optimum.
 
@@ -100,33 +94,29 @@ def decide(
     Args:
         tick: What is known at the tick: the robot's state, the target, the
             clearances and the command being executed.
-        ingredients: Costs and constraints of the program.
+        program: The program as it stands.
         solver: The convex solver to ask.
-        program: The program as it stands, if the caller has built it; None
-            builds it.
         strict: Whether every command keeps to the acceleration bounds.
+
+    Raises:
+        TermError: A program with less demanded cannot be built; see
+            `LawProgram.weakened`, as of the others.
+        NameTakenError: See above.
+        IngredientError: See above.
     """
-    whole = program = program or build_program(tick, ingredients)
-
-    def weakened(*, acceleration: bool, relax: frozenset[str] = frozenset()):
-        if isinstance(whole, CompiledProgram):
-            return whole.weakened(use_acceleration=acceleration, relax=relax)
-        return build_program(
-            tick, ingredients, use_acceleration=acceleration, relax=relax
-        )
-
+    whole = program
     u = solve(program, solver)
     if u is not None:
         return Decision(u, tick_report.OPTIMAL, "", program)
     if program.has_acceleration_bounds and not strict:
-        program = weakened(acceleration=False)
+        program = whole.weakened(use_acceleration=False)
         u = solve(program, solver)
         if u is not None:
             return Decision(
                 u, tick_report.ACCELERATION_DROPPED, TOO_SUDDEN, program
             )
     for names in _yielding(program):
-        program = weakened(acceleration=strict, relax=names)
+        program = whole.weakened(use_acceleration=strict, relax=names)
         u = solve(program, solver)
         if u is not None:
             reason = yielding_reason(program.yielded)

@@ -1,10 +1,13 @@
 """`Ingredient`: a cost or constraint of which programs are built."""
 
 import traceback
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.controller.kernels.compiled_ingredient import (
+    CompiledIngredient,
+)
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.term import NameTakenError, TermError
 from remosplat_drake.controller.tick import Tick
@@ -12,7 +15,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 class Ingredient(Protocol):
-    """A cost or constraint of the program.
+    """A cost or constraint of the program, from outside the library.
 
     Any object with this method is one. The controller and its rollouts share
     it, so `AddToProgram` must depend on its arguments alone; and it must be
@@ -39,6 +42,10 @@ class Ingredient(Protocol):
         ...
 
 
+AnyIngredient = CompiledIngredient | Ingredient
+"""An ingredient of the library, or one from outside."""
+
+
 class IngredientMaker(Protocol):
     """The settings of an ingredient that needs to know the robot.
 
@@ -55,40 +62,6 @@ class IngredientMaker(Protocol):
         ...
 
 
-def build_program(
-    tick: Tick,
-    ingredients: Sequence[Ingredient],
-    *,
-    use_acceleration: bool = True,
-    relax: Container[str] = (),
-) -> ReactiveProgram:
-    """Builds the program of one tick afresh.
-
-    Args:
-        tick: What is known at the tick: the robot's state, the target, the
-            clearances and the command being executed.
-        ingredients: Costs and constraints, in any order.
-        use_acceleration: Whether ingredients may add acceleration bounds.
-        relax: Names of the sets of rows whose negative right-hand sides are
-            raised to zero.
-
-    Returns:
-        The finished program.
-
-    Raises:
-        TermError: A term cannot be used; the text names it and its ingredient.
-        NameTakenError: Two terms of a kind have one name.
-        IngredientError: An ingredient raises.
-    """
-    program = ReactiveProgram(
-        tick.robot.velocity_limit,
-        use_acceleration=use_acceleration,
-        relax=relax,
-    )
-    complete(program, ingredients, tick)
-    return program
-
-
 def complete(
     program: ReactiveProgram, ingredients: Sequence[Ingredient], tick: Tick
 ) -> None:
@@ -96,7 +69,7 @@ def complete(
 
     Args:
         program: The program.
-        ingredients: Costs and constraints, in any order.
+        ingredients: Costs and constraints from outside the library.
         tick: What is known at the tick.
 
     Raises:

@@ -107,6 +107,15 @@ class Terms:
     quadratic: dict[str, np.ndarray] = dc.field(default_factory=dict)
     trackings: dict[str, Tracking] = dc.field(default_factory=dict)
 
+    def copy(self) -> "Terms":
+        """Returns the same terms, to which others can be added."""
+        return Terms(
+            dict(self.rows),
+            dict(self.linear),
+            dict(self.quadratic),
+            dict(self.trackings),
+        )
+
 
 class ProgramData:
     """Costs, bounds and rows in the command u and the slack delta.

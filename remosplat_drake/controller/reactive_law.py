@@ -13,7 +13,7 @@ from remosplat_drake.controller.controller_config import (
     default_ingredients,
 )
 from remosplat_drake.controller.decision import Solver
-from remosplat_drake.controller.ingredient import Ingredient
+from remosplat_drake.controller.ingredient import AnyIngredient, Ingredient
 from remosplat_drake.controller.ingredients import (
     CollisionDamper,
     CollisionDamperConfig,
@@ -24,7 +24,7 @@ from remosplat_drake.controller.ingredients import (
     VelocityLimits,
 )
 from remosplat_drake.controller.kernels.settle import LoopArrays
-from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.law_program import LawProgram
 from remosplat_drake.controller.solvers import (
     ActiveSetSolver,
     make_solver,
@@ -75,7 +75,7 @@ class ReactiveLaw:
     def __init__(
         self,
         robot: RobotModel,
-        ingredients: Iterable[Ingredient],
+        ingredients: Iterable[AnyIngredient],
         dt: float = 0.01,
         *,
         solver: str | Solver = "clarabel",
@@ -102,10 +102,11 @@ class ReactiveLaw:
         Raises:
             FieldError: `dt` or the solver is unusable, or distances are given
                 both here and by an ingredient.
+            NameTakenError: Two ingredients are of one kind of the library's.
         """
         _check_step(dt, verify)
         self.robot = robot
-        self.ingredients: Sequence[Ingredient] = tuple(ingredients)
+        self.ingredients: Sequence[AnyIngredient] = tuple(ingredients)
         self.compiled = CompiledLaw(robot, self.ingredients)
         self.dt = dt
         self.solver = _solver(solver)
@@ -150,6 +151,7 @@ class ReactiveLaw:
 
         Raises:
             FieldError: A value of the configuration is unusable, or `dt` is.
+            NameTakenError: A further one is of a kind of the library's.
         """
         return ReactiveLaw(
             robot,
@@ -159,7 +161,7 @@ class ReactiveLaw:
             verify=config.verify,
         )
 
-    def program(self, tick: Tick) -> ReactiveProgram:
+    def program(self, tick: Tick) -> LawProgram:
         """Builds the program of a tick as it stands.
 
         Args:

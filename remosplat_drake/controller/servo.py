@@ -140,32 +140,3 @@ def error_scale(p_ET_E, target) -> float:
         return LINE_SCALE
     left = abs(p_ET_E[0]) + abs(p_ET_E[1]) + abs(p_ET_E[2])
     return max(left + target.onward, 1e-3)
-
-
-def tracked_directions(target: Target, along_W: np.ndarray) -> np.ndarray:
-    """Returns the directions in which a target's twist is tracked.
-
-    A target without a line and with equal weights is tracked in W's own; else
-    there is a row for each direction that is not free, as long as the root of
-    its weight. A line makes the rows longer that lead off it.
-
-    Args:
-        target: The target.
-        along_W: Direction of its line, shape (3,); zero without one.
-
-    Returns:
-        Rows to multiply twists in W with, angular above translational, shape
-        (r, 6).
-    """
-    if target.is_plain:
-        return np.eye(6)
-    R_TW = np.asarray(target.X_WT)[:3, :3].T
-    rows = np.zeros((6, 6))
-    rows[:3, :3] = rows[3:, 3:] = R_TW
-    rows *= np.sqrt(target.weights)[:, None]
-    if target.line is not None:
-        stiff = np.eye(6) * np.sqrt(LINE_STIFFNESS)
-        off = 1.0 - np.sqrt(LINE_STIFFNESS)
-        stiff[3:, 3:] += off * np.outer(along_W, along_W)
-        rows = rows @ stiff
-    return rows[target.weights > 0.0]

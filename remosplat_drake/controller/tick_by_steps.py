@@ -56,7 +56,7 @@ def _decision(
     tick = _tick(law, given, state)
     program = law.program(tick)
     laps.end("build")
-    return decide(tick, law.ingredients, law.solver, program, strict=law.strict)
+    return decide(tick, program, law.solver, strict=law.strict)
 
 
 def _brake(law: ReactiveLaw, given: TickInputs, reason: str) -> Decision:

@@ -1,4 +1,4 @@
-"""What one kernel adds is what the ingredients say by `AddToProgram`."""
+"""What one kernel adds is what the ingredients' reference adds."""
 
 import dataclasses as dc
 import math
@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.solvers import ClarabelSolver
 from random_ticks import some_tick
+from reference_ingredients import ReferenceProgram
 
 from remosplat_drake.controller.active_set import (
     INFEASIBLE,
@@ -17,7 +18,6 @@ from remosplat_drake.controller.active_set import (
     solve_dense,
 )
 from remosplat_drake.controller.binding import find_binding
-from remosplat_drake.controller.compiled_program import CompiledProgram
 from remosplat_drake.controller.controller_config import (
     default_ingredients,
     gain_set,
@@ -25,7 +25,6 @@ from remosplat_drake.controller.controller_config import (
 from remosplat_drake.controller.decision import YIELD_ORDER
 from remosplat_drake.controller.decision import decide as decide_in_python
 from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.ingredient import build_program
 from remosplat_drake.controller.ingredients import (
     VelocityCost,
     VelocityCostConfig,
@@ -119,7 +118,7 @@ def test_the_kernel_adds_what_the_ingredients_add(
     tick = some_tick(robot, seed)
     assert not law.compiled.outside
     program = law.program(tick)
-    reference = build_program(tick, law.ingredients)
+    reference = ReferenceProgram(tick, law.ingredients)
     assert_equal_programs(program, reference)
     u, ended = program.optimum()
     other, _, also = solve_dense(*reference.dense())
@@ -134,28 +133,27 @@ def test_the_kernel_adds_what_the_ingredients_add(
         np.testing.assert_allclose(ours.push, theirs.push, atol=1e-6)
 
 
+@pytest.mark.parametrize("outside", [False, True])
 @pytest.mark.parametrize("acceleration", [False, True])
-@pytest.mark.parametrize("relax", [(), (MOVER,), YIELD_ORDER])
-def test_less_is_demanded_without_building_anew(frankie, acceleration, relax):
-    law, yielded = ReactiveLaw(frankie, default_ingredients(frankie)), 0
+@pytest.mark.parametrize("relax", [(), (MOVER,), (*YIELD_ORDER, "elbow")])
+def test_less_is_demanded_of_the_same_terms(
+    frankie, outside, acceleration, relax
+):
+    """Those from outside add theirs again, and are told what is left out."""
+    parts = [*default_ingredients(frankie), *[SlowElbow(-0.01)] * outside]
+    law, yielded = ReactiveLaw(frankie, parts), 0
     for seed in range(40):
         tick = some_tick(frankie, seed)
-        less = law.program(tick).weakened(
-            use_acceleration=acceleration, relax=relax
-        )
-        reference = build_program(
-            tick, law.ingredients, use_acceleration=acceleration, relax=relax
+        whole = law.program(tick)
+        less = whole.weakened(use_acceleration=acceleration, relax=relax)
+        reference = ReferenceProgram(
+            tick, parts, use_acceleration=acceleration, relax=relax
         )
         assert_equal_programs(less, reference)
+        assert_equal_programs(whole, ReferenceProgram(tick, parts))
         assert less.yielded == reference.yielded
         yielded += len(less.yielded)
     assert bool(yielded) == bool(relax)
-
-
-def test_what_has_more_than_kernels_know_is_built_anew(frankie):
-    tick = some_tick(frankie, 0)
-    law = ReactiveLaw(frankie, [*default_ingredients(frankie), SlowElbow()])
-    assert not isinstance(law.program(tick), CompiledProgram)
 
 
 @pytest.mark.parametrize("strict", [False, True])
@@ -177,9 +175,8 @@ def test_what_kernels_decide_is_what_a_tick_decides(frankie, strict):
                 clearances.p_WC,
             )
             tick = dc.replace(tick, clearances=deep)
-        decision = decide_in_python(
-            tick, law.ingredients, law.solver, strict=strict
-        )
+        reference = ReferenceProgram(tick, law.ingredients)
+        decision = decide_in_python(tick, reference, law.solver, strict=strict)
         u, status = decide(
             law.program(tick).arrays,
             frankie.arrays,
@@ -197,9 +194,12 @@ def test_what_kernels_decide_is_what_a_tick_decides(frankie, strict):
 class SlowElbow:
     """An ingredient from outside, with a row, a cost and bounds."""
 
+    def __init__(self, speed: float = 0.01):
+        self.speed = speed
+
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         e = np.eye(program.n_u)[-1]
-        program.add_rows("elbow", e[None], np.full(1, 0.01))
+        program.add_rows("elbow", e[None], np.full(1, self.speed))
         program.add_linear_cost("elbow", e)
         program.narrow(np.full(program.n_u, -0.4), np.full(program.n_u, 0.3))
 
@@ -211,7 +211,7 @@ def test_ingredients_from_outside_add_theirs_afterwards(frankie, seed):
     tick = some_tick(frankie, seed)
     assert law.compiled.outside == (elbow,)
     program = law.program(tick)
-    reference = build_program(tick, [*default_ingredients(frankie), elbow])
+    reference = ReferenceProgram(tick, [*default_ingredients(frankie), elbow])
     assert_equal_programs(program, reference)
     assert program.rows["elbow"].about(0) == ("row 0",)
 
@@ -222,16 +222,14 @@ def test_a_law_may_have_few_of_them(frankie, seed):
     law = ReactiveLaw(frankie, [VelocityLimits(config.velocity_limits)])
     tick = some_tick(frankie, seed)
     assert_equal_programs(
-        law.program(tick), build_program(tick, law.ingredients)
+        law.program(tick), ReferenceProgram(tick, law.ingredients)
     )
 
 
-def test_a_name_is_taken_by_one_ingredient(frankie):
+def test_a_law_has_one_ingredient_of_a_kind(frankie):
     twice = [VelocityCost(VelocityCostConfig(weight=w)) for w in (1.0, 2.0)]
-    law = ReactiveLaw(frankie, twice)
-    assert law.compiled.outside == (twice[1],)
-    with pytest.raises(NameTakenError, match="quadratic cost 'velocity'"):
-        law.program(some_tick(frankie, 0))
+    with pytest.raises(NameTakenError, match=r"a VelocityCost: .* 'velocity'"):
+        ReactiveLaw(frankie, twice)
 
 
 def test_an_heir_of_an_ingredient_is_from_outside(frankie):
@@ -239,8 +237,23 @@ def test_an_heir_of_an_ingredient_is_from_outside(frankie):
         def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
             program.add_quadratic_cost("dear", np.full(program.n_u, 7.0))
 
-    law = ReactiveLaw(frankie, [Dear(VelocityCostConfig())])
+    config = VelocityCostConfig()
+    law = ReactiveLaw(frankie, [Dear(config)])
     assert set(law.program(some_tick(frankie, 1)).quadratic) == {"dear"}
+    law = ReactiveLaw(frankie, [Dear(config), VelocityCost(config)])
+    names = {"dear", "velocity"}
+    assert set(law.program(some_tick(frankie, 1)).quadratic) == names
+
+
+def test_an_heir_with_settings_alone_is_the_librarys(frankie):
+    class Cheap(VelocityCost):
+        def __init__(self):
+            super().__init__(VelocityCostConfig(weight=0.5))
+
+    law = ReactiveLaw(frankie, [Cheap()])
+    assert not law.compiled.outside
+    cost = law.program(some_tick(frankie, 1)).quadratic["velocity"]
+    np.testing.assert_array_equal(cost[frankie.n_base :], 0.5)
 
 
 def test_drake_is_told_the_same(frankie):
@@ -248,7 +261,7 @@ def test_drake_is_told_the_same(frankie):
     tick = dc.replace(some_tick(frankie, 4), guidance=Guidance())
     bindings = [
         {b.evaluator().get_description() for b in p.prog.GetAllConstraints()}
-        for p in (law.program(tick), build_program(tick, law.ingredients))
+        for p in (law.program(tick), ReferenceProgram(tick, law.ingredients))
     ]
     assert bindings[0] == bindings[1] > {"command bounds", "servo tracking"}
 

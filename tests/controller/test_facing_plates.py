@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from programs import program_of
 from pydrake.math import RigidTransform
 
 from remosplat_drake.controller.controller_config import gain_set
@@ -75,8 +76,8 @@ class NearestOnly(SelfCollisionDamper):
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Adds the first of the rows that the whole damper would."""
-        whole = ReactiveProgram(tick.robot.velocity_limit)
-        super().AddToProgram(whole, tick)
+        damper = SelfCollisionDamper(self.config, tick.robot)
+        whole = program_of(tick, [damper])
         for name, rows in whole.rows.items():
             program.add_rows(name, rows.A[:1], rows.b[:1])
 

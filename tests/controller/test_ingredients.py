@@ -5,10 +5,13 @@ at x = 0, elbow at x = 0.5, wrist at x = 0.9. A positive rate of its first
 two joints lowers whatever is further out.
 """
 
+import dataclasses as dc
 import math
 
 import numpy as np
 import pytest
+from programs import program_of
+from reference_ingredients import bodies_of
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.ranges import check_ranges
@@ -17,7 +20,7 @@ from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.ingredients.manipulability_cost import (
     manipulability,
 )
-from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.controller.law_program import LawProgram
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
@@ -28,14 +31,11 @@ FOREARM = 3
 """The sphere on the forearm, 0.1 m beyond the elbow."""
 
 
-def added(ingredient, tick, **flags) -> ReactiveProgram:
-    program = ReactiveProgram(tick.robot.velocity_limit, **flags)
-    ingredient.AddToProgram(program, tick)
-    program.finish()
-    return program
+def added(ingredient, tick) -> LawProgram:
+    return program_of(tick, [ingredient])
 
 
-def linear_cost(program: ReactiveProgram) -> np.ndarray:
+def linear_cost(program: LawProgram) -> np.ndarray:
     (binding,) = program.prog.linear_costs()
     index = program.prog.FindDecisionVariableIndices(binding.variables())
     assert list(index) == list(range(len(program.u)))
@@ -213,8 +213,7 @@ def test_acceleration_bounds_can_be_dropped(three_link, make_tick):
     program = added(
         ing.VelocityLimits(ing.VelocityLimitsConfig()),
         make_tick(three_link, np.zeros(3)),
-        use_acceleration=False,
-    )
+    ).weakened(use_acceleration=False)
     np.testing.assert_allclose(program.upper, [2, 2, 2])
     assert not program.has_acceleration_bounds
 
@@ -267,7 +266,7 @@ def test_a_slide_is_free_in_the_middle_of_its_range(lift_arm, make_tick):
     assert not added(damper, make_tick(lift_arm, [0.175, 0, 0, 0])).rows
 
 
-def test_distances_are_a_share_of_the_range_at_most(lift_arm):
+def test_distances_are_a_share_of_the_range_at_most(lift_arm, make_tick):
     # The lift: a third and a tenth of 0.35 m. The shoulder: of 4 rad.
     config = ing.JointLimitDamperConfig(
         influence=180, stop=90, slide_influence=1, slide_stop=0.5
@@ -275,11 +274,18 @@ def test_distances_are_a_share_of_the_range_at_most(lift_arm):
     np.testing.assert_allclose(
         config.influence_of(lift_arm)[:2], [0.35 / 3, 4 / 3]
     )
-    np.testing.assert_allclose(config.stop_of(lift_arm)[:2], [0.035, 0.4])
+    # The bound is zero at the stopping distance; guidance may set another.
     paths = Guidance(joint_stop=0.1, slide_stop=0.002)
-    np.testing.assert_allclose(
-        config.stop_of(lift_arm, paths)[:2], [0.002, math.radians(0.1)]
-    )
+    for guidance, lift, shoulder in (
+        (Guidance(), 0.035, 0.4),
+        (paths, 0.002, math.radians(0.1)),
+    ):
+        tick = make_tick(lift_arm, [lift, 2.0 - shoulder, 0, 0])
+        tick = dc.replace(tick, guidance=guidance)
+        rows = added(ing.JointLimitDamper(config), tick).rows["joint limit"]
+        for joint, sign in ((0, -1), (1, 1)):
+            (row,) = np.flatnonzero(rows.A[:, joint] == sign)
+            assert rows.b[row] == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("slide", ["influence", "slide_influence"])
@@ -538,7 +544,7 @@ def test_each_self_collision_row_is_the_rate_of_its_points(frankie, make_tick):
     q = folded_over_the_base(frankie)
     rng = np.random.default_rng(4)
     near = pairs.near(frankie.body_poses(q), config.influence)
-    bodies = pairs.bodies(near)
+    bodies = bodies_of(pairs, near)
     rows = added(damper, make_tick(frankie, q)).rows["self-collision"]
     assert len(rows.b) == len(near) > 10
 

@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from programs import program_of
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
@@ -15,7 +16,6 @@ from pydrake.systems.primitives import (
 from wandering import EMPTY, RADIUS, make_law, wander_about
 
 import remosplat_drake as rs
-from remosplat_drake.controller.ingredient import build_program
 from remosplat_drake.controller.ingredients import (
     MoverDamper,
     MoverDamperConfig,
@@ -55,7 +55,7 @@ def test_a_row_says_how_fast_a_mover_comes(three_link, make_tick):
     )
     tick = dc.replace(make_tick(three_link, q), movers=Movers(0.0, [ball]))
     near = tick.near_movers(0.8)
-    rows = build_program(tick, [MoverDamper(config)]).rows[MOVER]
+    rows = program_of(tick, [MoverDamper(config)]).rows[MOVER]
     last = np.flatnonzero(near.sphere == len(state.spheres) - 1)[0]
     d = 0.5 - RADIUS - state.spheres.radius[-1]
     assert rows.b[last] == pytest.approx(1.5 * (d - 0.05) / 0.75 - 0.4)

@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from programs import program_of
 from pydrake.solvers import ClarabelSolver
 
 from remosplat_drake.base.errors import FieldError, RemoSplatError
@@ -12,7 +13,6 @@ from remosplat_drake.controller.controller_config import (
     default_ingredients,
     gain_set,
 )
-from remosplat_drake.controller.ingredient import build_program
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.run_tick import run_tick
@@ -144,17 +144,17 @@ def test_no_term_silently_takes_the_place_of_another(
     three_link, make_tick, kind
 ):
     tick = make_tick(three_link, np.zeros(3))
-    assert build_program(tick, [Twice(kind)])
+    assert program_of(tick, [Twice(kind)])
     match = f"there is {kind} 'mine' already"
     for error in (ValueError, RemoSplatError):
         with pytest.raises(error, match=match):
-            build_program(tick, [Twice(kind), Twice(kind)])
+            program_of(tick, [Twice(kind), Twice(kind)])
 
 
 def test_terms_of_different_kinds_may_share_a_name(three_link, make_tick):
     kinds = ["a linear cost", "a quadratic cost", "a set of rows", "a tracking"]
     tick = make_tick(three_link, np.zeros(3))
-    program = build_program(tick, [Twice(kind) for kind in kinds])
+    program = program_of(tick, [Twice(kind) for kind in kinds])
     assert {*program.linear, *program.quadratic, *program.rows} == {"mine"}
 
 
@@ -170,7 +170,7 @@ def test_a_cost_of_another_shape_is_refused(three_link, shape):
 
 def test_a_solver_of_drakes_can_be_pickled(three_link, make_tick):
     tick = make_tick(three_link, [0.3, -0.8, 0.2])
-    program = build_program(tick, default_ingredients(three_link))
+    program = program_of(tick, default_ingredients(three_link))
     solver = DrakeSolver(ClarabelSolver())
     again = pickle.loads(pickle.dumps(solver))
     np.testing.assert_array_equal(again.solve(program), solver.solve(program))

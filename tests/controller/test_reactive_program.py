@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from programs import program_of
 from pydrake.solvers import (
     ClarabelSolver,
     OsqpSolver,
@@ -18,8 +19,7 @@ from remosplat_drake.controller.controller_config import (
     default_ingredients,
     gain_set,
 )
-from remosplat_drake.controller.decision import decide, solve
-from remosplat_drake.controller.ingredient import build_program
+from remosplat_drake.controller.decision import Decision, decide, solve
 from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.solvers import ActiveSetSolver, DrakeSolver
@@ -97,6 +97,12 @@ def ingredients_of(robot, gains: str):
     return default_ingredients(robot, gain_set(gains))
 
 
+def decided(tick: Tick, ingredients, solver, *, strict=False) -> Decision:
+    """What is decided of the program of some ingredients."""
+    program = program_of(tick, ingredients)
+    return decide(tick, program, solver, strict=strict)
+
+
 def matrices(program: ReactiveProgram):
     """(Q, c, A, b, C, d): min 1/2 x'Qx + c'x, A x <= b, C x = d."""
     prog = program.prog
@@ -143,7 +149,7 @@ def test_without_limits_it_is_damped_least_squares(three_link, make_tick):
     X_WT = three_link.end_effector_pose(np.array([0.32, -0.75, 0.2]))
     tick = make_tick(three_link, [0.3, -0.8, 0.2], X_WT=X_WT)
     u = solve(
-        build_program(
+        program_of(
             tick,
             [
                 ing.ServoTracking(
@@ -166,18 +172,18 @@ def test_without_limits_it_is_damped_least_squares(three_link, make_tick):
 def test_a_wall_stops_the_pull(tick):
     # The free minimum (1, 1, -0.5) lies beyond u_0 + u_1 <= 1.
     wall = Wall([[1, 1, 0]], [1])
-    u = solve(build_program(tick, [Pull([1, 1, -0.5]), wall]), CLARABEL)
+    u = solve(program_of(tick, [Pull([1, 1, -0.5]), wall]), CLARABEL)
     np.testing.assert_allclose(u, [0.5, 0.5, -0.5], atol=1e-7)
 
 
 def test_velocity_limits_hold_even_without_their_ingredient(tick):
-    u = solve(build_program(tick, [Pull([9, -9, 1])]), CLARABEL)
+    u = solve(program_of(tick, [Pull([9, -9, 1])]), CLARABEL)
     np.testing.assert_allclose(u, [2, -2, 1], atol=1e-6)
 
 
 def test_every_binding_is_described(frankie, make_tick):
     tick = random_tick(frankie, make_tick, 1)
-    prog = build_program(tick, ingredients_of(frankie, "tuned")).prog
+    prog = program_of(tick, ingredients_of(frankie, "tuned")).prog
     bindings = [*prog.GetAllCosts(), *prog.GetAllConstraints()]
     names = [binding.evaluator().get_description() for binding in bindings]
     assert all(names)
@@ -191,7 +197,7 @@ def test_the_solution_satisfies_the_optimality_conditions(
 ):
     """Karush-Kuhn-Tucker, with multipliers found by an independent method."""
     tick = random_tick(frankie, make_tick, seed)
-    decision = decide(tick, ingredients_of(frankie, gains), CLARABEL)
+    decision = decided(tick, ingredients_of(frankie, gains), CLARABEL)
     assert decision.program is not None
     Q, c, A, b, C, d = matrices(decision.program)
     # The slack follows from the command: delta = v_E - J u.
@@ -210,8 +216,8 @@ def test_the_solution_satisfies_the_optimality_conditions(
 @pytest.mark.parametrize("seed", range(1, 5))
 def test_another_solver_finds_the_same_command(frankie, make_tick, seed):
     tick = random_tick(frankie, make_tick, seed)
-    program = build_program(
-        tick, ingredients_of(frankie, "tuned"), use_acceleration=False
+    program = program_of(tick, ingredients_of(frankie, "tuned")).weakened(
+        use_acceleration=False
     )
     options = SolverOptions()
     for name in ("eps_abs", "eps_rel"):
@@ -230,8 +236,8 @@ def test_another_solver_finds_the_same_command(frankie, make_tick, seed):
 def test_the_active_set_finds_the_same_command(frankie, make_tick, seed, gains):
     tick = random_tick(frankie, make_tick, seed)
     ingredients = ingredients_of(frankie, gains)
-    slow = decide(tick, ingredients, CLARABEL)
-    fast = decide(tick, ingredients, ActiveSetSolver())
+    slow = decided(tick, ingredients, CLARABEL)
+    fast = decided(tick, ingredients, ActiveSetSolver())
     assert fast.status == slow.status
     np.testing.assert_allclose(fast.u, slow.u, atol=2e-4)
 
@@ -257,7 +263,7 @@ def test_the_active_set_knows_the_limits_of_the_slack(
         ing.CollisionDamperConfig(),
     )
     damping = ing.VelocityCost(ing.VelocityCostConfig(weight=0.02))
-    program = build_program(tick, [servo, damping, Push([5e3, 0, 0])])
+    program = program_of(tick, [servo, damping, Push([5e3, 0, 0])])
     u = solve(program, ActiveSetSolver())
     np.testing.assert_allclose(u, solve(program, CLARABEL), atol=1e-5)
     tracking = program.tracking
@@ -266,7 +272,7 @@ def test_the_active_set_knows_the_limits_of_the_slack(
 
 
 def test_what_only_drake_knows_is_solved_by_drake(tick):
-    program = build_program(tick, [Pull([1, 1, -0.5]), Wall([[1, 1, 0]], [1])])
+    program = program_of(tick, [Pull([1, 1, -0.5]), Wall([[1, 1, 0]], [1])])
     assert program.is_extended
     np.testing.assert_allclose(
         solve(program, ActiveSetSolver()), [0.5, 0.5, -0.5], atol=1e-6
@@ -293,10 +299,8 @@ def test_pruning_changes_no_command(frankie, make_tick, seed, use_acceleration):
     tick = random_tick(frankie, make_tick, seed)
     u = []
     for restore in (lambda program: program, with_all_rows):
-        program = build_program(
-            tick,
-            ingredients_of(frankie, "tuned"),
-            use_acceleration=use_acceleration,
+        program = program_of(tick, ingredients_of(frankie, "tuned")).weakened(
+            use_acceleration=use_acceleration
         )
         u.append(solve(restore(program), CLARABEL))
     if u[0] is None:
@@ -318,7 +322,7 @@ def test_no_command_within_bounds_breaks_a_pruned_row(
 ):
     table = np.array(rows)
     tick = make_tick(three_link, np.zeros(3), u_previous=[0.5, -0.5, 0])
-    program = build_program(
+    program = program_of(
         tick,
         [
             ing.VelocityLimits(ing.VelocityLimitsConfig()),
@@ -334,11 +338,8 @@ def test_no_command_within_bounds_breaks_a_pruned_row(
 def test_tighter_bounds_prune_more_rows(frankie, make_tick):
     tick = random_tick(frankie, make_tick, 2)
     kept = [
-        build_program(
-            tick,
-            ingredients_of(frankie, "tuned"),
-            use_acceleration=use_acceleration,
-        )
+        program_of(tick, ingredients_of(frankie, "tuned"))
+        .weakened(use_acceleration=use_acceleration)
         .rows["collision"]
         .kept.sum()
         for use_acceleration in (True, False)
@@ -354,13 +355,13 @@ def test_a_row_is_pruned_exactly_when_the_bounds_imply_it(tick):
         (3.1, False),
         (-4.0, True),
     ):
-        program = build_program(tick, [Wall([[1, -0.5, 0]], [b])])
+        program = program_of(tick, [Wall([[1, -0.5, 0]], [b])])
         assert program.rows["wall"].kept.tolist() == [kept]
 
 
 def test_names_of_rows_are_unique(tick):
     with pytest.raises(ValueError, match="'wall' already"):
-        build_program(tick, [Wall([[1, 0, 0]], [1])] * 2)
+        program_of(tick, [Wall([[1, 0, 0]], [1])] * 2)
 
 
 # Fallbacks
@@ -370,7 +371,7 @@ def test_acceleration_bounds_give_way_first(tick):
     # From 1 rad/s the shoulder may slow to 0.9 rad/s; the wall wants 0.2.
     tick = dc.replace(tick, u_previous=np.array([1.0, 0, 0]))
     limits = ing.VelocityLimits(ing.VelocityLimitsConfig())
-    decision = decide(
+    decision = decided(
         tick, [Pull([1, 0, 0]), Wall([[1, 0, 0]], [0.2]), limits], CLARABEL
     )
     assert decision.status == tick_report.ACCELERATION_DROPPED
@@ -385,7 +386,7 @@ def test_a_strict_law_brakes_where_no_command_is_within_its_bounds(tick):
     law = ReactiveLaw(
         tick.robot, [Pull([1, 0, 0]), Wall([[1, 0, 0]], [0.2]), limits]
     )
-    decision = decide(tick, law.ingredients, CLARABEL, strict=law.strict)
+    decision = decided(tick, law.ingredients, CLARABEL, strict=law.strict)
     assert decision.status == tick_report.BRAKING
     np.testing.assert_allclose(decision.u, [0.9, 0, 0])
 
@@ -393,7 +394,7 @@ def test_a_strict_law_brakes_where_no_command_is_within_its_bounds(tick):
 def test_in_a_strict_law_rows_yield_within_the_bounds(tick):
     # A retreat of 0.5 rad/s is asked for; from rest, 0.1 is possible.
     limits = ing.VelocityLimits(ing.VelocityLimitsConfig(strict=True))
-    decision = decide(
+    decision = decided(
         tick,
         [Pull([1, 1, 0]), Wall([[1, 0, 0]], [-0.5]), limits],
         CLARABEL,
@@ -405,7 +406,7 @@ def test_in_a_strict_law_rows_yield_within_the_bounds(tick):
 
 def test_conflicting_retreats_are_relaxed_and_named(tick):
     # u_0 <= -0.1 and -u_0 <= -0.1 exclude each other; u_1 <= 0.5 stays.
-    decision = decide(
+    decision = decided(
         tick,
         [
             Pull([1, 1, 1]),
@@ -429,7 +430,7 @@ def test_the_joint_limit_damper_yields_alone_if_that_is_enough(tick, other):
         Wall([[1, 0, 0]], [-0.1], "joint limit"),
         Wall([[-30, 0, 1]], [-0.2], other),
     ]
-    decision = decide(tick, parts, CLARABEL)
+    decision = decided(tick, parts, CLARABEL)
     assert decision.status == tick_report.RELAXED
     assert names_in(decision) == ["joint limit"]
     np.testing.assert_allclose(decision.u, [0, 0, -0.2], atol=1e-6)
@@ -437,7 +438,7 @@ def test_the_joint_limit_damper_yields_alone_if_that_is_enough(tick, other):
 
 def test_self_collision_yields_before_the_scene(tick):
     # What would lead off the robot itself leads into the scene.
-    decision = decide(
+    decision = decided(
         tick,
         [
             Pull([0, 0, 0]),
@@ -453,7 +454,7 @@ def test_self_collision_yields_before_the_scene(tick):
 
 def test_the_scene_yields_only_to_itself(tick):
     # Squeezed from two sides: all that demands a retreat has to give way.
-    decision = decide(
+    decision = decided(
         tick,
         [
             Pull([0, 0, 0]),
@@ -488,7 +489,7 @@ def test_a_relaxed_program_names_sphere_and_link(frankie, make_tick):
         direction_W=np.tile(axis, (len(spheres), 1)),
         p_WC=np.zeros((count, 3)),
     )
-    decision = decide(
+    decision = decided(
         make_tick(frankie, q, clearances=clearances),
         ingredients_of(frankie, "tuned"),
         CLARABEL,
@@ -500,7 +501,7 @@ def test_a_relaxed_program_names_sphere_and_link(frankie, make_tick):
 @pytest.mark.parametrize("solver", [Unsuccessful(), NotFinite()])
 def test_without_an_answer_it_brakes(tick, solver):
     tick = dc.replace(tick, u_previous=np.array([1.0, -0.5, 0]))
-    decision = decide(tick, [Pull([1, 1, 1])], solver)
+    decision = decided(tick, [Pull([1, 1, 1])], solver)
     assert decision.status == tick_report.BRAKING
     assert decision.reason
     # The fastest joint may lose 10 rad/s^2 * 0.01 s of its 1 rad/s.
@@ -509,9 +510,10 @@ def test_without_an_answer_it_brakes(tick, solver):
 
 def test_the_relaxed_program_always_allows_standing_still(frankie, make_tick):
     for seed in range(20):
-        program = build_program(
+        program = program_of(
             random_tick(frankie, make_tick, seed),
             ingredients_of(frankie, "tuned"),
+        ).weakened(
             use_acceleration=False,
             relax={"joint limit", "self-collision", "collision"},
         )

@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from programs import program_of
 
 from remosplat_drake.controller.decision import YIELD_ORDER, decide
 from remosplat_drake.controller.kernels.assemble import PARTS, YIELDING
@@ -50,7 +51,7 @@ def test_of_two_that_contradict_each_other_one_yields(
         Demand(other, [-1.0, 1.0, 0.0], fast),
     ]
     solver = make_solver("active_set", "")
-    decision = decide(tick, [Rest(), *demands], solver)
+    decision = decide(tick, program_of(tick, [Rest(), *demands]), solver)
     assert decision.status == RELAXED
     assert decision.reason == f"infeasible; yielded: {first}[row 0]"
 
@@ -59,7 +60,7 @@ def test_costs_yield_to_every_row(three_link, make_tick):
     tick = make_tick(three_link, np.zeros(3))
     demand = Demand(ALL[0], [1.0, 0.0, 0.0], 0.1)
     solver = make_solver("active_set", "")
-    decision = decide(tick, [Rest(), demand], solver)
+    decision = decide(tick, program_of(tick, [Rest(), demand]), solver)
     assert decision.status == OPTIMAL
     np.testing.assert_allclose(decision.u, [0.1, 0.0, 0.0], atol=1e-6)
 

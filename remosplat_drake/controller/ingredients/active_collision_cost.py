@@ -18,8 +18,6 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.tick_arrays import given_or
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -37,18 +35,7 @@ class ActiveCollisionCostConfig(Config):
 class ActiveCollisionCost(CompiledIngredient):
     """A linear cost on the approach to everything near (paper section IV-E).
 
-    The cost is c'u with the weighted mean of the collision rows A_j,
-
-        c = g ((d_min - d_i) / (d_i - d_s))^2 sum(w_j A_j) / sum(w_j),
-        w_j = (d_i - d_j) / (d_i - d_s),
-
-    for clearances d_j, the least of them d_min, the influence distance d_i and
-    the stopping distance d_s. The gain that grows with nearness is that of
-    RMMI (Marticorena et al. 2024).
-
-    What moves counts like the scene, by the distances d_i and d_s of its own
-    damper, but as near as it will be a little later: the robot begins to make
-    way before it has to.
+    `add_active_collision_cost` computes it.
 
     Args:
         config: Gain of the cost, and how far ahead it looks.
@@ -67,32 +54,6 @@ class ActiveCollisionCost(CompiledIngredient):
         self._gain, self._lead = config.gain, config.lead
         self._damper = damper
         self._movers = movers or MoverDamperConfig()
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the cost, if anything is within the influence distance.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; its clearances, what moves and its
-                guidance matter here.
-        """
-        clearances, movers = tick.clearances, self._movers
-        gain = self._gain * tick.guidance.active_scale
-        soon = tick.near_movers(movers.influence, self._lead)
-        if gain == 0.0 or not len(clearances) + len(soon):
-            return
-        influence = self._damper.influence
-        span = influence - self._damper.stopping_for(tick.guidance)
-        room = movers.influence - movers.separation
-        w = np.concatenate(
-            [
-                (influence - clearances.distance) / span,
-                (movers.influence - soon.distance) / room,
-            ]
-        )
-        rates = soon.approach_rates(tick.state.Jv_WS)
-        mean = w @ np.concatenate([tick.approach_rates, rates]) / w.sum()
-        program.add_linear_cost(self.term, gain * w.max() ** 2 * mean)
 
     def settings(self, robot: RobotModel) -> "ActiveCollisionSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -120,7 +81,25 @@ class ActiveCollisionSettings(NamedTuple):
 
 @helper
 def add_active_collision_cost(own, k, tick, program):
-    """Adds an `ActiveCollisionCost`; see `kernels/assemble.py`."""
+    """Adds a linear cost on the approach to everything near.
+
+    The cost is c'u (paper section IV-E), where c is the weighted mean of the
+    collision rows A_j = n_j' Jv_WS_j, n_j in W:
+
+        c = g max(w_j)^2 sum(w_j A_j) / sum(w_j),
+        w_j = (d_i - d_j) / (d_i - d_s)
+
+    for clearances d_j, the influence distance d_i and the stopping distance
+    d_s [m]. The weight w_j is 0 at d_i and 1 at d_s. The gain that grows with
+    nearness is that of RMMI (Marticorena et al. 2024). Guidance may scale g
+    down and set d_s.
+
+    What moves counts like the scene, by the distances d_i and d_s of its own
+    damper, but at the place where it will be after the time `lead`: the robot
+    begins to make way before it has to.
+
+    See `CompiledIngredient` for the arguments.
+    """
     gain, soon = own.gain * tick.guidance.active_scale, tick.soon
     if gain == 0.0 or len(tick.distance) + len(soon.sphere) == 0:
         return

@@ -4,7 +4,6 @@ import dataclasses as dc
 import math
 from typing import Annotated, NamedTuple
 
-import numpy as np
 from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper
@@ -12,8 +11,6 @@ from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 
 
@@ -26,13 +23,9 @@ class BaseOrientationCostConfig(Config):
 
 
 class BaseOrientationCost(CompiledIngredient):
-    """A linear cost that turns the base towards the end effector.
+    """A linear cost that turns the base towards the end effector (J_o).
 
-    The yaw rate costs -k_o (theta - psi): theta is the bearing of the end
-    effector E (of several that have targets, of their middle) in the base B,
-    psi that which guidance wants, normally zero
-    [rad] (paper eq. 6, J_o; after the holistic controller of Haviland,
-    Sünderhauf and Corke 2022). For a robot without a base there is no cost.
+    `add_base_orientation_cost` computes it.
 
     Args:
         config: Gain k_o of the cost.
@@ -42,27 +35,6 @@ class BaseOrientationCost(CompiledIngredient):
 
     def __init__(self, config: BaseOrientationCostConfig):
         self._gain = config.gain
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the cost on the yaw rate.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; the poses of base and end
-                effector and the guidance's bearing matter here.
-        """
-        if self._gain == 0.0 or tick.robot.n_base == 0:
-            return
-        if tick.guidance.path is not None:
-            return
-        X_WB = tick.state.X_WB
-        aimed = [i for i, _ in tick.aim.items]
-        p_WE = tick.state.X_WEs[aimed, :3, 3].mean(axis=0)
-        p_BE_B = X_WB[:3, :3].T @ (p_WE - X_WB[:3, 3])
-        c = np.zeros(program.n_u)
-        theta = math.atan2(p_BE_B[1], p_BE_B[0])
-        c[tick.robot.n_base - 1] = -self._gain * (theta - tick.guidance.bearing)
-        program.add_linear_cost(self.term, c)
 
     def settings(self, robot: RobotModel) -> "BaseOrientationSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -77,7 +49,20 @@ class BaseOrientationSettings(NamedTuple):
 
 @helper
 def add_base_orientation_cost(own, k, tick, program):
-    """Adds a `BaseOrientationCost`; see `kernels/assemble.py`."""
+    """Adds a linear cost that turns the base towards the end effector.
+
+    The yaw rate has the cost
+
+        -k_o (theta - psi)
+
+    (paper eq. 6, J_o; after the holistic controller of Haviland, Sünderhauf
+    and Corke 2022). theta is the bearing of the end effector E in the base's
+    frame B, or of the mean position of all end effectors that have targets;
+    psi is the bearing that guidance wants, normally zero [rad]. There is no
+    cost without a base, and none on a planned path.
+
+    See `CompiledIngredient` for the arguments.
+    """
     robot, state = tick.robot, tick.state
     if own.gain == 0.0 or robot.n_base == 0 or len(tick.guidance.path_s):
         return

@@ -13,8 +13,6 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.tick_arrays import given_or, new_row
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import COLLISION
@@ -59,15 +57,7 @@ class CollisionDamperConfig(Config):
 class CollisionDamper(CompiledIngredient):
     """The collision constraint: a velocity damper before the scene.
 
-    For every clearance d within the influence distance d_i, with n the
-    direction towards the scene and Jv_WS the sphere's Jacobian,
-
-        n' Jv_WS u <= xi (d - d_s) / (d_i - d_s)
-
-    (paper section IV-D; Faverjon and Tournassoud 1987). A sphere nearer than
-    the stopping distance d_s must recede. Where a sphere may be off its path,
-    its tube counts to d_s, as it does in verification: a robot that slides
-    along an obstacle would else be told to slide where it is not let.
+    `add_collision_damper` computes its rows.
 
     Attributes:
         config: Distances d_i and d_s, and the speed xi. Verification and the
@@ -78,28 +68,6 @@ class CollisionDamper(CompiledIngredient):
 
     def __init__(self, config: CollisionDamperConfig):
         self.config = config
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds a row for every clearance within the influence distance.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; its clearances and its guidance
-                matter here.
-        """
-        config, clearances = self.config, tick.clearances
-        if not len(clearances):
-            return
-        stopping = config.stopping_for(tick.guidance)
-        margin = clearances.distance - stopping
-        if tick.sphere_tube is not None:
-            margin = margin - tick.sphere_tube[clearances.sphere]
-        b = config.gain * margin / (config.influence - stopping)
-
-        def label(i: int) -> str:
-            return self.about(tick.robot, None, clearances.sphere[i])
-
-        program.add_rows(self.term, tick.approach_rates, b, label)
 
     def settings(self, robot: RobotModel) -> "CollisionSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -123,7 +91,23 @@ class CollisionSettings(NamedTuple):
 
 @helper
 def add_collision_damper(own, k, tick, program):
-    """Adds a `CollisionDamper`; see `kernels/assemble.py`."""
+    """Adds a velocity damper before the scene: a row for every clearance.
+
+    For every clearance d within the influence distance d_i [m],
+
+        n' Jv_WS u <= xi (d - d_s - tube) / (d_i - d_s)
+
+    (paper section IV-D; Faverjon and Tournassoud 1987). n is the direction
+    from the sphere towards the scene in W, Jv_WS the Jacobian of the sphere's
+    centre in W, and xi the largest speed of approach [m/s]. A sphere nearer
+    than the stopping distance d_s [m] must recede. Guidance may set d_s.
+
+    A sphere may be off its path by its tube [m], which is zero for a robot
+    that obeys at once. Verification subtracts it, too: without it here, the
+    program could command a slide along an obstacle that verification rejects.
+
+    See `CompiledIngredient` for the arguments.
+    """
     stopping = given_or(tick.guidance.stopping, own.stopping)
     for i in range(len(tick.sphere)):
         margin = tick.distance[i] - stopping - tick.tube[tick.sphere[i]]

@@ -10,7 +10,6 @@ from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
-from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.joint_margins import (
     INFLUENCE_SHARE,
     STOP_SHARE,
@@ -20,8 +19,6 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.tick_arrays import given_or, new_row
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import JOINT_LIMIT
@@ -79,32 +76,11 @@ class JointLimitDamperConfig(Config):
             robot, hinge, self.slide_influence, INFLUENCE_SHARE
         )
 
-    def stop_of(
-        self, robot: RobotModel, guidance: Guidance | None = None
-    ) -> np.ndarray:
-        """Returns the stopping distance of each arm joint, (n_arm,) [rad, m].
-
-        Args:
-            robot: The robot, for the kinds and ranges of its joints.
-            guidance: How a tick is bent; it may come with stopping distances
-                of its own.
-        """
-        hinge, slide = self.stop, self.slide_stop
-        if guidance is not None and guidance.joint_stop is not None:
-            hinge = guidance.joint_stop
-        if guidance is not None and guidance.slide_stop is not None:
-            slide = guidance.slide_stop
-        return joint_margins(robot, math.radians(hinge), slide, STOP_SHARE)
-
 
 class JointLimitDamper(CompiledIngredient):
     """A velocity damper before the limits of the arm's joints.
 
-    With rho_j the distance of joint j to its upper or lower limit,
-
-        +-u_j <= gain (rho_j - stop) / (influence - stop)
-
-    (Faverjon and Tournassoud 1987, as the paper's program uses it).
+    `add_joint_limit_damper` computes its rows.
 
     Args:
         config: Gains and distances of the damper.
@@ -114,38 +90,6 @@ class JointLimitDamper(CompiledIngredient):
 
     def __init__(self, config: JointLimitDamperConfig):
         self._config = config
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds a row for each joint of the arm near one of its limits.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; the configuration matters here.
-        """
-        robot, config = tick.robot, self._config
-        n_arm = robot.n_u - robot.n_base
-        arm = slice(robot.n_q - n_arm, robot.n_q)
-        q = tick.state.q[arm]
-        rho = np.concatenate(
-            [robot.position_upper[arm] - q, q - robot.position_lower[arm]]
-        )
-        influence = config.influence_of(robot)
-        near = np.flatnonzero(rho < np.tile(influence, 2))
-        if not len(near):
-            return
-        joint = near % n_arm
-        A = np.zeros((len(near), robot.n_u))
-        A[np.arange(len(near)), robot.n_base + joint] = np.where(
-            near < n_arm, 1.0, -1.0
-        )
-        stop = config.stop_of(robot, tick.guidance)
-        gain = np.where(robot.arm_turns, config.gain, config.slide_gain)
-        b = (gain / (influence - stop))[joint] * (rho[near] - stop[joint])
-
-        def label(i: int) -> str:
-            return self.about(robot, None, joint[i])
-
-        program.add_rows(self.term, A, b, label)
 
     def settings(self, robot: RobotModel) -> "JointLimitSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -179,7 +123,20 @@ class JointLimitSettings(NamedTuple):
 
 @helper
 def add_joint_limit_damper(own, k, tick, program):
-    """Adds a `JointLimitDamper`; see `kernels/assemble.py`."""
+    """Adds a velocity damper before the limits of the arm's joints.
+
+    For every joint j of the arm and each of its limits at a distance rho_j
+    below `influence`,
+
+        u_j <= gain (rho_j - stop) / (influence - stop)
+
+    before the upper limit, and the same of -u_j before the lower one
+    (Faverjon and Tournassoud 1987, as the paper's program uses it). A hinge
+    has its gain in rad/s and its distances in rad, a slide in m/s and m.
+    Guidance may set `stop`, which is a share of the joint's range at most.
+
+    See `CompiledIngredient` for the arguments.
+    """
     robot, q = tick.robot, tick.state.q
     n_arm = len(own.turns)
     hinge = given_or(tick.guidance.joint_stop, own.stop)

@@ -12,8 +12,6 @@ from remosplat_drake.base.vectors import cross, dot
 from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 
 
@@ -26,12 +24,9 @@ class ManipulabilityCostConfig(Config):
 
 
 class ManipulabilityCost(CompiledIngredient):
-    """A linear cost that keeps the arm away from singularities.
+    """A linear cost that keeps the arm away from singularities (J_m).
 
-    The cost is -k_m times the gradient of the arm's manipulability m =
-    sqrt(det(J J')) (Yoshikawa 1985): the paper's J_m (eq. 6). An arm with
-    fewer than six joints has no such cost. Of several arms, each that has a
-    target adds its own.
+    `add_manipulability_cost` computes it.
 
     Args:
         config: Gain k_m of the cost.
@@ -41,23 +36,6 @@ class ManipulabilityCost(CompiledIngredient):
 
     def __init__(self, config: ManipulabilityCostConfig):
         self._gain = config.gain
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the cost on the arm's joint velocities.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; the arms' Jacobians matter here.
-        """
-        if self._gain == 0.0 or tick.guidance.path is not None:
-            return
-        arm = slice(tick.robot.n_base, None)
-        c = np.zeros(program.n_u)
-        for effector, _ in tick.aim.items:
-            J = tick.state.J_WE(effector)[:, arm]
-            _, gradient = manipulability(J[:3].copy(), J[3:].copy())
-            c[arm] -= self._gain * gradient
-        program.add_linear_cost(self.term, c)
 
     def settings(self, robot: RobotModel) -> "ManipulabilitySettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -72,7 +50,20 @@ class ManipulabilitySettings(NamedTuple):
 
 @helper
 def add_manipulability_cost(own, k, tick, program):
-    """Adds a `ManipulabilityCost`; see `kernels/assemble.py`."""
+    """Adds a linear cost that keeps the arm away from singularities.
+
+    The arm's joint rates have the cost c'u_arm with
+
+        c = -k_m grad m,    m = sqrt(det(J J'))
+
+    (paper eq. 6, J_m; Yoshikawa 1985). J are the columns of the end effector's
+    Jacobian in W, angular above translational, that belong to the arm, and the
+    gradient is over the arm's joints: see `manipulability`. An arm with fewer
+    than six joints has no such gradient. Of several end effectors, each that
+    has a target adds its own. There is no cost on a planned path.
+
+    See `CompiledIngredient` for the arguments.
+    """
     if own.gain == 0.0 or len(tick.guidance.path_s):
         return
     state, n = tick.state, tick.robot.n_base

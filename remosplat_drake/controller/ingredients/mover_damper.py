@@ -12,8 +12,6 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.tick_arrays import new_row
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
@@ -48,15 +46,7 @@ class MoverDamperConfig(Config):
 class MoverDamper(CompiledIngredient):
     """A velocity damper before what moves.
 
-    For every sphere and mover whose distance d is within the influence
-    distance d_i, with n the direction towards the mover, Jv_WS the sphere's
-    Jacobian and c the speed at which the mover comes nearer by itself,
-
-        n' Jv_WS u <= xi (d - d_s) / (d_i - d_s) - c
-
-    Where it comes faster than that allows, the robot must retreat. Should it
-    not be able to, this is the first that it need not: then it only does not
-    approach. What is touched is up to verification.
+    `add_mover_damper` computes its rows.
 
     Attributes:
         config: Distances d_i and d_s, and the speed xi. Verification keeps
@@ -67,30 +57,6 @@ class MoverDamper(CompiledIngredient):
 
     def __init__(self, config: MoverDamperConfig):
         self.config = config
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds a row for every sphere and mover near each other.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; what moves matters here.
-        """
-        config = self.config
-        near = tick.near_movers(config.influence)
-        if not len(near):
-            return
-        margin = near.distance - config.separation
-        if tick.sphere_tube is not None:
-            margin = margin - tick.sphere_tube[near.sphere]
-        b = config.gain * margin / (config.influence - config.separation)
-        n = len(tick.robot.spheres)
-
-        def label(i: int) -> tuple[str, str]:
-            number = near.mover[i] * n + near.sphere[i]
-            return self.about(tick.robot, tick.movers, number)
-
-        rates = near.approach_rates(tick.state.Jv_WS)
-        program.add_rows(self.term, rates, b - near.closing, label)
 
     def settings(self, robot: RobotModel) -> "MoverSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -116,7 +82,23 @@ class MoverSettings(NamedTuple):
 
 @helper
 def add_mover_damper(own, k, tick, program):
-    """Adds a `MoverDamper`; see `kernels/assemble.py`."""
+    """Adds a velocity damper before what moves.
+
+    For every sphere and mover whose distance d is within the influence
+    distance d_i [m],
+
+        n' Jv_WS u <= xi (d - d_s - tube) / (d_i - d_s) - c
+
+    n is the direction from the sphere towards the mover in W, Jv_WS the
+    Jacobian of the sphere's centre in W, xi the largest speed of approach at
+    d_i [m/s], d_s the separation [m], and c the speed at which the mover comes
+    nearer by itself [m/s]. The tube is by how much the sphere may be off its
+    path [m]. If the mover comes faster than the row allows, the robot must
+    retreat. These rows are the first that yield in an infeasible program: then
+    the robot only does not approach. Verification decides what is touched.
+
+    See `CompiledIngredient` for the arguments.
+    """
     robot, state, moving = tick.robot, tick.state, tick.moving
     n = len(robot.radius)
     for i in range(len(moving.sphere)):

@@ -16,9 +16,6 @@ from remosplat_drake.controller.planning.kernels.path_places import (
     nearest_place,
     place_at,
 )
-from remosplat_drake.controller.planning.path import Path
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 
 _TURNING = 1e-9
@@ -47,9 +44,7 @@ class PathTrackingConfig(Config):
 class PathTracking(CompiledIngredient):
     """Makes the robot follow the path of the tick's guidance, if it has one.
 
-    The cost is weight/2 |u - u_path|^2, where u_path leads to a point of the
-    path a little ahead of the nearest one (pure pursuit; Coulter 1992). All
-    rows of the program stay: what is in the way is kept off as ever.
+    `add_path_tracking` computes its cost.
 
     Args:
         config: Weight, speed and how far ahead the robot aims.
@@ -59,22 +54,6 @@ class PathTracking(CompiledIngredient):
 
     def __init__(self, config: PathTrackingConfig):
         self._config = config
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the cost of leaving the path.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; the configuration and the
-                guidance's path matter here.
-        """
-        path = tick.guidance.path
-        if path is None:
-            return
-        u = path_velocity(path, tick, self._config)
-        weights = np.full(program.n_u, self._config.weight)
-        program.add_quadratic_cost(self.term, weights)
-        program.add_linear_cost(self.term, -weights * u)
 
     def settings(self, robot: RobotModel) -> "PathTrackingSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -95,19 +74,38 @@ class PathTrackingSettings(NamedTuple):
 
 @helper
 def add_path_tracking(own, k, tick, program):
-    """Adds a `PathTracking`; see `kernels/assemble.py`."""
+    """Adds the cost of leaving the path of the tick's guidance.
+
+    The cost is, up to a constant,
+
+        weight/2 |u - u_path|^2,
+
+    where u_path leads to a point of the path a little ahead of the nearest one
+    (pure pursuit; Coulter 1992): see `_path_velocity`. All rows of the program
+    stay. Without a path there is no cost.
+
+    See `CompiledIngredient` for the arguments.
+    """
     if len(tick.guidance.path_s) == 0:
         return
     program.has[k, 0] = program.has[k, 1] = True
-    u = _velocity(own, tick)
+    u = _path_velocity(own, tick)
     for j in range(len(u)):
         program.quadratic[k, j] = own.weight
         program.linear[k, j] = -own.weight * u[j]
 
 
 @helper
-def _velocity(own, tick):
-    """What `path_velocity` computes, shape (n_u,)."""
+def _path_velocity(own, tick):
+    """Computes the command that leads along the path, shape (n_u,).
+
+    It leads from q to the point that lies `look_ahead` beyond the nearest one.
+    It is as fast as `max_speed` of the fastest sphere, the robot's velocity
+    limits and `gain` times what is left of the path allow.
+
+    A differential base does not look beyond the corner at which it goes over
+    from turning to driving or back, and slows down before it.
+    """
     robot, state, q = tick.robot, tick.state, tick.state.q
     path_q, path_s = tick.guidance.path_q, tick.guidance.path_s
     length = path_s[-1]
@@ -166,14 +164,19 @@ def _fastest(robot, state, u):
 
 @helper
 def _drives_on(path_q, k):
-    """Whether the base drives on a stretch; see `_drives`."""
+    """Whether the base drives on stretch k of a path."""
     x, y = path_q[k + 1, 0] - path_q[k, 0], path_q[k + 1, 1] - path_q[k, 1]
     return math.hypot(x, y) > _TURNING
 
 
 @helper
 def _corner_after(path_q, path_s, s):
-    """What `_next_corner` finds beyond an arc length."""
+    """Where beyond s the base goes over from turning to driving or back.
+
+    Returns:
+        The arc length of the first such corner; that of the path's end if
+        there is none.
+    """
     for k in range(1, len(path_s) - 1):
         turns = _drives_on(path_q, k) != _drives_on(path_q, k - 1)
         if turns and path_s[k] > s:
@@ -183,7 +186,12 @@ def _corner_after(path_q, path_s, s):
 
 @helper
 def _without_slip(path_q, path_s, goal, q, e):
-    """What `_unicycle` computes, shape (n_u,)."""
+    """Maps a way e through q to a base that cannot slip sideways, (n_u,).
+
+    On a stretch on which the base drives, it steers along the circle that is
+    tangent to its heading and passes through the goal (pure pursuit). On one
+    on which it turns, it turns as the way does.
+    """
     cosine, sine = math.cos(q[2]), math.sin(q[2])
     forward = cosine * e[0] + sine * e[1]
     aside = cosine * e[1] - sine * e[0]
@@ -200,81 +208,3 @@ def _without_slip(path_q, path_s, goal, q, e):
     for j in range(2, len(along)):
         along[j] = e[j + 1]
     return along
-
-
-def path_velocity(
-    path: Path, tick: Tick, config: PathTrackingConfig
-) -> np.ndarray:
-    """Computes the command that leads along a path, shape (n_u,).
-
-    A differential base does not look beyond the corner at which it goes over
-    from turning to driving or back, and slows down before it.
-
-    Args:
-        path: The path.
-        tick: What is known at the tick; configuration and limits matter.
-        config: Speed and how far ahead the robot aims.
-    """
-    robot, q = tick.robot, tick.state.q
-    s, apart = path.nearest(q)
-    goal, left = s + config.look_ahead, path.length - s + apart
-    if robot.n_base == 2:
-        corner = _next_corner(path, s, 0.1 * config.look_ahead)
-        goal = min(goal, corner)
-        left = min(left, corner - s + 0.1 * config.look_ahead)
-    e = path.at(goal) - q
-    along = e
-    if robot.n_base == 2:
-        along = _unicycle(path, goal, q, e)
-    elif robot.n_base:
-        along = robot.velocity_map(q).T @ e
-    size = float(np.linalg.norm(along))
-    if size < 1e-9:
-        return np.zeros(robot.n_u)
-    along = along / size
-    fastest = np.linalg.norm(tick.state.Jv_WS @ along, axis=1).max(initial=0.0)
-    limits = robot.velocity_limit / np.maximum(np.abs(along), 1e-9)
-    speed = min(
-        config.gain * left,
-        config.max_speed / max(float(fastest), 1e-9),
-        float(limits.min()),
-    )
-    return speed * along
-
-
-def _drives(path: Path) -> np.ndarray:
-    """Tells on which stretches of a path the base drives, shape (k,)."""
-    return np.hypot(*np.diff(path.q[:, :2], axis=0).T) > _TURNING
-
-
-def _next_corner(path: Path, s: float, reached: float) -> float:
-    """Returns where the base next goes over from turning to driving or back.
-
-    A corner that is nearer than `reached` lies behind.
-    """
-    drives = _drives(path)
-    changes = path.s[1:-1][drives[1:] != drives[:-1]]
-    ahead = changes[changes > s + reached]
-    return float(ahead[0]) if len(ahead) else path.length
-
-
-def _unicycle(
-    path: Path, goal: float, q: np.ndarray, e: np.ndarray
-) -> np.ndarray:
-    """Maps a way through q to a base that cannot slip sideways, (n_u,).
-
-    Args:
-        path: The path.
-        goal: Arc length at which the way ends.
-        q: Where the robot is, shape (n_q,) [rad, m].
-        e: The way there, shape (n_q,) [rad, m].
-    """
-    cosine, sine = math.cos(q[2]), math.sin(q[2])
-    forward = cosine * e[0] + sine * e[1]
-    aside = cosine * e[1] - sine * e[0]
-    k = min(int(np.searchsorted(path.s, goal)), len(path.s) - 1) - 1
-    turn = e[2]
-    if k >= 0 and _drives(path)[k]:
-        reach = max(math.hypot(e[0], e[1]), _SHORTEST_PURSUIT)
-        turn = 2.0 * forward * aside / reach**2
-    return np.concatenate([[forward, turn], e[3:]])

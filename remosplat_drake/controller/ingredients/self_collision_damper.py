@@ -4,7 +4,6 @@ import dataclasses as dc
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
-import numpy as np
 from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper
@@ -13,8 +12,6 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.tick_arrays import NearQuestion, new_row
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import (
@@ -54,12 +51,7 @@ class SelfCollisionDamperConfig(Config):
 class SelfCollisionDamper(CompiledIngredient):
     """A velocity damper between the robot's own links.
 
-    The damper of Faverjon and Tournassoud (1987) gets a row for each pair of
-    points at which two links are near each other: the nearest, and up to four
-    that would be the nearest after a small turn. With p on the first link, q on
-    the second and the unit normal n from p to q,
-
-        n' (Jv_Wp - Jv_Wq) u <= gain (d - d_s) / (d_i - d_s)
+    `add_self_collision_damper` computes its rows.
 
     Args:
         config: Distances of the damper, and its speed of approach.
@@ -75,32 +67,6 @@ class SelfCollisionDamper(CompiledIngredient):
     def __init__(self, config: SelfCollisionDamperConfig, robot: RobotModel):
         self.config = config
         self._pairs = self_collision_pairs(robot, config.stopping)
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds the rows of link pairs within the influence distance.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; the robot's configuration matters
-                here.
-        """
-        config, pairs = self.config, self._pairs
-        if not (config.enabled and len(pairs)):
-            return
-        near = pairs.near(tick.state.X_WL, config.influence)
-        if not len(near):
-            return
-        first, second = pairs.bodies(near)
-        relative = tick.state.point_jacobians(first, near.p_WA)
-        relative -= tick.state.point_jacobians(second, near.p_WB)
-        A = np.matvec(np.swapaxes(relative, 1, 2), near.normal_W)
-        span = config.influence - config.stopping
-        b = config.gain * (near.distance - config.stopping) / span
-
-        def label(i: int) -> tuple[str, str]:
-            return self.about(tick.robot, None, near.pair[i])
-
-        program.add_rows(self.term, A, b, label)
 
     @property
     def near_question(self) -> NearQuestion:
@@ -134,7 +100,22 @@ class SelfCollisionSettings(NamedTuple):
 
 @helper
 def add_self_collision_damper(own, k, tick, program):
-    """Adds a `SelfCollisionDamper`; see `kernels/assemble.py`."""
+    """Adds a velocity damper between the robot's own links.
+
+    For every pair of points at which two links are nearer to each other than
+    the influence distance d_i [m],
+
+        n' (Jv_Wp - Jv_Wq) u <= gain (d - d_s) / (d_i - d_s)
+
+    (Faverjon and Tournassoud 1987). p is on the first link and q on the
+    second, Jv_Wp and Jv_Wq are their Jacobians in W, n is the unit normal from
+    p to q in W, d their distance and d_s the stopping distance [m], and `gain`
+    the largest speed of approach [m/s]. Two links have a row for their nearest
+    points, and up to four for those that would be the nearest after a small
+    turn.
+
+    See `CompiledIngredient` for the arguments.
+    """
     robot, state, near = tick.robot, tick.state, tick.near
     for i in range(len(near.pair)):
         b = own.slope * (near.distance[i] - own.stopping)

@@ -11,7 +11,6 @@ from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.base.vectors import dot
 from remosplat_drake.controller.guidance.deflection import (
-    deflected_velocity,
     deflection,
 )
 from remosplat_drake.controller.ingredients.collision_damper import (
@@ -24,19 +23,13 @@ from remosplat_drake.controller.kernels.tick_arrays import given_or
 from remosplat_drake.controller.planning.kernels.path_places import (
     nearest_place,
 )
-from remosplat_drake.controller.program_data import tracking_name
-from remosplat_drake.controller.reactive_program import ReactiveProgram
 from remosplat_drake.controller.servo import (
     LINE_STIFFNESS,
     line_twist,
     servo_gains,
-    target_twist,
-    tracked_directions,
 )
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.target_arrays import place_on_line, target_of
-from remosplat_drake.signals.target import Target
 
 LAST_STRETCH = 0.1
 """What is left of a planned path when the servo takes part again, in radians
@@ -60,14 +53,7 @@ class ServoTrackingConfig(Config):
 class ServoTracking(CompiledIngredient):
     """Makes the end effectors follow the servo's twists (paper eq. 2).
 
-    The constraint is J_E u + delta = v_E with the cost |delta|^2 / (2 e) of
-    the slack delta, as in the holistic controller of Haviland, Sünderhauf and
-    Corke (2022). What the target leaves free has no row, and the others are
-    weighed as it says. The tick's guidance bends the translational part of
-    v_E, but that on a line. The price 1/e of the slack grows near the target,
-    so that the end effector first gets there roughly and then exactly. Where
-    guidance has a path, the servo leaves the way to that, but for its last
-    stretch.
+    `add_servo_tracking` computes what is tracked.
 
     Args:
         config: Gain and bounds of the servo.
@@ -81,51 +67,6 @@ class ServoTracking(CompiledIngredient):
     ):
         self._config = config
         self._damper = damper
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Sets the twists that are tracked, and the slack's bounds and price.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; the aim, its errors, the
-                clearances and the guidance matter here.
-        """
-        path = tick.guidance.path
-        if path is not None and path.left(tick.state.q) > LAST_STRETCH:
-            return
-        limit = self._config.slack_limit
-        for k, (effector, target) in enumerate(tick.aim.items):
-            w, v, along_W = self._twist(tick, k, effector, target)
-            rows = tracked_directions(target, along_W)
-            V = rows @ np.concatenate([w, v])
-            # Standing still must stay feasible, however fast the servo's twist.
-            program.track(
-                tracking_name(self.term, tick.robot.effectors[effector]),
-                J=rows @ tick.state.J_WE(effector),
-                V=V,
-                price=1.0 / tick.error_scales[k],
-                limit=np.maximum(limit, np.abs(V)),
-            )
-
-    def _twist(
-        self, tick: Tick, k: int, effector: int, target: Target
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The twist to a target, and the direction of its line, (3,) each."""
-        config, error = self._config, tick.errors[k]
-        X_WE = tick.state.X_WEs[effector]
-        w, v = target_twist(X_WE, target, error, config.gain, config.max_speed)
-        if target.line is not None:
-            return w, v, place_on_line(X_WE.copy(), target.arrays)[0]
-        v = deflected_velocity(
-            v,
-            error,
-            tick.clearances,
-            tick.robot.hands[effector],
-            tick.guidance,
-            self._damper.stopping_for(tick.guidance),
-            config.max_speed,
-        )
-        return w, v, np.zeros(3)
 
     def settings(self, robot: RobotModel) -> "ServoSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -149,7 +90,27 @@ class ServoSettings(NamedTuple):
 
 @helper
 def add_servo_tracking(own, k, tick, program):
-    """Adds a `ServoTracking`; see `kernels/assemble.py`."""
+    """Tracks the servo's twist with each end effector that has a target.
+
+    The constraint on the command u and the slack delta, and their cost, are
+
+        J_E u + delta = V_WE,    |delta|^2 / (2 e),
+        |delta| <= max(slack_limit, |V_WE|)
+
+    (paper eq. 2; holistic controller of Haviland, Sünderhauf and Corke 2022).
+    J_E is the Jacobian of the end effector in W, V_WE the wanted twist in W,
+    angular above translational [rad/s, m/s], and e the error to the target
+    [m]: see `servo.error_scale`. The price 1/e grows near the target, so that
+    the end effector first gets there roughly and then exactly. The bounds on
+    the slack hold entry by entry, and leave u = 0 feasible.
+
+    A direction that the target leaves free has no row, and the others are
+    weighed as the target says. Guidance bends the translational part of V_WE,
+    except on a line. If guidance has a path, nothing is tracked until the
+    path's last stretch, `LAST_STRETCH`.
+
+    See `CompiledIngredient` for the arguments.
+    """
     guidance, state = tick.guidance, tick.state
     if len(guidance.path_s):
         path_q, path_s = guidance.path_q, guidance.path_s
@@ -218,7 +179,12 @@ def _track(Jw, Jv, w, v, program, row):
 
 @helper
 def _track_directions(target, Jw, Jv, w, v, along_W, program, row):
-    """Tracks a twist in those directions that `tracked_directions` finds."""
+    """Tracks a twist in the directions that a target asks for.
+
+    There is a row for each axis of T that is not free, as long as the root of
+    its weight, for the turn about it and for the way along it. A line makes
+    the rows longer that lead off it.
+    """
     stiff = math.sqrt(LINE_STIFFNESS) if target.speed > 0.0 else 1.0
     direction = np.empty(3)
     for i in range(6):

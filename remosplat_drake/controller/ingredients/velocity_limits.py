@@ -12,8 +12,6 @@ from remosplat_drake.controller.kernels.compiled_ingredient import (
     CompiledIngredient,
 )
 from remosplat_drake.controller.kernels.tick_arrays import narrow
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 
 
@@ -68,11 +66,7 @@ class VelocityLimitsConfig(Config):
 
 
 class VelocityLimits(CompiledIngredient):
-    """Bounds |u| <= limit, and optionally |u - u_previous| <= a_max dt.
-
-    The base may be bounded more tightly, backwards above all: nobody watches
-    there. A command is never clipped joint by joint afterwards, which would
-    break the collision rows.
+    """Bounds on the command, which `add_velocity_limits` computes.
 
     Args:
         config: Which limits are enforced, and how much of them.
@@ -85,30 +79,6 @@ class VelocityLimits(CompiledIngredient):
 
     def __init__(self, config: VelocityLimitsConfig):
         self.config = config
-
-    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Narrows the bounds on u.
-
-        Args:
-            program: The program of the tick.
-            tick: What is known at the tick; the robot's limits and the
-                command being executed matter here.
-        """
-        upper = self.config.fraction * tick.robot.velocity_limit
-        lower = -upper
-        n = tick.robot.n_base
-        base_lower, base_upper = self.config.base_bounds(n)
-        lower[:n] = np.maximum(lower[:n], base_lower)
-        upper[:n] = np.minimum(upper[:n], base_upper)
-        program.narrow(lower, upper)
-        if self.config.acceleration and program.use_acceleration:
-            limit = self.config.fraction * tick.robot.acceleration_limit
-            step = limit * tick.dt
-            # A previous command outside the limits (their fraction may have
-            # changed) must not turn the box inside out.
-            anchor = np.clip(tick.u_previous, lower, upper)
-            program.narrow(anchor - step, anchor + step)
-            program.has_acceleration_bounds = True
 
     def settings(self, robot: RobotModel) -> "VelocityLimitsSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""
@@ -131,7 +101,21 @@ class VelocityLimitsSettings(NamedTuple):
 
 @helper
 def add_velocity_limits(own, k, tick, program):
-    """Adds a `VelocityLimits`; see `kernels/assemble.py`."""
+    """Bounds the command by what the actuators can do.
+
+    With the fraction f of the robot's limits u_max [rad/s, m/s] and, if
+    `acceleration` is set, a_max [rad/s^2, m/s^2],
+
+        |u| <= f u_max,    |u - u_previous| <= f a_max dt
+
+    The base's own bounds may be tighter, backwards above all, where no safety
+    sensor watches. A u_previous outside the first bounds is moved to them in
+    the second: their fraction may have changed, and something must be left
+    between. A command is never clipped joint by joint afterwards, which would
+    break the collision rows.
+
+    See `CompiledIngredient` for the arguments.
+    """
     robot = tick.robot
     upper = own.fraction * robot.velocity_limit
     lower = -upper

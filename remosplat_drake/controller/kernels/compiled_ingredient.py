@@ -1,4 +1,4 @@
-"""Ingredients of the program that a kernel adds, too."""
+"""Ingredients of the library, whose terms a kernel adds to the program."""
 
 from abc import ABC, abstractmethod
 
@@ -7,10 +7,19 @@ from remosplat_drake.scene.mover import Movers
 
 
 class CompiledIngredient(ABC):
-    """An ingredient of the library: its terms are added by a kernel, too.
+    """An ingredient of the library: settings, and a function that adds terms.
 
-    Its `AddToProgram` is the reference, and what runs where a law has two of
-    its class: both add the same, under the one name `term`.
+    The function, `add_...`, stands below the class. Its docstring has the
+    formula. It is compiled, and `kernels/assemble.py` calls it once a tick,
+    with these arguments:
+
+    - `own`: the ingredient's `settings`.
+    - `k`: its number, the place of its kind in `assemble.PARTS`.
+    - `tick`: what is known at the tick, the `TickArrays`.
+    - `program`: the `ProgramArrays`, which take the terms.
+
+    A subclass that has a method `AddToProgram` is an `Ingredient` from outside,
+    and adds its terms by that method alone.
 
     Attributes:
         term: Name of all of its terms.
@@ -20,7 +29,7 @@ class CompiledIngredient(ABC):
 
     @abstractmethod
     def settings(self, robot: RobotModel) -> tuple:
-        """Makes what the kernel takes, a named tuple.
+        """Makes `own`, what the function takes: a named tuple.
 
         Args:
             robot: The robot that is driven.
@@ -34,7 +43,7 @@ class CompiledIngredient(ABC):
         Args:
             robot: The robot that is driven.
             movers: What moves; None if nothing is known to.
-            number: What the kernel gave to `new_row`.
+            number: What the function gave to `new_row`.
         """
         del robot, movers
         return f"row {number}"

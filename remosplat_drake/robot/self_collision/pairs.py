@@ -82,12 +82,6 @@ class SelfCollisionPairs:
         links, pairs = self.shapes.links, self.pairs
         return links[pairs.first[pair]], links[pairs.second[pair]]
 
-    def bodies(self, near: NearPoints) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the bodies of the tree that points are on, (m,) each."""
-        body = self.pairs.shapes.body
-        first, second = self.pairs.first, self.pairs.second
-        return body[first[near.pair]], body[second[near.pair]]
-
     def distances(self, q: np.ndarray, enough: float = np.inf) -> np.ndarray:
         """Computes the distances of all pairs of shapes.
 

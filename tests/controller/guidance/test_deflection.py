@@ -6,23 +6,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from programs import program_of
 
 from remosplat_drake.controller.guidance.deflection import (
     NEAR,
-    deflected_velocity,
+    deflection,
 )
 from remosplat_drake.controller.guidance.guidance import (
     DIRECT,
     Guidance,
     make_candidates,
 )
-from remosplat_drake.controller.ingredient import build_program
 from remosplat_drake.controller.ingredients import (
     BaseOrientationCost,
     BaseOrientationCostConfig,
 )
-from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.signals.distance_field import Clearances
 
 STOPPING, MAX_SPEED = 0.02, 0.35
 LEFT, RIGHT = Guidance("left", 1.0), Guidance("right", -1.0)
@@ -31,21 +29,24 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def bend(
-    v, guidance, *, distance, towards, to_target, leading=(True,)
+    v,
+    guidance,
+    *,
+    distance,
+    towards,
+    to_target,
+    leading=(True,),
+    stopping=STOPPING,
 ) -> np.ndarray:
     """One row a sphere; `towards` points from the spheres to the scene."""
     distance, towards = np.atleast_1d(distance), np.atleast_2d(towards)
-    rows = Clearances(
-        np.arange(len(distance)), distance, towards, np.zeros_like(towards)
-    )
-    p_ET = np.array(to_target, float)
-    return deflected_velocity(
+    return deflection(
         v,
-        PoseError(p_ET, np.zeros(3), p_ET),
-        rows,
+        np.array(to_target, float),
+        (np.arange(len(distance)), distance, towards),
         np.array(leading),
-        guidance,
-        STOPPING,
+        guidance.side,
+        stopping,
         MAX_SPEED,
     )
 
@@ -81,12 +82,13 @@ def test_half_way_in_strength_it_turns_by_45_degrees():
 
 @pytest.mark.parametrize("tier", [0.021, 0.010])
 def test_nearness_is_measured_from_the_tier_in_use(tier):
-    middle = Clearances(
-        np.array([0]), np.array([0.05]), AHEAD[None], AHEAD[None].copy()
-    )
-    error = PoseError(0.3 * AHEAD, np.zeros(3), 0.3 * AHEAD)
-    bent = deflected_velocity(
-        AHEAD, error, middle, np.array([True]), LEFT, tier, MAX_SPEED
+    bent = bend(
+        AHEAD,
+        LEFT,
+        distance=0.05,
+        towards=AHEAD,
+        to_target=0.3 * AHEAD,
+        stopping=tier,
     )
     w = (NEAR - 0.05) / (NEAR - tier)
     assert bent[1] / bent[0] == pytest.approx(w / (1 - w))
@@ -202,7 +204,7 @@ def test_the_base_heads_for_the_side_that_is_taken(frankie, make_tick):
     for guidance in make_candidates([STOPPING])[0]:
         tick = dc.replace(make_tick(frankie, q), guidance=guidance)
         cost = BaseOrientationCost(BaseOrientationCostConfig(gain=0.5))
-        program = build_program(tick, [cost])
+        program = program_of(tick, [cost])
         (binding,) = program.prog.linear_costs()
         costs[guidance.name] = binding.evaluator().a()[1]
     # A negative cost on the yaw rate turns left; E is straight ahead.
