@@ -99,7 +99,7 @@ def test_what_is_waited_for_are_kernels():
 
 @pytest.mark.slow
 def test_a_first_run_says_how_far_it_is(tmp_path):
-    """And it needs the kernels that it is said to need."""
+    """And it needs as many kernels as it says from the beginning on."""
     flags = ["--headless", "--scenario-text", "{time_limit: 0.1}"]
     result = subprocess.run(
         command_line("run", "TableReach", *flags),
@@ -113,7 +113,5 @@ def test_a_first_run_says_how_far_it_is(tmp_path):
     assert counts[0][0] == 0
     assert counts == sorted(counts)
     assert all(done < total for done, total in counts)
-    indices = {path.name.partition("-")[0] for path in tmp_path.rglob("*.nbi")}
-    expected = {".".join(name.split(".")[-2:]) for name in SECONDS}
-    other_oracle = {"depth_rasterization_kernel.nearest_pixels"}
-    assert indices == expected - other_oracle
+    # All but the one of the other oracle.
+    assert {total for _, total in counts} == {len(SECONDS) - 1}
