@@ -51,9 +51,14 @@ class KernelCacheFile(caching.IndexDataCacheFile):
 
     def _load_index(self) -> dict[Any, str]:
         # Without what is left of other sources: its files are written over.
+        # Their types may be such that the index cannot even be read.
+        try:
+            index = super()._load_index()
+        except Exception:
+            return {}
         return {
             key: name
-            for key, name in super()._load_index().items()
+            for key, name in index.items()
             if key[0] != _OURS or key[1] == _DIGEST
         }
 
