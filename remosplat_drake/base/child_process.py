@@ -27,18 +27,16 @@ ONE_THREAD = {
 
 
 class _Inside:
-    """Who is in `one_thread_environment`, and what was there before.
+    """How many blocks of `one_thread_environment` run.
 
     Attributes:
         lock: Held while the environment is changed.
         count: Number of blocks that run at present.
-        before: The variables as they were outside of all of them.
     """
 
     def __init__(self):
         self.lock = Lock()
         self.count = 0
-        self.before: dict[str, str | None] = {}
 
 
 _inside = _Inside()
@@ -46,32 +44,34 @@ _inside = _Inside()
 
 @contextmanager
 def one_thread_environment() -> Iterator[None]:
-    """Sets `ONE_THREAD` in this process's environment while the block runs.
+    """Lets child processes that the block starts have `ONE_THREAD`.
 
-    Child processes that are started inside inherit the variables, and their
-    numerical libraries read them when they load. Libraries that this process
-    has loaded already are not affected. Blocks of several threads may overlap.
+    Their numerical libraries read the variables when they load. Only the C
+    library's environment changes, which children inherit, and not this
+    process's `os.environ`: Numba reads that again whenever it compiles, and
+    fails where the number of its threads has changed. Blocks of several threads
+    may overlap.
     """
     with _inside.lock:
-        if not _inside.count:
-            _inside.before = {name: os.environ.get(name) for name in ONE_THREAD}
-            os.environ.update(ONE_THREAD)
         _inside.count += 1
+        for name, value in ONE_THREAD.items():
+            os.putenv(name, value)
     try:
         yield
     finally:
         with _inside.lock:
             _inside.count -= 1
             if not _inside.count:
-                _restore(_inside.before)
+                _restore()
 
 
-def _restore(environment: dict[str, str | None]) -> None:
-    for name, value in environment.items():
+def _restore() -> None:
+    for name in ONE_THREAD:
+        value = os.environ.get(name)
         if value is None:
-            os.environ.pop(name, None)
+            os.unsetenv(name)
         else:
-            os.environ[name] = value
+            os.putenv(name, value)
 
 
 class ChildProcess:

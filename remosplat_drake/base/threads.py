@@ -15,9 +15,6 @@ R = TypeVar("R")
 _MOST = 8
 """Threads beyond this wait for the memory."""
 
-_ALLOWED = os.environ.get("NUMBA_NUM_THREADS", "")
-"""As it is at first: it changes for a moment while a child is started."""
-
 
 def num_threads() -> int:
     """Returns how many threads may share the work of this process.
@@ -29,8 +26,9 @@ def num_threads() -> int:
         cores = len(os.sched_getaffinity(0))
     except AttributeError:  # Only Linux tells.
         cores = os.cpu_count() or 1
-    if _ALLOWED.isdecimal():
-        cores = min(cores, int(_ALLOWED))
+    allowed = os.environ.get("NUMBA_NUM_THREADS", "")
+    if allowed.isdecimal():
+        cores = min(cores, int(allowed))
     return max(1, min(cores, _MOST))
 
 

@@ -1,12 +1,18 @@
 """Work that threads share."""
 
 import os
+import subprocess
 import threading
 
+import numba
 import pytest
 
 from remosplat_drake.base import threads
-from remosplat_drake.base.child_process import one_thread_environment
+from remosplat_drake.base.child_process import (
+    ONE_THREAD,
+    ChildProcess,
+    one_thread_environment,
+)
 from remosplat_drake.base.threads import blocks, both, in_parallel, num_threads
 
 
@@ -16,24 +22,50 @@ def test_results_come_in_order():
 
 
 def test_one_thread_is_the_caller_s_own(monkeypatch):
-    monkeypatch.setattr(threads, "_ALLOWED", "1")
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     assert num_threads() == 1
     names = in_parallel(lambda _: threading.current_thread(), range(3))
     assert set(names) == {threading.current_thread()}
 
 
 def test_starting_children_changes_nothing_for_good():
-    """Whoever leaves first, the last one restores; and nobody counts less."""
+    """Blocks that overlap: the last one that ends restores the environment."""
     before, threads_before = dict(os.environ), num_threads()
+    inherited = _environment_of_a_child()
     one, two = one_thread_environment(), one_thread_environment()
     one.__enter__()
     two.__enter__()
-    assert os.environ["NUMBA_NUM_THREADS"] == "1"
-    assert num_threads() == threads_before
+    assert _environment_of_a_child() == inherited | ONE_THREAD
+    assert (dict(os.environ), num_threads()) == (before, threads_before)
     one.__exit__(None, None, None)
-    assert os.environ["NUMBA_NUM_THREADS"] == "1"
+    assert _environment_of_a_child() == inherited | ONE_THREAD
     two.__exit__(None, None, None)
-    assert dict(os.environ) == before
+    assert _environment_of_a_child() == inherited
+
+
+def _environment_of_a_child() -> dict[str, str]:
+    lines = subprocess.run(["env", "-0"], capture_output=True, text=True).stdout
+    return dict(line.split("=", 1) for line in lines.split("\0") if line)
+
+
+def test_kernels_compile_while_a_child_is_started():
+    """Numba compares its variable with its threads at each compilation."""
+    numba.set_num_threads(numba.get_num_threads())  # Starts Numba's threads.
+    with one_thread_environment():
+        assert numba.njit(lambda x: x + 1)(1) == 2
+    assert numba.njit(lambda x: x + 2)(1) == 3
+
+
+def _threads_of_a_child(connection):
+    connection.send((numba.get_num_threads(), num_threads()))
+
+
+def test_a_child_keeps_to_one_thread():
+    child = ChildProcess(_threads_of_a_child, "threads", niceness=0)
+    child.start()
+    connection, _ = child.wait_until_started()
+    assert connection.recv() == (1, 1)
+    child.end()
 
 
 def test_what_one_raises_is_raised():
