@@ -34,12 +34,11 @@ def updated(
     added = seen.select(~find_covered(kept, seen.p_GK))
     if not kept.is_surfel:
         added = with_thickness(added)
-    # Nobody has measured how wrong a live disc is; no better than the worst
-    # of the base, say.
-    worst = None
-    if base.uncertainty is not None:
-        worst = float(base.uncertainty.max(initial=0.0))
-    return kept.joined_with(added, worst)
+    if kept.uncertainty is None and added.uncertainty is not None:
+        # The stopping distance allows for what such a base does not know about
+        # itself (`scene.map_error`), so nothing is subtracted.
+        kept = kept.with_uncertainty(0.0)
+    return kept.joined_with(added)
 
 
 def find_covered(base: GaussianSplat, p_WQ: np.ndarray) -> np.ndarray:

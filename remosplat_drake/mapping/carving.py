@@ -4,6 +4,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.measured_cells import THINNEST
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 
 _APART = 0.03
@@ -27,7 +28,8 @@ def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
     """Finds the discs of things that views have looked through.
 
     The foot of a thing goes with it: it is near to what it stood on, so that
-    views look past it by little.
+    views look past it by little. Of a thin thing only views with fine pixels
+    say that it has gone: others may look past it on both sides.
 
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].
@@ -37,6 +39,9 @@ def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
         A mask of the discs, shape (n,).
     """
     through = times_looked_through(capture, p_WK) > 0
+    p_WG = p_WK[through].astype(float)
+    seen = times_looked_through(capture, p_WG, pitch=_widths(p_WG)) > 0
+    through[through] = seen
     if not through.any():
         return through
     core = through
@@ -44,6 +49,27 @@ def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
         apart, _ = KDTree(p_WK[~through]).query(p_WK)
         core = through & (apart > _APART)
     return core | find_rest(p_WK, p_WK[core], capture)
+
+
+def _widths(p_W: np.ndarray) -> np.ndarray:
+    """How wide things are at discs on them, (n, 3), at least `THINNEST`, (n,).
+
+    It is twice the second largest standard deviation of the nearest discs: of
+    a rod's, the largest is along it. A strip is 1.7 times as wide.
+    """
+    if len(p_W) <= _NEIGHBORS:
+        return np.full(len(p_W), THINNEST)
+    apart, near = KDTree(p_W).query(
+        p_W, _NEIGHBORS + 1, distance_upper_bound=_AROUND
+    )
+    weight = np.isfinite(apart)[..., None]
+    around = p_W[np.minimum(near, len(p_W) - 1)]
+    total = weight.sum(axis=1, keepdims=True)
+    mean = (weight * around).sum(axis=1, keepdims=True) / total
+    offset = weight * (around - mean)
+    covariance = np.einsum("nki,nkj->nij", offset, offset) / total
+    variance = np.linalg.eigvalsh(covariance)[:, 1]
+    return np.maximum(2 * np.sqrt(np.maximum(variance, 0)), THINNEST)
 
 
 def find_rest(

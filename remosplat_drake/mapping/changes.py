@@ -19,7 +19,10 @@ from scipy.ndimage import (
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.checks.overlap import to_camera
-from remosplat_drake.reconstruction.measured_space import times_looked_through
+from remosplat_drake.reconstruction.measured_space import (
+    is_behind,
+    nearest_around,
+)
 
 _WIDE = 0.012
 """Half the width that a region has somewhere, as a fraction of the image's:
@@ -69,12 +72,17 @@ def find_changes(
     gone = np.zeros(capture.depth.shape, bool)
     hidden_now, come = np.zeros((2, *capture.depth.shape), bool)
     points = [capture.points_W(i) for i in range(len(capture))]
+    fronts = [nearest_around(depth) for depth in capture.depth]
     if confirmed is None:
         confirmed = np.ones(len(capture), bool)
     for new in np.flatnonzero(confirmed).tolist():
         for old in range(new):
-            gone[old] |= _seen_through(capture, points[old], new, margin)
-            shown = _seen_through(capture, points[new], old, margin)
+            gone[old] |= _seen_through(
+                capture, new, fronts[new], points[old], margin
+            )
+            shown = _seen_through(
+                capture, old, fronts[old], points[new], margin
+            )
             if shown.any():
                 come[new] |= shown
                 hidden_now[old] |= _project(capture, points[new][shown], old)
@@ -143,16 +151,17 @@ def coherent(pixels: np.ndarray) -> np.ndarray:
 
 
 def _seen_through(
-    capture: Capture, p_W: np.ndarray, view: int, margin: float
+    capture: Capture,
+    view: int,
+    front: np.ndarray,
+    p_W: np.ndarray,
+    margin: float,
 ) -> np.ndarray:
     """Pixels of an image with points p_W that a view has looked through."""
     coarse = p_W[::_STRIDE, ::_STRIDE]
     through = np.zeros(coarse.shape[:2], bool)
     known = np.isfinite(coarse[..., 0])
-    count = times_looked_through(
-        capture.select(np.array([view])), coarse[known], margin
-    )
-    through[known] = count > 0
+    through[known] = is_behind(capture, view, front, coarse[known], margin)
     through = coherent(through)
     if not through.any():
         return np.zeros(p_W.shape[:2], bool)

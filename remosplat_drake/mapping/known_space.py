@@ -5,16 +5,29 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.mapping.changes import coherent, seen_at
+from remosplat_drake.mapping.carving import find_rest
+from remosplat_drake.mapping.changes import (
+    Changes,
+    coherent,
+    points_at,
+    seen_at,
+    without,
+)
 from remosplat_drake.mapping.mapping_config import MappingConfig
-from remosplat_drake.reconstruction.coverage import make_coverage
+from remosplat_drake.reconstruction.measured_cells import (
+    CELLS,
+    measured_cells,
+    without_measured,
+)
 from remosplat_drake.reconstruction.measured_space import times_looked_through
+from remosplat_drake.reconstruction.seen_space import find_seen_space
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.coverage import (
     FREE,
     SURFACE,
     UNSEEN,
     Coverage,
+    grid_shape,
     with_free,
 )
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -26,6 +39,7 @@ _DEEPEST = 0.3
 def known_space(
     capture: Capture,
     come: np.ndarray,
+    measured: np.ndarray,
     splat_W: GaussianSplat,
     robot_free: Spheres | None,
     config: MappingConfig,
@@ -34,12 +48,15 @@ def known_space(
     """Sorts the voxels of the mapped box into surface, free and unseen.
 
     What was seen before stays known, but for what is behind things that have
-    come since.
+    come since. Nothing is free where a pixel has measured something, unless
+    the robot itself was there.
 
     Args:
-        capture: The frames, without what is out of date in them.
+        capture: The frames that may clear space, without what is out of date
+            in them.
         come: Pixels of the frames that show what was not there in older ones,
             shape (n, h, w) bool.
+        measured: Cells that hold measured points, see `measured_in_box`.
         splat_W: All surfaces, in W.
         robot_free: The robot's spheres where it was when frames were taken;
             None for none.
@@ -47,22 +64,41 @@ def known_space(
         before: What was seen before the frames, in the same voxels, as
             `in_box` returns it; None for nothing.
     """
-    coverage = make_coverage(
-        capture,
-        splat_W.p_GK.astype(float),
-        np.array(config.volume_lower, float),
-        np.array(config.volume_upper, float),
-        config.voxel,
-    )
+    coverage = find_seen_space(capture, splat_W, *_box(config), measured)
     if before is not None:
         come = come | _come_since(before, capture)
         unseen = coverage.state == UNSEEN
         state = np.where(unseen, before.state, coverage.state)
         coverage = dc.replace(coverage, state=state)
     coverage = _without_shadows(coverage, capture, come)
-    if robot_free is None:
-        return coverage
-    return with_free(coverage, robot_free, config.robot_margin)
+    if robot_free is not None:
+        coverage = with_free(coverage, robot_free, config.robot_margin)
+    coverage = without_measured(coverage, measured, capture)
+    if robot_free is not None:
+        coverage = with_free(coverage, robot_free, 0.0)
+    return coverage
+
+
+def measured_in_box(
+    frames: Capture, changes: Changes, capture: Capture, config: MappingConfig
+) -> np.ndarray:
+    """Finds the cells of the mapped box that hold points measured of a surface.
+
+    Args:
+        frames: All frames as they were taken.
+        changes: What is out of date in them.
+        capture: The frames that may clear space, without what is out of date
+            in them.
+        config: The box and its voxels.
+
+    Returns:
+        Indices of the cells, as `measured_cells` returns them.
+    """
+    lower, _, voxel = box = _box(config)
+    cells = measured_cells(without(frames, changes.gone), *box)
+    p_W = lower + voxel / CELLS * (cells + 0.5)
+    gone_W = points_at(frames, changes.gone)
+    return cells[~find_rest(p_W, gone_W, capture)]
 
 
 def in_box(
@@ -105,12 +141,17 @@ def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
     return with_free(_nothing_seen(config), robot, config.start_margin)
 
 
+def _box(config: MappingConfig) -> tuple[np.ndarray, np.ndarray, float]:
+    """Lower and upper corner of the mapped box, and the voxels' edge length."""
+    lower, upper = config.volume_lower, config.volume_upper
+    return np.array(lower, float), np.array(upper, float), config.voxel
+
+
 def _nothing_seen(config: MappingConfig) -> Coverage:
     """The voxels of the mapped box, all unseen."""
-    lower = np.array(config.volume_lower, float)
-    size = np.array(config.volume_upper, float) - lower
-    shape = np.maximum(1, np.ceil(size / config.voxel - 1e-9)).astype(int)
-    return Coverage(lower, config.voxel, np.full(shape, UNSEEN, np.uint8))
+    lower, upper, voxel = _box(config)
+    shape = grid_shape(lower, upper, voxel)
+    return Coverage(lower, voxel, np.full(shape, UNSEEN, np.uint8))
 
 
 def _come_since(before: Coverage, capture: Capture) -> np.ndarray:

@@ -18,7 +18,7 @@ from remosplat_drake.mapping.changes import (
 )
 from remosplat_drake.mapping.depth_specks import without_specks
 from remosplat_drake.mapping.frame_choice import confirmed_frames
-from remosplat_drake.mapping.known_space import known_space
+from remosplat_drake.mapping.known_space import known_space, measured_in_box
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.unknown_space import unknown_space_field
@@ -30,6 +30,7 @@ from remosplat_drake.reconstruction.surfels.point_cloud import (
 )
 from remosplat_drake.reconstruction.surfels.refinement import RefinementConfig
 from remosplat_drake.reconstruction.surfels.seen_through import drop_floaters
+from remosplat_drake.reconstruction.uncertainty.bound import bound_splat
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.coverage import UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import DistanceField
@@ -105,8 +106,9 @@ def build_map(
         splat_W = updated(base, splat_W, looks)
     report("finding what was seen", 0, 1)
     coverage = known_space(
-        *(looks, changes.come[confirmed], splat_W, robot_free, config),
-        base_seen,
+        *(looks, changes.come[confirmed]),
+        measured_in_box(capture, changes, looks, config),
+        *(splat_W, robot_free, config, base_seen),
     )
     report("finding what was seen", 1, 1)
     field = make_field(splat_W)
@@ -163,7 +165,10 @@ def _surfaces(
         refinement=RefinementConfig(sweeps=sweeps),
         report=report,
     ).splat
+    report("bounding", 0, 1)
     splat_W = drop_floaters(looks, splat_W)
+    splat_W = bound_splat(_within(present, config.max_depth), splat_W).bounded_W
+    report("bounding", 1, 1)
     gone_W = points_at(capture, changes.gone)
     return splat_W.select(~find_rest(splat_W.p_GK, gone_W, looks))
 

@@ -4,7 +4,13 @@ import numpy as np
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.reconstruction.measured_space import times_looked_through
-from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
+from remosplat_drake.signals.coverage import (
+    FREE,
+    SURFACE,
+    UNSEEN,
+    Coverage,
+    grid_shape,
+)
 
 
 def make_coverage(
@@ -26,7 +32,7 @@ def make_coverage(
         upper: Upper corner of the box, shape (3,) [m].
         voxel: Edge length of a voxel [m].
     """
-    shape = np.maximum(1, np.ceil((upper - lower) / voxel - 1e-9)).astype(int)
+    shape = grid_shape(lower, upper, voxel)
     index = np.argwhere(np.ones(shape, bool))
     centers = lower + voxel * (index + 0.5)
     free = times_looked_through(capture, centers, margin=voxel / 4) > 0

@@ -136,7 +136,10 @@ def _onto_mean(p_W: np.ndarray, tree: KDTree) -> np.ndarray:
 
 
 def times_looked_through(
-    capture: Capture, p_W: np.ndarray, margin: float = 0.03
+    capture: Capture,
+    p_W: np.ndarray,
+    margin: float = 0.03,
+    pitch: np.ndarray | None = None,
 ) -> np.ndarray:
     """Counts the views that have measured something behind each point.
 
@@ -146,34 +149,63 @@ def times_looked_through(
         margin: A view looked through a point when the pixel that it projects
             to, and all pixels around that, are deeper by this much [m]; beyond
             2 m it grows with the square of the depth.
+        pitch: How far apart a view's pixels may be at each point, shape (n,)
+            [m]; None for any distance.
 
     Returns:
         Numbers of views, shape (n,).
     """
     count = np.zeros(len(p_W), np.int64)
-    p_W = np.ascontiguousarray(p_W, float)
-    for view in range(len(capture)):
-        _count_if_behind(
-            nearest_around(capture.depth[view]),
-            capture.K[view].astype(float),
-            capture.X_WC[view].astype(float),
-            p_W,
-            margin,
-            count,
-        )
+    for view, depth in enumerate(capture.depth):
+        front = nearest_around(depth)
+        count += is_behind(capture, view, front, p_W, margin, pitch)
     return count
 
 
+def is_behind(
+    capture: Capture,
+    view: int,
+    front: np.ndarray,
+    p_W: np.ndarray,
+    margin: float,
+    pitch: np.ndarray | None = None,
+) -> np.ndarray:
+    """Tells which points one view has looked through.
+
+    Args:
+        capture: Posed RGB-D images.
+        view: Index of the view.
+        front: What `nearest_around` makes of its depth, shape (h, w) [m].
+        p_W: Points in W, shape (n, 3) [m].
+        margin: See `times_looked_through` [m].
+        pitch: See `times_looked_through` [m].
+
+    Returns:
+        Shape (n,), bool.
+    """
+    behind = np.zeros(len(p_W), bool)
+    _find_behind(
+        front,
+        capture.K[view].astype(float),
+        capture.X_WC[view].astype(float),
+        np.ascontiguousarray(p_W, float),
+        margin,
+        np.full(len(p_W), np.inf) if pitch is None else pitch,
+        behind,
+    )
+    return behind
+
+
 @kernel
-def _count_if_behind(front, K, X_WC, p_W, margin, count):
-    """Counts each point that a depth image is deeper than."""
+def _find_behind(front, K, X_WC, p_W, margin, pitch, behind):
+    """Finds each point that a depth image is deeper than."""
     height, width = front.shape
     for i in range(len(p_W)):
         x = p_W[i, 0] - X_WC[0, 3]
         y = p_W[i, 1] - X_WC[1, 3]
         z = p_W[i, 2] - X_WC[2, 3]
         z_C = X_WC[0, 2] * x + X_WC[1, 2] * y + X_WC[2, 2] * z
-        if z_C <= 0:
+        if z_C <= 0 or z_C > pitch[i] * min(K[0, 0], K[1, 1]):
             continue
         x_C = X_WC[0, 0] * x + X_WC[1, 0] * y + X_WC[2, 0] * z
         y_C = X_WC[0, 1] * x + X_WC[1, 1] * y + X_WC[2, 1] * z
@@ -181,8 +213,7 @@ def _count_if_behind(front, K, X_WC, p_W, margin, count):
         row = np.floor(K[1, 1] * y_C / z_C + K[1, 2])
         if 0 <= column < width and 0 <= row < height:
             enough = margin * max(1.0, z_C / _NOISE_DEPTH) ** 2
-            if front[int(row), int(column)] > z_C + enough:
-                count[i] += 1
+            behind[i] = front[int(row), int(column)] > z_C + enough
 
 
 def nearest_around(depth: np.ndarray) -> np.ndarray:

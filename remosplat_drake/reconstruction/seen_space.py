@@ -5,7 +5,8 @@ been looked through, or if the splat's discs cover whatever else is in it: a
 robot that comes from free space meets a disc before it meets the unknown. To
 tell that, the voxels at surfaces are divided into cells. A cell that was not
 looked through, beside one that was, and without a disc is a frontier
-(Yamauchi, 1997), and its voxel counts as unseen.
+(Yamauchi, 1997), and its voxel counts as unseen. What any pixel has measured
+was not looked through, however thin it is: see `measured_cells`.
 """
 
 import dataclasses as dc
@@ -15,22 +16,29 @@ import numpy as np
 from scipy.ndimage import binary_dilation, label
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.measured_cells import (
+    CELLS,
+    MARGIN,
+    measured_cells,
+    seen_finely,
+    without_measured,
+)
 from remosplat_drake.reconstruction.whole_looks import count_whole_looks
 from remosplat_drake.reconstruction.workspace import Workspace
-from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
+from remosplat_drake.signals.coverage import (
+    FREE,
+    SURFACE,
+    UNSEEN,
+    Coverage,
+    grid_shape,
+)
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 VOXEL = 0.04
 """Usual edge length of a voxel [m]."""
 
-_CELLS = 3
-"""Number of cells along a voxel's edge."""
-
 _ENOUGH_VIEWS = 2
 """Views that must agree that a place beside a surface is free."""
-
-_MARGIN = 0.01
-"""How far behind free space a view must have measured something [m]."""
 
 _OPAQUE = 0.1
 """Discs that are fainter than this cover nothing; oracles ignore them."""
@@ -105,13 +113,15 @@ def find_seen_space(
     lower: np.ndarray,
     upper: np.ndarray,
     voxel: float = VOXEL,
+    measured: np.ndarray | None = None,
 ) -> Coverage:
     """Sorts the voxels of a box into surface, free and unseen ones.
 
     A voxel is free if a view has looked through the whole of it, a surface if
     discs stand between its free and its unseen part, and unseen otherwise:
     the inside of things, too. Beside surfaces, where depth images are wrong
-    most often, what a single view says is not believed.
+    most often, what a single view says is not believed. Where a pixel has
+    measured something, only views with fine pixels are.
 
     Args:
         capture: Posed RGB-D images.
@@ -119,22 +129,29 @@ def find_seen_space(
         lower: Lower corner of the box, shape (3,) [m].
         upper: Upper corner of the box, shape (3,) [m].
         voxel: Edge length of a voxel [m].
+        measured: Cells in which pixels have measured something, as
+            `measured_cells` returns them; None for those of the capture.
     """
     lower = np.asarray(lower, float)
-    shape = np.maximum(1, np.ceil((upper - lower) / voxel - 1e-9)).astype(int)
+    if measured is None:
+        measured = measured_cells(capture, lower, upper, voxel)
+    shape = np.array(grid_shape(lower, upper, voxel))
     everywhere = np.indices(tuple(shape.tolist())).reshape(3, -1).T
     looks = _looks(capture, lower, everywhere, voxel, 1)
     state = np.where(looks > 0, FREE, UNSEEN).astype(np.uint8).reshape(shape)
-    covered = _covered_cells(splat_W, lower, voxel / _CELLS, shape * _CELLS)
+    covered = _covered_cells(splat_W, lower, voxel / CELLS, shape * CELLS)
     cells = _divide(covered, state)
-    inner = np.indices((_CELLS,) * 3).reshape(3, -1).T
-    parts = (cells.voxels[:, None] * _CELLS + inner).reshape(-1, 3)
-    looks = _looks(capture, lower, parts, voxel / _CELLS, _ENOUGH_VIEWS)
-    cells.free[:] = (looks >= _ENOUGH_VIEWS).reshape(cells.free.shape)
+    inner = np.indices((CELLS,) * 3).reshape(3, -1).T
+    parts = (cells.voxels[:, None] * CELLS + inner).reshape(-1, 3)
+    looks = _looks(capture, lower, parts, voxel / CELLS, _ENOUGH_VIEWS)
+    free = looks >= _ENOUGH_VIEWS
+    doubted = np.flatnonzero(free & _is_among(parts, measured, shape * CELLS))
+    free[doubted] = seen_finely(capture, lower, parts[doubted], voxel / CELLS)
+    cells.free[:] = free.reshape(cells.free.shape)
     open_sided = _frontier(cells, state).any(axis=(1, 2, 3))
     state[tuple(cells.voxels.T)] = np.where(open_sided, UNSEEN, SURFACE)
     state[_floats(state)] = FREE
-    return Coverage(lower, voxel, state)
+    return without_measured(Coverage(lower, voxel, state), measured, capture)
 
 
 def _looks(
@@ -147,7 +164,17 @@ def _looks(
     """Numbers of views that have looked through cubes of a grid, (n,)."""
     corners = lower + edge * cubes
     return count_whole_looks(
-        capture, corners, edge, margin=_MARGIN, enough=enough
+        capture, corners, edge, margin=MARGIN, enough=enough
+    )
+
+
+def _is_among(
+    cells: np.ndarray, others: np.ndarray, shape: np.ndarray
+) -> np.ndarray:
+    """Which cells (n, 3) of a grid are among others (m, 3), shape (n,)."""
+    return np.isin(
+        np.ravel_multi_index(tuple(cells.T), shape),
+        np.ravel_multi_index(tuple(others.T), shape),
     )
 
 
@@ -210,13 +237,13 @@ def _points_on(splat_W: GaussianSplat, spacing: float) -> np.ndarray:
 
 def _divide(covered: np.ndarray, state: np.ndarray) -> _Cells:
     """Divides the voxels that hold covered cells; nothing is free yet."""
-    parent = covered // _CELLS
+    parent = covered // CELLS
     flat = np.ravel_multi_index(tuple(parent.T), state.shape)
     divided, of = np.unique(flat, return_inverse=True)
     slot = np.full(state.shape, -1, np.int32)
     slot.flat[divided] = np.arange(len(divided))
-    marks = np.zeros((len(divided), *(_CELLS,) * 3), bool)
-    marks[of, *(covered % _CELLS).T] = True
+    marks = np.zeros((len(divided), *(CELLS,) * 3), bool)
+    marks[of, *(covered % CELLS).T] = True
     voxels = np.stack(np.unravel_index(divided, state.shape), axis=1)
     return _Cells(slot, voxels, marks, np.zeros_like(marks))
 
@@ -224,7 +251,7 @@ def _divide(covered: np.ndarray, state: np.ndarray) -> _Cells:
 def _frontier(cells: _Cells, state: np.ndarray) -> np.ndarray:
     """Which cells are neither free nor covered, beside a free one."""
     beside_free = np.zeros_like(cells.free)
-    m = _CELLS
+    m = CELLS
     inner = np.indices((m, m, m)).reshape(3, -1).T
     for side in _SIDES:
         # The voxel that each cell's neighbour is in, and where it is there.

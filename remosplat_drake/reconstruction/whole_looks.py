@@ -26,6 +26,7 @@ def count_whole_looks(
     *,
     margin: float,
     enough: int,
+    pitch: float = np.inf,
 ) -> np.ndarray:
     """Counts the views that have looked through the whole of each cube.
 
@@ -40,6 +41,7 @@ def count_whole_looks(
         margin: How far behind a cube the measurement must be [m]; beyond 2 m
             it grows with the square of the depth.
         enough: Number of views at which counting ends.
+        pitch: How far apart a view's pixels may be at a cube [m].
 
     Returns:
         Numbers of views, at most `enough`, shape (n,), int64.
@@ -54,6 +56,7 @@ def count_whole_looks(
             lower_W,
             edge,
             margin,
+            pitch,
             enough,
             count,
         )
@@ -61,13 +64,15 @@ def count_whole_looks(
 
 
 @parallel_kernel
-def _count_looks(depth, K, X_WC, lower_W, edge, margin, enough, count):
+def _count_looks(depth, K, X_WC, lower_W, edge, margin, pitch, enough, count):
     """Counts one view's whole looks."""
     for i in prange(len(lower_W)):
         if count[i] < enough and _is_behind_centre(
             depth, K, X_WC, lower_W[i], edge, margin
         ):
-            count[i] += _is_behind_all(depth, K, X_WC, lower_W[i], edge, margin)
+            count[i] += _is_behind_all(
+                depth, K, X_WC, lower_W[i], edge, margin, pitch
+            )
 
 
 @helper
@@ -84,8 +89,8 @@ def _is_behind_centre(depth, K, X_WC, lower_W, edge, margin):
 
 
 @helper
-def _is_behind_all(depth, K, X_WC, lower_W, edge, margin):
-    """Whether all pixels whose rays meet a cube are deep enough."""
+def _is_behind_all(depth, K, X_WC, lower_W, edge, margin, pitch):
+    """Whether all pixels whose rays meet a cube are deep and near enough."""
     left = top = np.inf
     right = bottom = deepest = -np.inf
     for corner in range(8):
@@ -98,6 +103,8 @@ def _is_behind_all(depth, K, X_WC, lower_W, edge, margin):
         left, right = min(left, u), max(right, u)
         top, bottom = min(top, v), max(bottom, v)
         deepest = max(deepest, z)
+    if deepest > pitch * min(K[0, 0], K[1, 1]):
+        return False
     height, width = depth.shape
     if left < 0 or top < 0 or right >= width or bottom >= height:
         return False

@@ -3,6 +3,7 @@
 import dataclasses as dc
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from remosplat_drake.robot.sphere_model import Spheres
 
@@ -47,6 +48,21 @@ class Coverage:
     def upper(self) -> np.ndarray:
         """Upper corner of the box, shape (3,) [m]."""
         return self.lower + self.voxel * np.array(self.state.shape)
+
+
+def grid_shape(
+    lower: ArrayLike, upper: ArrayLike, voxel: float
+) -> tuple[int, int, int]:
+    """Returns how many voxels fill a box along each of its axes.
+
+    Args:
+        lower: Lower corner of the box, shape (3,) [m].
+        upper: Upper corner of the box, shape (3,) [m].
+        voxel: Edge length of a voxel [m].
+    """
+    size = np.subtract(upper, lower)
+    x, y, z = np.maximum(1, np.ceil(size / voxel - 1e-9)).astype(int).tolist()
+    return x, y, z
 
 
 def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:

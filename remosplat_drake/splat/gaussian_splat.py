@@ -197,32 +197,22 @@ class GaussianSplat:
         ordered = {k: np.ascontiguousarray(v) for k, v in arrays.items()}
         return GaussianSplat.restored(ordered)
 
-    def joined_with(
-        self, other: "GaussianSplat", missing_uncertainty: float | None = None
-    ) -> "GaussianSplat":
+    def joined_with(self, other: "GaussianSplat") -> "GaussianSplat":
         """Returns these splats, then another's of the same kind and degree.
 
         Args:
             other: The splats that follow.
-            missing_uncertainty: Uncertainty of the splats of the one that
-                knows none, where the other does [m].
 
         Raises:
-            RemoSplatError: One knows its uncertainty, the other does not, and
-                no value stands in for it: a zero would be a claim.
+            RemoSplatError: One knows its uncertainty, the other does not: a
+                zero would be a claim.
         """
-        pair = [self, other]
-        known = [splat.uncertainty is not None for splat in pair]
-        if any(known) and not all(known):
-            if missing_uncertainty is None:
-                raise RemoSplatError(
-                    "splats of known and of unknown uncertainty cannot be"
-                    " joined without a value for the unknown one"
-                )
-            pair[known.index(False)] = pair[
-                known.index(False)
-            ].with_uncertainty(missing_uncertainty)
-        first, second = (splat.arrays() for splat in pair)
+        first, second = self.arrays(), other.arrays()
+        if ("uncertainty" in first) != ("uncertainty" in second):
+            raise RemoSplatError(
+                "splats of known and of unknown uncertainty cannot be joined"
+                " without a value for the unknown one"
+            )
         return GaussianSplat(
             **{k: np.concatenate([first[k], second[k]]) for k in first}
         )

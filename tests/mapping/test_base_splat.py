@@ -59,18 +59,26 @@ def test_discs_join_a_base_of_ellipsoids(bare_discs, laden_discs, laden):
     assert not updated(base, laden_discs, laden).is_surfel
 
 
-def test_live_discs_are_as_uncertain_as_the_worst_of_the_base(
+def test_live_discs_and_those_of_the_base_keep_their_own_bounds(
     bare_discs, laden_discs, laden
 ):
     bounds = np.linspace(0.001, 0.02, len(bare_discs))
-    with_thing = updated(
-        bare_discs.with_uncertainty(bounds), laden_discs, laden
-    )
+    live = laden_discs.with_uncertainty(0.005)
+    with_thing = updated(bare_discs.with_uncertainty(bounds), live, laden)
     on_it = above(with_thing, 0.02)
     assert on_it.any()
-    np.testing.assert_allclose(with_thing.uncertainty[on_it], 0.02)
+    np.testing.assert_allclose(with_thing.uncertainty[on_it], 0.005)
     assert with_thing.uncertainty.min() < 0.002
-    assert updated(bare_discs, laden_discs, laden).uncertainty is None
+    assert with_thing.uncertainty.max() > 0.019
+
+
+def test_from_a_base_that_knows_no_bounds_nothing_is_subtracted(
+    bare_discs, laden_discs, laden
+):
+    with_thing = updated(bare_discs, laden_discs.with_uncertainty(0.005), laden)
+    on_it = above(with_thing, 0.02)
+    np.testing.assert_allclose(with_thing.uncertainty[on_it], 0.005)
+    assert with_thing.uncertainty.min() == 0
 
 
 def test_an_uncertain_disc_covers_no_more_than_a_certain_one(

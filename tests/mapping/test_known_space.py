@@ -6,7 +6,11 @@ from laden_table import joined
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.changes import find_changes, without
-from remosplat_drake.mapping.known_space import in_box, known_space
+from remosplat_drake.mapping.known_space import (
+    in_box,
+    known_space,
+    measured_in_box,
+)
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.unknown_space import unknown_space_field
 from remosplat_drake.reconstruction.surfels.surfels import (
@@ -21,34 +25,46 @@ from remosplat_drake.signals.coverage import (
     Coverage,
     with_free,
 )
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
-NOTHING = np.zeros((1, 80, 80), bool)
+NOTHING = np.zeros((2, 80, 80), bool)
 """That has come."""
 
+NOWHERE = np.zeros((0, 3), int)
+"""Cells in which nothing was measured."""
 
-@pytest.fixture
-def wall() -> Capture:
-    """A camera at the origin that looks along z at a wall at z = 2."""
+
+def wall(depth: float) -> Capture:
+    """Two cameras at the origin that look along z at a wall [m]."""
     size = 80
     K = np.array([[size, 0, size / 2], [0, size, size / 2], [0, 0, 1.0]])
     return Capture(
-        K=K[None],
-        X_WC=np.eye(4)[None],
-        rgb=np.zeros((1, size, size, 3), np.uint8),
-        depth=np.full((1, size, size), 2, np.float32),
+        K=np.tile(K, (2, 1, 1)),
+        X_WC=np.tile(np.eye(4), (2, 1, 1)),
+        rgb=np.zeros((2, size, size, 3), np.uint8),
+        depth=np.full((2, size, size), depth, np.float32),
     )
 
 
-def test_behind_a_wall_nothing_is_known(wall):
-    config = MappingConfig(
+def box(voxel: float) -> MappingConfig:
+    return MappingConfig(
         volume_lower=[-0.3, -0.3, 1.0],
         volume_upper=[0.3, 0.3, 3.0],
-        voxel=0.2,
+        voxel=voxel,
+        robot_margin=0.05,
     )
-    splat = splat_of_surfels(surfels_from_capture(wall, 2000))
-    coverage = known_space(wall, NOTHING, splat, None, config)
+
+
+def discs(capture: Capture) -> GaussianSplat:
+    return splat_of_surfels(surfels_from_capture(capture, 2000))
+
+
+def test_behind_a_wall_nothing_is_known():
+    capture = wall(2.1)
+    coverage = known_space(
+        capture, NOTHING, NOWHERE, discs(capture), None, box(0.2)
+    )
     assert coverage.state.shape == (3, 3, 10)
-    # The wall at z = 2 is the border of the fifth and the sixth layer.
     assert (coverage.state[..., :5] == FREE).all()
     assert (coverage.state[..., 5] == SURFACE).all()
     assert (coverage.state[..., 6:] == UNSEEN).all()
@@ -61,16 +77,12 @@ def test_behind_a_wall_nothing_is_known(wall):
     np.testing.assert_allclose(answer.direction_W, [[0, 0, 1]])
 
 
-def test_where_the_robot_stood_is_free(wall):
-    config = MappingConfig(
-        volume_lower=[-0.3, -0.3, 1.0],
-        volume_upper=[0.3, 0.3, 3.0],
-        voxel=0.2,
-        robot_margin=0.05,
-    )
-    splat = splat_of_surfels(surfels_from_capture(wall, 2000))
+def test_where_the_robot_stood_is_free():
+    capture = wall(2.1)
     robot = Spheres.at([[0, 0, 2.5], [9, 9, 9]], 0.1)
-    coverage = known_space(wall, NOTHING, splat, robot, config)
+    coverage = known_space(
+        capture, NOTHING, NOWHERE, discs(capture), robot, box(0.2)
+    )
     # The ball of 0.15 m reaches 0.05 m into the voxels around its own.
     assert coverage.state[1, 1, 7] == FREE
     assert coverage.state[1, 0, 7] == coverage.state[1, 1, 8] == FREE
@@ -81,20 +93,34 @@ def test_where_the_robot_stood_is_free(wall):
     assert clearance == pytest.approx(np.sqrt(3) * 0.1 - 0.1)
 
 
-@pytest.mark.parametrize("stood", [False, True])
-def test_what_was_seen_before_stays_known_but_behind_what_has_come(wall, stood):
-    config = MappingConfig(
-        volume_lower=[-0.3, -0.3, 1.0],
-        volume_upper=[0.3, 0.3, 3.0],
-        voxel=0.1,
+def test_what_a_pixel_has_measured_beside_the_robot_is_not_free():
+    """Neither by the margin around it, nor as it was before."""
+    capture, config = wall(2.1), box(0.1)
+    robot = Spheres.at([0.05, 0.05, 2.55], 0.04)
+    before = Coverage(
+        np.array(config.volume_lower), 0.1, np.full((6, 6, 20), FREE, np.uint8)
     )
+    # In the robot's voxel, in the next one, and far away; three cells each.
+    cells = np.array([[10, 10, 46], [13, 10, 46], [4, 4, 55]])
+    coverage = known_space(
+        capture, NOTHING, cells, discs(capture), robot, config, before
+    )
+    assert coverage.state[3, 3, 15] == FREE
+    assert coverage.state[4, 3, 15] == UNSEEN
+    assert coverage.state[1, 1, 18] == UNSEEN
+
+
+@pytest.mark.parametrize("stood", [False, True])
+def test_what_was_seen_before_stays_known_but_behind_what_has_come(stood):
+    capture, config = wall(2.05), box(0.1)
     state = np.full((6, 6, 20), FREE, np.uint8)
     state[..., 18:] = UNSEEN
     if stood:
-        state[..., 9:11] = SURFACE
+        state[..., 10] = SURFACE
     before = Coverage(np.array(config.volume_lower), 0.1, state)
-    splat = splat_of_surfels(surfels_from_capture(wall, 2000))
-    coverage = known_space(wall, NOTHING, splat, None, config, before)
+    coverage = known_space(
+        capture, NOTHING, NOWHERE, discs(capture), None, config, before
+    )
     assert (coverage.state[..., 10] == SURFACE).all()
     # The next 0.3 m may be the thing's inside.
     behind = FREE if stood else UNSEEN
@@ -153,16 +179,23 @@ def test_how_deep_a_thing_is_that_has_come_is_not_known(bare, laden):
         volume_lower=[0.8, -0.2, 0.45], volume_upper=[1.2, 0.2, 0.61]
     )
     splat = splat_of_surfels(surfels_from_capture(present, 5000))
-    lit = known_space(present, changes.come & False, splat, None, config)
-    dut = known_space(present, changes.come, splat, None, config)
+    measured = measured_in_box(both, changes, present, config)
+
+    def known(capture: Capture, come: np.ndarray) -> Coverage:
+        return known_space(capture, come, measured, splat, None, config)
+
+    lit, dut = (
+        known(present, changes.come & False),
+        known(present, changes.come),
+    )
     # The thing is 0.2 m wide, which is the fourth to the seventh voxel.
-    assert (lit.state[3:7, 3:7] == FREE).sum() > 10
+    assert (lit.state[3:7, 3:7] == FREE).any()
     assert (dut.state[3:7, 3:7] != FREE).all()
     # Before its face and beside it nothing has been forgotten.
     assert (dut.state[9, 7:] == FREE).all()
-    # Whoever looks at it from all sides knows.
+    # Views from all sides tell.
     all_sides = joined(bare, laden)
     changes = find_changes(all_sides)
     present = without(all_sides, changes.outdated)
-    known = known_space(present, changes.come, splat, None, config)
-    assert known.fraction(FREE) > dut.fraction(FREE)
+    seen = known(present, changes.come)
+    assert seen.fraction(FREE) > dut.fraction(FREE)

@@ -46,6 +46,13 @@ def test_beside_unknown_depth_nothing_is_looked_through(wall):
     assert times_looked_through(wall, center) == [1]
 
 
+def test_a_view_says_nothing_of_what_is_finer_than_its_pixels(wall):
+    """At a depth of 1 m these are 25 mm apart."""
+    point = np.array([[0.0, 0, 1], [0, 0, 1]])
+    count = times_looked_through(wall, point, pitch=np.array([0.024, 0.026]))
+    np.testing.assert_array_equal(count, [0, 2])
+
+
 def test_measured_points_are_on_the_wall(wall):
     points = measured_points(wall, *EVERYWHERE)
     assert len(points) == 1600

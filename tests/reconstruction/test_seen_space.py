@@ -92,6 +92,18 @@ def test_beside_surfaces_a_single_view_is_not_believed(front):
         assert state_at(coverage, 0.17, 0.0, 0.2) == beside
 
 
+def test_where_a_single_pixel_has_measured_something_is_not_free():
+    """Four other views look through the place, from too far away."""
+    capture = from_the_front(5)
+    place = capture.points_W(2)[90, 120]
+    capture.depth[2, 90, 120] *= 0.75
+    floating = capture.points_W(2)[90, 120]
+    assert np.linalg.norm(floating - place) > 0.3
+    coverage = seen_by(capture)
+    assert state_at(coverage, *floating) == UNSEEN
+    assert state_at(seen_by(from_the_front(5)), *floating) == FREE
+
+
 def test_a_pixel_without_depth_says_nothing():
     capture = from_the_front(3)
     capture.depth[:] = 0
@@ -125,6 +137,11 @@ def test_a_cube_is_looked_through_as_a_whole_or_not():
     )
     looks = count_whole_looks(capture, corners, edge, margin=0.01, enough=2)
     np.testing.assert_array_equal(looks, [1, 0, 0, 1, 0, 0])
+    # At a cube's far side, 1.7 or 1.4 m away, pixels are 17 or 14 mm apart.
+    looks = count_whole_looks(
+        capture, corners, edge, margin=0.01, enough=2, pitch=0.015
+    )
+    np.testing.assert_array_equal(looks, [0, 0, 0, 1, 0, 0])
 
 
 def test_the_box_holds_cameras_and_surfaces():

@@ -142,5 +142,5 @@ def test_an_unknown_uncertainty_is_never_taken_for_zero():
     for pair in ((known, unknown), (unknown, known)):
         with pytest.raises(RemoSplatError, match="unknown uncertainty"):
             pair[0].joined_with(pair[1])
-    joined = unknown.joined_with(known, 0.25)
+    joined = unknown.with_uncertainty(0.25).joined_with(known)
     np.testing.assert_allclose(joined.uncertainty, [*[0.25] * 4, *[0.1] * 4])
