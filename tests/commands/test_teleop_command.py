@@ -105,10 +105,11 @@ def test_a_script_scans_drives_and_goes_back_a_map(session, script, frankie):
 
 
 def test_without_a_page_a_stop_is_the_end(session, script, capsys):
-    """Nobody could release it. Here nothing around the robot is known."""
+    """No operator could release it. The simulated arm is in another mode."""
     path = script({"time": 0, "press": "hold"})
-    text = "mapping: {start_margin: 0}"
+    text = "supervisor: {robot_modes: [guiding]}"
     arguments = "--session", session, "--trajectory", path, "--headless"
+    arguments = *arguments, "--duration", "60"
     command = "teleop", "StudioLive", "--scenario-text", text, *arguments
     assert main([str(part) for part in command]) == 1
     assert "stopped: " in capsys.readouterr().err
