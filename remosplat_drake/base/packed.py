@@ -108,8 +108,9 @@ def bind_code(kind: type, kernel: Any) -> None:
         kind: The named tuple.
         kernel: The kernel, with all that may change in its file.
     """
+    function = getattr(kernel, "py_func", kernel)  # Numba may be disabled.
     with suppress(OSError):  # A notebook's have none.
-        _codes[kind] = Path(kernel.py_func.__code__.co_filename).read_bytes()
+        _codes[kind] = Path(function.__code__.co_filename).read_bytes()
 
 
 class PackedType(types.Type):

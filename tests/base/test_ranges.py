@@ -38,7 +38,7 @@ from remosplat_drake.controller.controller_config import (
     ReactiveControllerConfig,
 )
 from remosplat_drake.controller.ingredients import ServoTrackingConfig
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.oracle.oracle_config import SphereToEllipsoid, make_field

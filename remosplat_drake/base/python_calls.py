@@ -1,0 +1,270 @@
+"""Calls from compiled code back to Python, in the middle of a kernel's call.
+
+A kernel meets questions that only Python answers: a solver of Drake's, a map
+or an ingredient from outside. `ask_python` notes where the arrays of its
+question are, and calls a C function by its symbol, which finds the Python
+function that answers. The answer is written into arrays of the question, or is
+the address of a `Packed`.
+
+A function that raises does not end the kernel: its answer is `FAILED`, upon
+which the kernel takes the safe way. What was raised is the `error` of the
+`PythonCalls`, for the caller to raise.
+"""
+
+import ctypes
+from collections.abc import Callable
+from itertools import count
+from typing import Any
+
+import numpy as np
+from llvmlite import binding, ir
+from numba import types
+from numba.core import cgutils
+from numba.core.errors import TypingError
+from numba.extending import intrinsic, overload
+
+from remosplat_drake.base.packed import Packed, PackedType
+
+FAILED = -1
+"""What a call answers whose function has raised."""
+
+_SYMBOL = "remosplat_drake_call_python"
+_WORD = ir.IntType(64)
+_KINDS = {types.float64: 0, types.int64: 1, types.boolean: 2}
+_DTYPES = np.dtype(float), np.dtype(np.int64), np.dtype(bool)
+_NUMBER = -1
+"""In place of a number of dimensions: it is a number, not an array."""
+
+
+class Question:
+    """The arrays and numbers that a kernel asks about.
+
+    They are read as they are asked for, and are the kernel's own memory, valid
+    until the answer is returned.
+    """
+
+    __slots__ = ("_words",)
+
+    def __init__(self, address: int):
+        size = ctypes.c_int64.from_address(address).value
+        self._words = (ctypes.c_int64 * size).from_address(address)[:]
+
+    def __getitem__(self, i: int) -> Any:
+        """Returns value i of the flat question: named tuples are unfolded."""
+        place = self._words[1 + i]
+        kind, n_dim, first = self._words[place : place + 3]
+        dtype = _DTYPES[kind]
+        if n_dim == _NUMBER:
+            return bool(first) if kind == 2 else _number(first, dtype)
+        shape = self._words[place + 3 : place + 3 + n_dim]
+        size = dtype.itemsize
+        for length in shape:
+            size *= length
+        if not size:
+            return np.empty(shape, dtype)
+        memory = (ctypes.c_char * size).from_address(first)
+        return np.ndarray(shape, dtype, memory)
+
+
+def _number(word: int, dtype: np.dtype) -> Any:
+    return np.array(word, np.int64).view(dtype).item()
+
+
+class PythonCalls:
+    """The Python functions that one call of a kernel may call back.
+
+        with PythonCalls(solve, look) as calls:
+            kernel(..., calls.number)
+        if calls.error is not None:
+            raise calls.error
+
+    A function takes the `Question`, and returns a whole number that is not
+    negative, such as what `handed` makes of a `Packed`.
+
+    Attributes:
+        number: By which a kernel names these calls.
+        error: What a function has raised first; None if none has. Nothing was
+            asked afterwards.
+    """
+
+    __slots__ = ("_functions", "_handed", "error", "number")
+
+    def __init__(self, *functions: Callable[[Any], int]):
+        """Makes it of the functions, which kernels name by their numbers."""
+        self._functions = functions
+        self._handed: dict[int, Packed] = {}
+        self.error: BaseException | None = None
+        self.number = next(_numbers)
+
+    def __enter__(self) -> "PythonCalls":
+        _open[self.number] = self
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        del _open[self.number]
+        # No circle is left: a real robot's loop collects no garbage.
+        self._functions, self._handed = (), {}
+
+    def handed(self, packed: Packed) -> int:
+        """Returns the address of a `Packed`, which is kept for the kernel.
+
+        Args:
+            packed: What the kernel reads by `packed_at`.
+        """
+        self._handed[packed.address] = packed
+        return packed.address
+
+    def answer(self, function: int, question: Question | list) -> int:
+        """Answers a question; `FAILED` where the function raises.
+
+        After a failure nothing is asked any more.
+
+        Args:
+            function: Number of the function.
+            question: The question.
+        """
+        if self.error is not None:
+            return FAILED
+        try:
+            return self._functions[function](question)
+        except BaseException as error:  # Ctrl-C must not get lost in C, either.
+            self.error = error
+            return FAILED
+
+
+_numbers = count()
+_open: dict[int, PythonCalls] = {}
+
+
+@ctypes.CFUNCTYPE(*[ctypes.c_int64] * 4)
+def _answer(number: int, function: int, words: int) -> int:
+    calls = _open.get(number)
+    return FAILED if calls is None else calls.answer(function, Question(words))
+
+
+binding.add_symbol(_SYMBOL, ctypes.cast(_answer, ctypes.c_void_p).value)
+
+
+def ask_python(number, function, values) -> int:
+    """Asks a Python function, from within a kernel.
+
+    Args:
+        number: The number of the `PythonCalls`.
+        function: Which of its functions is asked.
+        values: A tuple of contiguous arrays and of numbers; named tuples of
+            these may be among them.
+
+    Returns:
+        What the function returns, or `FAILED`.
+    """
+    return _open[number].answer(function, list(_flat(values)))
+
+
+@overload(ask_python)
+def _ask_python(number, function, values):
+    return lambda number, function, values: _call(  # pyright: ignore
+        number, function, values
+    )
+
+
+def packed_at(like, address):
+    """Reads a `Packed` that Python has handed over, from within a kernel.
+
+    Args:
+        like: A `Packed` of the same type.
+        address: What `PythonCalls.handed` has returned.
+    """
+    del like
+    for calls in _open.values():
+        if address in calls._handed:
+            return calls._handed[address]
+    raise KeyError(address)
+
+
+@overload(packed_at)
+def _packed_at(like, address):
+    return lambda like, address: _cast(like, address)  # pyright: ignore
+
+
+@intrinsic
+def _call(typing_context, number, function, values):
+    """What `ask_python` is in compiled code."""
+    del typing_context
+    parts = list(_flat(values))
+    for kind in parts:
+        is_array = isinstance(kind, types.Array)
+        if (kind.dtype if is_array else kind) not in _KINDS or (
+            is_array and kind.layout != "C"
+        ):
+            raise TypingError(f"a question cannot hold {kind}")
+
+    def generate(context, builder, signature, arguments):
+        del signature
+        words, places = [], []
+        for value, kind in _flat_values(builder, arguments[2], values):
+            places.append(1 + len(parts) + len(words))
+            words += _described(context, builder, value, kind)
+        size = 1 + len(places) + len(words)
+        at = cgutils.alloca_once(builder, ir.ArrayType(_WORD, size))
+        first = builder.bitcast(at, _WORD.as_pointer())
+        for k, word in enumerate([*map(_constant, [size, *places]), *words]):
+            builder.store(word, builder.gep(first, [_constant(k)]))
+        function_type = ir.FunctionType(_WORD, [_WORD] * 3)
+        called = cgutils.get_or_insert_function(
+            builder.module, function_type, _SYMBOL
+        )
+        place = builder.ptrtoint(first, _WORD)
+        return builder.call(called, [arguments[0], arguments[1], place])
+
+    return types.int64(types.int64, types.int64, values), generate
+
+
+def _flat(values):
+    """Yields what a tuple holds, and the tuples in it, one after the other."""
+    if isinstance(values, tuple | types.BaseTuple):
+        for part in values:
+            yield from _flat(part)
+    else:
+        yield values
+
+
+def _flat_values(builder, value, kind):
+    """Yields the values in a compiled tuple, and their types."""
+    if isinstance(kind, types.BaseTuple):
+        for k, part in enumerate(kind):
+            field = builder.extract_value(value, k)
+            yield from _flat_values(builder, field, part)
+    else:
+        yield value, kind
+
+
+def _described(context, builder, value, kind):
+    """The words for a value: its kind, number of dimensions, and the rest."""
+    if not isinstance(kind, types.Array):
+        if kind == types.float64:
+            value = builder.bitcast(value, _WORD)
+        else:
+            value = context.cast(builder, value, kind, types.int64)
+        return [_constant(_KINDS[kind]), _constant(_NUMBER), value]
+    array = context.make_array(kind)(context, builder, value)
+    shape = cgutils.unpack_tuple(builder, array.shape, kind.ndim)
+    head = [_constant(_KINDS[kind.dtype]), _constant(kind.ndim)]
+    return [*head, builder.ptrtoint(array.data, _WORD), *shape]
+
+
+def _constant(number):
+    return ir.Constant(_WORD, number)
+
+
+@intrinsic
+def _cast(typing_context, like, address):
+    """What `packed_at` is in compiled code."""
+    del typing_context
+    if not isinstance(like, PackedType):
+        raise TypingError(f"{like} is not packed")
+
+    def generate(context, builder, signature, arguments):
+        kind = context.get_value_type(signature.return_type)
+        return builder.inttoptr(arguments[1], kind)
+
+    return like(like, types.int64), generate
