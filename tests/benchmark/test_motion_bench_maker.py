@@ -190,7 +190,7 @@ def test_another_robots_request_says_which_joint_it_lacks():
 
 @pytest.mark.shared_data
 def test_the_public_problems_can_be_used(shared_data, tmp_path):
-    archives = sorted((shared_data / "mbm").glob("*.tar.bz2"))
+    archives = sorted((shared_data / "mbm").glob("*_panda.tar.bz2"))
     for archive in archives:
         shutil.unpack_archive(archive, tmp_path, filter="data")
     problems = motion_problems(tmp_path, 2)
