@@ -32,17 +32,19 @@ if TYPE_CHECKING:
     from remosplat_drake.controller.guidance.guidance_selector import (
         GuidanceSelector as GuidanceSelector,
     )
-    from remosplat_drake.controller.ingredient import Ingredient as Ingredient
+    from remosplat_drake.controller.program.ingredient import (
+        Ingredient as Ingredient,
+    )
+    from remosplat_drake.controller.program.reactive_program import (
+        ReactiveProgram as ReactiveProgram,
+    )
+    from remosplat_drake.controller.program.tick import Tick as Tick
     from remosplat_drake.controller.reactive_controller import (
         ReactiveController as ReactiveController,
     )
-    from remosplat_drake.controller.reactive_law import (
+    from remosplat_drake.controller.tick.reactive_law import (
         ReactiveLaw as ReactiveLaw,
     )
-    from remosplat_drake.controller.reactive_program import (
-        ReactiveProgram as ReactiveProgram,
-    )
-    from remosplat_drake.controller.tick import Tick as Tick
     from remosplat_drake.oracle.distance_oracle import (
         DistanceOracle as DistanceOracle,
     )
@@ -87,11 +89,11 @@ _MODULES = {
     "DepthRasterization": "oracle.oracle_config",
     "GroundTruth": "oracle.oracle_config",
     # The control law and what it is made of.
-    "ReactiveLaw": "controller.reactive_law",
+    "ReactiveLaw": "controller.tick.reactive_law",
     "default_ingredients": "controller.controller_config",
-    "Ingredient": "controller.ingredient",
-    "Tick": "controller.tick",
-    "ReactiveProgram": "controller.reactive_program",
+    "Ingredient": "controller.program.ingredient",
+    "Tick": "controller.program.tick",
+    "ReactiveProgram": "controller.program.reactive_program",
     # Systems for diagrams of one's own.
     "DistanceOracle": "oracle.distance_oracle",
     "ReactiveController": "controller.reactive_controller",

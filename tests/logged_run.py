@@ -15,7 +15,7 @@ from remosplat_drake.app.stages.station import MakeStation
 from remosplat_drake.app.stages.supervision import AddSupervisor
 from remosplat_drake.app.stages.targets import AddTargets
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.mapping.store.map_file import write_map
 from remosplat_drake.mapping.store.run_folders import new_run
 from remosplat_drake.mapping.store.session import Session, Version

@@ -17,10 +17,10 @@ from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import load_world
-from remosplat_drake.controller.braking import braking_command
 from remosplat_drake.controller.controller_config import gain_set
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
+from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor

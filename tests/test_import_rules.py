@@ -122,6 +122,21 @@ def test_no_file_imports_itself_by_a_detour():
     sorter.prepare()
 
 
+@pytest.mark.parametrize("room", rooms())
+def test_folders_of_a_room_import_each_other_in_one_direction(room):
+    """In the controller's, none imports the files that lie beside them."""
+    folders = {path.parent.name for path in (PACKAGE / room).glob("*/*.py")}
+    sorter = graphlib.TopologicalSorter()
+    for folder in folders:
+        for path in (PACKAGE / room / folder).rglob("*.py"):
+            names = (name.split(".") for name in own_imports(path))
+            used = {name[1] for name in names if name[0] == room}
+            if room == "controller":
+                assert used <= folders, path
+            sorter.add(folder, *(used & folders - {folder}))
+    sorter.prepare()
+
+
 def test_only_the_application_wires_controller_and_station():
     for path in PACKAGE.rglob("*.py"):
         if "app" in path.relative_to(PACKAGE).parts:

@@ -15,8 +15,8 @@ from remosplat_drake.controller.prediction.predict import (
     modelled_way,
     predict,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel

@@ -36,13 +36,13 @@ from remosplat_drake.app.world import World
 from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
 )
-from remosplat_drake.controller.ingredient import Ingredient
 from remosplat_drake.controller.prediction.motion_predictor import (
     MotionPredictor,
 )
+from remosplat_drake.controller.program.ingredient import Ingredient
 from remosplat_drake.controller.reactive_controller import ReactiveController
-from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.rest import RestRule
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.mapping.localization.base_localization import (
     BaseLocalization,
 )
@@ -249,7 +249,7 @@ def _Close(
         ConnectPrediction(
             builder,
             predictor,
-            filter(None, (loop.controller, loop.supervisor)),
+            filter(None, (loop.controller, loop.selector, loop.supervisor)),
             configuration=loop.configuration,
             odometry=loop.odometry,
             velocity_executed=executed,

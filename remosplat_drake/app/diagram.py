@@ -21,7 +21,7 @@ from remosplat_drake.app.stages.supervision import AddPanel
 from remosplat_drake.app.stages.targets import AddTargets
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.ranges import check_ranges
-from remosplat_drake.controller.ingredient import Ingredient
+from remosplat_drake.controller.program.ingredient import Ingredient
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder

@@ -33,8 +33,7 @@ from remosplat_drake.base.real_time import (
     realtime_priority,
 )
 from remosplat_drake.base.stop_signals import stop_signals
-from remosplat_drake.controller.braking import braking_command
-from remosplat_drake.controller.solvers import ACTIVE_SET, CLARABEL
+from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
@@ -80,10 +79,9 @@ def prepare_for_hardware(
     """Sets in a scenario what the real robot needs besides another station.
 
     Guidance looks ahead in a process of its own, so that ticks do not wait
-    for it, and `active_set` solves in place of Clarabel, which is slower and
-    comes to the same; the program knows how fast the base may go;
-    accelerations are bounded whatever the gains, as those of real joints are;
-    and what nobody has seen is solid, unless the scenario says otherwise.
+    for it; the program knows how fast the base may go; accelerations are
+    bounded whatever the gains, as those of real joints are; and what nobody has
+    seen is solid, unless the scenario says otherwise.
 
     Args:
         scenario: The scenario, which is changed in place.
@@ -102,8 +100,6 @@ def prepare_for_hardware(
     scenario.scene.unknown = scenario.scene.unknown or OBSTACLE
     hardware, controller = scenario.hardware, scenario.controller
     controller.guidance.asynchronous = True
-    if controller.solver == CLARABEL:
-        controller.solver = ACTIVE_SET
     limits = controller.velocity_limits
     limits.acceleration = limits.strict = True
     limits.max_forward = _least(limits.max_forward, hardware.base_forward_upper)

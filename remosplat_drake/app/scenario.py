@@ -41,9 +41,9 @@ from remosplat_drake.camera.drake_camera import (
 )
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.controller.controller_config import (
-    LONGEST_VERIFIED,
     ReactiveControllerConfig,
 )
+from remosplat_drake.controller.tick.reactive_law import LONGEST_VERIFIED
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.oracle.oracle_config import (

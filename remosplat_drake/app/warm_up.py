@@ -20,9 +20,9 @@ from remosplat_drake.controller.planning.motion_planner import (
     MotionPlanner,
     can_plan,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
-from remosplat_drake.controller.solvers import ACTIVE_SET, CLARABEL
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
+from remosplat_drake.controller.verification.map_calls import is_pythons
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
@@ -108,7 +108,7 @@ def _fields(
     if live_map:
         later = both if scenario.scene.unknown == OBSTACLE else known
         fields += [] if later is first else [later]
-    return [*fields, _Outside(first)]
+    return [*fields, *[_Outside(first)] * is_pythons(world.field)]
 
 
 class _Outside(DistanceField):
@@ -152,11 +152,10 @@ def _look(scenario: Scenario, world: World) -> None:
 
 
 def _tick_among_movers(scenario: Scenario, world: World) -> None:
-    """Runs a tick beside something that moves, and asks both kinds of solvers.
+    """Runs a tick beside something that moves.
 
     Without it the first such thing that appears in a run would have kernels
-    compiled. And so would the first program of which a solver of the library's
-    own is not sure: it asks Clarabel, and rollouts then run a tick.
+    compiled.
     """
     robot, q = world.robot, world.q0
     law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
@@ -164,17 +163,16 @@ def _tick_among_movers(scenario: Scenario, world: World) -> None:
     above = X_WT[:3, 3] + np.array([0.0, 0.0, _ABOVE])
     movers = Movers(0.0, [Mover.sphere("mover", above, 0.1)])
     X_WT[:3, 3] += _AWAY
-    for solver in (ACTIVE_SET, CLARABEL):
-        run_tick(
-            law.with_step(law.dt, solver=solver),
-            0.0,
-            q,
-            X_WT,
-            Clearances.none(),
-            world.field,
-            np.zeros(robot.n_u),
-            movers=movers,
-        )
+    run_tick(
+        law,
+        0.0,
+        q,
+        X_WT,
+        Clearances.none(),
+        world.field,
+        np.zeros(robot.n_u),
+        movers=movers,
+    )
 
 
 def _obstacle(world: World) -> tuple[GaussianSplat, PrimitiveScene]:

@@ -38,7 +38,7 @@ from remosplat_drake.benchmark.drake_baseline_model import (
     make_collision_model,
 )
 from remosplat_drake.controller.controller_config import gain_set
-from remosplat_drake.controller.servo import servo_twist
+from remosplat_drake.controller.program.servo import servo_twist
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.robot.robot_model import RobotModel

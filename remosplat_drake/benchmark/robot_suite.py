@@ -26,7 +26,7 @@ from remosplat_drake.controller.controller_config import (
 )
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.generation.clutter import clutter
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.oracle.signed_distance import SignedDistanceField

@@ -9,20 +9,19 @@ from annotated_types import Len
 
 from remosplat_drake.base.ranges import Config, OneOf, check_ranges
 from remosplat_drake.controller import ingredients as ing
-from remosplat_drake.controller.guidance.deflection import NEAR
 from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
-from remosplat_drake.controller.ingredient import (
+from remosplat_drake.controller.ingredients.deflection import NEAR
+from remosplat_drake.controller.ingredients.make_ingredients import (
+    make_ingredients,
+)
+from remosplat_drake.controller.program.ingredient import (
     AnyIngredient,
     Ingredient,
     IngredientMaker,
 )
+from remosplat_drake.controller.program.solvers import CLARABEL, SOLVERS
 from remosplat_drake.controller.rest_config import RestConfig
-from remosplat_drake.controller.solvers import CLARABEL, SOLVERS
 from remosplat_drake.robot.robot_model import RobotModel
-
-LONGEST_VERIFIED = 0.1
-"""The longest control period that verified control allows [s]: nothing looks
-at the robot between two ticks."""
 
 GAINS = ("paper", "tuned")
 """Names of the gain sets: the paper's published numbers, and ours."""
@@ -118,6 +117,14 @@ class ReactiveControllerConfig(Config):
                 f"needs a collision.stopping below {NEAR}, got {stopping}",
             )
 
+    def ingredients_of(self, robot: RobotModel) -> list[AnyIngredient]:
+        """Makes the ingredients; see `default_ingredients`.
+
+        Args:
+            robot: The robot to drive.
+        """
+        return default_ingredients(robot, self)
+
     @property
     def smallest_stopping(self) -> float:
         """The smallest stopping distance d_s that may come into use [m].
@@ -187,19 +194,20 @@ def default_ingredients(
     config = config or ReactiveControllerConfig()
     check_ranges(config)
     return [
-        ing.ServoTracking(config.servo, config.collision),
-        ing.VelocityCost(config.velocity_cost),
-        ing.VelocityLimits(config.velocity_limits),
-        ing.JointLimitDamper(config.joint_limits),
-        ing.CollisionDamper(config.collision),
-        ing.SelfCollisionDamper(config.self_collision, robot),
-        ing.ActiveCollisionCost(
-            config.active_collision, config.collision, config.movers
+        *make_ingredients(
+            robot,
+            servo=config.servo,
+            velocity_cost=config.velocity_cost,
+            velocity_limits=config.velocity_limits,
+            joint_limits=config.joint_limits,
+            collision=config.collision,
+            self_collision=config.self_collision,
+            active_collision=config.active_collision,
+            manipulability=config.manipulability,
+            base_orientation=config.base_orientation,
+            path_tracking=config.path_tracking,
+            movers=config.movers,
         ),
-        ing.ManipulabilityCost(config.manipulability),
-        ing.BaseOrientationCost(config.base_orientation),
-        ing.PathTracking(config.path_tracking),
-        ing.MoverDamper(config.movers),
         *(_made(extra, robot) for extra in config.extra),
     ]
 

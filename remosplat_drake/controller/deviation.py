@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from remosplat_drake.controller.servo import target_twist
+from remosplat_drake.controller.program.servo import target_twist
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.tick_report import TickReport
 

@@ -8,11 +8,8 @@ next tick finds a ramp that has been verified, as `verify` wants it.
 
 import numpy as np
 
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.verification.verify import (
-    Surroundings,
-    can_stop,
-)
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.verification.verify import Surroundings
 from remosplat_drake.signals.distance_field import DistanceField
 
 NO_WAY_TO_STOP = "the new map leaves too little room to stop"
@@ -49,10 +46,9 @@ def objection(
         np.minimum(clearances.per_sphere(len(state.spheres)), influence),
         law.collision.stopping,
         law.dt,
-        law.robot.acceleration_limit,
         law.self_clearance,
     )
-    if can_stop(around, u):
+    if not around.objection(around.path(u)):
         return ""
     return (
         f"{NO_WAY_TO_STOP}: clearance {1e3 * clearances.minimum():.1f} mm,"

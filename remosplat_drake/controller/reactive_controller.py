@@ -14,16 +14,16 @@ from pydrake.systems.framework import (
     State,
 )
 
-from remosplat_drake.controller.guidance.guidance import DIRECT
 from remosplat_drake.controller.guidance.selection import Selection
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.program.guidance import DIRECT
 from remosplat_drake.controller.rest import (
     Rest,
     RestRule,
     advance_rest,
     at_rest,
 )
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.target_ports import (

@@ -15,9 +15,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from remosplat_drake.controller.braking import braking_command
-from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.rest_config import RestConfig
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import BRAKING, TickReport

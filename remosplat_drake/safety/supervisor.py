@@ -23,7 +23,7 @@ import math
 
 import numpy as np
 
-from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.symptoms import (
     Symptom,

@@ -19,6 +19,9 @@ from remosplat_drake.base.packed import Packed
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover_camera import MoverCamera
 
+FORESIGHT = 2.0
+"""For how long rollouts let what moves keep its twist; it rests then [s]."""
+
 MOST = 200
 """Most movers that are taken at a time: each costs some microseconds."""
 

@@ -5,6 +5,7 @@ every look. So a field may hand out its arrays, as a packed named tuple, and the
 kernel that answers by them is found by the tuple's type.
 """
 
+import math
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
@@ -12,8 +13,9 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.packed import Packed, bind_code
+from remosplat_drake.base.python_calls import FAILED, ask_python, packed_at
 
 
 class Misplacement(NamedTuple):
@@ -59,6 +61,39 @@ def together(parts: Iterable[Packed]) -> Packed[Maps]:
         parts: The maps, as `DistanceField.compiled`.
     """
     return Packed(Maps(tuple(part.values for part in parts)))
+
+
+class RowArrays(NamedTuple):
+    """The rows of `Clearances`, m of them, as kernels take them.
+
+    Attributes:
+        sphere: `Clearances.sphere`, shape (m,).
+        distance: `Clearances.distance`, shape (m,) [m].
+        direction_W: `Clearances.direction_W`, shape (m, 3).
+        p_WC: `Clearances.p_WC`, shape (m, 3) [m].
+    """
+
+    sphere: np.ndarray
+    distance: np.ndarray
+    direction_W: np.ndarray
+    p_WC: np.ndarray
+
+
+class PythonMap(NamedTuple):
+    """A map that kernels ask through Python; see `base.python_calls`.
+
+    Attributes:
+        is_lipschitz: `DistanceField.is_lipschitz`.
+        rows: No rows, which say what type an answer has.
+    """
+
+    is_lipschitz: bool
+    rows: RowArrays
+
+
+LOOK, ROWS = 0, 1
+"""Which of a call's Python functions is asked for the clearances of spheres,
+and which for all rows."""
 
 
 def ask(compiled, question, answer) -> None:
@@ -205,3 +240,152 @@ def clearance_rows(maps, p_WS, radius, ignore_below, within):
                 p_WC[m, c], direction_W[m, c] = answer[2 + c], answer[5 + c]
             m += 1
     return sphere[:m], distance[:m], direction_W[:m], p_WC[:m], is_defined
+
+
+def rows_within(maps, line, robot, state, within):
+    """Finds the rows of `Clearances` at a state; for kernels only.
+
+    Args:
+        maps: The maps, as `DistanceField.compiled_rows`, or a `PythonMap`.
+        line: Number of the `PythonCalls`.
+        robot: The `RobotArrays`.
+        state: The `StateArrays`.
+        within: Rows at or beyond this distance are left out [m].
+
+    Returns:
+        The `RowArrays`. Where what is asked is not defined, or an answer
+        failed, there is one row of NaN.
+    """
+    find = _rows_of_python if _is_pythons(maps) else _rows_of_kernels
+    return find(maps, line, robot, state, within)
+
+
+@overload(rows_within)
+def _rows_within(maps, line, robot, state, within):
+    return _rows_of_python if _is_pythons(maps) else _rows_of_kernels
+
+
+def _is_pythons(compiled) -> bool:
+    """Whether a map, or the type of one, is a `PythonMap`."""
+    if isinstance(compiled, Packed):
+        return isinstance(compiled.values, PythonMap)
+    return getattr(compiled, "kind", None) is PythonMap
+
+
+def _rows_of_python(maps, line, robot, state, within):
+    address = ask_python(line, ROWS, (state.p_WS, state.R_WL, within))
+    if address == FAILED:
+        return _unknown_rows()
+    rows = packed_at(maps.rows, address)
+    return RowArrays(rows.sphere, rows.distance, rows.direction_W, rows.p_WC)
+
+
+def _rows_of_kernels(maps, line, robot, state, within):
+    sphere, distance, direction_W, p_WC, is_defined = clearance_rows(
+        maps, state.p_WS, robot.radius, robot.ignore_below, within
+    )
+    if not is_defined:
+        return _unknown_rows()
+    return RowArrays(sphere, distance, direction_W, p_WC)
+
+
+@helper
+def _unknown_rows():
+    nowhere = np.full((1, 3), np.nan)
+    return RowArrays(
+        np.zeros(1, np.int64), np.full(1, np.nan), nowhere, nowhere
+    )
+
+
+@helper
+def are_known(rows):
+    """Whether rows say how far something is: infinitely deep is no answer.
+
+    Args:
+        rows: The `RowArrays`.
+    """
+    for i in range(len(rows.distance)):
+        if not rows.distance[i] > -np.inf:
+            return False
+        for c in range(3):
+            if not np.isfinite(rows.direction_W[i, c]):
+                return False
+    return True
+
+
+def is_lipschitz(compiled) -> bool:
+    """Tells whether a map is 1-Lipschitz; for kernels only.
+
+    Args:
+        compiled: The map, as `DistanceField.placed`, or a `PythonMap`.
+    """
+    return not _is_pythons(compiled) or compiled.is_lipschitz
+
+
+@overload(is_lipschitz)
+def _is_lipschitz(compiled):
+    if _is_pythons(compiled):
+        return lambda compiled: compiled.is_lipschitz
+    return lambda compiled: True
+
+
+def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
+    """Fills in clearances of spheres, exact below a reach, else the reach.
+
+    For kernels only. What is not known is NaN.
+
+    Args:
+        placed: The map, as `DistanceField.compiled` where that is 1-Lipschitz
+            or else a `PythonMap`, its `Misplacement`, and the number of the
+            `PythonCalls`.
+        robot: The `RobotArrays`.
+        sphere: Indices of the spheres, shape (n,).
+        p_WS: Their centres in W, shape (n, 3) [m].
+        R_WL: Orientations of their links, shape (n, 3, 3).
+        reach: The reach [m].
+        found: Filled in, shape (n,) [m].
+    """
+    is_pythons = _is_pythons(placed[0])
+    find = _clearances_of_python if is_pythons else _clearances_of_kernels
+    find(placed, robot, sphere, p_WS, R_WL, reach, found)
+
+
+@overload(sphere_clearances)
+def _sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found):
+    is_pythons = _is_pythons(placed[0])
+    return _clearances_of_python if is_pythons else _clearances_of_kernels
+
+
+def _clearances_of_python(placed, robot, sphere, p_WS, R_WL, reach, found):
+    question = sphere, p_WS, R_WL, reach, found
+    if ask_python(placed[2], LOOK, question) == FAILED:
+        for i in range(len(found)):
+            found[i] = np.nan
+
+
+def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
+    compiled, off, _ = placed
+    scale = 1.0 + off.turn
+    question = np.empty((len(sphere), 5))
+    answer = np.full((len(sphere), 8), -1.0)
+    for row in range(len(sphere)):
+        i = sphere[row]
+        for c in range(3):
+            question[row, c] = p_WS[row, c]
+        # Not at the distance itself: that is not answered.
+        least = scale * np.nextafter(reach, np.inf) + _margin(off, p_WS[row])
+        question[row, 3] = robot.radius[i] + least
+        question[row, 4] = robot.ignore_below[i]
+    ask(compiled, question, answer)
+    for row in range(len(sphere)):
+        found[row] = reach
+        if answer[row, 0] >= 0.0:
+            clearance = answer[row, 1] - robot.radius[sphere[row]]
+            clearance = (clearance - _margin(off, p_WS[row])) / scale
+            found[row] = min(clearance, reach)
+
+
+@helper
+def _margin(off, p_WS):
+    """How much nearer a map that is misplaced may be at a point [m]."""
+    return off.shift + off.turn * math.hypot(p_WS[0] - off.x, p_WS[1] - off.y)

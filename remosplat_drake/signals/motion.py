@@ -1,11 +1,63 @@
 """`Motion`: what a robot is about to do by the commands it was sent."""
 
 import dataclasses as dc
-from functools import cached_property
+from functools import cache, cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.robot.actuators import ActuatorModel
+
+
+class MotionArrays(NamedTuple):
+    """A `Motion`, as kernels take it.
+
+    Attributes:
+        is_late: Whether the robot is late; where not, it obeys at once, and
+            nothing else is said.
+        parameters: `ActuatorModel.parameters`, shape (n_u, 4).
+        tube: `ActuatorModel.tube`, shape (n_u,) [s].
+        sent: `Motion.sent`, shape (h,) [s].
+        u: `Motion.u`, shape (h, n_u).
+        time: `Motion.time` [s].
+        start: `Motion.start` [s].
+        v_start: `Motion.v_start`, shape (n_u,).
+        q_start: `Motion.q_start`, shape (n_q,).
+    """
+
+    is_late: bool
+    parameters: np.ndarray
+    tube: np.ndarray
+    sent: np.ndarray
+    u: np.ndarray
+    time: float
+    start: float
+    v_start: np.ndarray
+    q_start: np.ndarray
+
+
+@cache
+def prompt_motion(n_u: int) -> Packed[MotionArrays]:
+    """Makes the motion of a robot that obeys at once.
+
+    Args:
+        n_u: Number of entries of its command.
+    """
+    none = np.zeros(n_u)
+    return Packed(
+        MotionArrays(
+            False,
+            np.zeros((n_u, 4)),
+            none,
+            np.zeros(0),
+            np.zeros((0, n_u)),
+            0.0,
+            0.0,
+            none,
+            np.zeros(0),
+        )
+    )
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -53,10 +105,18 @@ class Motion:
         return self
 
     @cached_property
-    def in_flight(self) -> np.ndarray:
-        """Greatest speeds among the commands not done yet, shape (n_u,)."""
-        first = np.searchsorted(self.sent, self.start - self.model.delay.max())
-        return np.maximum(
-            np.abs(self.u[max(first - 1, 0) :]).max(axis=0),
-            np.abs(self.v_start),
+    def arrays(self) -> Packed[MotionArrays]:
+        """The motion as kernels take it."""
+        return Packed(
+            MotionArrays(
+                True,
+                self.model.parameters,
+                self.model.tube,
+                self.sent,
+                self.u,
+                float(self.time),
+                float(self.start),
+                self.v_start,
+                self.q_start,
+            )
         )

@@ -57,9 +57,8 @@ class TickReport:
             distance: where least is left of it, or most is lacking. None where
             nothing moves.
         timings: Wall-clock time of each phase [s]: guidance (of the period
-            before), oracle, kinematics, build, solve, verify, total; in place
-            of those from kinematics to verification `one_call`, where one
-            compiled call does all.
+            before), oracle, solve (by a solver of Drake's), tick (all else of
+            it: kinematics, program, decision, verification), total.
     """
 
     time: float

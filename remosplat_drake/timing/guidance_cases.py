@@ -25,8 +25,8 @@ from remosplat_drake.controller.guidance.selection_rule import (
     SelectionRule,
     make_selection_rule,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField

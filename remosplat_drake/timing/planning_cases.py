@@ -15,7 +15,7 @@ from remosplat_drake.controller.planning.motion_planner import (
     MotionPlanner,
     can_plan,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.timing.measuring import Case
 
 SCENARIOS = ("TableReach", "BookshelfReach")

@@ -14,10 +14,15 @@ from pydrake.solvers import SolverOptions
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
-from remosplat_drake.controller.active_set import DenseProgram, solve_dense
-from remosplat_drake.controller.drake_program import DrakeProgram
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.solvers import DRAKE_SOLVERS
+from remosplat_drake.controller.program.active_set import (
+    DenseProgram,
+    solve_dense,
+)
+from remosplat_drake.controller.program.quadratic_program import (
+    QuadraticProgram,
+)
+from remosplat_drake.controller.program.solvers import DRAKE_SOLVERS
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.timing.measuring import Case
 from remosplat_drake.timing.optional_packages import is_there
 from remosplat_drake.timing.tick_cases import recorded_ticks
@@ -37,11 +42,11 @@ class Problem(NamedTuple):
 
     Attributes:
         dense: The program as matrices in u alone.
-        drake: The same as Drake's, filled.
+        drake: The same, whose `prog` is filled.
     """
 
     dense: DenseProgram
-    drake: DrakeProgram
+    drake: QuadraticProgram
 
 
 Solve = Callable[[Problem], np.ndarray]
@@ -93,7 +98,12 @@ def recorded_problems(scenario_name: str | None = None) -> list[Problem]:
         scenario.controller, world.robot, scenario.control_period
     )
     programs = map(law.program, recorded_ticks(scenario, world))
-    return [Problem(program.dense(), program.drake) for program in programs]
+    return [_problem(program) for program in programs]
+
+
+def _problem(program: QuadraticProgram) -> Problem:
+    assert program.prog is not None  # It is filled when it is first asked for.
+    return Problem(program.dense(), program)
 
 
 def _active_set() -> Solve:

@@ -11,11 +11,10 @@ from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.simulation import run
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.controller.decision import solve
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
-from remosplat_drake.controller.solvers import ACTIVE_SET
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.solvers import ACTIVE_SET
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.tick_report import TickReport
@@ -80,7 +79,7 @@ def _parts(
             ticks, lambda tick: robot.state(tick.state.q)
         ),
         "program build": _over(ticks, law.program),
-        "program solve": lambda: solve(next(programs), law.solver),
+        "program solve": lambda: law.solver.solve(next(programs)),
     }
 
 

@@ -5,9 +5,9 @@ from pydrake.common.value import Value
 from pydrake.geometry import Rgba
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
-from remosplat_drake.controller.guidance.guidance import DIRECT
 from remosplat_drake.controller.guidance.rollout import Rollout
 from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.controller.program.guidance import DIRECT
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.shapes import tube_mesh

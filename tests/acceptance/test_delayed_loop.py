@@ -14,7 +14,7 @@ from remosplat_drake.controller.controller_config import (
     ReactiveControllerConfig,
 )
 from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.actuators import (
     Actuator,

@@ -56,17 +56,17 @@ ADA = """[{name: Ada, radius: 0.2, half_extents: [0, 0, 0.5], waypoints: [
   {time: 1, translation: [1, 2, 1]}, {time: 4, translation: [1, -2, 1]}]}]"""
 
 
-# Prints how often numba loads or compiles where `active_set` is undecided: it
-# asks Clarabel, and a rollout runs a tick.
+# Prints how often numba loads or compiles with either solver: where the
+# library's own is undecided, Clarabel is asked.
 UNDECIDED = """
 import sys
 from numba_work import NumbaWork
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import load_world
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
-from remosplat_drake.controller.solvers import ACTIVE_SET, CLARABEL
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
+from remosplat_drake.controller.program.solvers import ACTIVE_SET, CLARABEL
 import numpy as np
 
 scenario = load_scenario(sys.argv[1], sys.argv[2])

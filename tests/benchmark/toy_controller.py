@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from remosplat_drake.controller.servo import servo_twist
+from remosplat_drake.controller.program.servo import servo_twist
 from remosplat_drake.robot.pose_error import pose_error
 
 

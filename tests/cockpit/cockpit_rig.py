@@ -17,7 +17,7 @@ from remosplat_drake.cockpit.messages import (
     MapPicture,
 )
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.visualization.page_state import (
     LIVE,
     RELEASE,

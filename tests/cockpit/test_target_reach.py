@@ -13,7 +13,7 @@ from remosplat_drake.cockpit.reach import (
     find_reach,
 )
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.pose_error import pose_error

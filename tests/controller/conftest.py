@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
 

@@ -1,24 +1,44 @@
-"""Runs ticks without Numba's compiler, each with one ingredient replaced.
+"""Runs ticks without Numba's compiler, each with one function replaced.
 
-Prints a line for each: what the tick's law is, and what the tick has raised.
+Prints a line for each: how the tick is run, what is replaced, and what the tick
+has raised.
 """
 
-import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
+from asked_in_python import AskedInPython
 
 from remosplat_drake.controller.controller_config import default_ingredients
-from remosplat_drake.controller.kernels import assemble
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.guidance.rollout import (
+    Rollout,
+    advance_rollout,
+)
+from remosplat_drake.controller.ingredients.kernels import assemble
+from remosplat_drake.controller.prediction.history import History
+from remosplat_drake.controller.prediction.predict import predict
+from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.tick.kernels import settle
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
+from remosplat_drake.controller.verification.kernels import verified
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
+ROBOT = load_robot(Path(__file__).parents[1] / "data" / "three_link.yaml")
+# Only compiled code can ask other maps along a path.
+FIELD = AskedInPython(SignedDistanceField(PrimitiveScene().with_floor()))
+Q, STILL = ROBOT.q_home, np.zeros(ROBOT.n_u)
+X_WT = ROBOT.end_effector_pose(Q)
+X_WT[2, 3] += 0.05
+
 
 class Planted(Exception):
-    """What an ingredient's function raises instead of adding its terms."""
+    """What a function raises instead of what it does."""
 
 
 class Nothing:
@@ -28,56 +48,67 @@ class Nothing:
         del program, tick
 
 
-def main() -> None:
-    robot = load_robot("frankie")
-    parts = default_ingredients(robot)
-    # Only compiled code can ask the map along a path, as verification does.
-    laws = {
-        "in one call": ReactiveLaw(
-            robot, parts, solver="active_set", verify=False
-        ),
-        "by steps": ReactiveLaw(robot, parts, verify=False),
-        "with one from outside": ReactiveLaw(
-            robot, [*parts, Nothing()], verify=False
-        ),
+def tick(law: ReactiveLaw, motion=None) -> None:
+    found = FIELD.clearances(ROBOT.spheres_at(Q), 0.5)
+    run_tick(law, 0.0, Q, X_WT, found, FIELD, STILL, motion=motion)
+
+
+def late_tick(law: ReactiveLaw) -> None:
+    """As on hardware: what is commanded acts later."""
+    model = ActuatorModel.make([Actuator(delay=0.03, tube=0.01)] * ROBOT.n_u)
+    history = History.at_rest(ROBOT.n_u)
+    tick(law, predict(ROBOT, model, history, Q, STILL, 0.0))
+
+
+def rollout(law: ReactiveLaw) -> None:
+    start = Rollout(Guidance(), Q, STILL)
+    advance_rollout(law, start, FIELD, X_WT, lambda error: False, 99.0)
+
+
+RUNS = {"tick": tick, "late tick": late_tick, "rollout": rollout}
+
+
+def laws() -> dict[str, ReactiveLaw]:
+    parts = default_ingredients(ROBOT)
+    return {
+        "active set": ReactiveLaw(ROBOT, parts, solver="active_set"),
+        "Clarabel": ReactiveLaw(ROBOT, parts),
+        "outside": ReactiveLaw(ROBOT, [*parts, Nothing()]),
     }
-    for name, law in laws.items():
-        print(f"{name}: {raised(law)}")
-        for kind in assemble.PARTS:
-            function = function_of(kind)
-            with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(assemble, function.__name__, planted(kind))
-                print(f"{name}: {raised(law)}")
 
 
-def function_of(kind: type):
-    """The function that adds the terms of a kind of ingredients."""
-    module = sys.modules[kind.__module__]
-    (function,) = (
-        value
-        for name, value in vars(module).items()
-        if name[:4] == "add_" and value.__module__ == module.__name__
-    )
-    return function
+def plants() -> Iterator[tuple[object, str, Callable]]:
+    """Where something is replaced, its name there, and what takes its place."""
+    adders = [add for _, add in assemble.KINDS]
+    for k, kind in enumerate(assemble.PARTS):
+        others = [*adders[:k], raising(kind.__name__), *adders[k + 1 :]]
+        yield assemble, "add_all", assemble.in_turn(others)
+    yield settle, "decide", raising("decision")
+    yield settle, "verified", raising("verification")
+    yield verified, "path_objection", raising("objections")
 
 
-def planted(kind: type):
-    def add(own, k, tick, program) -> None:
-        raise Planted(kind.__name__)
+def main() -> None:
+    for name, law in laws().items():
+        for way, run in RUNS.items():
+            print(f"{name}, {way}: {raised(run, law)}")
+            for module, function, planted in plants():
+                with pytest.MonkeyPatch.context() as patch:
+                    patch.setattr(module, function, planted)
+                    print(f"{name}, {way}: {raised(run, law)}")
 
-    return add
+
+def raising(name: str) -> Callable:
+    def planted(*arguments):
+        raise Planted(name)
+
+    return planted
 
 
-def raised(law: ReactiveLaw) -> str:
-    """What a tick raises: the name that is planted, or nothing."""
-    robot = law.robot
-    field = SignedDistanceField(PrimitiveScene().with_floor())
-    q = np.array([0.0, 0.0, 0.0, *robot.home])
-    X_WT = robot.end_effector_pose(q)
-    X_WT[0, 3] += 0.2
-    clearances = field.clearances(robot.spheres_at(q), 0.5)
+def raised(run: Callable, law: ReactiveLaw) -> str:
+    """What a run raises: the name that is planted, or nothing."""
     try:
-        run_tick(law, 0.0, q, X_WT, clearances, field, np.zeros(robot.n_u))
+        run(law)
     except Planted as error:
         return str(error)
     return "nothing"

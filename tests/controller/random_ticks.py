@@ -5,9 +5,9 @@ import dataclasses as dc
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
 
-from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.planning.path import Path
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.program.path import Path
+from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.aim import Aim

@@ -4,28 +4,33 @@ What runs is each ingredient's compiled function; tests hold it against this.
 """
 
 import math
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from remosplat_drake.controller import ingredients as ing
-from remosplat_drake.controller.guidance.deflection import NEAR
-from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.ingredient import AnyIngredient
+from remosplat_drake.controller.ingredients.deflection import NEAR
 from remosplat_drake.controller.ingredients.manipulability_cost import (
     manipulability,
 )
 from remosplat_drake.controller.ingredients.servo_tracking import LAST_STRETCH
-from remosplat_drake.controller.joint_margins import STOP_SHARE, joint_margins
-from remosplat_drake.controller.kernels.compiled_ingredient import (
+from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.law_program import LawProgram
-from remosplat_drake.controller.planning.path import Path
-from remosplat_drake.controller.program_data import tracking_name
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.servo import LINE_STIFFNESS, target_twist
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.program.ingredient import AnyIngredient
+from remosplat_drake.controller.program.joint_margins import (
+    STOP_SHARE,
+    joint_margins,
+)
+from remosplat_drake.controller.program.path import Path
+from remosplat_drake.controller.program.program_terms import tracking_name
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.servo import (
+    LINE_STIFFNESS,
+    target_twist,
+)
+from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import (
@@ -44,40 +49,6 @@ SHORTEST_PURSUIT = 0.2
 
 PASSED = 0.05
 """Depth at the target at which an obstacle counts in full [m]."""
-
-
-class ReferenceProgram(LawProgram):
-    """A tick's program, built in Python, and built anew to demand less."""
-
-    def __init__(
-        self,
-        tick: Tick,
-        ingredients: Sequence[AnyIngredient],
-        *,
-        use_acceleration: bool = True,
-        relax: Container[str] = (),
-    ):
-        """Adds the ingredients' terms; flags are a `ReactiveProgram`'s."""
-        super().__init__(
-            tick.robot.velocity_limit,
-            use_acceleration=use_acceleration,
-            relax=relax,
-        )
-        self._tick, self._ingredients = tick, ingredients
-        for part in ingredients:
-            add_reference(part, self, tick)
-        self.finish()
-
-    def weakened(
-        self, *, use_acceleration: bool = True, relax: Container[str] = ()
-    ) -> "ReferenceProgram":
-        """Returns the program with less demanded; see `LawProgram`."""
-        return ReferenceProgram(
-            self._tick,
-            self._ingredients,
-            use_acceleration=use_acceleration,
-            relax=relax,
-        )
 
 
 def add_reference(
@@ -153,14 +124,13 @@ def _velocity_limits(
     lower[:n] = np.maximum(lower[:n], base_lower)
     upper[:n] = np.minimum(upper[:n], base_upper)
     program.narrow(lower, upper)
-    if own.config.acceleration and program.use_acceleration:
+    if own.config.acceleration:
         limit = own.config.fraction * tick.robot.acceleration_limit
         step = limit * tick.dt
         # A previous command outside the limits (their fraction may have
         # changed) must not turn the box inside out.
         anchor = np.clip(tick.u_previous, lower, upper)
-        program.narrow(anchor - step, anchor + step)
-        program.has_acceleration_bounds = True
+        program.narrow(anchor - step, anchor + step, acceleration=True)
 
 
 def _joint_limit_damper(

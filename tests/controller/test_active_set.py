@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.solvers import ClarabelSolver, MathematicalProgram
 
-from remosplat_drake.controller.active_set import (
+from remosplat_drake.controller.program.active_set import (
     INFEASIBLE,
     OPTIMAL,
     UNDECIDED,

@@ -9,10 +9,10 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.ingredients import SelfCollisionDamper
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.run_tick import run_tick
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
@@ -78,7 +78,7 @@ class NearestOnly(SelfCollisionDamper):
         """Adds the first of the rows that the whole damper would."""
         damper = SelfCollisionDamper(self.config, tick.robot)
         whole = program_of(tick, [damper])
-        for name, rows in whole.rows.items():
+        for name, rows in whole.terms.rows.items():
             program.add_rows(name, rows.A[:1], rows.b[:1])
 
 

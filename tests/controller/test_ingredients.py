@@ -16,11 +16,11 @@ from reference_ingredients import bodies_of
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.controller import ingredients as ing
-from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.ingredients.manipulability_cost import (
     manipulability,
 )
-from remosplat_drake.controller.law_program import LawProgram
+from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.tick.tick_program import TickProgram
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
@@ -31,15 +31,14 @@ FOREARM = 3
 """The sphere on the forearm, 0.1 m beyond the elbow."""
 
 
-def added(ingredient, tick) -> LawProgram:
+def added(ingredient, tick) -> TickProgram:
     return program_of(tick, [ingredient])
 
 
-def linear_cost(program: LawProgram) -> np.ndarray:
-    (binding,) = program.prog.linear_costs()
-    index = program.prog.FindDecisionVariableIndices(binding.variables())
-    assert list(index) == list(range(len(program.u)))
-    return binding.evaluator().a()
+def linear_cost(program: TickProgram) -> np.ndarray:
+    (c,) = program.terms.linear.values()
+    np.testing.assert_array_equal(program.form.c[: program.n_u], c)
+    return c
 
 
 def one_row(sphere: int, distance: float, direction_W) -> Clearances:
@@ -75,15 +74,12 @@ def test_servo_tracking_asks_for_the_twist(three_link, make_tick):
         ),
         tick,
     )
-    (equality,) = program.prog.linear_equality_constraints()
-    A = equality.evaluator().GetDenseA()
+    A = program.form.J
     np.testing.assert_allclose(A[:3, :3], tick.state.Jw_WE)
     np.testing.assert_allclose(A[3:, :3], tick.state.Jv_WE)
     np.testing.assert_allclose(A[:, 3:], np.eye(6))
     # The target is 0.1 m up.
-    np.testing.assert_allclose(
-        equality.evaluator().upper_bound(), [0, 0, 0, 0, 0, 0.2], atol=1e-12
-    )
+    np.testing.assert_allclose(program.form.V, [0, 0, 0, 0, 0, 0.2], atol=1e-12)
 
 
 def test_the_slack_grows_dear_near_the_target(three_link, make_tick):
@@ -99,8 +95,7 @@ def test_the_slack_grows_dear_near_the_target(three_link, make_tick):
             ),
             tick,
         )
-        (cost,) = program.prog.quadratic_costs()
-        np.testing.assert_allclose(cost.evaluator().Q(), np.eye(6) / e)
+        np.testing.assert_allclose(program.form.Q[3:, 3:], np.eye(6) / e)
 
 
 def test_standing_still_is_feasible_however_far_the_target_is_turned(
@@ -113,8 +108,7 @@ def test_standing_still_is_feasible_however_far_the_target_is_turned(
     program = added(
         ing.ServoTracking(config, ing.CollisionDamperConfig()), tick
     )
-    (equality,) = program.prog.linear_equality_constraints()
-    V_WE = equality.evaluator().upper_bound()
+    V_WE = program.form.V
     assert np.abs(V_WE).max() > config.slack_limit
     x = np.concatenate([np.zeros(3), V_WE])
     assert program.prog.CheckSatisfied(program.prog.GetAllConstraints(), x)
@@ -129,9 +123,8 @@ def test_the_base_is_cheap_far_from_the_target(frankie, make_tick):
     X_WT[:3, 3] += 0.5 * X_WT[:3, 2]
     tick = make_tick(frankie, q, X_WT=X_WT)
     program = added(ing.VelocityCost(ing.VelocityCostConfig(weight=0.02)), tick)
-    (cost,) = program.prog.quadratic_costs()
     np.testing.assert_allclose(
-        cost.evaluator().Q(), np.diag([0.04, 0.04] + [0.02] * 7)
+        program.form.Q, np.diag([0.04, 0.04] + [0.02] * 7)
     )
 
 
@@ -213,9 +206,9 @@ def test_acceleration_bounds_can_be_dropped(three_link, make_tick):
     program = added(
         ing.VelocityLimits(ing.VelocityLimitsConfig()),
         make_tick(three_link, np.zeros(3)),
-    ).weakened(use_acceleration=False)
-    np.testing.assert_allclose(program.upper, [2, 2, 2])
-    assert not program.has_acceleration_bounds
+    )
+    np.testing.assert_allclose(program.arrays.free_upper, [2, 2, 2])
+    np.testing.assert_allclose(program.arrays.free_lower, [-2, -2, -2])
 
 
 # Joint limits
@@ -227,23 +220,23 @@ def test_a_joint_near_its_limit_is_slowed(three_link, make_tick, side):
     # damper allows (20 - 10) / (50 - 10) of its gain towards it.
     tick = make_tick(three_link, [side * (2 - math.radians(20)), 0, 0])
     config = ing.JointLimitDamperConfig(gain=2.0, influence=50, stop=10)
-    rows = added(ing.JointLimitDamper(config), tick).rows["joint limit"]
+    rows = added(ing.JointLimitDamper(config), tick).terms.rows["joint limit"]
     np.testing.assert_array_equal(rows.A, [[side, 0, 0]])
     np.testing.assert_allclose(rows.b, [0.5])
 
 
 def test_a_joint_in_the_stop_zone_must_retreat(three_link, make_tick):
     tick = make_tick(three_link, [0, math.radians(2) - 2.5, 0])
-    rows = added(ing.JointLimitDamper(ing.JointLimitDamperConfig()), tick).rows[
-        "joint limit"
-    ]
+    rows = added(
+        ing.JointLimitDamper(ing.JointLimitDamperConfig()), tick
+    ).terms.rows["joint limit"]
     np.testing.assert_array_equal(rows.A, [[0, -1, 0]])
     np.testing.assert_allclose(rows.b, [-0.2])
 
 
 def test_a_joint_far_from_its_limits_is_free(three_link, make_tick):
     damper = ing.JointLimitDamper(ing.JointLimitDamperConfig())
-    assert not added(damper, make_tick(three_link, np.zeros(3))).rows
+    assert not added(damper, make_tick(three_link, np.zeros(3))).terms.rows
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -255,7 +248,7 @@ def test_a_slide_near_its_limit_is_slowed_in_metres(lift_arm, make_tick, side):
     config = ing.JointLimitDamperConfig(
         slide_gain=0.3, slide_influence=0.1, slide_stop=0.01
     )
-    rows = added(ing.JointLimitDamper(config), tick).rows["joint limit"]
+    rows = added(ing.JointLimitDamper(config), tick).terms.rows["joint limit"]
     np.testing.assert_array_equal(rows.A, [[side, 0, 0, 0]])
     np.testing.assert_allclose(rows.b, [0.1])
     assert rows.about(0) == ("lift",)
@@ -263,7 +256,7 @@ def test_a_slide_near_its_limit_is_slowed_in_metres(lift_arm, make_tick, side):
 
 def test_a_slide_is_free_in_the_middle_of_its_range(lift_arm, make_tick):
     damper = ing.JointLimitDamper(ing.JointLimitDamperConfig())
-    assert not added(damper, make_tick(lift_arm, [0.175, 0, 0, 0])).rows
+    assert not added(damper, make_tick(lift_arm, [0.175, 0, 0, 0])).terms.rows
 
 
 def test_distances_are_a_share_of_the_range_at_most(lift_arm, make_tick):
@@ -282,7 +275,9 @@ def test_distances_are_a_share_of_the_range_at_most(lift_arm, make_tick):
     ):
         tick = make_tick(lift_arm, [lift, 2.0 - shoulder, 0, 0])
         tick = dc.replace(tick, guidance=guidance)
-        rows = added(ing.JointLimitDamper(config), tick).rows["joint limit"]
+        rows = added(ing.JointLimitDamper(config), tick).terms.rows[
+            "joint limit"
+        ]
         for joint, sign in ((0, -1), (1, 1)):
             (row,) = np.flatnonzero(rows.A[:, joint] == sign)
             assert rows.b[row] == pytest.approx(0.0, abs=1e-12)
@@ -300,7 +295,7 @@ def test_joint_limit_rows_skip_the_base(frankie, make_tick):
     rows = added(
         ing.JointLimitDamper(ing.JointLimitDamperConfig()),
         make_tick(frankie, q),
-    ).rows["joint limit"]
+    ).terms.rows["joint limit"]
     columns = np.abs(rows.A).argmax(axis=1)
     assert (columns >= 2).all()
     assert rows.A[columns == 3].sum() == 1.0
@@ -318,7 +313,7 @@ def test_an_obstacle_below_slows_the_way_down(three_link, make_tick):
         clearances=one_row(FOREARM, 0.26, (0, 0, -1)),
     )
     config = ing.CollisionDamperConfig(influence=0.5, stopping=0.02, gain=1.0)
-    rows = added(ing.CollisionDamper(config), tick).rows["collision"]
+    rows = added(ing.CollisionDamper(config), tick).terms.rows["collision"]
     np.testing.assert_allclose(rows.A, [[0.6, 0.1, 0]], atol=1e-15)
     np.testing.assert_allclose(rows.b, [0.5])
 
@@ -368,8 +363,8 @@ def test_nothing_near_adds_nothing(three_link, make_tick):
         ing.ActiveCollisionCost(ing.ActiveCollisionCostConfig(), damper),
     ):
         program = added(ingredient, tick)
-        assert not program.rows
-        assert not program.prog.linear_costs()
+        assert not program.terms.rows
+        assert not program.terms.linear
 
 
 @pytest.mark.parametrize("family", ["table", "bookshelf"])
@@ -489,7 +484,7 @@ def test_the_base_turns_towards_the_end_effector(frankie, make_tick):
 def test_an_arm_without_base_has_no_base_orientation(three_link, make_tick):
     cost = ing.BaseOrientationCost(ing.BaseOrientationCostConfig())
     program = added(cost, make_tick(three_link, np.zeros(3)))
-    assert not program.prog.linear_costs()
+    assert not program.terms.linear
 
 
 def test_a_zero_gain_leaves_a_cost_out(frankie, make_tick):
@@ -504,7 +499,8 @@ def test_a_zero_gain_leaves_a_cost_out(frankie, make_tick):
             ing.CollisionDamperConfig(),
         ),
     ):
-        assert not added(cost, tick).prog.GetAllCosts()
+        terms = added(cost, tick).terms
+        assert not terms.linear and not terms.quadratic
 
 
 # Self-collision
@@ -529,7 +525,9 @@ def test_self_collision_row_is_the_rate_of_the_distance(three_link, make_tick):
             return pairs.distances(q).min()
 
         damper = ing.SelfCollisionDamper(config, three_link)
-        rows = added(damper, make_tick(three_link, q)).rows["self-collision"]
+        rows = added(damper, make_tick(three_link, q)).terms.rows[
+            "self-collision"
+        ]
         assert rows.A[0] @ u == pytest.approx(
             -rate_along(three_link, distance, q, u), abs=1e-6
         )
@@ -545,7 +543,7 @@ def test_each_self_collision_row_is_the_rate_of_its_points(frankie, make_tick):
     rng = np.random.default_rng(4)
     near = pairs.near(frankie.body_poses(q), config.influence)
     bodies = bodies_of(pairs, near)
-    rows = added(damper, make_tick(frankie, q)).rows["self-collision"]
+    rows = added(damper, make_tick(frankie, q)).terms.rows["self-collision"]
     assert len(rows.b) == len(near) > 10
 
     def gaps(q):
@@ -583,4 +581,4 @@ def test_a_stretched_or_unwatched_arm_has_no_self_collision_rows(
     q = [0, 0, 0] if enabled else [0, 2.3, 0]
     config = ing.SelfCollisionDamperConfig(enabled=enabled)
     damper = ing.SelfCollisionDamper(config, three_link)
-    assert not added(damper, make_tick(three_link, q)).rows
+    assert not added(damper, make_tick(three_link, q)).terms.rows

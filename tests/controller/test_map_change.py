@@ -5,7 +5,7 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.controller.map_change import NO_WAY_TO_STOP, objection
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene

@@ -20,7 +20,7 @@ from remosplat_drake.controller.ingredients import (
     MoverDamper,
     MoverDamperConfig,
 )
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.binding import MOVER
 from remosplat_drake.signals.distance_field import Clearances
@@ -55,7 +55,7 @@ def test_a_row_says_how_fast_a_mover_comes(three_link, make_tick):
     )
     tick = dc.replace(make_tick(three_link, q), movers=Movers(0.0, [ball]))
     near = tick.near_movers(0.8)
-    rows = program_of(tick, [MoverDamper(config)]).rows[MOVER]
+    rows = program_of(tick, [MoverDamper(config)]).terms.rows[MOVER]
     last = np.flatnonzero(near.sphere == len(state.spheres) - 1)[0]
     d = 0.5 - RADIUS - state.spheres.radius[-1]
     assert rows.b[last] == pytest.approx(1.5 * (d - 0.05) / 0.75 - 0.4)

@@ -1,4 +1,7 @@
-"""An ingredient is one function: a tick fails if that function raises.
+"""A tick is defined once: it fails if one of its functions raises.
+
+These are the functions of the ingredients, of the decision and of verification,
+in ticks of simulation, of a robot that obeys late, and of rollouts.
 
 A compiled kernel ignores what is replaced in Python. Numba can be told not to
 compile when a process starts: then the same functions run as Python. So the
@@ -8,17 +11,19 @@ ticks run in a process of their own.
 import os
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 from remosplat_drake.controller import ingredients
-from remosplat_drake.controller.kernels.assemble import PARTS
+from remosplat_drake.controller.ingredients.kernels.assemble import PARTS
 
 TICKS = Path(__file__).with_name("planted_ticks.py")
-LAWS = "in one call", "by steps", "with one from outside"
+LAWS = "active set", "Clarabel", "outside"
+RUNS = "tick", "late tick", "rollout"
 KINDS = [kind.__name__ for kind in PARTS]
 
 
-def test_each_ingredient_runs_the_function_that_defines_it():
+def test_every_tick_runs_the_functions_that_define_it():
     done = subprocess.run(
         [sys.executable, str(TICKS)],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
@@ -26,8 +31,11 @@ def test_each_ingredient_runs_the_function_that_defines_it():
         text=True,
         check=True,
     )
+    planted = *KINDS, "decision", "verification", "objections"
     assert done.stdout.splitlines() == [
-        f"{law}: {raised}" for law in LAWS for raised in ("nothing", *KINDS)
+        f"{law}, {run}: {raised}"
+        for law, run in product(LAWS, RUNS)
+        for raised in ("nothing", *planted)
     ]
 
 

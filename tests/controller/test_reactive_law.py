@@ -13,11 +13,14 @@ from remosplat_drake.controller.controller_config import (
     default_ingredients,
     gain_set,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.run_tick import run_tick
-from remosplat_drake.controller.solvers import ActiveSetSolver, DrakeSolver
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.solvers import (
+    ActiveSetSolver,
+    DrakeSolver,
+)
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
@@ -155,7 +158,8 @@ def test_terms_of_different_kinds_may_share_a_name(three_link, make_tick):
     kinds = ["a linear cost", "a quadratic cost", "a set of rows", "a tracking"]
     tick = make_tick(three_link, np.zeros(3))
     program = program_of(tick, [Twice(kind) for kind in kinds])
-    assert {*program.linear, *program.quadratic, *program.rows} == {"mine"}
+    terms = program.terms
+    assert {*terms.linear, *terms.quadratic, *terms.rows} == {"mine"}
 
 
 @pytest.mark.parametrize("shape", [(), (2,), (3, 3)])

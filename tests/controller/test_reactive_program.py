@@ -4,9 +4,9 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
-from programs import program_of
+from programs import decided, program_of
 from pydrake.solvers import (
     ClarabelSolver,
     OsqpSolver,
@@ -19,11 +19,17 @@ from remosplat_drake.controller.controller_config import (
     default_ingredients,
     gain_set,
 )
-from remosplat_drake.controller.decision import Decision, decide, solve
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.solvers import ActiveSetSolver, DrakeSolver
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.quadratic_program import (
+    QuadraticProgram,
+)
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.solvers import (
+    ActiveSetSolver,
+    DrakeSolver,
+    Solver,
+)
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.tick_program import TickProgram
 from remosplat_drake.generation.scene_generators import (
     PUBLISHED_FAMILIES,
     generate,
@@ -97,13 +103,11 @@ def ingredients_of(robot, gains: str):
     return default_ingredients(robot, gain_set(gains))
 
 
-def decided(tick: Tick, ingredients, solver, *, strict=False) -> Decision:
-    """What is decided of the program of some ingredients."""
-    program = program_of(tick, ingredients)
-    return decide(tick, program, solver, strict=strict)
+def solve(program: TickProgram, solver: Solver) -> np.ndarray | None:
+    return None if program.is_hopeless else solver.solve(program)
 
 
-def matrices(program: ReactiveProgram):
+def matrices(program: QuadraticProgram):
     """(Q, c, A, b, C, d): min 1/2 x'Qx + c'x, A x <= b, C x = d."""
     prog = program.prog
     n = prog.num_vars()
@@ -197,12 +201,13 @@ def test_the_solution_satisfies_the_optimality_conditions(
 ):
     """Karush-Kuhn-Tucker, with multipliers found by an independent method."""
     tick = random_tick(frankie, make_tick, seed)
-    decision = decided(tick, ingredients_of(frankie, gains), CLARABEL)
-    assert decision.program is not None
-    Q, c, A, b, C, d = matrices(decision.program)
+    program = program_of(tick, ingredients_of(frankie, gains))
+    u = solve(program, CLARABEL)
+    assume(u is not None)
+    Q, c, A, b, C, d = matrices(program)
     # The slack follows from the command: delta = v_E - J u.
     n_u = frankie.n_u
-    x = np.concatenate([decision.u, d - C[:, :n_u] @ decision.u])
+    x = np.concatenate([u, d - C[:, :n_u] @ u])
     assert (A @ x - b).max() < 1e-6
     active = A[A @ x > b - 1e-5]
     # -(Qx + c) must be a combination of the active rows' normals with
@@ -216,9 +221,7 @@ def test_the_solution_satisfies_the_optimality_conditions(
 @pytest.mark.parametrize("seed", range(1, 5))
 def test_another_solver_finds_the_same_command(frankie, make_tick, seed):
     tick = random_tick(frankie, make_tick, seed)
-    program = program_of(tick, ingredients_of(frankie, "tuned")).weakened(
-        use_acceleration=False
-    )
+    program = program_of(tick, without_acceleration(frankie))
     options = SolverOptions()
     for name in ("eps_abs", "eps_rel"):
         options.SetOption(OsqpSolver.id(), name, 1e-9)
@@ -239,7 +242,7 @@ def test_the_active_set_finds_the_same_command(frankie, make_tick, seed, gains):
     slow = decided(tick, ingredients, CLARABEL)
     fast = decided(tick, ingredients, ActiveSetSolver())
     assert fast.status == slow.status
-    np.testing.assert_allclose(fast.u, slow.u, atol=2e-4)
+    np.testing.assert_allclose(fast.command, slow.command, atol=2e-4)
 
 
 class Push:
@@ -266,7 +269,7 @@ def test_the_active_set_knows_the_limits_of_the_slack(
     program = program_of(tick, [servo, damping, Push([5e3, 0, 0])])
     u = solve(program, ActiveSetSolver())
     np.testing.assert_allclose(u, solve(program, CLARABEL), atol=1e-5)
-    tracking = program.tracking
+    (tracking,) = program.terms.trackings.values()
     slack = np.abs(tracking.V - tracking.J @ u).max()
     assert slack == pytest.approx(0.1) if slack_limit == 0.1 else slack > 1
 
@@ -282,27 +285,28 @@ def test_what_only_drake_knows_is_solved_by_drake(tick):
 # Row pruning
 
 
-def with_all_rows(program: ReactiveProgram) -> ReactiveProgram:
+def without_acceleration(robot):
+    config = gain_set("tuned")
+    config.velocity_limits.acceleration = False
+    return default_ingredients(robot, config)
+
+
+def with_all_rows(program: TickProgram) -> TickProgram:
     """Puts the pruned rows back."""
-    for rows in program.rows.values():
-        b = rows.b[~rows.kept]
-        if len(b):
-            program.prog.AddLinearConstraint(
-                rows.A[~rows.kept], np.full(len(b), -np.inf), b, program.u
-            )
-    return program
+    program.arrays.kept[: program.arrays.count[0]] = True
+    return TickProgram(program.arrays, program._names)
 
 
 @given(seed=st.integers(0, 10_000), use_acceleration=st.booleans())
 @settings(max_examples=25)
 def test_pruning_changes_no_command(frankie, make_tick, seed, use_acceleration):
     tick = random_tick(frankie, make_tick, seed)
+    parts = ingredients_of(frankie, "tuned")
+    if not use_acceleration:
+        parts = without_acceleration(frankie)
     u = []
     for restore in (lambda program: program, with_all_rows):
-        program = program_of(tick, ingredients_of(frankie, "tuned")).weakened(
-            use_acceleration=use_acceleration
-        )
-        u.append(solve(restore(program), CLARABEL))
+        u.append(solve(restore(program_of(tick, parts)), CLARABEL))
     if u[0] is None:
         assert u[1] is None
     else:
@@ -329,7 +333,7 @@ def test_no_command_within_bounds_breaks_a_pruned_row(
             Wall(table[:, :3], table[:, 3]),
         ],
     )
-    pruned = ~program.rows["wall"].kept
+    pruned = ~program.terms.rows["wall"].kept
     corner = data.draw(st.tuples(*[st.booleans()] * 3))
     u = np.where(corner, program.upper, program.lower)
     assert (table[pruned, :3] @ u <= table[pruned, 3] + 1e-12).all()
@@ -338,11 +342,11 @@ def test_no_command_within_bounds_breaks_a_pruned_row(
 def test_tighter_bounds_prune_more_rows(frankie, make_tick):
     tick = random_tick(frankie, make_tick, 2)
     kept = [
-        program_of(tick, ingredients_of(frankie, "tuned"))
-        .weakened(use_acceleration=use_acceleration)
-        .rows["collision"]
-        .kept.sum()
-        for use_acceleration in (True, False)
+        program_of(tick, parts).terms.rows["collision"].kept.sum()
+        for parts in (
+            ingredients_of(frankie, "tuned"),
+            without_acceleration(frankie),
+        )
     ]
     assert 0 < kept[0] < kept[1] < len(tick.clearances)
 
@@ -356,7 +360,7 @@ def test_a_row_is_pruned_exactly_when_the_bounds_imply_it(tick):
         (-4.0, True),
     ):
         program = program_of(tick, [Wall([[1, -0.5, 0]], [b])])
-        assert program.rows["wall"].kept.tolist() == [kept]
+        assert program.terms.rows["wall"].kept.tolist() == [kept]
 
 
 def test_names_of_rows_are_unique(tick):
@@ -376,19 +380,17 @@ def test_acceleration_bounds_give_way_first(tick):
     )
     assert decision.status == tick_report.ACCELERATION_DROPPED
     assert decision.reason
-    np.testing.assert_allclose(decision.u, [0.2, 0, 0], atol=1e-6)
+    np.testing.assert_allclose(decision.command, [0.2, 0, 0], atol=1e-6)
 
 
 def test_a_strict_law_brakes_where_no_command_is_within_its_bounds(tick):
     # The same conflict: braking by 0.1 rad/s is what the bounds allow.
     tick = dc.replace(tick, u_previous=np.array([1.0, 0, 0]))
     limits = ing.VelocityLimits(ing.VelocityLimitsConfig(strict=True))
-    law = ReactiveLaw(
-        tick.robot, [Pull([1, 0, 0]), Wall([[1, 0, 0]], [0.2]), limits]
-    )
-    decision = decided(tick, law.ingredients, CLARABEL, strict=law.strict)
+    parts = [Pull([1, 0, 0]), Wall([[1, 0, 0]], [0.2]), limits]
+    decision = decided(tick, parts, CLARABEL)
     assert decision.status == tick_report.BRAKING
-    np.testing.assert_allclose(decision.u, [0.9, 0, 0])
+    np.testing.assert_allclose(decision.command, [0.9, 0, 0])
 
 
 def test_in_a_strict_law_rows_yield_within_the_bounds(tick):
@@ -398,10 +400,9 @@ def test_in_a_strict_law_rows_yield_within_the_bounds(tick):
         tick,
         [Pull([1, 1, 0]), Wall([[1, 0, 0]], [-0.5]), limits],
         CLARABEL,
-        strict=True,
     )
     assert decision.status == tick_report.RELAXED
-    np.testing.assert_allclose(decision.u, [0, 0.1, 0], atol=1e-6)
+    np.testing.assert_allclose(decision.command, [0, 0.1, 0], atol=1e-6)
 
 
 def test_conflicting_retreats_are_relaxed_and_named(tick):
@@ -419,60 +420,7 @@ def test_conflicting_retreats_are_relaxed_and_named(tick):
     for name in ("wall[brick 0]", "wall[brick 2]", "fence[brick 0]"):
         assert name in decision.reason
     assert "brick 1" not in decision.reason
-    np.testing.assert_allclose(decision.u, [0, 0.5, 0], atol=1e-6)
-
-
-@pytest.mark.parametrize("other", ["self-collision", "collision", "wall"])
-def test_the_joint_limit_damper_yields_alone_if_that_is_enough(tick, other):
-    # While joint 0 retreats from its limit, joint 2 is too slow to recede.
-    parts = [
-        Pull([0, 0, 0]),
-        Wall([[1, 0, 0]], [-0.1], "joint limit"),
-        Wall([[-30, 0, 1]], [-0.2], other),
-    ]
-    decision = decided(tick, parts, CLARABEL)
-    assert decision.status == tick_report.RELAXED
-    assert names_in(decision) == ["joint limit"]
-    np.testing.assert_allclose(decision.u, [0, 0, -0.2], atol=1e-6)
-
-
-def test_self_collision_yields_before_the_scene(tick):
-    # What would lead off the robot itself leads into the scene.
-    decision = decided(
-        tick,
-        [
-            Pull([0, 0, 0]),
-            Wall([[1, 0, 0]], [-0.1], "self-collision"),
-            Wall([[-30, 0, 1]], [-0.2], "collision"),
-        ],
-        CLARABEL,
-    )
-    assert decision.status == tick_report.RELAXED
-    assert names_in(decision) == ["self-collision"]
-    np.testing.assert_allclose(decision.u, [0, 0, -0.2], atol=1e-6)
-
-
-def test_the_scene_yields_only_to_itself(tick):
-    # Squeezed from two sides: all that demands a retreat has to give way.
-    decision = decided(
-        tick,
-        [
-            Pull([0, 0, 0]),
-            Wall([[0, 1, 0]], [-0.1], "joint limit"),
-            Wall([[0, 0, 1]], [0.5], "self-collision"),
-            Wall([[1, 0, 0], [-1, 0, 0]], [-0.1, -0.1], "collision"),
-        ],
-        CLARABEL,
-    )
-    assert decision.status == tick_report.RELAXED
-    assert names_in(decision) == ["collision", "joint limit"]
-    np.testing.assert_allclose(decision.u, [0, 0, 0], atol=1e-3)
-
-
-def names_in(decision) -> list[str]:
-    """Names of the sets of rows that have yielded, each once."""
-    _, _, said = decision.reason.partition("yielded: ")
-    return sorted({row.partition("[")[0] for row in said.split(", ")})
+    np.testing.assert_allclose(decision.command, [0, 0.5, 0], atol=1e-6)
 
 
 def test_a_relaxed_program_names_sphere_and_link(frankie, make_tick):
@@ -505,19 +453,18 @@ def test_without_an_answer_it_brakes(tick, solver):
     assert decision.status == tick_report.BRAKING
     assert decision.reason
     # The fastest joint may lose 10 rad/s^2 * 0.01 s of its 1 rad/s.
-    np.testing.assert_allclose(decision.u, [0.9, -0.45, 0])
+    np.testing.assert_allclose(decision.command, [0.9, -0.45, 0])
 
 
-def test_the_relaxed_program_always_allows_standing_still(frankie, make_tick):
+def test_where_all_rows_yield_standing_still_is_allowed(frankie, make_tick):
     for seed in range(20):
         program = program_of(
-            random_tick(frankie, make_tick, seed),
-            ingredients_of(frankie, "tuned"),
-        ).weakened(
-            use_acceleration=False,
-            relax={"joint limit", "self-collision", "collision"},
+            random_tick(frankie, make_tick, seed), without_acceleration(frankie)
         )
-        _, _, A, b, C, d = matrices(program)
+        b = program.arrays.b[: program.arrays.count[0]]
+        b[:] = np.maximum(b, 0.0)
+        relaxed = TickProgram(program.arrays, program._names)
+        _, _, A, b, C, d = matrices(relaxed)
         still = np.concatenate([np.zeros(frankie.n_u), d])
         assert (A @ still <= b).all()
         np.testing.assert_allclose(C @ still, d)

@@ -5,9 +5,7 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.braking import braking_command
 from remosplat_drake.controller.controller_config import default_ingredients
-from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.rest import (
     Rest,
     RestRule,
@@ -15,6 +13,8 @@ from remosplat_drake.controller.rest import (
     at_rest,
 )
 from remosplat_drake.controller.rest_config import RestConfig
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.separation import Separation

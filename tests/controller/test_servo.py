@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.common.eigen_geometry import AngleAxis
 
-from remosplat_drake.controller.servo import servo_twist
+from remosplat_drake.controller.program.servo import servo_twist
 from remosplat_drake.robot.pose_error import (
     PoseError,
     pose_error,

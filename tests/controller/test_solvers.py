@@ -4,15 +4,18 @@ import numpy as np
 import pytest
 from pydrake.solvers import ClarabelSolver
 
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.solvers import DrakeSolver, make_solver
+from remosplat_drake.controller.program.quadratic_program import (
+    QuadraticProgram,
+)
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.solvers import DrakeSolver, make_solver
 
 WANTED = np.array([0.5, -0.2, 0.1])
 OPTIMUM = np.array([0.2, -0.2, 0.1])
 """The wanted command behind the wall u_0 <= 0.2."""
 
 
-def behind_a_wall(*, extended: bool) -> ReactiveProgram:
+def behind_a_wall(*, extended: bool) -> QuadraticProgram:
     """Minimises |u - wanted|^2 / 2 where u_0 is at most 0.2."""
     program = ReactiveProgram(np.ones(3))
     wall = np.array([[1.0, 0.0, 0.0]])
@@ -22,8 +25,7 @@ def behind_a_wall(*, extended: bool) -> ReactiveProgram:
     else:
         program.add_quadratic_cost("nearness", np.ones(3))
         program.add_linear_cost("nearness", -WANTED)
-    program.finish()
-    return program
+    return program.finished()
 
 
 @pytest.mark.parametrize("extended", [False, True])

@@ -7,7 +7,6 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.controller.controller_config import gain_set
-from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.rollout import (
     REACHED,
     RUNNING,
@@ -20,8 +19,9 @@ from remosplat_drake.controller.planning.goal_configurations import (
     goal_configurations,
     reach,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.aim import Aim

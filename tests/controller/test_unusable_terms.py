@@ -3,18 +3,19 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.base.kernels import kernel
 from remosplat_drake.controller.controller_config import (
     default_ingredients,
     gain_set,
 )
-from remosplat_drake.controller.ingredient import IngredientError
-from remosplat_drake.controller.kernels.decide import BRAKING, decide
-from remosplat_drake.controller.kernels.dense import prune
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.run_tick import run_tick
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.ingredient import IngredientError
+from remosplat_drake.controller.program.kernels.dense import prune
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.kernels.decide import BRAKING, decide
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
+from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import tick_report
@@ -202,7 +203,12 @@ def test_kernels_keep_a_row_that_is_not_a_number(frankie, make_tick):
         prune(arrays)
         assert arrays.kept[0]
         u = 0.1 * ONES
-        command, status = decide(arrays, frankie.arrays, u, DT, False)
+        command, status = decide_once(arrays, frankie.arrays, u)
         assert status == BRAKING
         ramp = braking_command(u, frankie.acceleration_limit, DT)
         np.testing.assert_array_equal(command, ramp)
+
+
+@kernel
+def decide_once(program, robot, u_previous):
+    return decide(program, robot, u_previous, DT, False, True, -1)

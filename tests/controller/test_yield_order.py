@@ -4,17 +4,25 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from programs import program_of
+from programs import decided, program_of
 
-from remosplat_drake.controller.decision import YIELD_ORDER, decide
-from remosplat_drake.controller.kernels.assemble import PARTS, YIELDING
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.solvers import make_solver
-from remosplat_drake.controller.tick import Tick
-from remosplat_drake.signals.binding import COLLISION
-from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED
-
-ALL = (*YIELD_ORDER, COLLISION)
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.controller.ingredients import (
+    CollisionDamper,
+    JointLimitDamper,
+    MoverDamper,
+    SelfCollisionDamper,
+)
+from remosplat_drake.controller.ingredients.kernels.assemble import (
+    OUTSIDE,
+    PARTS,
+    YIELD_ORDER,
+)
+from remosplat_drake.controller.program.kernels.outside import joined
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.kernels.decide import decide
+from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, STATUSES
 
 
 class Demand:
@@ -34,7 +42,17 @@ class Rest:
         program.add_quadratic_cost("rest", np.ones(program.n_u))
 
 
-@pytest.mark.parametrize(("first", "last"), list(combinations(ALL, 2)))
+def test_rows_yield_in_the_order_that_is_said():
+    kinds = [PARTS[k] for k in YIELD_ORDER]
+    assert kinds == [
+        MoverDamper,
+        JointLimitDamper,
+        SelfCollisionDamper,
+        CollisionDamper,
+    ]
+
+
+@pytest.mark.parametrize(("first", "last"), list(combinations(YIELD_ORDER, 2)))
 @pytest.mark.parametrize("swapped", [False, True])
 def test_of_two_that_contradict_each_other_one_yields(
     three_link, make_tick, first, last, swapped
@@ -46,24 +64,48 @@ def test_of_two_that_contradict_each_other_one_yields(
     tick = make_tick(three_link, np.zeros(3))
     fast = 0.6 * three_link.velocity_limit[:2].min()
     one, other = (last, first) if swapped else (first, last)
-    demands = [
-        Demand(one, [1.0, 0.0, 0.0], fast),
-        Demand(other, [-1.0, 1.0, 0.0], fast),
+    program = program_of(tick, [Rest()]).arrays
+    rows = {one: ([1.0, 0.0, 0.0], fast), other: ([-1.0, 1.0, 0.0], fast)}
+    outside = ReactiveProgram(program.upper)
+    outside.add_quadratic_cost("rest", np.ones(3))
+    outside.add_rows(
+        "demands",
+        -np.array([a for a, _ in rows.values()]),
+        -np.array([least for _, least in rows.values()]),
+    )
+    arrays = joined(program, outside.arrays)
+    # As if the library's own ingredients had added the two rows.
+    arrays.rows[OUTSIDE] = 0
+    for i, k in enumerate(rows):
+        arrays.rows[k] = i, i + 1
+    u, status = decide_once(arrays, three_link.arrays, tick.u_previous, 0.01)
+    assert STATUSES[status] == RELAXED
+    raised = {k for i, k in enumerate(rows) if arrays.raised[i]}
+    assert raised == {first}
+    np.testing.assert_allclose(rows[last][0] @ u, fast, atol=1e-6)
+
+
+@kernel
+def decide_once(program, robot, u_previous, dt):
+    return decide(program, robot, u_previous, dt, False, True, -1)
+
+
+def test_rows_from_outside_yield_with_those_before_the_scene(
+    three_link, make_tick
+):
+    tick = make_tick(three_link, np.zeros(3))
+    both = [
+        Demand("up", [1.0, 0.0, 0.0], 0.1),
+        Demand("down", [-1.0, 0.0, 0.0], 0.1),
     ]
-    solver = make_solver("active_set", "")
-    decision = decide(tick, program_of(tick, [Rest(), *demands]), solver)
-    assert decision.status == RELAXED
-    assert decision.reason == f"infeasible; yielded: {first}[row 0]"
+    report = decided(tick, [Rest(), *both], "active_set")
+    assert report.status == RELAXED
+    assert report.reason == "infeasible; yielded: up[row 0], down[row 0]"
 
 
 def test_costs_yield_to_every_row(three_link, make_tick):
     tick = make_tick(three_link, np.zeros(3))
-    demand = Demand(ALL[0], [1.0, 0.0, 0.0], 0.1)
-    solver = make_solver("active_set", "")
-    decision = decide(tick, program_of(tick, [Rest(), demand]), solver)
-    assert decision.status == OPTIMAL
-    np.testing.assert_allclose(decision.u, [0.1, 0.0, 0.0], atol=1e-6)
-
-
-def test_kernels_know_the_same_order():
-    assert tuple(PARTS[k].term for k in YIELDING) == ALL
+    demand = Demand("demand", [1.0, 0.0, 0.0], 0.1)
+    report = decided(tick, [Rest(), demand], "active_set")
+    assert report.status == OPTIMAL
+    np.testing.assert_allclose(report.command, [0.1, 0.0, 0.0], atol=1e-6)

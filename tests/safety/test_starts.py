@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.run_tick import run_tick
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw

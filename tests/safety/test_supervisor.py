@@ -16,7 +16,10 @@ from supervised import (
     make_observation,
 )
 
-from remosplat_drake.controller.braking import braking_command, braking_steps
+from remosplat_drake.controller.verification.braking import (
+    braking_command,
+    braking_steps,
+)
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor import supervise

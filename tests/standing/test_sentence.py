@@ -5,8 +5,8 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.guidance.guidance import DIRECT
 from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.controller.program.guidance import DIRECT
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.signals import standing as stands

@@ -5,8 +5,8 @@ import re
 import numpy as np
 from held_robot import SHELF, drive
 
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.signals import standing as stands
 from remosplat_drake.signals import thing as things
 

@@ -5,8 +5,16 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.binding import find_binding
-from remosplat_drake.controller.reactive_program import ReactiveProgram
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.controller.ingredients.kernels.assemble import OUTSIDE
+from remosplat_drake.controller.program.kernels.binding_arrays import (
+    binding_arrays,
+)
+from remosplat_drake.controller.program.kernels.outside import joined
+from remosplat_drake.controller.program.kernels.tick_arrays import make_program
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.tick.run_tick import named_binding
+from remosplat_drake.controller.tick.tick_program import RowNames
 from remosplat_drake.robot.self_collision.hull_distance_reference import (
     signed_distance,
 )
@@ -40,13 +48,24 @@ def wants(*u: float) -> ReactiveProgram:
     return program
 
 
+def find_binding(program: ReactiveProgram, u: np.ndarray) -> Binding:
+    """The rows that hold with equality at the optimum of a program."""
+    arrays = _binding_of(program.arrays, u)
+    return named_binding(arrays, RowNames((), None, None, program))
+
+
+@kernel
+def _binding_of(outside, u):
+    nothing = make_program(outside.bounds[1].copy(), 0, OUTSIDE + 1, 0)
+    return binding_arrays(joined(nothing, outside), u)
+
+
 def test_a_wall_bears_what_pushes_against_it():
     program = wants(0.5, 0.3)
     program.add_rows(
         "wall", np.array([[2.0, 0.0]]), np.array([0.4]), lambda i: ("a", "b")
     )
     program.add_rows("idle", np.array([[0.0, 1.0]]), np.array([0.9]))
-    program.finish()
     binding = find_binding(program, np.array([0.2, 0.3]))
     assert binding.rows == (BoundRow("wall", 0, ("a", "b")),)
     # The wish along x that is left over; along y nothing is.
@@ -58,7 +77,6 @@ def test_a_wall_that_is_only_touched_bears_nothing():
     program = wants(0.5, 0.0)
     walls = np.array([[1.0, 0.0], [0.0, 1.0]])
     program.add_rows("walls", walls, np.array([0.2, 0.0]))
-    program.finish()
     binding = find_binding(program, np.array([0.2, 0.0]))
     assert len(binding.rows) == 2
     np.testing.assert_allclose(pressures(binding), [0.3, 0.0], atol=1e-12)
@@ -67,7 +85,6 @@ def test_a_wall_that_is_only_touched_bears_nothing():
 def test_a_bound_on_the_command_bears_its_share():
     program = wants(0.5, 3.0)
     program.add_rows("wall", np.array([[1.0, 0.0]]), np.array([0.2]))
-    program.finish()
     binding = find_binding(program, np.array([0.2, 1.0]))
     assert [row.name for row in binding.rows] == ["wall", BOUND]
     np.testing.assert_allclose(pressures(binding), [0.3, 2.0])
@@ -75,7 +92,6 @@ def test_a_bound_on_the_command_bears_its_share():
 
 def test_a_free_robot_is_not_looked_at_twice():
     program = wants(0.5)
-    program.finish()
     binding = find_binding(program, np.array([0.5]))
     assert not binding.rows
     assert not len(pressures(binding))

@@ -13,7 +13,7 @@ from remosplat_drake.app.stages.control import AddController, AddOracle
 from remosplat_drake.app.stages.station import MakeStation
 from remosplat_drake.app.world import load_world
 from remosplat_drake.camera.mount import CameraMount
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.target_state import TargetState
 from remosplat_drake.station.connections import AddConfiguration, ConnectCommand

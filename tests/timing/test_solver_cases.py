@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.active_set import OPTIMAL, solve_dense
+from remosplat_drake.controller.program.active_set import OPTIMAL, solve_dense
 from remosplat_drake.timing.optional_packages import is_there
 from remosplat_drake.timing.solver_cases import (
     SOLVERS,

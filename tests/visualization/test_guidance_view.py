@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydrake.common.value import Value
 
-from remosplat_drake.controller.guidance.guidance import make_candidates
 from remosplat_drake.controller.guidance.rollout import Rollout
 from remosplat_drake.controller.guidance.selection import Selection
+from remosplat_drake.controller.program.guidance import make_candidates
 from remosplat_drake.visualization.guidance_view import (
     FUTURES,
     GuidanceView,

@@ -19,8 +19,8 @@ from remosplat_drake.base.real_time import (
     garbage_collection_disabled,
     realtime_priority,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.mapping.store.session import SESSION_FILE
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.signals.map_requests import MapRequests

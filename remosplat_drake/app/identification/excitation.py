@@ -6,11 +6,8 @@ import math
 import numpy as np
 
 from remosplat_drake.app.identification.room import NoRoomError, Room
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
-from remosplat_drake.controller.verification.verify import (
-    Surroundings,
-    path_objection,
-)
+from remosplat_drake.controller.verification.kernels.places import held
+from remosplat_drake.controller.verification.verify import Surroundings
 from remosplat_drake.robot.robot_model import RobotModel
 
 CRAWLS = (0.01, 0.03)
@@ -102,7 +99,7 @@ def _objection(stroke: Stroke, around: Surroundings) -> str:
         u = np.zeros(robot.n_u)
         u[stroke.axis] = math.copysign(1.0, end)
         times = np.linspace(0.0, abs(end), _LOOKS + 1)[1:]
-        found = path_objection(around, StoppingPath.held(robot, q, u, times))
+        found = around.objection(held(q, u, robot.n_base, times, times))
         if found:
             return found
     return ""

@@ -79,6 +79,5 @@ class Room:
             np.minimum(found.per_sphere(len(robot.spheres)), reach),
             self.clearance,
             self.dt,
-            robot.acceleration_limit,
             self.own,
         )

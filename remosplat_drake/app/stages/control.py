@@ -18,8 +18,8 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.reactive_controller import ReactiveController
-from remosplat_drake.controller.reactive_law import ReactiveLaw
 from remosplat_drake.controller.rest import RestRule
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.target_ports import connect_target

@@ -12,7 +12,7 @@ from remosplat_drake.controller.guidance.planner import (
     SidePlanner,
 )
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
-from remosplat_drake.controller.solvers import SOLVERS
+from remosplat_drake.controller.program.solvers import SOLVERS
 
 
 @dc.dataclass

@@ -46,6 +46,7 @@ class GuidanceSelector(LeafSystem):
         - distance_field
         - report
         - movers (optional)
+        - motion (optional)
         output_ports:
         - selection
 
@@ -62,7 +63,8 @@ class GuidanceSelector(LeafSystem):
     cycles as with no budget, and `Selection.missing` says why.
 
     `movers` are the `Movers` around the robot, which rollouts move on and paths
-    go round; without them nothing moves.
+    go round; without them nothing moves. `motion` is the `Motion` of a robot
+    that does not obey at once, which rollouts know, too.
 
     Args:
         rule: Which guidances are tried, and when a rollout has arrived.
@@ -106,6 +108,9 @@ class GuidanceSelector(LeafSystem):
         )
         self._movers_input = self.DeclareAbstractInputPort(
             "movers", Value[object]()
+        )
+        self._motion_input = self.DeclareAbstractInputPort(
+            "motion", Value[object]()
         )
         self._selection_index = self.DeclareAbstractState(
             Value(start_selection(rule))
@@ -164,6 +169,7 @@ class GuidanceSelector(LeafSystem):
             self._report_input.Eval(context).command,
             self._target.read(context),
             value_or_none(self._movers_input, context),
+            value_or_none(self._motion_input, context),
         )
         field = self._field_input.Eval(context).for_look_ahead
         if self._process is not None:

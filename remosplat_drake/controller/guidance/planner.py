@@ -8,7 +8,7 @@ import numpy as np
 from annotated_types import Interval
 
 from remosplat_drake.base.ranges import Config
-from remosplat_drake.controller.guidance.guidance import (
+from remosplat_drake.controller.program.guidance import (
     Guidance,
     make_candidates,
 )

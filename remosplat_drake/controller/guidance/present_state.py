@@ -6,6 +6,7 @@ import numpy as np
 
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.motion import Motion
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -14,10 +15,12 @@ class PresentState:
 
     Attributes:
         time: Present time [s].
-        q: Measured configuration, shape (n_q,) [rad, m].
+        q: Configuration to plan from, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
         aim: What the end effectors shall reach.
         movers: What moves; None if nothing is known to.
+        motion: What the robot is about to do already; None where it obeys at
+            once.
     """
 
     time: float
@@ -25,3 +28,4 @@ class PresentState:
     u: np.ndarray
     aim: Aim
     movers: Movers | None = None
+    motion: Motion | None = None

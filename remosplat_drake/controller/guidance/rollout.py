@@ -6,17 +6,23 @@ from collections.abc import Callable
 
 import numpy as np
 
-from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.guidance.kernels.rollout_steps import (
-    FORESIGHT,
     rollout_steps,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.tick_calls import TickCalls
+from remosplat_drake.controller.tick.tick_inputs import TickInputs
+from remosplat_drake.controller.verification.map_calls import (
+    map_for_kernels,
+    rows_for_kernels,
+)
 from remosplat_drake.robot.pose_error import PoseError
-from remosplat_drake.scene.mover import STILL, Movers
+from remosplat_drake.scene.mover import FORESIGHT, Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.motion import MotionArrays, prompt_motion
 from remosplat_drake.signals.target import Target
 
 RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
@@ -34,6 +40,9 @@ _STALL_TIME = 0.5
 STRIDE = 5
 """Steps in one call. Steps beyond a rollout's end are in vain; but one that is
 called by itself finds caches cold, and takes a fifth longer."""
+
+_LATER = "sent", "u", "time", "start", "v_start", "q_start"
+"""What of the `MotionArrays` changes from step to step."""
 
 _Steps = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Of each step the command, and q and the poses X_WE after it."""
@@ -58,6 +67,8 @@ class Rollout:
         movers: What moved around the robot when the rollout began; None if
             nothing was known to.
         start: When it began [s].
+        motion: What the robot is about to do already; None where it obeys at
+            once.
     """
 
     guidance: Guidance
@@ -71,6 +82,7 @@ class Rollout:
     path: tuple[np.ndarray, ...] = ()
     movers: Movers | None = None
     start: float = 0.0
+    motion: Packed[MotionArrays] | None = None
 
     def __deepcopy__(self, memo) -> "Rollout":
         return self
@@ -149,23 +161,11 @@ def advance_rollout(
     while steps > 0 and rollout.status == RUNNING:
         before = rollout.num_steps
         stride = min(steps, STRIDE)
-        simulated = _compiled_steps(law, rollout, field, aim, stride)
-        if simulated is None:
-            simulated = _step(law, rollout, field, aim)
+        simulated, motion = _simulated(law, rollout, field, aim, stride)
         rollout = _followed(law, rollout, simulated, aim, arrived, horizon)
+        rollout = dc.replace(rollout, motion=motion)
         steps -= rollout.num_steps - before
     return rollout
-
-
-def are_compiled(law: ReactiveLaw, field: DistanceField) -> bool:
-    """Tells whether kernels simulate rollouts, which need no Python meanwhile.
-
-    Args:
-        law: The control law of the rollouts.
-        field: The map.
-    """
-    asked = field.compiled_rows is not None and field.compiled is not None
-    return law.loop is not None and asked and field.is_lipschitz
 
 
 def _followed(
@@ -210,55 +210,43 @@ def _followed(
     )
 
 
-def _step(
-    law: ReactiveLaw, rollout: Rollout, field: DistanceField, aim: Aim
-) -> _Steps:
-    """Simulates a single step by `run_tick` itself."""
-    robot, state = law.robot, law.robot.state(rollout.q)
-    movers = rollout.movers and rollout.movers.moved_on(rollout.time, FORESIGHT)
-    u = run_tick(
-        law,
-        rollout.start,
-        rollout.q,
-        aim,
-        field.clearances(state.spheres, law.collision.influence),
-        field,
-        rollout.u,
-        rollout.guidance,
-        state,
-        movers=movers,
-    ).command
-    q = robot.advance(rollout.q, u, law.dt)
-    return u[None], q[None], robot.end_effector_poses(q)[None]
-
-
-def _compiled_steps(
+def _simulated(
     law: ReactiveLaw,
     rollout: Rollout,
     field: DistanceField,
     aim: Aim,
     steps: int,
-) -> _Steps | None:
-    """Simulates the same in one call; None where the first step cannot be."""
-    if not are_compiled(law, field):
-        return None
-    movers = STILL if rollout.movers is None else rollout.movers
-    simulated = rollout_steps(
-        law.loop,
-        law.robot.arrays,
-        field.compiled_rows,
-        field.compiled,
-        movers.arrays,
-        movers.age(rollout.start),
-        float(rollout.time),
-        aim.arrays,
-        # Copies, since numba compiles for arrays that may be written.
-        np.array(rollout.q, float),
-        np.array(rollout.u, float),
-        rollout.guidance.arrays,
-        steps,
+) -> tuple[_Steps, Packed[MotionArrays]]:
+    """Simulates some steps; and the motion after the last."""
+    given = TickInputs(
+        rollout.start, aim, field, rollout.guidance, None, rollout.movers
     )
-    return simulated if len(simulated[0]) else None
+    motion = rollout.motion
+    if motion is None:
+        motion = prompt_motion(law.robot.n_u)
+    with TickCalls(law, given) as line:
+        us, qs, X_WEs, after = rollout_steps(
+            law.arrays,
+            law.robot.arrays,
+            rows_for_kernels(field),
+            map_for_kernels(field)[0],
+            given.moving.arrays,
+            given.moving.age(rollout.start),
+            motion,
+            float(rollout.start),
+            float(rollout.time),
+            aim.arrays,
+            # Copies, since numba compiles for arrays that may be written.
+            np.array(rollout.q, float),
+            np.array(rollout.u, float),
+            rollout.guidance.arrays,
+            steps,
+            line,
+        )
+    if motion.is_late:
+        later = dict(zip(_LATER, after, strict=True))
+        motion = Packed(motion.values._replace(**later))
+    return (us, qs, X_WEs), motion
 
 
 def _anything_moves(movers: Movers | None) -> bool:

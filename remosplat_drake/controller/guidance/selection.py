@@ -4,7 +4,6 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.rollout import Rollout
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.guidance.standing_movers import NOTHING
@@ -14,6 +13,7 @@ from remosplat_drake.controller.planning.plan import (
     SearchEffort,
 )
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
+from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
 

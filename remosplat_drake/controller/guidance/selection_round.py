@@ -17,13 +17,11 @@ from remosplat_drake.controller.guidance.futures import (
     advance_together,
     are_open,
 )
-from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.rollout import (
     REACHED,
     Rollout,
     advance_rollout,
-    are_compiled,
 )
 from remosplat_drake.controller.guidance.selection import (
     Selection,
@@ -35,9 +33,12 @@ from remosplat_drake.controller.guidance.standing_movers import (
     whoever_has_gone,
 )
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP
+from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.tick.tick_calls import asks_python
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.target import Target
 
 IDLE = 1.0
@@ -70,6 +71,7 @@ def advance_selection(
     field: DistanceField,
     budget: int,
     movers: Movers | None = None,
+    motion: Motion | None = None,
     interrupted: Callable[[], bool] = lambda: False,
     threads: int = 1,
 ) -> Selection:
@@ -95,6 +97,8 @@ def advance_selection(
         field: The map.
         budget: Number of rollout steps that may be spent.
         movers: What moves; None if nothing is known to.
+        motion: What the robot is about to do already; None where it obeys at
+            once.
         interrupted: Function that tells whether a search of a path, which may
             take long, shall give up at once.
         threads: Number of rollouts that may be simulated at the same time. It
@@ -114,7 +118,7 @@ def advance_selection(
     if selection is not before:
         still = rule.still_open(selection.guidance, q, field)
         selection = dc.replace(selection, guidance=still)
-    now = PresentState(time, q, u, aim, movers)
+    now = PresentState(time, q, u, aim, movers, motion)
     gone = whoever_has_gone(selection.around, now)
     if gone:
         selection = _way_is_free(rule, selection, now, gone)
@@ -138,7 +142,7 @@ def advance_selection(
             ),
             rule.tiers[0],
             left,
-            threads if are_compiled(rule.law, field) else 1,
+            1 if asks_python(rule.law, field) else threads,
         )
         left -= spent
         if are_open(running):
@@ -150,7 +154,14 @@ def advance_selection(
 
 def _begin(guidances: tuple[Guidance, ...], now: PresentState) -> Futures:
     return tuple(
-        Rollout(guidance, now.q, now.u, movers=now.movers, start=now.time)
+        Rollout(
+            guidance,
+            now.q,
+            now.u,
+            movers=now.movers,
+            start=now.time,
+            motion=None if now.motion is None else now.motion.arrays,
+        )
         for guidance in guidances
     )
 

@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from remosplat_drake.controller.guidance.guidance import DIRECT, Guidance
 from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
 from remosplat_drake.controller.guidance.planner import (
     GuidancePlanner,
@@ -18,8 +17,9 @@ from remosplat_drake.controller.planning.motion_planner import (
 )
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.solvers import make_solver
+from remosplat_drake.controller.program.guidance import DIRECT, Guidance
+from remosplat_drake.controller.program.solvers import make_solver
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim

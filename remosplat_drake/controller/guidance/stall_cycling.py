@@ -13,6 +13,7 @@ from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.target import Target
 
 STALL_SPEED = 0.03
@@ -32,6 +33,7 @@ def cycle_when_stalled(
     aim: Aim | Target | np.ndarray,
     field: DistanceField,
     movers: Movers | None = None,
+    motion: Motion | None = None,
 ) -> Selection:
     """Keeps the guidance while the end effector moves, else takes the next.
 
@@ -46,8 +48,9 @@ def cycle_when_stalled(
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         field: The map.
         movers: What moves; it does not matter here.
+        motion: What the robot is about to do already; nor does it.
     """
-    del movers
+    del movers, motion
     aim = Aim.of(aim)
     if not (np.isfinite(q).all() and aim.is_known):
         return selection

@@ -17,7 +17,6 @@ from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.rollout import (
     RUNNING,
     STRIDE,
-    are_compiled,
 )
 from remosplat_drake.controller.guidance.rule_transfer import (
     PackedRule,
@@ -32,6 +31,7 @@ from remosplat_drake.controller.guidance.selection_round import (
     advance_selection,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
+from remosplat_drake.controller.tick.tick_calls import asks_python
 from remosplat_drake.signals.distance_field import DistanceField
 
 READY = "ready"
@@ -142,7 +142,7 @@ def _at_once(
     threads: int,
 ) -> int:
     """How many steps take no longer than a stride, or one that is slow."""
-    if not are_compiled(rule.law, field):
+    if asks_python(rule.law, field):
         return 1
     running = [r for r in selection.running if r.status == RUNNING]
     return STRIDE * max(1, min(threads, len(running)))

@@ -14,10 +14,10 @@ from remosplat_drake.controller.ingredients.collision_damper import (
 from remosplat_drake.controller.ingredients.mover_damper import (
     MoverDamperConfig,
 )
-from remosplat_drake.controller.kernels.compiled_ingredient import (
+from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.kernels.tick_arrays import given_or
+from remosplat_drake.controller.program.kernels.tick_arrays import given_or
 from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.robot.robot_model import RobotModel
 

@@ -8,11 +8,14 @@ from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
-from remosplat_drake.controller.guidance.guidance import Guidance
-from remosplat_drake.controller.kernels.compiled_ingredient import (
+from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.kernels.tick_arrays import given_or, new_row
+from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.program.kernels.tick_arrays import (
+    given_or,
+    new_row,
+)
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import COLLISION

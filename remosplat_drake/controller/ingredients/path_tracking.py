@@ -9,10 +9,10 @@ from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
-from remosplat_drake.controller.kernels.compiled_ingredient import (
+from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.planning.kernels.path_places import (
+from remosplat_drake.controller.program.kernels.path_places import (
     nearest_place,
     place_at,
 )

@@ -10,20 +10,20 @@ from annotated_types import Interval
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.base.vectors import dot
-from remosplat_drake.controller.guidance.deflection import (
-    deflection,
-)
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
 )
-from remosplat_drake.controller.kernels.compiled_ingredient import (
+from remosplat_drake.controller.ingredients.deflection import (
+    deflection,
+)
+from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.kernels.tick_arrays import given_or
-from remosplat_drake.controller.planning.kernels.path_places import (
+from remosplat_drake.controller.program.kernels.path_places import (
     nearest_place,
 )
-from remosplat_drake.controller.servo import (
+from remosplat_drake.controller.program.kernels.tick_arrays import given_or
+from remosplat_drake.controller.program.servo import (
     LINE_STIFFNESS,
     line_twist,
     servo_gains,

@@ -8,10 +8,10 @@ from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.ranges import Config
-from remosplat_drake.controller.kernels.compiled_ingredient import (
+from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
 )
-from remosplat_drake.controller.kernels.tick_arrays import narrow
+from remosplat_drake.controller.program.kernels.tick_arrays import narrow
 from remosplat_drake.robot.robot_model import RobotModel
 
 

@@ -14,12 +14,16 @@ from remosplat_drake.controller.planning.steering import (
     held_command,
     waypoints,
 )
-from remosplat_drake.controller.verification.scene_sweep import (
-    keeps_off_the_scene,
+from remosplat_drake.controller.verification.kernels.map_sweep import (
+    sweeps_clear,
+)
+from remosplat_drake.controller.verification.kernels.places import held
+from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
+from remosplat_drake.controller.verification.map_calls import (
+    MapCalls,
+    map_for_kernels,
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
-from remosplat_drake.controller.verification.verify import TOLERANCE
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
@@ -179,14 +183,16 @@ class FreeSpace:
                 TOLERANCE,
             )
         times = np.linspace(0.0, 1.0, looks + 1)[1:]
-        return keeps_off_the_scene(
-            StoppingPath.held(robot, a, u, times),
-            self.field,
-            spheres.p_WS,
-            self._clearance(a),
-            self._level,
-            TOLERANCE,
-        )
+        with MapCalls(robot, self.field) as line:
+            return sweeps_clear(
+                robot.arrays,
+                held(a, u, robot.n_base, times, times),
+                (*map_for_kernels(self.field), line),
+                spheres.p_WS,
+                self._clearance(a),
+                self._level,
+                TOLERANCE,
+            )
 
     def _is_obstructed(self, q: np.ndarray) -> bool:
         """Tells whether something that stands there is too near."""

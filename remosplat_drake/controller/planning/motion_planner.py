@@ -8,21 +8,21 @@ from time import perf_counter
 
 import numpy as np
 
-from remosplat_drake.controller.joint_margins import (
-    STOP_SHARE,
-    joint_margins,
-)
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.goal_configurations import (
     GoalConfigurations,
     goal_configurations,
 )
 from remosplat_drake.controller.planning.obstructions import StandingMovers
-from remosplat_drake.controller.planning.path import Path
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.planning.stretches import driven_corners
+from remosplat_drake.controller.program.joint_margins import (
+    STOP_SHARE,
+    joint_margins,
+)
+from remosplat_drake.controller.program.path import Path
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers

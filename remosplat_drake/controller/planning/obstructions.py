@@ -7,8 +7,8 @@ import numpy as np
 from remosplat_drake.controller.verification.kernels.mover_sweep import (
     keeps_off_movers,
 )
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
-from remosplat_drake.controller.verification.verify import TOLERANCE
+from remosplat_drake.controller.verification.kernels.places import held
+from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.mover import Mover, Movers
@@ -83,11 +83,9 @@ class StandingMovers:
         """
         looks = max(1, round(travel / _LOOK))
         times = np.linspace(0.0, 1.0, looks + 1)[1:]
-        path = StoppingPath.held(robot, q, u, times)
         return keeps_off_movers(
             robot.arrays,
-            path.arrays,
-            path.clock,
+            held(q, u, robot.n_base, times, times),
             self.movers.at(self.movers.stamp),
             np.array(robot.spheres_at(q).p_WS),
             0.0,

@@ -2,7 +2,7 @@
 
 import dataclasses as dc
 
-from remosplat_drake.controller.planning.path import Path
+from remosplat_drake.controller.program.path import Path
 
 
 @dc.dataclass(frozen=True, eq=False)

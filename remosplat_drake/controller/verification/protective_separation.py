@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.controller.braking import braking_steps
+from remosplat_drake.controller.verification.braking import braking_steps
 from remosplat_drake.controller.verification.kernels.least_margin import (
     least_margin,
 )

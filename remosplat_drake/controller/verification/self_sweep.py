@@ -2,38 +2,17 @@
 
 import dataclasses as dc
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from remosplat_drake.base.packed import Packed
-from remosplat_drake.controller.verification.kernels.pair_sweep import (
-    pairs_keep_apart,
-)
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
+from remosplat_drake.controller.verification.kernels.verified import OwnArrays
 from remosplat_drake.robot.relative_motion import levers
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.robot.self_collision.pairs import (
     SelfCollisionPairs,
     self_collision_pairs,
 )
-
-
-class OwnArrays(NamedTuple):
-    """A `SelfClearance`, as kernels take it.
-
-    Attributes:
-        pairs: The pairs of shapes.
-        rate: `SelfClearance.rate`.
-        lever: `SelfClearance.lever`.
-        turns: Which commands turn, shape (n_u,), bool.
-    """
-
-    pairs: PairArrays
-    rate: np.ndarray
-    lever: np.ndarray
-    turns: np.ndarray
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -102,26 +81,3 @@ class SelfClearance:
             The distances plus the pairs' allowances, shape (k,) [m].
         """
         return self.pairs.distances(q, enough)
-
-    def is_kept(self, path: StoppingPath, tolerance: float) -> bool:
-        """Tells whether every pair keeps min(stopping, its present distance).
-
-        Where the robot may be off the path, the stopping distance grows by as
-        much as that may change a pair's distance.
-
-        Pairs keep it at the path's `times`, and less a tolerance at all times
-        in between, see `kernels/relative_way.py`.
-
-        Args:
-            path: The path of a command and its braking ramp.
-            tolerance: How far below its level a distance may fall between the
-                path's times [m].
-        """
-        tube = self.rate @ (path.tube * path.peak)
-        return pairs_keep_apart(
-            self.robot.tree.arrays,
-            path.arrays,
-            self.arrays,
-            self.stopping + tube,
-            tolerance,
-        )

@@ -39,61 +39,48 @@ foreseen where they are later: the rest of a ramp stays checked.
 """
 
 import dataclasses as dc
-from typing import NamedTuple
 
 import numpy as np
 
-from remosplat_drake.controller.braking import braking_command
-from remosplat_drake.controller.verification.kernels.map_sweep import (
-    keeps_joint_limits,
-)
-from remosplat_drake.controller.verification.kernels.mover_sweep import (
-    keeps_off_movers,
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.controller.verification.kernels.places import PathArrays
+from remosplat_drake.controller.verification.kernels.stopping import (
+    stopping_path,
 )
 from remosplat_drake.controller.verification.kernels.verified import (
-    SCALES,
-    TOLERANCE,
+    OBJECTIONS,
+    Around,
+    KeptArrays,
 )
-from remosplat_drake.controller.verification.scene_sweep import (
-    keeps_off_the_scene,
+from remosplat_drake.controller.verification.kernels.verified import (
+    path_objection as path_objection_of_kernels,
+)
+from remosplat_drake.controller.verification.map_calls import (
+    MapCalls,
+    map_for_kernels,
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.robot_state import RobotState
-from remosplat_drake.scene.mover import MoverArrays
-from remosplat_drake.signals.binding import (
-    COLLISION,
-    JOINT_LIMIT,
-    MOVER,
-    SELF_COLLISION,
-)
+from remosplat_drake.scene.mover import STILL
 from remosplat_drake.signals.distance_field import DistanceField
-from remosplat_drake.signals.motion import Motion
+from remosplat_drake.signals.motion import prompt_motion
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What verification knows of the present tick.
+    """What is known where a path starts, on which nothing else moves.
 
     Attributes:
         robot: The robot, whose kinematics predict configurations.
         field: The map.
-        state: Kinematics at the present configuration.
-        clearance: Present clearance of each sphere, or a lower bound of it
-            that is at least d_s, shape (n,) [m].
+        state: Kinematics at the configuration.
+        clearance: Clearance of each sphere, or a lower bound of it that is at
+            least d_s, shape (n,) [m].
         stopping: Stopping distance d_s that spheres keep from the scene [m].
         dt: Control period [s].
-        acceleration_limit: Bounds on |du/dt| of the braking ramp; infinite
-            where the robot may stop at once, shape (n_u,).
         self_clearance: Distances that the robot's own parts keep from each
             other; None if these are not checked.
-        motion: What the robot is about to do already; None where it obeys at
-            once. The state is then that in which a command begins to act.
-        movers: What moves, as it is known when a path starts; None if nothing
-            does.
-        separation: Distance that spheres which move keep from wherever movers
-            can be [m].
     """
 
     robot: RobotModel
@@ -102,143 +89,80 @@ class Surroundings:
     clearance: np.ndarray
     stopping: float
     dt: float
-    acceleration_limit: np.ndarray
     self_clearance: SelfClearance | None = None
-    motion: Motion | None = None
-    movers: MoverArrays | None = None
-    separation: float = 0.0
 
-    def path(self, u: np.ndarray) -> StoppingPath:
-        """Makes the path of a command and of its ramp."""
-        limit = self.acceleration_limit
-        if self.motion is not None:
-            return StoppingPath.through(
-                self.robot, self.motion, u, limit, self.dt
+    def path(self, u: np.ndarray) -> PathArrays:
+        """Makes the path of a command that is obeyed at once, and its ramp.
+
+        Args:
+            u: The command, shape (n_u,) [rad/s, m/s].
+        """
+        return stopping_path(
+            self.robot.arrays,
+            prompt_motion(self.robot.n_u),
+            np.array(self.state.q, float),
+            # A copy, since numba compiles for arrays that may be written.
+            np.array(u, float),
+            float(self.dt),
+        )
+
+    def objection(self, path: PathArrays) -> str:
+        """Says what a path comes too near to.
+
+        Args:
+            path: The path.
+
+        Returns:
+            `JOINT_LIMIT`, `SELF_COLLISION` or `COLLISION`; empty if the path is
+            allowed.
+        """
+        own = self.self_clearance
+        with MapCalls(self.robot, self.field) as line:
+            number = _path_objection(
+                float(self.dt),
+                own is not None,
+                (own or SelfClearance.make(self.robot, 0.0)).arrays,
+                0.0 if own is None else float(own.stopping),
+                self.robot.arrays,
+                *map_for_kernels(self.field),
+                line,
+                STILL.arrays,
+                prompt_motion(self.robot.n_u),
+                np.array(self.state.spheres.p_WS, float),
+                np.array(self.clearance, float),
+                float(self.stopping),
+                path,
             )
-        return StoppingPath.make(self.robot, self.state.q, u, limit, self.dt)
+        return OBJECTIONS[number]
 
 
-class Verdict(NamedTuple):
-    """What verification makes of a command.
-
-    Attributes:
-        command: The command that may be applied, shape (n_u,).
-        scale: Its fraction: one of `SCALES`, or 0 for braking.
-        objection: What stood against the whole command, as `objection` says
-            it; empty if nothing did.
-    """
-
-    command: np.ndarray
-    scale: float
-    objection: str = ""
-
-
-def verified_command(
-    around: Surroundings, u: np.ndarray, u_previous: np.ndarray
-) -> Verdict:
-    """Finds the command closest to u, towards braking, that may be applied.
-
-    Commands on the way from the braking ramp's next step (fraction 0) to u
-    (fraction 1) are tried; all of them respect the acceleration bounds if u
-    does. One passes if on its path each sphere stays at least min(d_s, its
-    present clearance) from the scene, the robot's shapes in the same way
-    from each other, and each joint within its limits. At the ends of ticks
-    there is no tolerance, which would let distances creep down tick by tick.
-    Fraction 0 needs no check: it was checked when the command being executed
-    was.
-
-    Args:
-        around: Robot, map and present state.
-        u: The wanted command, shape (n_u,) [rad/s, m/s].
-        u_previous: The command being executed, shape (n_u,) [rad/s, m/s].
-
-    Returns:
-        The command that may be applied, its fraction, and what stood against
-        the whole of u.
-    """
-    brake = braking_command(u_previous, around.acceleration_limit, around.dt)
-    first = ""
-    for scale in SCALES:
-        command = u if scale == 1.0 else brake + scale * (u - brake)
-        found = objection(around, command)
-        if not found:
-            return Verdict(command, scale, first)
-        first = first or found
-    return Verdict(brake, 0.0, first)
-
-
-def can_stop(around: Surroundings, u: np.ndarray) -> bool:
-    """Tells whether the path of a command, and of its ramp, is allowed.
-
-    Args:
-        around: Robot, map and present state.
-        u: The command, shape (n_u,) [rad/s, m/s].
-    """
-    return not objection(around, u)
-
-
-def objection(around: Surroundings, u: np.ndarray) -> str:
-    """Says what the path of a command, or of its ramp, comes too near to.
-
-    Args:
-        around: Robot, map and present state.
-        u: The command, shape (n_u,) [rad/s, m/s].
-
-    Returns:
-        What `path_objection` says of the path.
-    """
-    return path_objection(around, around.path(u))
-
-
-def path_objection(around: Surroundings, path: StoppingPath) -> str:
-    """Says what a path comes too near to.
-
-    Args:
-        around: Robot, map and the state at which the path starts.
-        path: The path.
-
-    Returns:
-        `JOINT_LIMIT`, `SELF_COLLISION`, `MOVER` or `COLLISION`; empty if the
-        path is allowed.
-    """
-    lower, upper = path.robot.position_lower, path.robot.position_upper
-    if not keeps_joint_limits(path.arrays, lower, upper):
-        return JOINT_LIMIT
-    if not _keeps_off_itself(around, path):
-        return SELF_COLLISION
-    tube = path.sphere_tube()
-    if not _keeps_off_movers(around, path, tube):
-        return MOVER
-    stopping = around.stopping + tube
-    keeps_off = keeps_off_the_scene(
-        path,
-        around.field,
-        around.state.spheres.p_WS,
-        around.clearance,
-        np.minimum(stopping, around.clearance),
-        TOLERANCE,
+@kernel
+def _path_objection(
+    dt,
+    looks_at_itself,
+    own,
+    own_stopping,
+    robot,
+    compiled,
+    off,
+    line,
+    movers,
+    motion,
+    p_WS,
+    clearance,
+    stopping,
+    path,
+):
+    """Asks `path_objection` of the kernels, for Python."""
+    kept = KeptArrays(dt, looks_at_itself, own, own_stopping, 0.0)
+    around = Around(
+        robot,
+        (compiled, off, line),
+        movers,
+        motion,
+        path.starts[0],
+        p_WS,
+        clearance,
+        stopping,
     )
-    return "" if keeps_off else COLLISION
-
-
-def _keeps_off_itself(around: Surroundings, path: StoppingPath) -> bool:
-    if around.self_clearance is None:
-        return True
-    return around.self_clearance.is_kept(path, TOLERANCE)
-
-
-def _keeps_off_movers(
-    around: Surroundings, path: StoppingPath, tube: np.ndarray
-) -> bool:
-    if around.movers is None:
-        return True
-    return keeps_off_movers(
-        path.robot.arrays,
-        path.arrays,
-        path.clock,
-        around.movers,
-        around.state.spheres.p_WS,
-        around.separation,
-        tube,
-        TOLERANCE,
-    )
+    return path_objection_of_kernels(kept, around, path)

@@ -9,10 +9,10 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.guidance import selection_round
-from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.planner import Situation
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.program.guidance import Guidance
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 

@@ -8,18 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from programs import program_of
 
-from remosplat_drake.controller.guidance.deflection import (
-    NEAR,
-    deflection,
-)
-from remosplat_drake.controller.guidance.guidance import (
-    DIRECT,
-    Guidance,
-    make_candidates,
-)
 from remosplat_drake.controller.ingredients import (
     BaseOrientationCost,
     BaseOrientationCostConfig,
+)
+from remosplat_drake.controller.ingredients.deflection import (
+    NEAR,
+    deflection,
+)
+from remosplat_drake.controller.program.guidance import (
+    DIRECT,
+    Guidance,
+    make_candidates,
 )
 
 STOPPING, MAX_SPEED = 0.02, 0.35
@@ -205,8 +205,8 @@ def test_the_base_heads_for_the_side_that_is_taken(frankie, make_tick):
         tick = dc.replace(make_tick(frankie, q), guidance=guidance)
         cost = BaseOrientationCost(BaseOrientationCostConfig(gain=0.5))
         program = program_of(tick, [cost])
-        (binding,) = program.prog.linear_costs()
-        costs[guidance.name] = binding.evaluator().a()[1]
+        (c,) = program.terms.linear.values()
+        costs[guidance.name] = c[1]
     # A negative cost on the yaw rate turns left; E is straight ahead.
     assert costs["left"] == pytest.approx(-0.4, abs=1e-6)
     assert costs["right"] == pytest.approx(0.4, abs=1e-6)

@@ -21,9 +21,9 @@ from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
+from remosplat_drake.controller.program.solvers import ActiveSetSolver
 from remosplat_drake.controller.reactive_controller import ReactiveController
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.solvers import ActiveSetSolver
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import PrimitiveScene

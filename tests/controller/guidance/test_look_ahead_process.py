@@ -34,11 +34,11 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.guidance.worker import look_ahead
-from remosplat_drake.controller.ingredient import Ingredient
 from remosplat_drake.controller.planning.motion_planner import can_plan
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.reactive_program import ReactiveProgram
-from remosplat_drake.controller.tick import Tick
+from remosplat_drake.controller.program.ingredient import Ingredient
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.mover import Mover, Movers
@@ -261,7 +261,7 @@ from remosplat_drake.controller.guidance.look_ahead_process import (
 from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 

@@ -5,33 +5,24 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
-from asked_in_python import AskedInPython
 
 from remosplat_drake.controller.controller_config import gain_set
-from remosplat_drake.controller.guidance.guidance import (
-    Guidance,
-    make_candidates,
-)
 from remosplat_drake.controller.guidance.rollout import (
     HORIZON,
     REACHED,
     RUNNING,
     STALLED,
     Rollout,
-    _compiled_steps,
-    _step,
     advance_rollout,
 )
-from remosplat_drake.controller.planning.path import Path
-from remosplat_drake.controller.reactive_law import ReactiveLaw
-from remosplat_drake.controller.run_tick import run_tick
-from remosplat_drake.generation.primitive_surfels import surfel_splat
+from remosplat_drake.controller.program.guidance import (
+    Guidance,
+    make_candidates,
+)
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.generation.scene_generators import generate
-from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.oracle.unknown_space import UnknownSpaceField
-from remosplat_drake.signals.aim import Aim
 
 
 def roll(toy, guidance, *, X_WT=None, arrived=None, horizon=4.0) -> Rollout:
@@ -80,41 +71,6 @@ def test_it_is_the_loop_that_drives_the_robot(frankie, guidance, verify):
     np.testing.assert_array_equal(rollout.path, path)
 
 
-@pytest.mark.parametrize("kind", ["boxes", "splat and unseen space"])
-@pytest.mark.parametrize("gains", ["tuned", "paper"])
-@pytest.mark.parametrize("way", ["direct", "left", "right", "path"])
-def test_the_compiled_step_is_the_tick(frankie, kind, gains, way):
-    scene = generate("table", 3)
-    field = SignedDistanceField(scene)
-    if kind != "boxes":
-        splat_W = surfel_splat(scene, 5000)
-        unseen = np.zeros((16, 16, 16), bool)
-        unseen[:, :, 13:] = True
-        around = UnknownSpaceField(unseen, np.array([-5.0, -5, -5]), 0.5)
-        splats = SphereToEllipsoidField(splat_W)
-        field = CompositeDistanceField([splats, around])
-    assert scene.X_WE_target is not None and scene.X_WB_start is not None
-    X_WT = scene.X_WE_target.GetAsMatrix4()
-    law = ReactiveLaw.make(gain_set(gains), frankie, 0.1)
-    law = law.with_step(0.1, solver="active_set")
-    q = np.array([*scene.X_WB_start, *frankie.home])
-    goal = q + np.array([0.5, 0.1, 0.3, *np.full(7, 0.2)])
-    guidance = {g.name: g for g in make_candidates([0.011])[0]}
-    guidance["path"] = Guidance("path", path=Path.through(np.stack([q, goal])))
-    rollout = Rollout(guidance[way], q, np.zeros(frankie.n_u))
-    scaled = 0
-    for _ in range(80):
-        reference = _step(law, rollout, AskedInPython(field), Aim.of(X_WT))
-        step = _compiled_steps(law, rollout, field, Aim.of(X_WT), 1)
-        assert step is not None
-        for ours, theirs in zip(step, reference, strict=True):
-            np.testing.assert_allclose(ours, theirs, atol=1e-9)
-        u, q = step[0][0], step[1][0]
-        scaled += np.linalg.norm(u) > 1e-3
-        rollout = Rollout(rollout.guidance, q, u)
-    assert scaled > 10
-
-
 @pytest.mark.parametrize("steps", [2, 5, 13, 1000])
 @pytest.mark.parametrize("solver", ["active_set", "clarabel"])
 def test_many_steps_are_as_many_single_ones(toy, steps, solver):
@@ -144,7 +100,9 @@ def test_many_steps_are_as_many_single_ones(toy, steps, solver):
         assert many.status != RUNNING
 
 
-def test_what_kernels_do_not_know_is_stepped_in_python(frankie):
+def test_python_is_asked_in_between(frankie):
+    """For terms, for a solver, and for a map with several rows a sphere."""
+
     class Calm:
         def AddToProgram(self, program, tick):
             program.add_quadratic_cost("calm", np.ones(program.n_u))
@@ -159,13 +117,22 @@ def test_what_kernels_do_not_know_is_stepped_in_python(frankie):
     outside = ReactiveLaw.make(*usual, [Calm()])
     outside = outside.with_step(0.1, solver="active_set")
     clarabel = ReactiveLaw.make(*usual)
-    assert _compiled_steps(fast, start, field, Aim.of(X_WT), 3) is not None
-    for law, map_ in ((outside, field), (clarabel, field), (fast, rows)):
-        assert _compiled_steps(law, start, map_, Aim.of(X_WT), 3) is None
+    reached = {}
+    for name, law, map_ in (
+        ("fast", fast, field),
+        ("outside", outside, field),
+        ("clarabel", clarabel, field),
+        ("rows", fast, rows),
+    ):
         rollout = advance_rollout(
-            law, start, map_, X_WT, lambda error: False, 99.0
+            law, start, map_, X_WT, lambda error: False, 99.0, 3
         )
-        assert rollout.time == pytest.approx(0.1)
+        assert rollout.time == pytest.approx(0.3)
+        reached[name] = rollout.q
+    np.testing.assert_allclose(reached["clarabel"], reached["fast"], atol=1e-6)
+    np.testing.assert_allclose(reached["rows"], reached["fast"], atol=1e-3)
+    calm = np.abs(reached["outside"] - frankie.q_home).max()
+    assert 0 < calm < 0.9 * np.abs(reached["fast"] - frankie.q_home).max()
 
 
 def test_it_ends_where_the_target_is_reached(toy):

@@ -10,7 +10,6 @@ import dataclasses as dc
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.guidance.guidance import Guidance
 from remosplat_drake.controller.guidance.rollout import REACHED, STALLED
 from remosplat_drake.controller.guidance.selection import (
     Selection,
@@ -21,6 +20,7 @@ from remosplat_drake.controller.guidance.selection_round import (
     PATIENCE,
     advance_selection,
 )
+from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.signals.aim import Aim
 
 PLENTY = 1000

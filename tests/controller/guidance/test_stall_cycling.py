@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.guidance.guidance import make_candidates
 from remosplat_drake.controller.guidance.selection import start_selection
 from remosplat_drake.controller.guidance.stall_cycling import (
     STALL_SPEED,
     cycle_when_stalled,
 )
+from remosplat_drake.controller.program.guidance import make_candidates
 
 PERIOD = 0.05
 FIRST, SECOND = make_candidates([0.021, 0.010])

@@ -13,7 +13,7 @@ from remosplat_drake.controller.guidance.selection_rule import (
 )
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
-from remosplat_drake.controller.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.controller.guidance.guidance import DIRECT
 from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.guidance.selection import (
     Selection,
@@ -22,7 +21,8 @@ from remosplat_drake.controller.guidance.standing_movers import (
     whoever_has_gone,
 )
 from remosplat_drake.controller.planning.obstructions import StandingMovers
-from remosplat_drake.controller.run_tick import run_tick
+from remosplat_drake.controller.program.guidance import DIRECT
+from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.aim import Aim

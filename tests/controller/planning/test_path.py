@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.controller.planning.path import Path
+from remosplat_drake.controller.program.path import Path
 
 CORNER = Path.through(np.array([[0.0, 0], [3, 0], [3, 0], [3, 4]]))
 

@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
+import prediction_reference
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from remosplat_drake.controller.prediction import prediction_reference
 from remosplat_drake.controller.prediction.history import History, base_way
 from remosplat_drake.controller.prediction.kernels.append_command import (
     append_command,

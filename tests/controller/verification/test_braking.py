@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from remosplat_drake.controller.braking import braking_command
+from remosplat_drake.controller.verification.braking import braking_command
 
 LIMIT = np.array([1.0, 2.0, 10.0])
 DT = 0.1

@@ -1,20 +1,20 @@
-"""The compiled sweep decides as the one that asks any map does."""
+"""The sweep decides as its reference does, of whatever map."""
 
 import numpy as np
 import pytest
+from asked_in_python import AskedInPython
 from pydrake.math import RigidTransform
+from scene_sweep_reference import sweeps_clear as sweeps_clear_of_any
+from verified_commands import Around, make_path
+from verify_reference import least_rooms
 
-from remosplat_drake.controller.verification.scene_sweep import (
-    keeps_off_the_scene,
-    sweeps_clear_of_any,
+from remosplat_drake.controller.verification.kernels.map_sweep import (
+    sweeps_clear,
 )
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
-from remosplat_drake.controller.verification.verify import (
-    TOLERANCE,
-    Surroundings,
-)
-from remosplat_drake.controller.verification.verify_reference import (
-    least_rooms,
+from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
+from remosplat_drake.controller.verification.map_calls import (
+    MapCalls,
+    map_for_kernels,
 )
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
@@ -54,6 +54,13 @@ def boxes(rng) -> SignedDistanceField:
     )
 
 
+def keeps_off(robot, path, field, p_WS, clearance, level, tolerance):
+    with MapCalls(robot, field) as line:
+        placed = *map_for_kernels(field), line
+        given = p_WS.copy(), clearance, level, tolerance
+        return sweeps_clear(robot.arrays, path, placed, *given)
+
+
 MAPS = {
     "splats": blobs,
     "boxes": boxes,
@@ -81,14 +88,16 @@ def test_it_decides_as_the_sweep_of_any_map(frankie, kind):
         clearance = field.clearances(spheres, 0.5).per_sphere(len(spheres))
         clearance = np.minimum(clearance, 0.5)
         assert field.placed is not None
-        path = StoppingPath.make(frankie, q, u, frankie.acceleration_limit, DT)
+        path = make_path(frankie.arrays, q, u, DT)
         level = np.minimum(STOPPING, clearance)
         given = path, field, spheres.p_WS, clearance, level, TOLERANCE
-        is_clear = keeps_off_the_scene(*given)
-        assert is_clear == sweeps_clear_of_any(*given)
+        is_clear = keeps_off(frankie, *given)
+        assert is_clear == sweeps_clear_of_any(frankie, *given)
+        in_python = path, AskedInPython(field), *given[2:]
+        assert is_clear == keeps_off(frankie, *in_python)
         decided.append(is_clear)
         if is_clear and trial % 10 == 0:
-            around = Surroundings(
+            around = Around(
                 frankie,
                 field,
                 frankie.state(q),
@@ -109,9 +118,7 @@ def test_what_it_cannot_tell_it_refuses(three_link):
     q, u = three_link.q_home, np.full(3, 0.5)
     spheres = three_link.spheres_at(q)
     nothing = np.zeros(len(spheres))
-    path = StoppingPath.make(
-        three_link, q, u, three_link.acceleration_limit, DT
-    )
+    path = make_path(three_link.arrays, q, u, DT)
     for clearance, level, expected in (
         (5.0, 0.0, True),
         (0.0, 0.0, True),  # The map says more.
@@ -120,5 +127,5 @@ def test_what_it_cannot_tell_it_refuses(three_link):
         (0.0, 99.0, False),
     ):
         given = path, box, spheres.p_WS, nothing + clearance, nothing + level
-        for sweep in (keeps_off_the_scene, sweeps_clear_of_any):
-            assert sweep(*given, TOLERANCE) == expected
+        for sweep in (keeps_off, sweeps_clear_of_any):
+            assert sweep(three_link, *given, TOLERANCE) == expected

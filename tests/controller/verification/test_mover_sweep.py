@@ -1,20 +1,19 @@
 """Whether a path keeps off what moves: by hand, and against a dense look."""
 
+import mover_sweep_reference
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RotationMatrix
 from scipy.spatial.transform import Rotation
+from verified_commands import make_path as path_of
 
-from remosplat_drake.controller.verification.kernels import (
-    mover_sweep_reference,
-)
 from remosplat_drake.controller.verification.kernels.mover_sweep import (
     keeps_off_movers,
 )
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
-from remosplat_drake.controller.verification.verify import TOLERANCE
+from remosplat_drake.controller.verification.kernels.places import PathArrays
+from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Mover, Movers
@@ -28,8 +27,7 @@ def keeps_off(robot: RobotModel, q, u, movers, separation=SEPARATION) -> bool:
     path = make_path(robot, q, u)
     return keeps_off_movers(
         robot.arrays,
-        path.arrays,
-        path.clock,
+        path,
         Movers(0.0, movers).at(0.0),
         robot.spheres_at(np.array(q, float)).p_WS.copy(),
         separation,
@@ -38,9 +36,8 @@ def keeps_off(robot: RobotModel, q, u, movers, separation=SEPARATION) -> bool:
     )
 
 
-def make_path(robot: RobotModel, q, u) -> StoppingPath:
-    q, u = np.array(q, float), np.array(u, float)
-    return StoppingPath.make(robot, q, u, robot.acceleration_limit, DT)
+def make_path(robot: RobotModel, q, u) -> PathArrays:
+    return path_of(robot.arrays, q, u, DT)
 
 
 def tip(robot: RobotModel, q) -> tuple[np.ndarray, float]:
@@ -165,8 +162,7 @@ def test_the_kernel_decides_as_its_reference(three_link, seed, age):
     path, field = make_path(three_link, q, u), Movers(0.0, movers)
     decided = keeps_off_movers(
         three_link.arrays,
-        path.arrays,
-        path.clock,
+        path,
         field.at(age),
         three_link.spheres_at(q).p_WS.copy(),
         SEPARATION,
@@ -174,7 +170,7 @@ def test_the_kernel_decides_as_its_reference(three_link, seed, age):
         TOLERANCE,
     )
     assert decided == mover_sweep_reference.keeps_off_movers(
-        path, field, age, SEPARATION, TOLERANCE
+        three_link, path, field, age, SEPARATION, TOLERANCE
     )
 
 

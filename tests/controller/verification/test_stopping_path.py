@@ -6,21 +6,24 @@ import math
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from verified_commands import (
+    Around,
+    at,
+    knots,
+    make_path,
+    spans,
+    tube_of,
+    verified_command,
+)
+from verify_reference import least_rooms
 
-from remosplat_drake.controller.braking import (
+from remosplat_drake.base.packed import Packed
+from remosplat_drake.controller.prediction.history import History
+from remosplat_drake.controller.prediction.predict import predict
+from remosplat_drake.controller.verification.braking import (
     braking_command,
     braking_steps,
 )
-from remosplat_drake.controller.prediction.history import History
-from remosplat_drake.controller.prediction.predict import predict
-from remosplat_drake.controller.verification.committed import committed
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
-from remosplat_drake.controller.verification.verify import (
-    Surroundings,
-    can_stop,
-    verified_command,
-)
-from remosplat_drake.controller.verification.verify_reference import least_rooms
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
@@ -43,6 +46,16 @@ def motion_of(robot, axes, commands, q):
     now = len(commands) * DT
     stamp = np.full(robot.n_u, now)
     return predict(robot, model, history, q, stamp, now)
+
+
+def limited(robot):
+    values = robot.arrays.values
+    return Packed(values._replace(acceleration_limit=LIMIT))
+
+
+def through(robot, motion, u):
+    """The path of a command that actuators delay and lag behind."""
+    return make_path(limited(robot), motion.q_start, u, DT, motion)
 
 
 def reference(robot, motion, u, limit, dt, ends):
@@ -72,25 +85,27 @@ def test_the_kernel_makes_the_path_that_the_model_says(three_link, seed):
     commands = list(rng.uniform(-1, 1, (8, 3)))
     u = rng.uniform(-1, 1, 3) * (seed > 0)
     motion = motion_of(three_link, AXES, commands, rng.uniform(-1, 1, 3))
-    path = StoppingPath.through(three_link, motion, u, LIMIT, DT)
+    path = through(three_link, motion, u)
     q, ways = reference(three_link, motion, u, LIMIT, DT, path.times[:-1])
-    np.testing.assert_allclose(path.knots, q, atol=1e-12)
+    np.testing.assert_allclose(knots(path), q, atol=1e-12)
     np.testing.assert_allclose(
-        path.rates * path.spans[:, None], ways, atol=1e-12
+        path.rates * spans(path)[:, None], ways, atol=1e-12
     )
 
 
 def test_without_delays_it_is_the_path_of_a_held_command(three_link):
     u, q = np.array([1.0, -0.5, 0.7]), np.array([0.2, 0.1, -0.4])
     motion = motion_of(three_link, [Actuator()] * 3, [u], q)
-    path = StoppingPath.through(three_link, motion, u, LIMIT, DT)
-    held = StoppingPath.make(three_link, q, u, LIMIT, DT)
+    path = through(three_link, motion, u)
+    held = make_path(limited(three_link), q, u, DT)
     np.testing.assert_allclose(
-        path.knots[-1], held.at(held.times[-1:])[0], atol=1e-12
+        knots(path)[-1], at(held, held.times[-1:])[0], atol=1e-12
     )
     # Looks are at the same places, though not at the same times.
     np.testing.assert_allclose(
-        path.at(path.times)[: len(held.times)], held.at(held.times), atol=1e-12
+        at(path, path.times)[: len(held.times)],
+        at(held, held.times),
+        atol=1e-12,
     )
 
 
@@ -101,7 +116,7 @@ def test_braking_follows_the_path_that_was_checked(three_link, seed):
     commands = list(np.cumsum(rng.uniform(-0.1, 0.1, (8, 3)), axis=0))
     q, u = np.zeros(3), commands[-1]
     motion = motion_of(three_link, AXES, commands, q)
-    path = StoppingPath.through(three_link, motion, u, LIMIT, DT)
+    path = through(three_link, motion, u)
     # A tick later the ramp's first step is sent, from where the path then is.
     model = motion.model
     way, v = model.response(
@@ -121,10 +136,10 @@ def test_braking_follows_the_path_that_was_checked(three_link, seed):
         v_start=v[0],
     )
     ramp = braking_command(u, LIMIT, DT)
-    rest = StoppingPath.through(three_link, later, ramp, LIMIT, DT)
-    np.testing.assert_allclose(rest.knots[-1], path.knots[-1], atol=1e-9)
+    rest = through(three_link, later, ramp)
+    np.testing.assert_allclose(knots(rest)[-1], knots(path)[-1], atol=1e-9)
     told = rest.times[rest.times < 0.4]
-    np.testing.assert_allclose(rest.at(told), path.at(told + DT), atol=2e-3)
+    np.testing.assert_allclose(at(rest, told), at(path, told + DT), atol=2e-3)
 
 
 def test_the_tube_widens_with_the_speed_and_is_zero_at_rest(three_link):
@@ -133,8 +148,8 @@ def test_the_tube_widens_with_the_speed_and_is_zero_at_rest(three_link):
     for speed in (0.0, 0.5, 1.0):
         u = np.full(3, speed)
         motion = motion_of(three_link, axes, [np.zeros(3)], np.zeros(3))
-        path = StoppingPath.through(three_link, motion, u, LIMIT, DT)
-        tubes.append(path.sphere_tube())
+        path = through(three_link, motion, u)
+        tubes.append(tube_of(three_link, path))
     assert not tubes[0].any()
     np.testing.assert_allclose(tubes[2], 2 * tubes[1])
     assert (tubes[1] > 0).all()
@@ -155,19 +170,12 @@ def test_what_passes_keeps_its_distances_on_the_whole_path(frankie, seed):
     motion = motion_of(frankie, axes, [0.5 * u, 0.6 * u, 0.7 * u], q)
     state = frankie.state(motion.q_planned)
     near = field.clearances(state.spheres).per_sphere(len(state.spheres))
-    around = committed(
-        Surroundings(
-            frankie, field, state, near, 0.02, DT, frankie.acceleration_limit
-        ),
-        motion,
-        u,
-        u,
-    )
+    limit = frankie.acceleration_limit
+    around = Around(frankie, field, state, near, 0.02, DT, limit, motion=motion)
     command, scale, _ = verified_command(around, u, 0.7 * u)
     if scale:
-        assert can_stop(around, command)
-        exact = field.clearances(around.state.spheres).per_sphere(len(near))
-        known = dc.replace(around, clearance=exact)
+        exact = field.clearances(frankie.spheres_at(motion.q_start))
+        known = dc.replace(around, clearance=exact.per_sphere(len(near)))
         ends, between = least_rooms(known, command, looks=5)
         assert ends >= -1e-9
         assert between >= -5e-4 - 1e-9

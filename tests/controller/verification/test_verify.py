@@ -8,19 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RotationMatrix
+from verified_commands import Around, at, verified_command
+from verify_reference import least_rooms
 
 from remosplat_drake.controller.verification.kernels.between_looks import (
     longest_way,
 )
-from remosplat_drake.controller.verification.self_sweep import SelfClearance
-from remosplat_drake.controller.verification.stopping_path import StoppingPath
-from remosplat_drake.controller.verification.verify import (
+from remosplat_drake.controller.verification.kernels.verified import (
     SCALES,
     TOLERANCE,
-    Surroundings,
-    verified_command,
 )
-from remosplat_drake.controller.verification.verify_reference import least_rooms
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel
@@ -73,7 +71,7 @@ def around(
     """Surroundings at q; without a limit the robot stops at once."""
     state = robot.state(np.array(q, float))
     clearance = field.clearances(state.spheres).per_sphere(len(state.spheres))
-    return Surroundings(
+    return Around(
         robot,
         field,
         state,
@@ -330,10 +328,8 @@ def test_it_allows_what_looking_very_often_allows(
 
 
 def beyond_limits(robot, here, u) -> bool:
-    path = StoppingPath.make(
-        robot, here.state.q, u, here.acceleration_limit, here.dt
-    )
-    end = path.at(path.times[-1:])[0]
+    path = here.path(u)
+    end = at(path, path.times[-1:])[0]
     return bool(
         (end > robot.position_upper).any() or (end < robot.position_lower).any()
     )

@@ -1,17 +1,23 @@
-"""Steps of a rollout in one compiled call: ask, decide, verify, move."""
+"""Steps of a rollout: ask the map, run the tick, move."""
 
 import numpy as np
 
-from remosplat_drake.base.kernels import kernel
-from remosplat_drake.controller.kernels.decide import NOT_DECIDED
-from remosplat_drake.controller.kernels.settle import settle
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.controller.prediction.kernels.lead_forward import (
+    PIECES,
+    led,
+)
+from remosplat_drake.controller.tick.kernels.settle import (
+    settle,
+    what_is_unknown,
+)
+from remosplat_drake.robot.actuator_response import respond
 from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
 from remosplat_drake.scene.kernels.mover_reach import aged, moved_on
-from remosplat_drake.signals.compiled_map import IN_PLACE, clearance_rows
-
-FORESIGHT = 2.0
-"""For how long rollouts let what moves keep its twist; it rests then [s]."""
+from remosplat_drake.scene.mover import FORESIGHT
+from remosplat_drake.signals.compiled_map import IN_PLACE, rows_within
+from remosplat_drake.signals.motion import MotionArrays
 
 
 @kernel
@@ -22,54 +28,134 @@ def rollout_steps(
     compiled,
     movers,
     age,
+    motion,
+    now,
     ahead,
     aim,
     q,
     u_previous,
     guidance,
     steps,
+    line,
 ):
-    """Simulates some steps, each as `run_tick` decides it.
+    """Simulates some steps, each by the tick that drives the robot.
 
     Args:
-        law: The `LoopArrays`.
+        law: The `LawArrays`.
         robot: The `RobotArrays`.
-        maps: The map, as `DistanceField.compiled_rows`.
-        compiled: The map, as `DistanceField.compiled`.
+        maps: The map, as `rows_within` takes it.
+        compiled: The map, as `sphere_clearances` takes it.
         movers: The `MoverArrays`.
         age: How old what is known of them is at the rollout's start [s].
+        motion: The `MotionArrays` at this step.
+        now: The time of the rollout's start [s].
         ahead: Time since the start [s].
         aim: The `AimArrays`.
-        q: Configuration, shape (n_q,) [rad, m].
+        q: Configuration, shape (n_q,) [rad, m]; of a robot that is late the
+            one to which all committed commands lead.
         u_previous: The command that is being executed, shape (n_u,).
         guidance: The `GuidanceArrays`.
         steps: Number of steps.
+        line: Number of the `PythonCalls`.
 
     Returns:
         Of each step the command, shape (s, n_u), the configuration after it,
-        shape (s, n_q), and the end effectors' poses there, shape (s, e, 4, 4).
-        There are fewer than asked for where one cannot be decided: it must be
-        found another way.
+        shape (s, n_q), and the end effectors' poses there, shape (s, e, 4, 4);
+        and of the `MotionArrays` after the last, from `sent` to `q_start`.
     """
     around = aged(movers, age)
     us = np.empty((steps, len(u_previous)))
     qs = np.empty((steps, len(q)))
     state = state_arrays(robot, q)
     X_WEs = np.empty((steps, *state.X_WE.shape))
-    u = u_previous
+    u, moving = u_previous, _unpacked(motion)
     for k in range(steps):
-        sphere, distance, direction_W, _, is_defined = clearance_rows(
-            maps, state.p_WS, robot.radius, robot.ignore_below, law.influence
-        )
-        rows = sphere, distance, direction_W
+        rows = rows_within(maps, line, robot, state, law.influence)
         later = moved_on(around, ahead, FORESIGHT)
-        given = robot, compiled, IN_PLACE, state, rows, later
-        _, _, status, verdict = settle(law, given, aim, u, guidance)
-        if not is_defined or status == NOT_DECIDED:
-            return us[:k], qs[:k], X_WEs[:k]
+        given = robot, (compiled, IN_PLACE, line), state, rows, later, moving
+        is_known = what_is_unknown(q, rows, aim) == 0
+        _, _, _, verdict = settle(
+            law, given, now + ahead, ahead, aim, is_known, u, guidance
+        )
         u = verdict[0]
         q = advance(q, u, robot.n_base, law.dt)
         state = state_arrays(robot, q)
         us[k], qs[k], X_WEs[k] = u, q, state.X_WE
+        moving = _motion_after(moving, u, law.dt, robot.n_base)
         ahead += law.dt
-    return us, qs, X_WEs
+    # Copies, since Python does not know whose memory a motion's arrays are.
+    after = (
+        moving.sent.copy(),
+        moving.u.copy(),
+        moving.time,
+        moving.start,
+        moving.v_start.copy(),
+        moving.q_start.copy(),
+    )
+    return us, qs, X_WEs, after
+
+
+@helper
+def _unpacked(motion):
+    return MotionArrays(
+        motion.is_late,
+        motion.parameters,
+        motion.tube,
+        motion.sent,
+        motion.u,
+        motion.time,
+        motion.start,
+        motion.v_start,
+        motion.q_start,
+    )
+
+
+@helper
+def _motion_after(motion, u, dt, n_base):
+    """What a robot is about to do, a period after one more command.
+
+    Args:
+        motion: The `MotionArrays` when the command is sent.
+        u: The command, shape (n_u,).
+        dt: The period [s].
+        n_base: Number of base commands.
+    """
+    if not motion.is_late:
+        return motion
+    n, longest = len(u), 0.0
+    for j in range(n):
+        longest = max(longest, motion.parameters[j, 0])
+    # Earlier ones have no effect any more.
+    first = max(np.searchsorted(motion.sent, motion.start - longest) - 1, 0)
+    h = len(motion.sent) - first
+    sent, told = np.empty(h + 1), np.empty((h + 1, n))
+    for i in range(h + 1):
+        sent[i] = motion.sent[first + i] if i < h else motion.time
+        for j in range(n):
+            told[i, j] = motion.u[first + i, j] if i < h else u[j]
+    until = np.empty((PIECES, n))
+    for k in range(PIECES):
+        for j in range(n):
+            until[k, j] = motion.start + dt * (k + 1) / PIECES
+    way, v = respond(
+        motion.parameters,
+        sent,
+        told,
+        np.full(n, motion.start),
+        motion.v_start,
+        until,
+    )
+    for k in range(PIECES - 1, 0, -1):
+        for j in range(n):
+            way[k, j] -= way[k - 1, j]
+    return MotionArrays(
+        motion.is_late,
+        motion.parameters,
+        motion.tube,
+        sent,
+        told,
+        motion.time + dt,
+        motion.start + dt,
+        v[PIECES - 1].copy(),
+        led(motion.q_start, way, n_base),
+    )

@@ -10,8 +10,6 @@ from remosplat_drake.robot.actuator_response import respond
 def append_command(parameters, past, time, u, span):
     """Adds a command, and forgets those that have no effect any more.
 
-    `prediction_reference.py` says it in NumPy.
-
     Args:
         parameters: `ActuatorModel.parameters`.
         past: `History.sent`, `u`, `v`, `way` and `drift`.

@@ -17,8 +17,6 @@ PIECES = 8
 def lead_forward(parameters, past, q, stamp, now, n_base):
     """Computes what commands in flight make of a measured configuration.
 
-    `prediction_reference.py` says it in NumPy.
-
     Args:
         parameters: `ActuatorModel.parameters`.
         past: `History.sent`, `u`, `v` and `way`.
@@ -58,14 +56,20 @@ def lead_forward(parameters, past, q, stamp, now, n_base):
             rest[k, j] = way[PIECES + k + 1, j] - way[PIECES + k, j]
         rest[PIECES, j] = parameters[j, 1] * v[2 * PIECES, j]
         way_began[j] += way[0, j]
-    q_start = _led(q, ways, n_base)
-    q_planned = _led(q_start, rest, n_base)
+    q_start = led(q, ways, n_base)
+    q_planned = led(q_start, rest, n_base)
     return start, q_start, v[PIECES], q_planned, v[0], way_began
 
 
 @helper
-def _led(q, ways, n_base):
-    """Leads a configuration along s short ways, shape (s, n_u)."""
+def led(q, ways, n_base):
+    """Leads a configuration along s short ways.
+
+    Args:
+        q: The configuration, shape (n_q,) [rad, m].
+        ways: The ways of all axes, shape (s, n_u) [rad, m].
+        n_base: Number of base commands.
+    """
     if not ways.any():
         return q
     # Each way takes one unit of time; where one more would begin is the end.

@@ -1,10 +1,9 @@
-"""Whether spheres keep off a map all along a path, in one compiled call.
+"""Whether spheres keep off a map all along a path.
 
-It decides as `scene_sweep.py` does, which asks any map: from coarse to fine,
-and what is not known to be clear in the end is refused.
+It is asked from coarse to fine, and what is not known to be clear in the end is
+refused. Of a map that is not 1-Lipschitz nothing is said about what lies
+between the looks.
 """
-
-import math
 
 import numpy as np
 
@@ -18,7 +17,10 @@ from remosplat_drake.controller.verification.kernels.scene_looks import (
     look_along,
 )
 from remosplat_drake.robot.kinematics import body_poses
-from remosplat_drake.signals.compiled_map import ask
+from remosplat_drake.signals.compiled_map import (
+    is_lipschitz,
+    sphere_clearances,
+)
 
 PIECES = 4
 """Number of pieces into which the time between two looks is cut."""
@@ -28,14 +30,17 @@ ROUNDS = 5
 
 
 @kernel
-def sweeps_clear(robot, path, compiled, off, p_WS, clearance, level, tolerance):
+def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     """Tells whether all spheres keep their distance from a map on a path.
+
+    They keep it at the path's `times`, and less a tolerance at all times in
+    between, see `between_looks.py`.
 
     Args:
         robot: The `RobotArrays`.
-        path: The path as `StoppingPath.arrays`.
-        compiled: The map, as `DistanceField.compiled`; it is 1-Lipschitz.
-        off: Its `Misplacement`.
+        path: The `PathArrays`.
+        placed: The map, its `Misplacement`, and the number of the
+            `PythonCalls`; see `compiled_map.sphere_clearances`.
         p_WS: Centres of the spheres in W at the start, shape (n, 3) [m].
         clearance: Clearances of the spheres at the start, or lower bounds of
             them, shape (n,) [m].
@@ -43,38 +48,48 @@ def sweeps_clear(robot, path, compiled, off, p_WS, clearance, level, tolerance):
         tolerance: How far below its level a clearance may fall between the
             path's times [m].
     """
-    placed = compiled, off
-    near = _within_reach(robot, path, clearance - level)
+    knows_between = is_lipschitz(placed[0])
+    if knows_between:
+        near = _within_reach(robot, path, clearance - level)
+    else:
+        near = np.arange(len(level))
     if len(near) == 0:
         return True
     level, start = level[near], p_WS[near]
     at_start = clearance[near] - level
-    point, _, bend, way, room, wanted = look_along(
+    point, R_WL, bend, way, room, wanted = look_along(
         robot, path, near, start, at_start, tolerance
     )
     k, n = room.shape
-    reach = level.max() + wanted.max()
+    reach = level.max()
+    if knows_between:
+        reach += wanted.max()
     looks = np.empty((k * n, 2), np.int64)
     count = 0
     for j in range(k):
         for i in range(n):
-            if not room[j, i] > wanted[j, i]:
+            if not (knows_between and room[j, i] > wanted[j, i]):
                 looks[count, 0], looks[count, 1] = j, i
                 count += 1
     sphere, p = np.empty(count, np.int64), np.empty((count, 3))
+    R = np.empty((count, 3, 3))
     for row in range(count):
         j, i = looks[row]
         sphere[row] = near[i]
         for c in range(3):
             p[row, c] = point[j + 1, i, c]
+            for r in range(3):
+                R[row, r, c] = R_WL[j, i, r, c]
     found = np.empty(count)
-    _clearances(robot, placed, sphere, p, reach, found)
+    sphere_clearances(placed, robot, sphere, p, R, reach, found)
     for row in range(count):
         j, i = looks[row]
         room[j, i] = found[row] - level[i]
         if not room[j, i] >= 0.0:
             return False
-    times = path[4]
+    if not knows_between:
+        return True
+    times = path.times
     for i in range(n):
         before, time = at_start[i], 0.0
         for j in range(k):
@@ -108,10 +123,10 @@ def travel_of(robot, path, i):
 
     Args:
         robot: The `RobotArrays`.
-        path: The path as `StoppingPath.arrays`.
+        path: The `PathArrays`.
         i: The sphere.
     """
-    _, rates, since, _, times = path
+    rates, since, times = path.rates, path.since, path.times
     travel = 0.0
     for s in range(len(since)):
         end = since[s + 1] if s + 1 < len(since) else times[-1]
@@ -123,42 +138,12 @@ def travel_of(robot, path, i):
 
 
 @helper
-def _clearances(robot, placed, sphere, p_WS, reach, found):
-    """Fills in clearances of spheres, exact below a reach, else the reach."""
-    compiled, off = placed
-    scale = 1.0 + off.turn
-    question = np.empty((len(sphere), 5))
-    answer = np.full((len(sphere), 8), -1.0)
-    for row in range(len(sphere)):
-        i = sphere[row]
-        for c in range(3):
-            question[row, c] = p_WS[row, c]
-        # Not at the distance itself: that is not answered.
-        least = scale * np.nextafter(reach, np.inf) + _margin(off, p_WS[row])
-        question[row, 3] = robot.radius[i] + least
-        question[row, 4] = robot.ignore_below[i]
-    ask(compiled, question, answer)
-    for row in range(len(sphere)):
-        found[row] = reach
-        if answer[row, 0] >= 0.0:
-            clearance = answer[row, 1] - robot.radius[sphere[row]]
-            clearance = (clearance - _margin(off, p_WS[row])) / scale
-            found[row] = min(clearance, reach)
-
-
-@helper
-def _margin(off, p_WS):
-    """How much nearer a map that is misplaced may be at a point [m]."""
-    return off.shift + off.turn * math.hypot(p_WS[0] - off.x, p_WS[1] - off.y)
-
-
-@helper
 def _clear_between(robot, path, placed, gap, ends, places, tolerance):
     """Looks between two times, again and again, at one sphere.
 
     Args:
         robot: The `RobotArrays`.
-        path: The path as `StoppingPath.arrays`.
+        path: The `PathArrays`.
         placed: The map.
         gap: The sphere, its level, its room at the start, the bound on how
             fast its velocity changes, and how far the map is asked.
@@ -179,6 +164,7 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
     count = 1
     sphere = np.full(1, i)
     p, found = np.empty((PIECES + 1, 3)), np.empty(1)
+    R = np.empty((PIECES + 1, 3, 3))
     room, way = np.empty(PIECES + 1), np.empty(PIECES)
     while count:
         count -= 1
@@ -190,14 +176,17 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
         p[0], p[PIECES] = centers[count, 0], centers[count, 1]
         span = (end - begin) / PIECES
         for k in range(1, PIECES):
-            _place(robot, path, begin + k * span, i, p[k])
+            _place(robot, path, begin + k * span, i, p[k], R[k])
         for k in range(PIECES):
             way[k] = longest_way(p[k], p[k + 1], bend, span)
         for k in range(1, PIECES):
             room[k] = at_start - apart(start, p[k])
             wanted = max(0.5 * max(way[k - 1], way[k]) - tolerance, 0.0)
             if not room[k] > wanted:
-                _clearances(robot, placed, sphere, p[k : k + 1], reach, found)
+                one = slice(k, k + 1)
+                sphere_clearances(
+                    placed, robot, sphere, p[one], R[one], reach, found
+                )
                 room[k] = found[0] - level
             if not room[k] >= -tolerance:
                 return False
@@ -214,17 +203,18 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
 
 
 @helper
-def _place(robot, path, time, i, p):
-    """Fills in where a sphere's centre is at a time on a path."""
+def _place(robot, path, time, i, p, R):
+    """Fills in where a sphere is at a time on a path, and how it is turned."""
     X_WB, _ = body_poses(robot.tree, place(path, time))
     X = X_WB[robot.body_S[i]]
     for r in range(3):
         p[r] = X[r, 3]
         for c in range(3):
             p[r] += X[r, c] * robot.p_LS[i, c]
+            R[r, c] = X[r, c]
 
 
-@kernel
+@helper
 def keeps_joint_limits(path, lower, upper):
     """Tells whether no joint gets beyond its limits or farther out than before.
 
@@ -232,11 +222,11 @@ def keeps_joint_limits(path, lower, upper):
     enough.
 
     Args:
-        path: The path as `StoppingPath.arrays`.
+        path: The `PathArrays`.
         lower: Lower limits, shape (n_q,) [rad, m].
         upper: Upper limits, shape (n_q,) [rad, m].
     """
-    starts, times = path[0], path[4]
+    starts, times = path.starts, path.times
     last = place(path, times[-1])
     for k in range(len(starts) + 1):
         for i in range(len(last)):

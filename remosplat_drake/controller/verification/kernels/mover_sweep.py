@@ -31,9 +31,7 @@ from remosplat_drake.scene.kernels.mover_reach import (
 
 
 @kernel
-def keeps_off_movers(
-    robot, path, clock, movers, p_WS, separation, tube, tolerance
-):
+def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
     """Tells whether all spheres keep off all movers on a path.
 
     At the path's looks each sphere that moves keeps min(separation, its
@@ -41,12 +39,10 @@ def keeps_off_movers(
     in between; or else it moves, from look to look, away from wherever the
     mover can touch it. One that is touched already, or nearly, has no such
     distance: it rests or retreats until the mover has let go.
-    `mover_sweep_reference.py` says it in NumPy.
 
     Args:
         robot: The `RobotArrays`.
-        path: The path as `StoppingPath.arrays`.
-        clock: `StoppingPath.clock`, shape (k,) [s].
+        path: The `PathArrays`.
         movers: The `MoverArrays`, whose age is that at the path's start.
         p_WS: Centres of the n spheres in W at the start, shape (n, 3) [m].
         separation: The distance to keep [m].
@@ -58,7 +54,7 @@ def keeps_off_movers(
         return True
     least = tube + tolerance
     pair, level, room = _within_reach(
-        robot, path, clock, movers, p_WS, separation + tube, least
+        robot, path, movers, p_WS, separation + tube, least
     )
     if len(pair) == 0:
         return True
@@ -67,8 +63,8 @@ def keeps_off_movers(
     point, _, _, way, _, _ = look_along(
         robot, path, near, start, np.zeros(len(near)), tolerance
     )
-    times = np.zeros(len(clock) + 1)
-    times[1:] = clock
+    times = np.zeros(len(path.clock) + 1)
+    times[1:] = path.clock
     seen = _looks_at_movers(movers, times)
     for m in range(len(pair)):
         i = place_of[pair[m, 0]]
@@ -85,13 +81,12 @@ def keeps_off_movers(
 
 
 @helper
-def _within_reach(robot, path, clock, movers, p_WS, kept, least):
+def _within_reach(robot, path, movers, p_WS, kept, least):
     """Finds the pairs of a sphere and a mover that may come too near.
 
     Args:
         robot: The `RobotArrays`.
-        path: The path as `StoppingPath.arrays`.
-        clock: `StoppingPath.clock`, shape (k,) [s].
+        path: The `PathArrays`.
         movers: The `MoverArrays`.
         p_WS: Centres of the n spheres in W at the start, shape (n, 3) [m].
         kept: The distance to keep, or the present one if that is less, shape
@@ -102,7 +97,7 @@ def _within_reach(robot, path, clock, movers, p_WS, kept, least):
         The pairs, shape (m, 2), the level that each keeps, and the room that
         it has above it at the start, shape (m,) each [m].
     """
-    n, k, last = len(p_WS), len(movers.radius), clock[-1]
+    n, k, last = len(p_WS), len(movers.radius), path.clock[-1]
     pair = np.empty((n * k, 2), np.int64)
     level, room = np.empty(n * k), np.empty(n * k)
     travel = np.empty(n)

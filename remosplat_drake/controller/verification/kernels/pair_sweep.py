@@ -35,7 +35,7 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
 
     Args:
         tree: The `TreeArrays`, packed.
-        path: The path as `StoppingPath.arrays`.
+        path: The `PathArrays`.
         own: The pairs as `SelfClearance.arrays`.
         stopping: Distance that the pairs of each of l pairs of links keep,
             shape (l,) [m].
@@ -47,7 +47,7 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
     allowance, boxes = pairs.allowance, pairs.boxes
     shapes, link_boxes = pairs.shapes, pairs.link_boxes
     center, reach, body = shapes.center, shapes.reach, shapes.body
-    speed, times = peak_speed(path[1]), path[4]
+    speed, times = peak_speed(path.rates), path.times
     travel = travels(path, rate)
     knots = np.zeros(len(times) + 1)
     for i in range(len(times)):

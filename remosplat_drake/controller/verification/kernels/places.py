@@ -1,9 +1,68 @@
 """Configurations on a path of pieces on which velocities are held."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.kinematics import advance
+
+
+class PathArrays(NamedTuple):
+    """A sequence of s pieces, on each of which velocities are held.
+
+    The arm's joints move on a straight line, the base on an arc.
+
+    Attributes:
+        starts: Configurations at which the pieces begin, shape (s, n_q)
+            [rad, m].
+        rates: Velocities on the pieces, shape (s, n_u) [rad/s, m/s].
+        since: When the pieces begin, from 0 on, shape (s,) [s].
+        n_base: Number of base commands, 3, 2 or 0.
+        times: When the path is looked at, ascending to its end, shape (k,)
+            [s]; the ends of all pieces are among them.
+        clock: When the robot is there at the earliest, shape (k,) [s]: what
+            moves by itself is looked at then.
+        peak: Greatest speeds on the path, or commanded on it, shape (n_u,)
+            [rad/s, m/s].
+        tube: By how much positions may be off the path, as shares of `peak`,
+            shape (n_u,) [s].
+    """
+
+    starts: np.ndarray
+    rates: np.ndarray
+    since: np.ndarray
+    n_base: int
+    times: np.ndarray
+    clock: np.ndarray
+    peak: np.ndarray
+    tube: np.ndarray
+
+
+@kernel
+def held(q, u, n_base, times, clock) -> PathArrays:
+    """Makes the path on which one command is held.
+
+    Args:
+        q: Configuration at which the path starts, shape (n_q,) [rad, m].
+        u: The command, shape (n_u,).
+        n_base: Number of base commands, 3, 2 or 0.
+        times: When the path is looked at, ascending, shape (k,) [s].
+        clock: When the robot is there at the earliest, shape (k,) [s].
+    """
+    starts, rates = np.empty((1, len(q))), np.empty((1, len(u)))
+    _set_row(starts, 0, q)
+    _set_row(rates, 0, u)
+    return PathArrays(
+        starts,
+        rates,
+        np.zeros(1),
+        n_base,
+        times,
+        clock,
+        np.abs(u),
+        np.zeros(len(u)),
+    )
 
 
 @helper
@@ -11,20 +70,20 @@ def place(path, time):
     """Computes the configuration at a time on a path, shape (n_q,).
 
     Args:
-        path: The path as `StoppingPath.arrays`.
+        path: The `PathArrays`.
         time: Time on the path [s].
     """
-    starts, rates, since, n_base, _ = path
-    k = len(since) - 1
-    while k > 0 and since[k] >= time:
+    k = len(path.since) - 1
+    while k > 0 and path.since[k] >= time:
         k -= 1
-    return advance(starts[k], rates[k], n_base, time - since[k])
+    rest = time - path.since[k]
+    return advance(path.starts[k], path.rates[k], path.n_base, rest)
 
 
 @kernel
 def places(path, times):
     """Computes the configurations at k times, shape (k, n_q)."""
-    found = np.empty((len(times), path[0].shape[1]))
+    found = np.empty((len(times), path.starts.shape[1]))
     for i in range(len(times)):
         _set_row(found, i, place(path, times[i]))
     return found

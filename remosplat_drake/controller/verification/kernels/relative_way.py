@@ -96,14 +96,14 @@ def travels(path, rate):
     """Bounds how distances have changed by the ends of a path's s pieces.
 
     Args:
-        path: The path as `StoppingPath.arrays`.
+        path: The `PathArrays`.
         rate: Bounds on how fast the distances of each of l pairs of links
             change with each entry of the command, shape (l, n_u).
 
     Returns:
         The bounds, shape (l, s + 1) [m].
     """
-    _, rates, since, _, times = path
+    rates, since, times = path.rates, path.since, path.times
     travel = np.zeros((len(rate), len(since) + 1))
     for k in range(len(rate)):
         for s in range(len(since)):

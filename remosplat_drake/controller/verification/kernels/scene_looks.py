@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.vectors import set_vector
 from remosplat_drake.controller.verification.kernels.between_looks import (
     bend_of,
@@ -16,13 +16,13 @@ from remosplat_drake.controller.verification.kernels.places import (
 from remosplat_drake.robot.kinematics import body_poses, sphere_points
 
 
-@kernel
+@helper
 def look_along(robot, path, sphere, start, room, tolerance):
     """Places n spheres at the k times of a path.
 
     Args:
         robot: The robot as `RobotModel.arrays`.
-        path: The path as `StoppingPath.arrays`.
+        path: The `PathArrays`.
         sphere: Indices of the spheres, shape (n,).
         start: Centres of the spheres in W at the start of the path, shape
             (n, 3) [m].
@@ -39,7 +39,7 @@ def look_along(robot, path, sphere, start, room, tolerance):
         `known_rooms`, shape (k, n) each [m].
     """
     tree, body, p_BS = robot.tree, robot.body_S[sphere], robot.p_LS[sphere]
-    times = path[4]
+    times = path.times
     k, n = len(times), len(sphere)
     point = np.empty((k + 1, n, 3))
     R_WL = np.empty((k, n, 3, 3))
@@ -57,7 +57,7 @@ def look_along(robot, path, sphere, start, room, tolerance):
                 set_vector(R_WL[j, i, r], R_WS[i, r])
             span[j, i] = times[j] - before
         before = times[j]
-    speed = peak_speed(path[1])
+    speed = peak_speed(path.rates)
     bend = np.empty(n)
     for i in range(n):
         bend[i] = bend_of(robot.hessian_bound[sphere[i]], speed)

@@ -1,12 +1,14 @@
-"""Verify-then-scale in one compiled call, for a robot that obeys at once.
+"""Verify-then-scale: how much of a command leaves a way to stop.
 
-It says what `verify.verified_command` does of a map that kernels can ask.
+What that promises, and why, is said in `verify.py`.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from remosplat_drake.base.kernels import helper
-from remosplat_drake.controller.braking import next_on_ramp, stopping_times
+from remosplat_drake.controller.verification.braking import next_on_ramp
 from remosplat_drake.controller.verification.kernels.map_sweep import (
     keeps_joint_limits,
     sweeps_clear,
@@ -17,12 +19,20 @@ from remosplat_drake.controller.verification.kernels.mover_sweep import (
 from remosplat_drake.controller.verification.kernels.pair_sweep import (
     pairs_keep_apart,
 )
+from remosplat_drake.controller.verification.kernels.stopping import (
+    in_flight,
+    stopping_path,
+)
+from remosplat_drake.robot.robot_arrays import state_arrays
+from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
+from remosplat_drake.scene.kernels.mover_reach import aged
 from remosplat_drake.signals.binding import (
     COLLISION,
     JOINT_LIMIT,
     MOVER,
     SELF_COLLISION,
 )
+from remosplat_drake.signals.compiled_map import sphere_clearances
 
 SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
 """Fractions of the way from braking to the command that are tried."""
@@ -37,20 +47,169 @@ could never be shown to keep it.
 OBJECTIONS = ("", JOINT_LIMIT, SELF_COLLISION, MOVER, COLLISION)
 """What may stand against a command, in the order in which it is looked for."""
 
-_NOTHING, _JOINTS, _ITSELF, _MOVERS, _SCENE = range(len(OBJECTIONS))
+NOTHING, _JOINTS, _ITSELF, _MOVERS, _SCENE = range(len(OBJECTIONS))
+
+
+class OwnArrays(NamedTuple):
+    """A `SelfClearance`, as kernels take it.
+
+    Attributes:
+        pairs: The pairs of shapes.
+        rate: `SelfClearance.rate`.
+        lever: `SelfClearance.lever`.
+        turns: Which commands turn, shape (n_u,), bool.
+    """
+
+    pairs: PairArrays
+    rate: np.ndarray
+    lever: np.ndarray
+    turns: np.ndarray
+
+
+class KeptArrays(NamedTuple):
+    """What verification keeps from tick to tick.
+
+    Attributes:
+        dt: Control period [s].
+        looks_at_itself: Whether it looks at the robot's own shapes, too.
+        own: The pairs of these.
+        own_stopping: The distance that they keep [m].
+        separation: The distance that is kept from where movers can be [m].
+    """
+
+    dt: float
+    looks_at_itself: bool
+    own: OwnArrays
+    own_stopping: float
+    separation: float
+
+
+class Around(NamedTuple):
+    """What verification knows where a path starts.
+
+    Attributes:
+        robot: The `RobotArrays`.
+        placed: The map, as `sphere_clearances` takes it.
+        movers: The `MoverArrays`, as old as they are when the path starts.
+        motion: The `MotionArrays`.
+        q: Configuration, shape (n_q,) [rad, m].
+        p_WS: Centres of the n spheres in W, shape (n, 3) [m].
+        clearance: Clearances of the spheres, or lower bounds of them that are
+            at least the stopping distance, shape (n,) [m].
+        stopping: Stopping distance that spheres keep from the scene [m].
+    """
+
+    robot: tuple
+    placed: tuple
+    movers: tuple
+    motion: tuple
+    q: np.ndarray
+    p_WS: np.ndarray
+    clearance: np.ndarray
+    stopping: float
 
 
 @helper
-def verified(law, around, u, u_previous):
-    """Finds the command closest to u, towards braking, that may be applied.
+def surroundings(
+    robot, placed, movers, motion, now, state, clearance, stopping, u, before
+):
+    """Finds what is around where a command begins to act.
+
+    Clearances are known where planning starts, which is farther on if a robot
+    obeys late. A sphere that is x away from there has at most x less; where
+    that tells too little the map is asked.
 
     Args:
-        law: The `LoopArrays`.
-        around: The `RobotArrays`; the map, as `DistanceField.compiled`, which
-            is 1-Lipschitz, and its `Misplacement`; the `MoverArrays`; the
-            `StateArrays`; present clearances of the spheres, or lower bounds of
-            them that are at least the stopping distance, shape (n,) [m]; and
-            that distance [m].
+        robot: See `Around`, as of `placed`, `motion` and `stopping`.
+        placed: See above.
+        movers: The `MoverArrays`, as old as they are now.
+        motion: See above.
+        now: The time of the tick [s].
+        state: The `StateArrays` where planning starts.
+        clearance: Clearances of the spheres there, or lower bounds of them that
+            are at least the stopping distance, shape (n,) [m].
+        stopping: See above.
+        u: The wanted command, shape (n_u,).
+        before: The command that is being executed, shape (n_u,).
+
+    Returns:
+        The `Around`.
+    """
+    if not motion.is_late:
+        return Around(
+            robot,
+            placed,
+            movers,
+            motion,
+            state.q,
+            state.p_WS,
+            clearance,
+            stopping,
+        )
+    start = state_arrays(robot, motion.q_start.copy())
+    peak = in_flight(motion)
+    for j in range(len(u)):
+        peak[j] = max(peak[j], abs(u[j]), abs(before[j]))
+    needed = stopping + sphere_tube(robot, motion.tube, peak)
+    left, near, count = clearance.copy(), np.empty(len(needed), np.int64), 0
+    reach = -np.inf
+    for i in range(len(left)):
+        moved = 0.0
+        for c in range(3):
+            moved += (start.p_WS[i, c] - state.p_WS[i, c]) ** 2
+        left[i] -= np.sqrt(moved)
+        if not left[i] >= needed[i]:
+            near[count] = i
+            reach = max(reach, needed[i])
+            count += 1
+    near = near[:count]
+    found = np.empty(count)
+    sphere_clearances(
+        placed, robot, near, start.p_WS[near], start.R_WL[near], reach, found
+    )
+    for k in range(count):
+        left[near[k]] = found[k]
+    return Around(
+        robot,
+        placed,
+        aged(movers, movers.age + motion.start - now),
+        motion,
+        start.q,
+        start.p_WS,
+        left,
+        stopping,
+    )
+
+
+@helper
+def sphere_tube(robot, tube, speed):
+    """Bounds how far spheres may be off a predicted path, shape (n,) [m].
+
+    Args:
+        robot: The `RobotArrays`.
+        tube: By how much positions may be off, as shares of the speeds, shape
+            (n_u,) [s].
+        speed: Greatest speeds, shape (n_u,).
+    """
+    bound = np.zeros(len(robot.radius))
+    for i in range(len(bound)):
+        for j in range(len(tube)):
+            bound[i] += robot.jacobian_bound[i, j] * tube[j] * abs(speed[j])
+    return bound
+
+
+@helper
+def verified(kept, around, u, u_previous):
+    """Finds the command closest to u, towards braking, that may be applied.
+
+    Commands on the way from the braking ramp's next step (fraction 0) to u
+    (fraction 1) are tried; all of them respect the acceleration bounds if u
+    does. Fraction 0 needs no check: it was checked when the command being
+    executed was.
+
+    Args:
+        kept: The `KeptArrays`.
+        around: The `Around`.
         u: The wanted command, shape (n_u,).
         u_previous: The command that is being executed, shape (n_u,).
 
@@ -58,61 +217,60 @@ def verified(law, around, u, u_previous):
         The command that may be applied, shape (n_u,), its fraction, and the
         number of what stood against the whole of u in `OBJECTIONS`.
     """
-    limit = around[0].acceleration_limit
-    brake = next_on_ramp(u_previous, limit, law.dt)
-    first = _NOTHING
+    robot = around.robot
+    brake = next_on_ramp(u_previous, robot.acceleration_limit, kept.dt)
+    first = NOTHING
     for scale in SCALES:
         command = u if scale == 1.0 else brake + scale * (u - brake)
-        found = _objection(law, around, command)
-        if found == _NOTHING:
+        path = stopping_path(
+            robot, around.motion, around.q, command.copy(), kept.dt
+        )
+        found = path_objection(kept, around, path)
+        if found == NOTHING:
             return command, scale, first
-        if first == _NOTHING:
+        if first == NOTHING:
             first = found
     return brake, 0.0, first
 
 
 @helper
-def _objection(law, around, u):
-    """What the path of a command, or of its ramp, comes too near to."""
-    robot, compiled, off, movers, state, clearance, stopping = around
-    path = (
-        state.q.reshape(1, -1),
-        u.copy().reshape(1, -1),
-        np.zeros(1),
-        robot.n_base,
-        stopping_times(u, robot.acceleration_limit, law.dt),
-    )
+def path_objection(kept, around, path):
+    """Says what a path comes too near to, by its number in `OBJECTIONS`.
+
+    A path is allowed if on it each sphere stays at least min(d_s, its present
+    clearance) from the scene, the robot's shapes in the same way from each
+    other, and each joint within its limits. At the ends of ticks there is no
+    tolerance, which would let distances creep down tick by tick. Where the
+    robot may be off the path, d_s grows by as much as that may change a
+    distance.
+
+    Args:
+        kept: The `KeptArrays`.
+        around: The `Around` of its start.
+        path: The `PathArrays`.
+    """
+    robot, own = around.robot, kept.own
     lower, upper = robot.position_lower, robot.position_upper
     if not keeps_joint_limits(path, lower, upper):
         return _JOINTS
-    if law.verify_own:
-        own = law.own
-        kept = np.full(len(own.rate), law.own_stopping)
-        if not pairs_keep_apart(robot.tree, path, own, kept, TOLERANCE):
+    if kept.looks_at_itself:
+        stopping = np.full(len(own.rate), kept.own_stopping)
+        for k in range(len(stopping)):
+            for j in range(len(path.peak)):
+                stopping[k] += own.rate[k, j] * path.tube[j] * path.peak[j]
+        if not pairs_keep_apart(robot.tree, path, own, stopping, TOLERANCE):
             return _ITSELF
+    tube, p_WS = sphere_tube(robot, path.tube, path.peak), around.p_WS
     if not keeps_off_movers(
-        robot,
-        path,
-        law.dt * np.arange(1.0, len(path[4]) + 1.0),
-        movers,
-        state.p_WS,
-        law.separation,
-        np.zeros(len(robot.radius)),
-        TOLERANCE,
+        robot, path, around.movers, p_WS, kept.separation, tube, TOLERANCE
     ):
         return _MOVERS
+    level = np.minimum(around.stopping + tube, around.clearance)
     if not sweeps_clear(
-        robot,
-        path,
-        compiled,
-        off,
-        state.p_WS,
-        clearance,
-        np.minimum(stopping, clearance),
-        TOLERANCE,
+        robot, path, around.placed, p_WS, around.clearance, level, TOLERANCE
     ):
         return _SCENE
-    return _NOTHING
+    return NOTHING
 
 
 @helper

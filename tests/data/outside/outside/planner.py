@@ -3,7 +3,7 @@
 import dataclasses as dc
 
 from remosplat_drake.base.ranges import Config
-from remosplat_drake.controller.guidance.guidance import Guidance
+from remosplat_drake.controller.program.guidance import Guidance
 
 
 @dc.dataclass

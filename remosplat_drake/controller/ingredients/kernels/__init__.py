@@ -1,0 +1,1 @@
+"""How the ingredients are put together."""

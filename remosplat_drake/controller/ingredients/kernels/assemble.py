@@ -1,0 +1,242 @@
+"""The library's ingredients, added to the program of a tick by one kernel."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.controller.ingredients.active_collision_cost import (
+    ActiveCollisionCost,
+    add_active_collision_cost,
+)
+from remosplat_drake.controller.ingredients.base_orientation_cost import (
+    BaseOrientationCost,
+    add_base_orientation_cost,
+)
+from remosplat_drake.controller.ingredients.collision_damper import (
+    CollisionDamper,
+    add_collision_damper,
+)
+from remosplat_drake.controller.ingredients.joint_limit_damper import (
+    JointLimitDamper,
+    add_joint_limit_damper,
+)
+from remosplat_drake.controller.ingredients.manipulability_cost import (
+    ManipulabilityCost,
+    add_manipulability_cost,
+)
+from remosplat_drake.controller.ingredients.mover_damper import (
+    MoverDamper,
+    add_mover_damper,
+)
+from remosplat_drake.controller.ingredients.path_tracking import (
+    PathTracking,
+    add_path_tracking,
+)
+from remosplat_drake.controller.ingredients.self_collision_damper import (
+    SelfCollisionDamper,
+    add_self_collision_damper,
+)
+from remosplat_drake.controller.ingredients.servo_tracking import (
+    ServoTracking,
+    add_servo_tracking,
+)
+from remosplat_drake.controller.ingredients.velocity_cost import (
+    VelocityCost,
+    add_velocity_cost,
+)
+from remosplat_drake.controller.ingredients.velocity_limits import (
+    VelocityLimits,
+    add_velocity_limits,
+)
+from remosplat_drake.controller.program.kernels.dense import prune
+from remosplat_drake.controller.program.kernels.tick_arrays import (
+    ProgramArrays,
+    find_movers,
+    make_program,
+    make_tick,
+    near_arrays,
+)
+from remosplat_drake.robot.robot_arrays import state_arrays
+from remosplat_drake.scene.kernels.mover_reach import aged
+
+KINDS = (
+    (ServoTracking, add_servo_tracking),
+    (VelocityCost, add_velocity_cost),
+    (VelocityLimits, add_velocity_limits),
+    (JointLimitDamper, add_joint_limit_damper),
+    (CollisionDamper, add_collision_damper),
+    (SelfCollisionDamper, add_self_collision_damper),
+    (ActiveCollisionCost, add_active_collision_cost),
+    (ManipulabilityCost, add_manipulability_cost),
+    (BaseOrientationCost, add_base_orientation_cost),
+    (PathTracking, add_path_tracking),
+    (MoverDamper, add_mover_damper),
+)
+"""The library's ingredients, in the order in which they add their terms: each
+kind, and the function that adds."""
+
+PARTS = tuple(kind for kind, _ in KINDS)
+"""The kinds alone; an ingredient's number is its place here."""
+
+OUTSIDE = len(PARTS)
+"""The number under which ingredients from outside add their rows and costs."""
+
+YIELD_ORDER = tuple(
+    PARTS.index(kind)
+    for kind in (
+        MoverDamper,
+        JointLimitDamper,
+        SelfCollisionDamper,
+        CollisionDamper,
+    )
+)
+"""Whose rows yield in an infeasible program, those that yield first first.
+
+Rows of ingredients from outside yield together with the last.
+"""
+
+
+class Parts(NamedTuple):
+    """The library's ingredients of a law.
+
+    Attributes:
+        settings: What the function of each kind takes, in the order of `KINDS`.
+        present: Which of them the law has, shape (k,), bool.
+    """
+
+    settings: tuple
+    present: np.ndarray
+
+
+def in_turn(adders: Sequence[Callable], k: int = 0) -> Callable:
+    """Makes a function that calls those of the ingredients that are present.
+
+    Args:
+        adders: The functions, in the order of `KINDS`.
+        k: Number of the first that is called.
+    """
+    if k == len(adders):
+        return helper(_add_nothing)
+    add, add_others = adders[k], in_turn(adders, k + 1)
+
+    def add_those(parts, tick, program):
+        if parts.present[k]:
+            add(parts.settings[k], k, tick, program)
+        add_others(parts, tick, program)
+
+    # Compiled code knows functions by their names: kernels that two processes
+    # have compiled must not mean two by one.
+    add_those.__name__ = add_those.__qualname__ = f"add_{k}_and_others"
+    return helper(add_those)
+
+
+def _add_nothing(parts, tick, program):
+    pass
+
+
+add_all = in_turn([add for _, add in KINDS])
+
+_JOINTS, _ACTIVE, _MOVERS = (
+    PARTS.index(kind)
+    for kind in (JointLimitDamper, ActiveCollisionCost, MoverDamper)
+)
+
+
+@helper
+def assemble(
+    parts,
+    robot,
+    state,
+    aim,
+    rows,
+    movers,
+    near,
+    u_previous,
+    dt,
+    tube,
+    guidance,
+) -> ProgramArrays:
+    """Builds the program of a tick.
+
+    Args:
+        parts: The `Parts`.
+        robot: The `RobotArrays`.
+        state: The `StateArrays`.
+        aim: The `AimArrays`.
+        rows: Spheres, distances and directions of the m clearances.
+        movers: The `MoverArrays`.
+        near: Where to look whether links are near each other, the
+            `NearQuestion`.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
+        tube: By how much each sphere may be off its path, shape (n,) [m].
+        guidance: The `GuidanceArrays`.
+    """
+    found = find_movers(
+        movers,
+        state.p_WS,
+        robot.radius,
+        parts.settings[_MOVERS].influence,
+        parts.settings[_ACTIVE].lead,
+        parts.settings[_ACTIVE].mover_influence,
+    )
+    links = near_arrays(near, state.X_WL)
+    tick = make_tick(
+        robot, state, aim, rows, found, links, u_previous, dt, tube, guidance
+    )
+    most = len(rows[0]) + len(links.pair) + len(tick.moving.sphere)
+    most += 2 * len(parts.settings[_JOINTS].gain)
+    program = make_program(
+        robot.velocity_limit, len(robot.body_E), OUTSIDE + 1, most
+    )
+    add_all(parts, tick, program)
+    prune(program)
+    return program
+
+
+@kernel
+def assemble_tick(
+    parts,
+    near,
+    robot,
+    movers,
+    age,
+    aim,
+    rows,
+    q,
+    u_previous,
+    dt,
+    tube,
+    guidance,
+) -> ProgramArrays:
+    """Builds the program of a tick, as Python asks for it.
+
+    Args:
+        parts: See `assemble`, as of all that is not named here.
+        near: See above.
+        robot: See above.
+        movers: The `MoverArrays` at their stamp.
+        age: How old what is known of the movers is [s].
+        aim: See above.
+        rows: See above.
+        q: The configuration, shape (n_q,) [rad, m].
+        u_previous: See above.
+        dt: See above.
+        tube: See above.
+        guidance: See above.
+    """
+    return assemble(
+        parts,
+        robot,
+        state_arrays(robot, q),
+        aim,
+        rows,
+        aged(movers, age),
+        near,
+        u_previous,
+        dt,
+        tube,
+        guidance,
+    )

@@ -1,1 +1,0 @@
-"""The control tick as a chain of compiled kernels: arrays in, arrays out."""

@@ -1,0 +1,97 @@
+"""`Guidance`: how a tick is bent, and the candidates to choose among."""
+
+import dataclasses as dc
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from remosplat_drake.base.packed import Packed
+from remosplat_drake.controller.program.kernels.tick_arrays import (
+    GuidanceArrays,
+)
+from remosplat_drake.controller.program.path import Path
+
+
+@dc.dataclass(frozen=True)
+class Guidance:
+    """A bend of the control law; the default bends nothing.
+
+    Attributes:
+        name: Name of the guidance, for people.
+        side: +1 passes obstacles on the left, -1 on the right, 0 goes
+            straight.
+        bearing: Bearing psi of the end effector in the base that the base
+            turns for, positive to the left: with a negative one the base
+            heads to the left of the end effector [rad].
+        active_scale: Factor on the gain of the active collision cost.
+        stopping: Stopping distance d_s [m]; None keeps the configured one.
+        path: Path through configurations that is followed, in place of the
+            servo's way to the target; None for none.
+        joint_stop: Stopping distance of hinges from their limits [deg]; None
+            keeps the configured one.
+        slide_stop: Stopping distance of slides from their limits [m]; None
+            keeps the configured one.
+    """
+
+    name: str = "direct"
+    side: float = 0.0
+    bearing: float = 0.0
+    active_scale: float = 1.0
+    stopping: float | None = None
+    path: Path | None = None
+    joint_stop: float | None = None
+    slide_stop: float | None = None
+
+    def __deepcopy__(self, memo) -> "Guidance":
+        return self
+
+    @cached_property
+    def arrays(self) -> Packed[GuidanceArrays]:
+        """The guidance as kernels take it."""
+        path, joint_stop = self.path, self.joint_stop
+        arrays = GuidanceArrays(
+            float(self.side),
+            float(self.bearing),
+            float(self.active_scale),
+            _or_nan(self.stopping),
+            math.nan if joint_stop is None else math.radians(joint_stop),
+            _or_nan(self.slide_stop),
+            np.zeros((0, 0)) if path is None else path.q,
+            np.zeros(0) if path is None else path.s,
+        )
+        return Packed(arrays)
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+DIRECT = Guidance()
+"""The guidance that bends nothing."""
+
+
+def make_candidates(
+    tiers: Sequence[float], bearing: float = 0.8, active_scale: float = 0.5
+) -> tuple[tuple[Guidance, ...], ...]:
+    """Makes the candidates direct, left and right for every tier.
+
+    Args:
+        tiers: Stopping distances in the order in which they may be tried,
+            largest first [m].
+        bearing: Angle by which the base turns from the end effector towards
+            the side that is taken [rad].
+        active_scale: Factor on the active collision cost of both sides.
+
+    Returns:
+        A tuple of candidates for each tier, in the order of the tiers.
+    """
+    return tuple(
+        (
+            Guidance("direct", stopping=tier),
+            Guidance("left", 1.0, -bearing, active_scale, tier),
+            Guidance("right", -1.0, bearing, active_scale, tier),
+        )
+        for tier in tiers
+    )

@@ -1,0 +1,124 @@
+"""`Ingredient`: a cost or constraint of which programs are built."""
+
+import traceback
+from collections.abc import Container, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.controller.program.compiled_ingredient import (
+    CompiledIngredient,
+)
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.term import NameTakenError, TermError
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.robot.robot_model import RobotModel
+
+
+class Ingredient(Protocol):
+    """A cost or constraint of the program, from outside the library.
+
+    Any object with this method is one. The controller and its rollouts share
+    it, so `AddToProgram` must depend on its arguments alone; and it must be
+    possible to pickle it if rollouts run in a process of their own.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> class PreferStill:
+        ...     def AddToProgram(self, program, tick):
+        ...         program.add_quadratic_cost("still", program.upper * 0 + 0.1)
+        >>> robot = rs.load_robot("frankie")
+        >>> parts = [*rs.default_ingredients(robot), PreferStill()]
+        >>> law = rs.ReactiveLaw(robot, parts)
+    """
+
+    def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
+        """Adds what the ingredient stands for to the program of one tick.
+
+        Args:
+            program: Takes costs, rows and bounds, each by a name of its own.
+            tick: What is known at the tick: the robot's state, the target,
+                the clearances and the command being executed.
+        """
+        ...
+
+
+AnyIngredient = CompiledIngredient | Ingredient
+"""An ingredient of the library, or one from outside."""
+
+
+class IngredientMaker(Protocol):
+    """The settings of an ingredient that needs to know the robot.
+
+    Any `Config` with this method is one, and a scenario may name it in
+    `controller.extra`.
+    """
+
+    def make(self, robot: RobotModel) -> Ingredient:
+        """Makes the ingredient.
+
+        Args:
+            robot: The robot that the controller drives.
+        """
+        ...
+
+
+def added(
+    ingredients: Sequence[Ingredient],
+    bounds: np.ndarray,
+    taken: Container[str],
+    tick: Tick,
+) -> ReactiveProgram:
+    """Lets ingredients from outside the library add their terms.
+
+    Args:
+        ingredients: The ingredients.
+        bounds: Lower and upper bounds on u so far, and the same but for
+            acceleration, shape (4, n_u).
+        taken: Names that terms have already.
+        tick: What is known at the tick.
+
+    Returns:
+        What they have added.
+
+    Raises:
+        TermError: A term cannot be used; the text names it and its ingredient.
+        NameTakenError: Two terms of a kind have one name.
+        IngredientError: An ingredient raises.
+    """
+    program = ReactiveProgram.within(bounds, taken)
+    for ingredient in ingredients:
+        name = type(ingredient).__name__
+        try:
+            ingredient.AddToProgram(program, tick)
+            if program.extension is not None:
+                program.extension.check()
+        except (TermError, NameTakenError) as error:
+            raise type(error)(f"ingredient {name}: {error}") from None
+        except SystemExit as error:  # What fails a check of Drake's own.
+            raise TermError(f"ingredient {name}: prog: {error}") from None
+        except Exception as error:
+            raise IngredientError(ingredient, error) from error
+    return program
+
+
+class IngredientError(RemoSplatError):
+    """An ingredient has raised, which the text says with file and line.
+
+    Args:
+        ingredient: The ingredient.
+        error: What it has raised.
+    """
+
+    def __init__(self, ingredient: Ingredient, error: Exception):
+        name = type(ingredient).__name__
+        # The first frame is the caller's, the next the ingredient's.
+        called = traceback.extract_tb(error.__traceback__)[1:]
+        own = [
+            frame for frame in called if frame.filename == called[0].filename
+        ]
+        where = f" ({own[-1].filename}:{own[-1].lineno})" if own else ""
+        super().__init__(
+            f"ingredient {name} raised {type(error).__name__}: {error}{where}"
+        )

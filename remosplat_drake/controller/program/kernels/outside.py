@@ -1,0 +1,123 @@
+"""Terms of ingredients from outside, which only Python can ask."""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.python_calls import FAILED, ask_python, packed_at
+from remosplat_drake.controller.program.kernels.dense import (
+    prune,
+    slack_form,
+)
+from remosplat_drake.controller.program.kernels.tick_arrays import (
+    ProgramArrays,
+    make_program,
+)
+
+ADD = 2
+"""Which of a call's Python functions adds their terms."""
+
+
+@helper
+def add_outside(like, line, program, asked):
+    """Lets ingredients from outside add to the program of a tick.
+
+    Args:
+        like: An `OutsideArrays`, packed, of the same type as theirs.
+        line: Number of the `PythonCalls`.
+        program: The `ProgramArrays`.
+        asked: What else the ingredients are told: the configuration, the
+            command that is being executed, the `RowArrays` of the clearances,
+            and the time since the first tick of a rollout [s].
+
+    Returns:
+        The `ProgramArrays` with their terms; and whether they have added any,
+        since what they add may be unusable.
+    """
+    bounds = np.empty((4, len(program.lower)))
+    for j in range(len(program.lower)):
+        bounds[0, j], bounds[1, j] = program.lower[j], program.upper[j]
+        bounds[2, j] = program.free_lower[j]
+        bounds[3, j] = program.free_upper[j]
+    address = ask_python(line, ADD, (bounds, *asked))
+    if address == FAILED:
+        return program, False
+    return joined(program, packed_at(like, address)), True
+
+
+@kernel
+def joined(program, outside) -> ProgramArrays:
+    """Joins terms from outside to a program, after the library's own.
+
+    Args:
+        program: The `ProgramArrays`, whose terms are then the new one's, too.
+        outside: The `OutsideArrays`.
+    """
+    k, n_u = len(program.rows) - 1, len(program.lower)
+    m, more = program.count[0], len(outside.rows)
+    A, b = np.empty((m + more, n_u)), np.empty(m + more)
+    about = np.empty(m + more, np.int64)
+    for i in range(m + more):
+        about[i] = program.about[i] if i < m else i - m
+        b[i] = program.b[i] if i < m else outside.rows[i - m, n_u]
+        for j in range(n_u):
+            A[i, j] = program.A[i, j] if i < m else outside.rows[i - m, j]
+    r, further = program.count[3], len(outside.tracked)
+    J, V = np.empty((r + further, n_u)), np.empty(r + further)
+    limit, price = np.empty(r + further), np.empty(r + further)
+    for i in range(r):
+        V[i], limit[i] = program.V[i], program.limit[i]
+        price[i] = program.price[i]
+        for j in range(n_u):
+            J[i, j] = program.J[i, j]
+    for i in range(further):
+        row = outside.tracked[i]
+        V[r + i], limit[r + i], price[r + i] = row[n_u], row[n_u + 1], row[-1]
+        for j in range(n_u):
+            J[r + i, j] = row[j]
+    for j in range(n_u):
+        program.linear[k, j] = outside.costs[0, j]
+        program.quadratic[k, j] = outside.costs[1, j]
+    program.has[k, 0] = program.has[k, 1] = True
+    program.rows[k, 0], program.rows[k, 1] = m, m + more
+    program.count[0], program.count[3] = m + more, r + further
+    if outside.has_acceleration:
+        program.count[2] = 1
+    if outside.is_extended:
+        program.count[5] = 1
+    whole = ProgramArrays(
+        outside.bounds[0].copy(),
+        outside.bounds[1].copy(),
+        outside.bounds[2].copy(),
+        outside.bounds[3].copy(),
+        program.linear,
+        program.quadratic,
+        program.has,
+        A,
+        b,
+        np.zeros(m + more, np.bool_),
+        np.zeros(m + more, np.bool_),
+        about,
+        program.rows,
+        J,
+        V,
+        limit,
+        price,
+        program.tracked,
+        program.count,
+    )
+    prune(whole)
+    return whole
+
+
+@kernel
+def slack_form_of_outside(outside):
+    """Computes the slack form of terms from outside alone.
+
+    Args:
+        outside: The `OutsideArrays`.
+
+    Returns:
+        The ten arrays of a `SlackForm`.
+    """
+    nothing = make_program(outside.bounds[1].copy(), 0, 1, 0)
+    return slack_form(joined(nothing, outside))

@@ -1,0 +1,386 @@
+"""What ingredients are told at a tick, and what they fill in, as arrays."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.vectors import set_vector
+from remosplat_drake.controller.program.servo import error_scale
+from remosplat_drake.robot.robot_arrays import (
+    RobotArrays,
+    StateArrays,
+    add_rate,
+)
+from remosplat_drake.robot.self_collision.kernels.near_points import (
+    near_points,
+)
+from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
+from remosplat_drake.robot.target_arrays import (
+    AimArrays,
+    asked_error,
+    target_of,
+)
+from remosplat_drake.scene.kernels.mover_reach import (
+    NearMoverArrays,
+    moved_on,
+    near_movers,
+)
+
+
+class GuidanceArrays(NamedTuple):
+    """A `Guidance`, as kernels take it.
+
+    Attributes:
+        side: `Guidance.side`.
+        bearing: `Guidance.bearing` [rad].
+        active_scale: `Guidance.active_scale`.
+        stopping: `Guidance.stopping` [m]; NaN keeps the configured one.
+        joint_stop: `Guidance.joint_stop` [rad]; NaN keeps the configured one.
+        slide_stop: `Guidance.slide_stop` [m]; NaN keeps the configured one.
+        path_q: Corners of `Guidance.path`, shape (k, n_q); none without one.
+        path_s: Arc length at each corner, shape (k,).
+    """
+
+    side: float
+    bearing: float
+    active_scale: float
+    stopping: float
+    joint_stop: float
+    slide_stop: float
+    path_q: np.ndarray
+    path_s: np.ndarray
+
+
+class NearQuestion(NamedTuple):
+    """Where to look whether links are near each other.
+
+    Attributes:
+        pairs: The pairs of shapes.
+        reach: How far is looked [m]; negative where nothing is.
+    """
+
+    pairs: PairArrays
+    reach: float
+
+
+class NearArrays(NamedTuple):
+    """Where m pairs of links are near each other, as kernels take it.
+
+    Attributes:
+        pair: The pair of shapes of each, shape (m,).
+        body_A: Body of the point on the first link, shape (m,).
+        body_B: Body of the point on the second link, shape (m,).
+        distance: `NearPoints.distance`.
+        normal_W: `NearPoints.normal_W`.
+        p_WA: `NearPoints.p_WA`.
+        p_WB: `NearPoints.p_WB`.
+    """
+
+    pair: np.ndarray
+    body_A: np.ndarray
+    body_B: np.ndarray
+    distance: np.ndarray
+    normal_W: np.ndarray
+    p_WA: np.ndarray
+    p_WB: np.ndarray
+
+
+class OutsideArrays(NamedTuple):
+    """What ingredients from outside have added to a program, together.
+
+    Attributes:
+        bounds: `ProgramArrays.lower`, `upper`, `free_lower` and `free_upper`
+            with their bounds, shape (4, n_u).
+        costs: Vector of their linear costs, and diagonal of their quadratic
+            costs, shape (2, n_u).
+        rows: Their rows A u <= b, each as A and then b, shape (m, n_u + 1).
+        tracked: The directions of twists that they track, each as a row of the
+            Jacobian, the twist, the bound on its slack and the slack's price,
+            shape (r, n_u + 3).
+        has_acceleration: Whether some of the bounds are accelerations'.
+        is_extended: Whether they may have added to Drake's program itself.
+    """
+
+    bounds: np.ndarray
+    costs: np.ndarray
+    rows: np.ndarray
+    tracked: np.ndarray
+    has_acceleration: bool
+    is_extended: bool
+
+
+class TickArrays(NamedTuple):
+    """A `Tick`, as kernels take it.
+
+    Attributes:
+        robot: The robot.
+        state: Kinematics at the measured configuration.
+        aim: What the end effectors shall reach, k targets.
+        p_ET_W: `PoseError.p_ET_W` of each target, shape (k, 3) [m].
+        rotation_W: `PoseError.rotation_W` of each, shape (k, 3) [rad].
+        error_scales: `Tick.error_scales`, shape (k,) [m].
+        error_scale: `Tick.error_scale` [m].
+        sphere: Index of the sphere of each of m clearances, shape (m,).
+        distance: The clearances, shape (m,) [m].
+        direction_W: Directions towards the scene, shape (m, 3).
+        rates: `Tick.approach_rates`, shape (m, n_u).
+        moving: Movers near spheres, as their damper wants them.
+        soon: The same a little later, as the active collision cost wants them.
+        near: Where links are near each other.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
+        tube: By how much each sphere may be off its path, shape (n,) [m].
+        guidance: How the tick is bent.
+    """
+
+    robot: RobotArrays
+    state: StateArrays
+    aim: AimArrays
+    p_ET_W: np.ndarray
+    rotation_W: np.ndarray
+    error_scales: np.ndarray
+    error_scale: float
+    sphere: np.ndarray
+    distance: np.ndarray
+    direction_W: np.ndarray
+    rates: np.ndarray
+    moving: NearMoverArrays
+    soon: NearMoverArrays
+    near: NearArrays
+    u_previous: np.ndarray
+    dt: float
+    tube: np.ndarray
+    guidance: GuidanceArrays
+
+
+class ProgramArrays(NamedTuple):
+    """The program of a tick, to which k ingredients have added their terms.
+
+    The last of the k is for those from outside, together.
+
+    Attributes:
+        lower: Lower bounds on u, shape (n_u,).
+        upper: Upper bounds on u, shape (n_u,).
+        free_lower: Lower bounds on u but for acceleration, shape (n_u,).
+        free_upper: Upper bounds on u but for acceleration, shape (n_u,).
+        linear: Vectors c of the ingredients' linear costs, shape (k, n_u).
+        quadratic: Diagonals of their quadratic costs, shape (k, n_u).
+        has: Whether each ingredient has a linear cost, and a quadratic one,
+            shape (k, 2), bool.
+        A: Coefficients of rows A u <= b, shape (most, n_u).
+        b: Right-hand sides of the rows, shape (most,).
+        kept: Which rows the bounds on u do not imply, shape (most,), bool.
+        raised: Of which rows negative right-hand sides were raised to zero,
+            shape (most,), bool.
+        about: What each row is about: the number of a sphere, a joint, ...,
+            shape (most,).
+        rows: First of each ingredient's rows, and the one after its last,
+            shape (k, 2).
+        J: Jacobian of the tracked twists, a row for each direction that is
+            tracked, shape (6 e, n_u) for e end effectors.
+        V: The tracked twists, shape (6 e,) [rad/s, m/s].
+        limit: Bounds on their slack, shape (6 e,) [rad/s, m/s].
+        price: Price of the slack, shape (6 e,).
+        tracked: Number of rows up to and with each end effector's, shape (e,).
+        count: Number of rows; 0, or one more than the number of the ingredient
+            that tracks twists; whether there are acceleration bounds; the
+            number of directions that are tracked; whether a row cannot hold
+            within the bounds on u; and whether Drake's program has more terms,
+            shape (6,).
+    """
+
+    lower: np.ndarray
+    upper: np.ndarray
+    free_lower: np.ndarray
+    free_upper: np.ndarray
+    linear: np.ndarray
+    quadratic: np.ndarray
+    has: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+    kept: np.ndarray
+    raised: np.ndarray
+    about: np.ndarray
+    rows: np.ndarray
+    J: np.ndarray
+    V: np.ndarray
+    limit: np.ndarray
+    price: np.ndarray
+    tracked: np.ndarray
+    count: np.ndarray
+
+
+@kernel
+def near_arrays(near, X_WL) -> NearArrays:
+    """Finds where the robot's links are near each other.
+
+    Args:
+        near: The `NearQuestion`, packed.
+        X_WL: Poses of all bodies, shape (b, 4, 4).
+    """
+    pairs = near.pairs
+    pair, distance, normal_W, p_WA, p_WB = near_points(pairs, X_WL, near.reach)
+    first, second, body = pairs.first, pairs.second, pairs.shapes.body
+    body_A, body_B = np.empty_like(pair), np.empty_like(pair)
+    for i in range(len(pair)):
+        body_A[i], body_B[i] = body[first[pair[i]]], body[second[pair[i]]]
+    return NearArrays(pair, body_A, body_B, distance, normal_W, p_WA, p_WB)
+
+
+@helper
+def find_movers(movers, p_WS, radius, within, lead, within_soon):
+    """Finds what moves near the robot, now and a little later.
+
+    Args:
+        movers: The `MoverArrays`.
+        p_WS: Centres of the spheres, shape (n, 3) [m].
+        radius: Their radii, shape (n,) [m].
+        within: Pairs at or beyond this distance are left out [m].
+        lead: How much later [s].
+        within_soon: The distance for then [m].
+    """
+    return (
+        near_movers(movers, p_WS, radius, within),
+        near_movers(moved_on(movers, lead, lead), p_WS, radius, within_soon),
+    )
+
+
+@helper
+def make_tick(
+    robot, state, aim, rows, movers, near, u_previous, dt, tube, guidance
+) -> TickArrays:
+    """Makes the `TickArrays` of a tick.
+
+    Args:
+        robot: The `RobotArrays`.
+        state: The `StateArrays`.
+        aim: The `AimArrays`.
+        rows: Spheres, distances and directions of the clearances.
+        movers: `TickArrays.moving` and `TickArrays.soon`.
+        near: The `NearArrays`.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
+        tube: By how much each sphere may be off its path, shape (n,) [m].
+        guidance: The `GuidanceArrays`.
+    """
+    sphere, distance, direction_W = rows
+    moving, soon = movers
+    k = len(aim.effector)
+    p_ET_W, rotation_W = np.empty((k, 3)), np.empty((k, 3))
+    scales, largest = np.empty(k), 0.0
+    for i in range(k):
+        target = target_of(aim, i)
+        p_W, turn_W, p_E = asked_error(state.X_WE[aim.effector[i]], target)
+        set_vector(p_ET_W[i], p_W)
+        set_vector(rotation_W[i], turn_W)
+        scales[i] = error_scale(p_E, target)
+        largest = max(largest, scales[i])
+    rates = np.zeros((len(sphere), len(u_previous)))
+    for i in range(len(sphere)):
+        s = sphere[i]
+        body, p_WS = robot.body_S[s], state.p_WS[s]
+        add_rate(robot, state, body, p_WS, direction_W[i], 1.0, rates[i])
+    return TickArrays(
+        robot,
+        state,
+        aim,
+        p_ET_W,
+        rotation_W,
+        scales,
+        largest,
+        sphere,
+        distance,
+        direction_W,
+        rates,
+        moving,
+        soon,
+        near,
+        u_previous,
+        dt,
+        tube,
+        guidance,
+    )
+
+
+@helper
+def make_program(velocity_limit, n_effectors, n_parts, most) -> ProgramArrays:
+    """Makes a program without terms.
+
+    Args:
+        velocity_limit: Bounds on |u| to begin with, shape (n_u,).
+        n_effectors: Number of end effectors.
+        n_parts: Number of ingredients.
+        most: Most rows that these may add together.
+    """
+    n_u, tracked = len(velocity_limit), 6 * n_effectors
+    return ProgramArrays(
+        -velocity_limit,
+        velocity_limit.copy(),
+        -velocity_limit,
+        velocity_limit.copy(),
+        np.zeros((n_parts, n_u)),
+        np.zeros((n_parts, n_u)),
+        np.zeros((n_parts, 2), np.bool_),
+        np.zeros((most, n_u)),
+        np.empty(most),
+        np.zeros(most, np.bool_),
+        np.zeros(most, np.bool_),
+        np.empty(most, np.int64),
+        np.zeros((n_parts, 2), np.int64),
+        np.zeros((tracked, n_u)),
+        np.zeros(tracked),
+        np.zeros(tracked),
+        np.zeros(tracked),
+        np.zeros(n_effectors, np.int64),
+        np.zeros(6, np.int64),
+    )
+
+
+@helper
+def narrow(program, lower, upper, is_acceleration) -> None:
+    """Bounds u by lower <= u <= upper, besides the present bounds.
+
+    Args:
+        program: The `ProgramArrays`.
+        lower: Further lower bounds, shape (n_u,).
+        upper: Further upper bounds, shape (n_u,).
+        is_acceleration: Whether these bounds may be left out.
+    """
+    for j in range(len(lower)):
+        program.lower[j] = max(program.lower[j], lower[j])
+        program.upper[j] = min(program.upper[j], upper[j])
+        if not is_acceleration:
+            program.free_lower[j] = max(program.free_lower[j], lower[j])
+            program.free_upper[j] = min(program.free_upper[j], upper[j])
+    if is_acceleration:
+        program.count[2] = 1
+
+
+@helper
+def new_row(program, k, b, about):
+    """Begins a row of ingredient k, all zero, and returns its number.
+
+    Args:
+        program: The `ProgramArrays`.
+        k: Number of the ingredient, whose turn it is.
+        b: Right-hand side.
+        about: What the row is about, a number that the ingredient can name.
+    """
+    i = program.count[0]
+    if program.rows[k, 1] == 0:
+        program.rows[k, 0] = i
+    program.count[0] = program.rows[k, 1] = i + 1
+    program.b[i], program.about[i] = b, about
+    return i
+
+
+@helper
+def given_or(value, default) -> float:
+    """Returns a value of the guidance, or the configured one if it is NaN.
+
+    Args:
+        value: What guidance says.
+        default: What is configured.
+    """
+    return default if np.isnan(value) else value

@@ -1,0 +1,99 @@
+"""The terms of a tick's program, by their names."""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+
+Label = Callable[[int], str | tuple[str, ...]]
+"""Says what a row is about, by its number: names of links or joints, or a
+text."""
+
+
+def names_of(said: str | tuple[str, ...]) -> tuple[str, ...]:
+    """Returns what a row is about as names: a text is one of them.
+
+    Args:
+        said: What a `Label` has said.
+    """
+    return (said,) if isinstance(said, str) else said
+
+
+def row_name(term: str, about: tuple[str, ...]) -> str:
+    """Names a row for people.
+
+    Args:
+        term: Name of its set of rows.
+        about: What it is about.
+    """
+    return f"{term}[{' and '.join(about)}]"
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Rows:
+    """All inequality rows A u <= b of one ingredient.
+
+    Attributes:
+        A: Coefficients of the rows, shape (m, n_u).
+        b: Right-hand sides of the rows, shape (m,).
+        kept: Which rows are in the program, shape (m,) bool; the bounds on u
+            imply the others.
+        label: Says what row i is about: names of links or joints, or a text.
+    """
+
+    A: np.ndarray
+    b: np.ndarray
+    kept: np.ndarray
+    label: Label = "row {}".format
+
+    def about(self, i: int) -> tuple[str, ...]:
+        """Returns what row i is about, as names or a text."""
+        return names_of(self.label(i))
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Tracking:
+    """J u + delta = V with the cost |delta|^2 price / 2 (paper eq. 2).
+
+    Attributes:
+        name: The name of this tracking in the program.
+        J: Jacobian of the end effector in W, angular above translational, in
+            the r directions that are tracked, shape (r, n_u).
+        V: The wanted twist V_WE in these, shape (r,) [rad/s, m/s].
+        price: Weight of the squared slack delta in the cost.
+        limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
+    """
+
+    name: str
+    J: np.ndarray
+    V: np.ndarray
+    price: float
+    limit: np.ndarray
+
+
+def tracking_name(term: str, effector: str) -> str:
+    """Returns what the tracking of an end effector's twist is called.
+
+    Args:
+        term: Name of what tracks it.
+        effector: Name of the end effector; an only one has none.
+    """
+    return f"{term} {effector}".rstrip()
+
+
+@dc.dataclass(eq=False)
+class Terms:
+    """The terms of a program, by their names.
+
+    Attributes:
+        rows: Inequality rows A u <= b.
+        linear: Vectors c of linear costs c'u, shape (n_u,) each.
+        quadratic: Diagonals w of quadratic costs u' diag(w) u / 2, shape
+            (n_u,) each.
+        trackings: How the end effectors' twists are tracked.
+    """
+
+    rows: dict[str, Rows] = dc.field(default_factory=dict)
+    linear: dict[str, np.ndarray] = dc.field(default_factory=dict)
+    quadratic: dict[str, np.ndarray] = dc.field(default_factory=dict)
+    trackings: dict[str, Tracking] = dc.field(default_factory=dict)

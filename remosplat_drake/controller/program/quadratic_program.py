@@ -1,0 +1,83 @@
+"""`QuadraticProgram`: a tick's program as solvers take it."""
+
+import numpy as np
+from pydrake.solvers import MathematicalProgram
+
+from remosplat_drake.controller.program.active_set import (
+    DenseProgram,
+    solve_dense,
+)
+from remosplat_drake.controller.program.drake_program import (
+    DrakeProgram,
+    KeptProgram,
+)
+from remosplat_drake.controller.program.kernels.dense import dense
+from remosplat_drake.controller.program.slack_form import SlackForm
+
+
+class QuadraticProgram:
+    """The finished program of a tick, as solvers take it.
+
+    It minimises a quadratic cost of the command u and of the slack delta of the
+    end effectors' twists, subject to linear rows and bounds.
+
+    Attributes:
+        form: The program.
+        extension: Terms that an ingredient may have added to Drake's program
+            itself, which `form` does not know; None for none.
+    """
+
+    def __init__(self, form: SlackForm, extension: DrakeProgram | None = None):
+        """Takes the program.
+
+        Args:
+            form: The program.
+            extension: Terms of Drake's program alone; None for none.
+        """
+        self.form, self.extension = form, extension
+        self._filled: KeptProgram | None = None
+
+    @property
+    def n_u(self) -> int:
+        """Number of entries of the command u."""
+        return len(self.form.lower)
+
+    @property
+    def is_extended(self) -> bool:
+        """Whether Drake's program may have terms that `form` does not know."""
+        return self.extension is not None
+
+    def dense(self) -> DenseProgram:
+        """Returns the program in u alone, its slack replaced by V - J u.
+
+        It leaves out what is in Drake's program alone.
+        """
+        return DenseProgram(*dense(*self.form))
+
+    def optimum(self) -> tuple[np.ndarray, int]:
+        """Solves `dense` by the library's own method.
+
+        Returns:
+            The optimal command u, shape (n_u,), which means something only
+            where it ended so, and how it ended; see `active_set.solve_dense`.
+        """
+        u, _, ended = solve_dense(*self.dense())
+        return u, ended
+
+    @property
+    def prog(self) -> MathematicalProgram:
+        """The program as Drake's `MathematicalProgram`, all terms included."""
+        return self._drake.prog
+
+    @property
+    def u(self) -> np.ndarray:
+        """The decision variables of the command in `prog`, shape (n_u,)."""
+        return self._drake.u
+
+    @property
+    def _drake(self) -> KeptProgram:
+        if self._filled is None:
+            size = self.n_u, len(self.form.V)
+            self._filled = KeptProgram(*size, self.extension)
+            self._filled.fill(self.form)
+        return self._filled

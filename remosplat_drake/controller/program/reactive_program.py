@@ -1,0 +1,273 @@
+"""What the ingredients of one tick add to.
+
+Decision variables are the command u and the slack delta of the end effectors'
+twists (paper section III-A); what is minimised and what must hold comes from
+the ingredients, one small class each.
+"""
+
+from collections.abc import Container
+
+import numpy as np
+from pydrake.solvers import MathematicalProgram
+
+from remosplat_drake.base.packed import Packed
+from remosplat_drake.controller.program.drake_program import DrakeProgram
+from remosplat_drake.controller.program.kernels.outside import (
+    slack_form_of_outside,
+)
+from remosplat_drake.controller.program.kernels.tick_arrays import OutsideArrays
+from remosplat_drake.controller.program.program_terms import (
+    Label,
+    Rows,
+    Terms,
+    Tracking,
+)
+from remosplat_drake.controller.program.quadratic_program import (
+    QuadraticProgram,
+)
+from remosplat_drake.controller.program.slack_form import SlackForm
+from remosplat_drake.controller.program.term import Term
+
+
+class ReactiveProgram:
+    """What ingredients from outside add to.
+
+    The program minimises the sum of all costs over the command u, shape
+    (n_u,), within the bounds and subject to all rows. A term's name may be
+    used once for each kind of term.
+
+    `prog` is Drake's `MathematicalProgram` of the same command, to which an
+    ingredient may add what the methods here do not express.
+
+    Args:
+        velocity_limit: Bounds on |u| to begin with, shape (n_u,) [rad/s, m/s].
+        taken: Names that terms have already.
+
+    Attributes:
+        lower: Lower bounds on u, shape (n_u,).
+        upper: Upper bounds on u, shape (n_u,).
+        terms: What has been added.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> import numpy as np
+        >>> program = rs.ReactiveProgram(np.ones(9))
+        >>> program.add_quadratic_cost("stand still", np.ones(9))
+        >>> program.add_linear_cost("turn left", -np.eye(9)[1])
+        >>> u, _ = program.finished().optimum()
+        >>> round(float(u[1]), 3)
+        1.0
+    """
+
+    def __init__(self, velocity_limit: np.ndarray, taken: Container[str] = ()):
+        self.lower, self.upper = -velocity_limit, velocity_limit
+        self.terms = Terms()
+        self._taken = taken
+        self._free = self.lower, self.upper
+        self._has_acceleration = False
+        self._drake: DrakeProgram | None = None
+
+    @staticmethod
+    def within(bounds: np.ndarray, taken: Container[str]) -> "ReactiveProgram":
+        """Makes a program whose bounds others have narrowed already.
+
+        Args:
+            bounds: Lower and upper bounds on u, and the same but for
+                acceleration, shape (4, n_u).
+            taken: Names that terms have already.
+        """
+        lower, upper, free_lower, free_upper = bounds
+        program = ReactiveProgram(upper, taken)
+        program.lower, program.upper = lower, upper
+        program._free = free_lower, free_upper
+        return program
+
+    @property
+    def n_u(self) -> int:
+        """Number of entries of the command u."""
+        return len(self.lower)
+
+    def add_linear_cost(self, name: str, c: np.ndarray) -> None:
+        """Adds the cost c'u.
+
+        Args:
+            name: Name of the cost, unique among the linear costs.
+            c: Vector of the cost, shape (n_u,).
+
+        Raises:
+            NameTakenError: There is a linear cost of that name already.
+            TermError: c has another shape, or is not finite.
+        """
+        term = self._term("linear cost", name, self.terms.linear)
+        self.terms.linear[name] = term.array("c", c, (self.n_u,))
+
+    def add_quadratic_cost(self, name: str, weights: np.ndarray) -> None:
+        """Adds the cost u' diag(weights) u / 2.
+
+        Args:
+            name: Name of the cost, unique among the quadratic costs.
+            weights: Weights of the squared entries of u, shape (n_u,); none
+                may be negative.
+
+        Raises:
+            NameTakenError: There is a quadratic cost of that name already.
+            TermError: The weights have another shape, are not finite, or are
+                negative.
+        """
+        term = self._term("quadratic cost", name, self.terms.quadratic)
+        weights = term.weights("weights", weights, (self.n_u,))
+        self.terms.quadratic[name] = weights
+
+    def add_rows(
+        self,
+        name: str,
+        A: np.ndarray,
+        b: np.ndarray,
+        label: Label = "row {}".format,
+    ) -> None:
+        """Adds the rows A u <= b.
+
+        Args:
+            name: Name of the set of rows, unique among these.
+            A: Coefficients of the rows, shape (m, n_u).
+            b: Right-hand sides of the rows, shape (m,).
+            label: Says what row i is about, for people: names of links or
+                joints, or a text. It is asked only where the row must yield
+                or holds the command back.
+
+        Raises:
+            NameTakenError: There are rows of that name already.
+            TermError: A or b has another shape, or is not finite.
+        """
+        term = self._term("set of rows", name, self.terms.rows)
+        m = np.size(b)
+        A = term.array("A", A, (m, self.n_u))
+        b = term.array("b", b, (m,))
+        self.terms.rows[name] = Rows(A, b, np.ones(m, bool), label)
+
+    def track(
+        self,
+        name: str,
+        J: np.ndarray,
+        V: np.ndarray,
+        *,
+        price: float,
+        limit: np.ndarray,
+    ) -> None:
+        """Tracks the end effector's twist: J u + delta = V with a slack delta.
+
+        The slack costs price |delta|^2 / 2. A twist is tracked in as many
+        directions as there are rows: all six, or fewer.
+
+        Args:
+            name: Name of this tracking, unique among the trackings.
+            J: Jacobian of the end effector in W, angular above
+                translational, shape (6, n_u); or r directions of it.
+            V: The wanted twist V_WE, angular above translational, shape (6,)
+                [rad/s, m/s]; or the same directions of it, shape (r,).
+            price: Weight of the squared slack in the cost.
+            limit: Bounds on |delta|, shape (r,) [rad/s, m/s]; inf is none.
+
+        Raises:
+            NameTakenError: There is a tracking of that name already.
+            TermError: J, V, the price or the limit has another shape, is not
+                finite or, of the last two, is negative.
+        """
+        term = self._term("tracking", name, self.terms.trackings)
+        r = np.size(V)
+        J = term.array("J", J, (r, self.n_u))
+        V = term.array("V", V, (r,))
+        price = float(term.weights("price", price, ()))
+        limit = term.array("limit", limit, (r,), unbounded=True)
+        if (limit < 0.0).any():
+            raise term.error("limit is negative")
+        self.terms.trackings[name] = Tracking(name, J, V, price, limit)
+
+    def narrow(
+        self,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        *,
+        acceleration: bool = False,
+    ) -> None:
+        """Bounds u by lower <= u <= upper, besides the present bounds.
+
+        Args:
+            lower: Further lower bounds, shape (n_u,); -inf is none.
+            upper: Further upper bounds, shape (n_u,); inf is none.
+            acceleration: Whether they bound accelerations, and are left out
+                where no command keeps to all rows.
+
+        Raises:
+            TermError: The bounds have another shape, are NaN, or leave nothing
+                between them.
+        """
+        term = Term("bounds on u")
+        lower = term.array("lower", lower, (self.n_u,), unbounded=True)
+        upper = term.array("upper", upper, (self.n_u,), unbounded=True)
+        if not ((lower <= upper) & (lower < np.inf) & (upper > -np.inf)).all():
+            raise term.error("no command lies between lower and upper")
+        self.lower = np.maximum(self.lower, lower)
+        self.upper = np.minimum(self.upper, upper)
+        self._has_acceleration |= acceleration
+        if not acceleration:
+            least, most = self._free
+            self._free = np.maximum(least, lower), np.minimum(most, upper)
+
+    def _term(self, kind: str, name: str, taken: Container[str]) -> Term:
+        return Term(kind, name, (name,) if name in self._taken else taken)
+
+    @property
+    def prog(self) -> MathematicalProgram:
+        """Drake's `MathematicalProgram`, for terms of another kind.
+
+        It has the variables `u`, and what ingredients have added to it. Costs,
+        rows and bounds that are added here are not in it.
+        """
+        return self._extension.prog
+
+    @property
+    def u(self) -> np.ndarray:
+        """The decision variables of the command in `prog`, shape (n_u,)."""
+        return self._extension.u
+
+    @property
+    def _extension(self) -> DrakeProgram:
+        if self._drake is None:
+            self._drake = DrakeProgram(self.n_u)
+        return self._drake
+
+    @property
+    def extension(self) -> DrakeProgram | None:
+        """What may have been added to `prog`; None if nobody asked for it."""
+        return self._drake
+
+    @property
+    def arrays(self) -> Packed[OutsideArrays]:
+        """What has been added, as kernels take it."""
+        terms, n_u = self.terms, self.n_u
+        costs = np.zeros((2, n_u))
+        for c in terms.linear.values():
+            costs[0] += c
+        for weights in terms.quadratic.values():
+            costs[1] += weights
+        rows = [np.column_stack([r.A, r.b]) for r in terms.rows.values()]
+        tracked = [
+            np.column_stack([t.J, t.V, t.limit, np.full(len(t.V), t.price)])
+            for t in terms.trackings.values()
+        ]
+        return Packed(
+            OutsideArrays(
+                np.array([self.lower, self.upper, *self._free]),
+                costs,
+                np.concatenate(rows) if rows else np.zeros((0, n_u + 1)),
+                np.concatenate(tracked) if tracked else np.zeros((0, n_u + 3)),
+                self._has_acceleration,
+                self._drake is not None,
+            )
+        )
+
+    def finished(self) -> QuadraticProgram:
+        """Returns the program of these terms alone, as solvers take it."""
+        form = SlackForm(*slack_form_of_outside(self.arrays))
+        return QuadraticProgram(form, self._drake)

@@ -1,0 +1,201 @@
+"""Which convex solvers may be named in a scenario."""
+
+from threading import local
+from typing import Protocol
+
+import numpy as np
+from pydrake.solvers import (
+    ClarabelSolver,
+    GurobiSolver,
+    MathematicalProgram,
+    MosekSolver,
+    OsqpSolver,
+    ScsSolver,
+    SolverInterface,
+    SolverOptions,
+)
+
+from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.controller.program.active_set import INFEASIBLE, OPTIMAL
+from remosplat_drake.controller.program.drake_program import KeptProgram
+from remosplat_drake.controller.program.quadratic_program import (
+    QuadraticProgram,
+)
+from remosplat_drake.controller.program.slack_form import SlackForm
+from remosplat_drake.controller.program.term import TermError
+
+CLARABEL = "clarabel"
+
+DRAKE_SOLVERS = {
+    CLARABEL: ClarabelSolver,
+    "osqp": OsqpSolver,
+    "scs": ScsSolver,
+    "mosek": MosekSolver,
+    "gurobi": GurobiSolver,
+}
+
+ACTIVE_SET = "active_set"
+
+SOLVERS = (ACTIVE_SET, *DRAKE_SOLVERS)
+"""All names of solvers; whether some of them work depends on licences."""
+
+
+class Solver(Protocol):
+    """Finds the optimum of the convex quadratic program of a tick."""
+
+    def solve(self, program: QuadraticProgram) -> np.ndarray | None:
+        """Finds the optimal command u, shape (n_u,); None if there is none.
+
+        Args:
+            program: The finished program of a tick.
+        """
+        ...
+
+
+class DrakeSolver:
+    """One of Drake's solvers, which solves a `MathematicalProgram`.
+
+    It keeps the program from tick to tick, one for each thread, and fills in
+    what is new. What an ingredient has added to Drake's program itself only
+    that program knows, and so it is solved.
+
+    Args:
+        solver: The solver, which must be available and enabled.
+    """
+
+    def __init__(self, solver: SolverInterface):
+        self._solver = solver
+        self._kept = _KeptPrograms()
+        self._attempts = _attempts(solver)
+
+    def __reduce__(self):
+        # Drake's solvers hold nothing, but do not know how to be pickled.
+        return _drake_solver, (type(self._solver),)
+
+    def solve(self, program: QuadraticProgram) -> np.ndarray | None:
+        """Finds the optimal command u, shape (n_u,); None if there is none.
+
+        Args:
+            program: The finished program of a tick.
+
+        Raises:
+            TermError: An ingredient has added to `prog` what the solver cannot
+                take.
+        """
+        if program.is_extended:
+            prog, variables = program.prog, program.u
+            if not self._solver.AreProgramAttributesSatisfied(prog):
+                why = self._solver.ExplainUnsatisfiedProgramAttributes(prog)
+                raise TermError(f"prog: {why}")
+        else:
+            kept = self._kept.filled(program.form)
+            prog, variables = kept.prog, kept.u
+        for options in self._attempts:
+            u = self._optimum(prog, variables, options)
+            if u is not None:
+                return u
+        return None
+
+    def _optimum(
+        self,
+        prog: MathematicalProgram,
+        u: np.ndarray,
+        options: SolverOptions | None,
+    ) -> np.ndarray | None:
+        result = self._solver.Solve(prog, None, options)  # pyright: ignore
+        return result.GetSolution(u) if result.is_success() else None
+
+
+class _KeptPrograms(local):
+    """The program that each thread keeps."""
+
+    program: KeptProgram | None = None
+
+    def filled(self, form: SlackForm) -> KeptProgram:
+        """Returns the kept program, filled with a tick's."""
+        n_u, r = len(form.lower), len(form.V)
+        if self.program is None or not self.program.has_size(n_u, r):
+            self.program = KeptProgram(n_u, r)
+        self.program.fill(form)
+        return self.program
+
+
+def _attempts(solver: SolverInterface) -> tuple[SolverOptions | None, ...]:
+    """By which options a solver is asked, until it finds an optimum.
+
+    Programs as small and well scaled as these Clarabel solves in two thirds of
+    the time, and as exactly, without what it does for others; should it fail,
+    it is asked with all its care. OSQP's own tolerances leave commands
+    centimetres per second off, and are what is left where it gets no nearer.
+    """
+    options = SolverOptions()
+    if isinstance(solver, ClarabelSolver):
+        for name in (
+            "equilibrate_enable",
+            "presolve_enable",
+            "iterative_refinement_enable",
+        ):
+            options.SetOption(solver.solver_id(), name, 0)
+        return options, None
+    if isinstance(solver, OsqpSolver):
+        for name in ("eps_abs", "eps_rel"):
+            options.SetOption(solver.solver_id(), name, 1e-6)
+        return options, None
+    return (None,)
+
+
+def _drake_solver(maker: type[SolverInterface]) -> DrakeSolver:
+    return DrakeSolver(maker())
+
+
+class ActiveSetSolver:
+    """The library's own dual active-set solver, on the dense program.
+
+    It finds the same optimum ten times as fast, which rollouts need. Clarabel
+    takes over where rounding leaves it undecided, and where an ingredient has
+    used Drake's program.
+    """
+
+    def __init__(self):
+        self._other = DrakeSolver(ClarabelSolver())
+
+    def solve(self, program: QuadraticProgram) -> np.ndarray | None:
+        """Finds the optimal command u, shape (n_u,); None if there is none.
+
+        Args:
+            program: The finished program of a tick.
+        """
+        if program.is_extended:
+            return self._other.solve(program)
+        u, ended = program.optimum()
+        if ended == OPTIMAL:
+            return u
+        return None if ended == INFEASIBLE else self._other.solve(program)
+
+
+def make_solver(name: str, where: str, field: str = "solver") -> Solver:
+    """Makes the solver of that name.
+
+    Args:
+        name: One of `SOLVERS`.
+        where: What errors blame, for example a scenario's file.
+        field: The field of `controller` that errors blame.
+
+    Raises:
+        FieldError: There is no such solver, or it is not usable here, for
+            example without a licence.
+    """
+    if name == ACTIVE_SET:
+        return ActiveSetSolver()
+    usable = [
+        key
+        for key, maker in DRAKE_SOLVERS.items()
+        if maker().available() and maker().enabled()
+    ]
+    if name not in usable:
+        raise FieldError(
+            where,
+            f"controller.{field}",
+            unknown_name("solver", name, [ACTIVE_SET, *usable]),
+        )
+    return DrakeSolver(DRAKE_SOLVERS[name]())

@@ -1,0 +1,118 @@
+"""`Tick`: all that one control tick knows."""
+
+import dataclasses as dc
+from functools import cached_property
+
+import numpy as np
+
+from remosplat_drake.controller.program.guidance import DIRECT, Guidance
+from remosplat_drake.controller.program.servo import error_scale
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.robot_state import RobotState
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.near_movers import NearMovers
+from remosplat_drake.signals.target import Target
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Tick:
+    """All that one tick knows.
+
+    Attributes:
+        robot: The robot, with its limits and kinematics.
+        state: Kinematics at the measured configuration q.
+        aim: What the end effectors shall reach.
+        clearances: The distances of the robot's spheres to the map that lie
+            within the influence distance.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
+        guidance: How the tick is bent, as `GuidanceSelector` has chosen.
+        sphere_tube: By how much each sphere may be off its predicted path, at
+            the speeds of the command that is being executed, shape (n,) [m];
+            None where the robot obeys at once.
+        movers: What moves; None if nothing is known to.
+        time: The time of the tick [s].
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> class FaceTarget:
+        ...     def AddToProgram(self, program, tick):
+        ...         if tick.error.distance < 0.1:
+        ...             program.add_linear_cost("wait", program.upper * 0)
+    """
+
+    robot: RobotModel
+    state: RobotState
+    aim: Aim
+    clearances: Clearances
+    u_previous: np.ndarray
+    dt: float
+    guidance: Guidance = DIRECT
+    sphere_tube: np.ndarray | None = None
+    movers: Movers | None = None
+    time: float = 0.0
+
+    def near_movers(self, within: float, ahead: float = 0.0) -> NearMovers:
+        """Finds what moves near the robot as it stands.
+
+        Args:
+            within: Pairs of a sphere and a mover at or beyond this distance
+                are left out [m].
+            ahead: How far ahead movers are looked at [s]: then they are where
+                their twists lead them.
+        """
+        if self.movers is None:
+            return NearMovers.none()
+        movers = self.movers.moved_on(ahead, ahead) if ahead else self.movers
+        return NearMovers.find(movers, self.time, self.state.spheres, within)
+
+    @property
+    def target(self) -> Target:
+        """The target, the first of several."""
+        return self.aim.first
+
+    @property
+    def X_WT(self) -> np.ndarray:
+        """Pose of the target T in the world W, shape (4, 4)."""
+        return self.target.X_WT
+
+    @cached_property
+    def errors(self) -> tuple[PoseError, ...]:
+        """The pose error to each of the aim's targets, in what that asks."""
+        return self.aim.errors(self.state.X_WEs)
+
+    @property
+    def error(self) -> PoseError:
+        """The pose error to the target, the first of several."""
+        return self.errors[0]
+
+    @property
+    def error_scales(self) -> list[float]:
+        """The paper's error e of each target [m]; see `servo.error_scale`."""
+        items = zip(self.errors, self.aim.items, strict=True)
+        return [error_scale(e.p_ET_E, t.arrays) for e, (_, t) in items]
+
+    @property
+    def error_scale(self) -> float:
+        """The paper's error e: L1 distance to the target, at least 1e-3 [m].
+
+        Of several targets, the largest. Costs divide by it; the bound keeps
+        them finite at the target.
+        """
+        return max(self.error_scales)
+
+    @cached_property
+    def approach_rates(self) -> np.ndarray:
+        """The rows J_d = n' Jv_WS of all m clearances, shape (m, n_u).
+
+        J_d u is the rate at which a clearance shrinks [m/s] (paper eq. 16).
+        """
+        clearances = self.clearances
+        return np.einsum(
+            "mi,mij->mj",
+            clearances.direction_W,
+            self.state.Jv_WS[clearances.sphere],
+        )

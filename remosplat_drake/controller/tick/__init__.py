@@ -1,0 +1,1 @@
+"""One control tick: the law, the program, the decision, verification."""

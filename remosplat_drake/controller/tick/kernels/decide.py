@@ -1,0 +1,102 @@
+"""What a tick decides: its program solved, and what to do when it fails."""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.python_calls import ask_python
+from remosplat_drake.controller.ingredients.kernels.assemble import (
+    OUTSIDE,
+    YIELD_ORDER,
+)
+from remosplat_drake.controller.program.active_set import OPTIMAL, UNDECIDED
+from remosplat_drake.controller.program.kernels.dense import (
+    prune,
+    slack_form,
+    solve_program,
+)
+from remosplat_drake.controller.verification.braking import next_on_ramp
+from remosplat_drake.signals.tick_report import STATUSES
+
+SOLVE = 3
+"""Which of a call's Python functions solves programs."""
+
+_WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
+"""Numbers of the statuses in `tick_report.STATUSES`."""
+
+
+@helper
+def decide(program, robot, u_previous, dt, strict, is_own_solver, line):
+    """Solves the program of a tick, falling back where it has no optimum.
+
+    The program is tried as it stands, then without acceleration bounds, then
+    with negative right-hand sides of its rows raised to zero as well, in
+    `YIELD_ORDER`. Last comes a step of the braking ramp. Where the law is
+    strict, acceleration bounds are never left out. Costs yield to all rows;
+    verification, and with it the joint limits themselves, to nothing.
+
+    Args:
+        program: The `ProgramArrays`; falling back changes them.
+        robot: The `RobotArrays`.
+        u_previous: The command that is being executed, shape (n_u,).
+        dt: Control period [s].
+        strict: Whether every command keeps to the acceleration bounds.
+        is_own_solver: Whether the library's own solver is asked.
+        line: Number of the `PythonCalls`.
+
+    Returns:
+        The command, shape (n_u,), and the number of its status in
+        `tick_report.STATUSES`.
+    """
+    u, is_found = _optimum(program, is_own_solver, line)
+    if is_found:
+        return u, _WHOLE
+    if program.count[2] and not strict:
+        for j in range(len(u)):
+            program.lower[j] = program.free_lower[j]
+            program.upper[j] = program.free_upper[j]
+        prune(program)
+        u, is_found = _optimum(program, is_own_solver, line)
+        if is_found:
+            return u, _DROPPED
+    for k in YIELD_ORDER:
+        is_raised = _raise_to_zero(program, k)
+        if k == YIELD_ORDER[-1]:
+            is_raised |= _raise_to_zero(program, OUTSIDE)
+        if not is_raised:
+            continue
+        prune(program)
+        u, is_found = _optimum(program, is_own_solver, line)
+        if is_found:
+            return u, _RELAXED
+    ramp = next_on_ramp(u_previous, robot.acceleration_limit, dt)
+    return ramp, BRAKING
+
+
+@helper
+def _optimum(program, is_own_solver, line):
+    """Finds the optimum of a program, and tells whether there is one.
+
+    The library's own solver leaves some programs undecided by rounding, and
+    does not know what is in Drake's program alone. Those Python solves.
+    """
+    if program.count[4]:
+        return np.zeros(len(program.lower)), False
+    u, ended = np.zeros(len(program.lower)), UNDECIDED
+    if is_own_solver and not program.count[5]:
+        u, ended = solve_program(program)
+    if ended == UNDECIDED:
+        u = np.zeros(len(program.lower))
+        form = slack_form(program)
+        ended = ask_python(line, SOLVE, (u, *form))
+    return u, ended == OPTIMAL and np.isfinite(u).all()
+
+
+@helper
+def _raise_to_zero(program, k):
+    """Raises negative right-hand sides of ingredient k, if there are any."""
+    is_raised = False
+    for i in range(program.rows[k, 0], program.rows[k, 1]):
+        if program.b[i] < 0.0:
+            program.b[i] = 0.0
+            program.raised[i] = is_raised = True
+    return is_raised

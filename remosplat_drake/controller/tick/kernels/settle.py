@@ -1,0 +1,270 @@
+"""A whole control tick: its program, the decision, and verification.
+
+This is the tick of simulations, of rollouts and of real robots alike.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.controller.ingredients import CollisionDamper
+from remosplat_drake.controller.ingredients.kernels.assemble import (
+    OUTSIDE,
+    PARTS,
+    Parts,
+    assemble,
+)
+from remosplat_drake.controller.program.kernels.binding_arrays import (
+    binding_arrays,
+)
+from remosplat_drake.controller.program.kernels.outside import add_outside
+from remosplat_drake.controller.program.kernels.tick_arrays import (
+    NearQuestion,
+    OutsideArrays,
+    given_or,
+    make_program,
+)
+from remosplat_drake.controller.tick.kernels.decide import BRAKING, decide
+from remosplat_drake.controller.verification.braking import next_on_ramp
+from remosplat_drake.controller.verification.kernels.verified import (
+    NOTHING,
+    KeptArrays,
+    least_clearances,
+    sphere_tube,
+    surroundings,
+    verified,
+)
+from remosplat_drake.robot.robot_arrays import state_arrays
+from remosplat_drake.scene.kernels.mover_reach import aged
+from remosplat_drake.signals.compiled_map import are_known
+
+UNKNOWN = (
+    "",
+    "measured configuration is not finite",
+    "clearances are not finite",
+    "target is not finite",
+)
+"""What a tick may not know, upon which the robot brakes."""
+
+SCENE = PARTS.index(CollisionDamper)
+"""Number of the ingredient whose rows are of the clearances."""
+
+
+class LawArrays(NamedTuple):
+    """A law, as kernels take it.
+
+    Attributes:
+        parts: The library's ingredients.
+        has_outside: Whether there are others, which only Python can ask.
+        outside: None of their terms, which say what type these have.
+        is_own_solver: Whether the library's own solver is asked.
+        dt: Control period [s].
+        strict: Whether every command keeps to the acceleration bounds.
+        influence: Influence distance of the scene [m].
+        stopping: Stopping distance from the scene [m].
+        verify: Whether commands are verified.
+        near: Where to look whether links are near each other.
+        kept: What verification keeps.
+    """
+
+    parts: Parts
+    has_outside: bool
+    outside: OutsideArrays
+    is_own_solver: bool
+    dt: float
+    strict: bool
+    influence: float
+    stopping: float
+    verify: bool
+    near: NearQuestion
+    kept: KeptArrays
+
+
+class Settled(NamedTuple):
+    """What a tick finds out; see `TickReport`.
+
+    Attributes:
+        command: The command that may be applied, shape (n_u,).
+        status: Number of its status in `tick_report.STATUSES`.
+        scale: `TickReport.scale`.
+        objection: Number of the objection in `verified.OBJECTIONS`.
+        kept: `TickReport.kept`.
+        binding: What `binding_arrays` returns.
+        yielded: Of each row that yielded the number of its ingredient, and
+            what it is about, shape (y, 2).
+        unknown: Number of what is not known in `UNKNOWN`.
+    """
+
+    command: np.ndarray
+    status: int
+    scale: float
+    objection: int
+    kept: np.ndarray
+    binding: tuple[np.ndarray, np.ndarray, np.ndarray]
+    yielded: np.ndarray
+    unknown: int
+
+
+@kernel
+def settle_tick(
+    law,
+    robot,
+    compiled,
+    off,
+    movers,
+    age,
+    motion,
+    now,
+    aim,
+    rows,
+    q,
+    u_previous,
+    guidance,
+    line,
+):
+    """Runs a tick; see `run_tick`.
+
+    Args:
+        law: The `LawArrays`.
+        robot: The `RobotArrays`.
+        compiled: The map, as `DistanceField.compiled` where that is
+            1-Lipschitz, or else a `PythonMap`.
+        off: Its `Misplacement`.
+        movers: The `MoverArrays`.
+        age: How old what is known of the movers is [s].
+        motion: The `MotionArrays`.
+        now: The time of the tick [s].
+        aim: The `AimArrays`.
+        rows: The `RowArrays` of the clearances.
+        q: Configuration, shape (n_q,) [rad, m].
+        u_previous: The command that is being executed, shape (n_u,).
+        guidance: The `GuidanceArrays`.
+        line: Number of the `PythonCalls`.
+
+    Returns:
+        The values of `Settled`.
+    """
+    state = state_arrays(robot, q)
+    given = robot, (compiled, off, line), state, rows, aged(movers, age), motion
+    unknown = what_is_unknown(q, rows, aim)
+    program, u, status, verdict = settle(
+        law, given, now, 0.0, aim, unknown == 0, u_previous, guidance
+    )
+    command, scale, objection = verdict
+    kept, yielded = np.zeros(len(rows.sphere), np.bool_), _yielded(program)
+    first, last = program.rows[SCENE]
+    if status != BRAKING:
+        for i in range(first, last):
+            kept[i - first] = program.kept[i]
+        binding = binding_arrays(program, u)
+    else:
+        binding = np.empty((0, 3), np.int64), np.empty((0, 0)), np.empty(0)
+    return (
+        command,
+        status,
+        scale,
+        objection,
+        kept,
+        binding,
+        yielded,
+        unknown,
+    )
+
+
+@helper
+def what_is_unknown(q, rows, aim) -> int:
+    """Finds what a tick does not know, by its number in `UNKNOWN`.
+
+    Args:
+        q: Configuration, shape (n_q,) [rad, m].
+        rows: The `RowArrays` of the clearances.
+        aim: The `AimArrays`.
+    """
+    if not np.isfinite(q).all():
+        return 1
+    if not are_known(rows):
+        return 2
+    if not (np.isfinite(aim.X_WT).all() and np.isfinite(aim.X_WA).all()):
+        return 3
+    return 0
+
+
+@helper
+def settle(law, given, now, ahead, aim, is_known, u_previous, guidance):
+    """Builds the program of a tick, decides, and verifies what is decided.
+
+    Args:
+        law: The `LawArrays`.
+        given: The `RobotArrays`; the map, its `Misplacement` and the number of
+            the `PythonCalls`; the `StateArrays`; the `RowArrays` of the
+            clearances; the `MoverArrays` as old as they are now; and the
+            `MotionArrays`.
+        now: The time of the tick [s].
+        ahead: How far ahead of the present a rollout's tick is [s].
+        aim: The `AimArrays`.
+        is_known: Whether all of that is: the robot brakes where it is not.
+        u_previous: The command that is being executed, shape (n_u,).
+        guidance: The `GuidanceArrays`.
+
+    Returns:
+        The `ProgramArrays`, what `decide` returns of them, and in a tuple what
+        `verified` does.
+    """
+    robot, placed, state, rows, movers, motion = given
+    line, limit = placed[2], robot.acceleration_limit
+    if not is_known:
+        ramp = next_on_ramp(u_previous, limit, law.dt)
+        none = make_program(robot.velocity_limit, 0, OUTSIDE + 1, 0)
+        return none, ramp, BRAKING, (ramp, 1.0, NOTHING)
+    program = assemble(
+        law.parts,
+        robot,
+        state,
+        aim,
+        (rows.sphere, rows.distance, rows.direction_W),
+        movers,
+        law.near,
+        u_previous,
+        law.dt,
+        sphere_tube(robot, motion.tube, u_previous),
+        guidance,
+    )
+    if law.has_outside:
+        asked = state.q, u_previous, rows, ahead
+        program, is_known = add_outside(law.outside, line, program, asked)
+        if not is_known:
+            ramp = next_on_ramp(u_previous, limit, law.dt)
+            return program, ramp, BRAKING, (ramp, 1.0, NOTHING)
+    u, status = decide(
+        program, robot, u_previous, law.dt, law.strict, law.is_own_solver, line
+    )
+    if not law.verify:
+        return program, u, status, (u, 1.0, NOTHING)
+    around = surroundings(
+        robot,
+        placed,
+        movers,
+        motion,
+        now,
+        state,
+        least_clearances(
+            rows.sphere, rows.distance, len(robot.radius), law.influence
+        ),
+        given_or(guidance.stopping, law.stopping),
+        u,
+        u_previous,
+    )
+    return program, u, status, verified(law.kept, around, u, u_previous)
+
+
+@helper
+def _yielded(program):
+    """Finds the rows that yielded, ingredient by ingredient."""
+    found, count = np.empty((program.count[0], 2), np.int64), 0
+    for part in range(len(program.rows)):
+        for i in range(program.rows[part, 0], program.rows[part, 1]):
+            if program.raised[i]:
+                found[count, 0], found[count, 1] = part, program.about[i]
+                count += 1
+    return found[:count]

@@ -1,0 +1,270 @@
+"""`ReactiveLaw`: the control law, made of its ingredients."""
+
+import copy
+from collections.abc import Iterable, Sequence
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.packed import Packed
+from remosplat_drake.controller.ingredients import (
+    CollisionDamper,
+    CollisionDamperConfig,
+    MoverDamper,
+    MoverDamperConfig,
+    SelfCollisionDamper,
+    SelfCollisionDamperConfig,
+    VelocityLimits,
+)
+from remosplat_drake.controller.program.ingredient import (
+    AnyIngredient,
+    Ingredient,
+)
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.solvers import (
+    ActiveSetSolver,
+    Solver,
+    make_solver,
+)
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.compiled_law import CompiledLaw
+from remosplat_drake.controller.tick.kernels.settle import LawArrays
+from remosplat_drake.controller.tick.program_of import program_of
+from remosplat_drake.controller.tick.tick_program import TickProgram
+from remosplat_drake.controller.verification.kernels.verified import KeptArrays
+from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.robot.robot_model import RobotModel
+
+T = TypeVar("T")
+
+
+LONGEST_VERIFIED = 0.1
+"""The longest control period that verified control allows [s]: nothing looks
+at the robot between two ticks."""
+
+
+class LawConfig(Protocol):
+    """What a law is made of, as `ReactiveControllerConfig` says it."""
+
+    solver: str
+    verify: bool
+
+    def ingredients_of(self, robot: RobotModel) -> list[AnyIngredient]:
+        """Makes the ingredients.
+
+        Args:
+            robot: The robot to drive.
+        """
+        ...
+
+
+class ReactiveLaw:
+    """The control law: what stays the same from tick to tick.
+
+    A law is a list of ingredients and how their program is solved. Its
+    distances have one source: they are those of the `CollisionDamper` and of
+    the `SelfCollisionDamper` among the ingredients.
+
+        law = ReactiveLaw(robot, [*default_ingredients(robot), MyCost()])
+
+    Whatever else needs the law for other steps, rollouts above all, derives
+    it by `with_step`: so that no ingredient is ever left out.
+
+    Attributes:
+        robot: The robot it drives.
+        ingredients: Costs and constraints of the program.
+        compiled: The ingredients, as programs are built of them.
+        dt: Control period [s].
+        solver: The convex solver of the program.
+        verify: Whether each command is checked against the map before it is
+            applied.
+        strict: Whether acceleration bounds hold even in an infeasible program.
+        collision: The influence distance d_i, beyond which nothing is looked
+            at, and the stopping distance d_s that verification keeps.
+        self_clearance: The distances that verification keeps between the
+            robot's own parts; None if it checks none.
+        movers: How far away what moves matters, and the distance that
+            verification keeps from it.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> robot = rs.load_robot("frankie")
+        >>> law = rs.ReactiveLaw(robot, rs.default_ingredients(robot), dt=0.01)
+        >>> law.with_step(0.1).ingredients is law.ingredients
+        True
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        ingredients: Iterable[AnyIngredient],
+        dt: float = 0.01,
+        *,
+        solver: str | Solver = "clarabel",
+        verify: bool = True,
+        collision: CollisionDamperConfig | None = None,
+        self_collision: SelfCollisionDamperConfig | None = None,
+    ):
+        """Makes a law.
+
+        Args:
+            robot: The robot to drive.
+            ingredients: Costs and constraints, in any order.
+            dt: Control period [s].
+            solver: The name of a convex solver, one of `solvers.SOLVERS`, or
+                a solver of one's own.
+            verify: Whether each command is checked against the map before it
+                is applied.
+            collision: Distances from the scene where no `CollisionDamper` is
+                among the ingredients; None takes its defaults.
+            self_collision: Distances of the robot from itself where no
+                `SelfCollisionDamper` is among the ingredients; None takes its
+                defaults.
+
+        Raises:
+            FieldError: `dt` or the solver is unusable, or distances are given
+                both here and by an ingredient.
+            NameTakenError: Two ingredients are of one kind of the library's.
+        """
+        _check_step(dt, verify)
+        self.robot = robot
+        self.ingredients: Sequence[AnyIngredient] = tuple(ingredients)
+        self.compiled = CompiledLaw(robot, self.ingredients)
+        self.dt = dt
+        self.solver = _solver(solver)
+        self.verify = verify
+        self.strict = any(
+            part.config.strict and part.config.acceleration
+            for part in self.ingredients
+            if isinstance(part, VelocityLimits)
+        )
+        self.collision = (
+            self._distances(CollisionDamper, "collision", collision)
+            or CollisionDamperConfig()
+        )
+        kept = (
+            self._distances(
+                SelfCollisionDamper, "self_collision", self_collision
+            )
+            or SelfCollisionDamperConfig()
+        )
+        self.movers = (
+            self._distances(MoverDamper, "movers", None) or MoverDamperConfig()
+        )
+        own = SelfClearance.make(robot, kept.stopping)
+        self.self_clearance = own if verify and kept.enabled else None
+        self._own = own
+        self._arrays: Packed[LawArrays] | None = None
+
+    @staticmethod
+    def make(
+        config: LawConfig,
+        robot: RobotModel,
+        dt: float,
+        ingredients: Iterable[Ingredient] = (),
+    ) -> "ReactiveLaw":
+        """Makes the law that a configuration stands for.
+
+        Args:
+            config: Settings of the controller and its ingredients.
+            robot: The robot to drive.
+            dt: Control period [s].
+            ingredients: Further ingredients, besides the configuration's.
+
+        Raises:
+            FieldError: A value of the configuration is unusable, or `dt` is.
+            NameTakenError: A further one is of a kind of the library's.
+        """
+        return ReactiveLaw(
+            robot,
+            [*config.ingredients_of(robot), *ingredients],
+            dt,
+            solver=make_solver(config.solver, "scenario"),
+            verify=config.verify,
+        )
+
+    def program(self, tick: Tick) -> TickProgram:
+        """Builds the program of a tick as it stands, for people to look at.
+
+        Args:
+            tick: What is known at the tick.
+
+        Raises:
+            TermError: A term cannot be used; the text names it and its
+                ingredient.
+            NameTakenError: Two terms of a kind have one name.
+            IngredientError: An ingredient raises.
+        """
+        return program_of(self.compiled, tick)
+
+    @property
+    def arrays(self) -> Packed[LawArrays]:
+        """The law as kernels take it."""
+        if self._arrays is None:
+            compiled, n_u = self.compiled, self.robot.n_u
+            own = self._own
+            kept = KeptArrays(
+                float(self.dt),
+                self.self_clearance is not None,
+                own.arrays.values,
+                float(own.stopping),
+                float(self.movers.separation),
+            )
+            law = LawArrays(
+                compiled.parts.values,
+                bool(compiled.outside),
+                ReactiveProgram(np.zeros(n_u)).arrays.values,
+                isinstance(self.solver, ActiveSetSolver),
+                float(self.dt),
+                self.strict,
+                float(self.collision.influence),
+                float(self.collision.stopping),
+                self.verify,
+                compiled.near.values,
+                kept,
+            )
+            self._arrays = Packed(law)
+        return self._arrays
+
+    def with_step(
+        self, dt: float, *, solver: str | Solver | None = None
+    ) -> "ReactiveLaw":
+        """Returns the same law at another period, with the same ingredients.
+
+        Args:
+            dt: The other control period [s].
+            solver: Another solver; None keeps the present one.
+
+        Raises:
+            FieldError: `dt` or the solver is unusable.
+        """
+        _check_step(dt, self.verify)
+        law = copy.copy(self)
+        law.dt, law._arrays = dt, None
+        if solver is not None:
+            law.solver = _solver(solver)
+        return law
+
+    def _distances(self, kind: type, name: str, given: T | None) -> T | None:
+        """Returns the config of a damper among the ingredients, or `given`."""
+        dampers: list[Any] = [
+            i for i in self.ingredients if isinstance(i, kind)
+        ]
+        if dampers and given is not None:
+            problem = f"the {kind.__name__} among the ingredients says it"
+            raise FieldError("ReactiveLaw", name, problem)
+        return dampers[0].config if dampers else given
+
+
+def _check_step(dt: float, verify: bool) -> None:
+    longest = LONGEST_VERIFIED if verify else float("inf")
+    if not 0 < dt <= longest:
+        valid = f"lie in (0, {longest}] with `verify`" if verify else "exceed 0"
+        raise FieldError("ReactiveLaw", "dt", f"must {valid}, got {dt}")
+
+
+def _solver(solver: str | Solver) -> Solver:
+    if isinstance(solver, str):
+        return make_solver(solver, "ReactiveLaw")
+    return solver

@@ -1,0 +1,225 @@
+"""One control tick as a pure function: state in, command and report out."""
+
+from time import perf_counter
+
+import numpy as np
+
+from remosplat_drake.controller.program.guidance import DIRECT, Guidance
+from remosplat_drake.controller.program.kernels.binding_arrays import BOUND_PART
+from remosplat_drake.controller.program.program_terms import row_name
+from remosplat_drake.controller.tick.kernels.settle import (
+    SCENE,
+    UNKNOWN,
+    Settled,
+    settle_tick,
+)
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.tick_calls import TickCalls
+from remosplat_drake.controller.tick.tick_inputs import TickInputs
+from remosplat_drake.controller.tick.tick_program import RowNames
+from remosplat_drake.controller.verification.kernels.verified import OBJECTIONS
+from remosplat_drake.controller.verification.map_calls import (
+    map_for_kernels,
+    row_arrays,
+)
+from remosplat_drake.controller.verification.protective_separation import (
+    Monitoring,
+    least_separation,
+)
+from remosplat_drake.scene.mover import Movers
+from remosplat_drake.signals import tick_report
+from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.binding import (
+    BOUND,
+    NONE_BINDS,
+    Binding,
+    BoundRow,
+)
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.motion import Motion, prompt_motion
+from remosplat_drake.signals.separation import Separation
+from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.tick_report import STATUSES, TickReport
+
+TOO_SUDDEN = "infeasible with acceleration bounds"
+"""Why acceleration bounds are left out."""
+
+BindingArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""What `binding_arrays` returns."""
+
+NOT_FEASIBLE = "no feasible command found"
+"""Why the robot brakes where not even that helps."""
+
+
+def run_tick(
+    law: ReactiveLaw,
+    time: float,
+    q: np.ndarray,
+    aim: Aim | Target | np.ndarray,
+    clearances: Clearances,
+    field: DistanceField,
+    u_previous: np.ndarray,
+    guidance: Guidance = DIRECT,
+    motion: Motion | None = None,
+    movers: Movers | None = None,
+) -> TickReport:
+    """Runs one tick: the program (paper eq. 1 to 4), then verify-then-scale.
+
+    Args:
+        law: The control law.
+        time: Time of the tick [s].
+        q: Configuration to plan from, measured or where all commands in flight
+            lead, shape (n_q,) [rad, m].
+        aim: What the end effectors shall reach: an `Aim`, or for the first of
+            them a `Target` or the pose X_WT of a plain one, shape (4, 4).
+        clearances: The oracle's distances and directions at q.
+        field: The map, which verification asks along the command's path.
+        u_previous: The command being executed, shape (n_u,).
+        guidance: How the tick is bent, as `GuidanceSelector` has chosen.
+        motion: What the robot is about to do already; None where it obeys at
+            once.
+        movers: What moves; None if nothing is known to.
+
+    Returns:
+        The command, and how it came about. Where q or the aim is not finite,
+        the clearances are not known, or a term cannot be used, it is a step of
+        the braking ramp.
+
+    Raises:
+        NameTakenError: Two terms of a kind have one name.
+        IngredientError: An ingredient from outside raises.
+    """
+    start = perf_counter()
+    given = TickInputs(time, Aim.of(aim), field, guidance, motion, movers)
+    q, u_previous = np.array(q, float), np.array(u_previous, float)
+    near = clearances.within(law.collision.influence)
+    calls = TickCalls(law, given)
+    with calls as line:
+        found = _settled(law, given, near, q, u_previous, line)
+    problem = UNKNOWN[found.unknown] or calls.unusable
+    names = RowNames(law.compiled.ingredients, law.robot, movers, calls.outside)
+    binding = named_binding(found.binding, names)
+    seconds = perf_counter() - start
+    timings = {"solve": calls.solving, "tick": seconds - calls.solving}
+    return TickReport(
+        time=time,
+        q=q,
+        command=found.command,
+        status=STATUSES[found.status],
+        reason=problem or _reason(found, names),
+        scale=found.scale,
+        clearances=Clearances.none() if found.unknown else near,
+        kept=found.kept,
+        tight=_tight(found),
+        aim=given.aim,
+        binding=binding,
+        line_deviation=_line_deviation(law, given.aim, q),
+        objection=OBJECTIONS[found.objection],
+        separation=_separation(law, given, q, found.command),
+        timings=timings,
+    )
+
+
+def _settled(
+    law: ReactiveLaw,
+    given: TickInputs,
+    near: Clearances,
+    q: np.ndarray,
+    u_previous: np.ndarray,
+    line: int,
+) -> Settled:
+    motion, movers = given.motion, given.moving
+    if motion is None:
+        motion_arrays = prompt_motion(law.robot.n_u)
+    else:
+        motion_arrays = motion.arrays
+    return Settled(
+        *settle_tick(
+            law.arrays,
+            law.robot.arrays,
+            *map_for_kernels(given.field),
+            movers.arrays,
+            movers.age(given.time),
+            motion_arrays,
+            float(given.time),
+            given.aim.arrays,
+            row_arrays(near),
+            q,
+            u_previous,
+            given.guidance.arrays,
+            line,
+        )
+    )
+
+
+def named_binding(found: BindingArrays, names: RowNames) -> Binding:
+    """Names the rows that hold with equality.
+
+    Args:
+        found: The rows, as `binding_arrays` returns them.
+        names: Says what they are about.
+    """
+    tight, A, push = found
+    if not len(tight):
+        return NONE_BINDS
+    rows = []
+    for part, index, about in tight.tolist():
+        is_bound = part == BOUND_PART
+        row = (BOUND, index, ()) if is_bound else names.name(part, index, about)
+        rows.append(BoundRow(*row))
+    return Binding(tuple(rows), A, push)
+
+
+def _tight(found: Settled) -> np.ndarray:
+    """Which of m clearances hold with equality, shape (m,), bool."""
+    tight = np.zeros(len(found.kept), bool)
+    part, index, _ = found.binding[0].T
+    tight[index[part == SCENE]] = True
+    return tight
+
+
+def _reason(found: Settled, names: RowNames) -> str:
+    """Says why the command is not the optimum of the whole program."""
+    status = STATUSES[found.status]
+    if status == tick_report.OPTIMAL:
+        return ""
+    if status == tick_report.ACCELERATION_DROPPED:
+        return TOO_SUDDEN
+    if status == tick_report.BRAKING:
+        return NOT_FEASIBLE
+    rows = [
+        names.name(part, 0, about) for part, about in found.yielded.tolist()
+    ]
+    said = [row_name(name, about) for name, _, about in rows]
+    return f"infeasible; yielded: {', '.join(said)}"
+
+
+def _line_deviation(law: ReactiveLaw, aim: Aim, q: np.ndarray) -> float:
+    if not aim.has_line:
+        return float("nan")
+    return aim.line_deviation(law.robot.end_effector_poses(q))
+
+
+def _separation(
+    law: ReactiveLaw, given: TickInputs, q: np.ndarray, u: np.ndarray
+) -> Separation | None:
+    """Returns where the protective separation distance is kept least."""
+    robot, movers, motion = law.robot, given.movers, given.motion
+    if movers is None or not len(movers) or not np.isfinite(q).all():
+        return None
+    delay, tube = 0.0, np.zeros(len(robot.spheres))
+    if motion is not None:
+        delay = motion.start - given.time
+        tube = robot.sphere_tube(motion.model.tube, np.abs(u))
+    monitoring = Monitoring.make(
+        u, robot.acceleration_limit, law.dt, law.movers.separation, delay
+    )
+    return least_separation(
+        robot.spheres.links,
+        robot.state(q),
+        movers,
+        given.time,
+        u,
+        monitoring,
+        tube,
+    )

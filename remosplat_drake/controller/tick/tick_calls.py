@@ -1,0 +1,93 @@
+"""What kernels ask Python in the middle of a tick."""
+
+from time import perf_counter
+
+from remosplat_drake.base.python_calls import Question
+from remosplat_drake.controller.program.active_set import INFEASIBLE, OPTIMAL
+from remosplat_drake.controller.program.ingredient import added
+from remosplat_drake.controller.program.quadratic_program import (
+    QuadraticProgram,
+)
+from remosplat_drake.controller.program.reactive_program import ReactiveProgram
+from remosplat_drake.controller.program.slack_form import SlackForm
+from remosplat_drake.controller.program.solvers import (
+    ActiveSetSolver,
+    DrakeSolver,
+)
+from remosplat_drake.controller.program.term import TermError
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.tick_inputs import TickInputs
+from remosplat_drake.controller.verification.map_calls import (
+    MapCalls,
+    is_pythons,
+)
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+
+
+def asks_python(law: ReactiveLaw, field: DistanceField) -> bool:
+    """Tells whether ticks ask Python for what may bear one thread alone.
+
+    These are maps, ingredients and solvers from outside the library.
+
+    Args:
+        law: The control law.
+        field: The map.
+    """
+    is_known = isinstance(law.solver, ActiveSetSolver | DrakeSolver)
+    return is_pythons(field) or bool(law.compiled.outside) or not is_known
+
+
+class TickCalls(MapCalls):
+    """Answers what kernels ask in a tick, or in the steps of a rollout.
+
+    Attributes:
+        outside: What ingredients from outside have added last; None for
+            nothing.
+        solving: Time that solvers of Drake's have taken [s].
+        unusable: Which term cannot be used, so that the robot brakes; empty if
+            all can.
+    """
+
+    def __init__(self, law: ReactiveLaw, given: TickInputs):
+        """Prepares the answers.
+
+        Args:
+            law: The control law, for its solver and its ingredients.
+            given: What the tick is given, or the first tick of a rollout.
+        """
+        super().__init__(law.robot, given.field)
+        self._law, self._given = law, given
+        self.outside: ReactiveProgram | None = None
+        self.solving = 0.0
+        self.unusable = ""
+
+    def _answers(self) -> tuple:
+        return *super()._answers(), self._add, self._solve
+
+    def _check(self) -> None:
+        if isinstance(self._calls.error, TermError):
+            self.unusable = str(self._calls.error)
+        else:
+            super()._check()
+
+    def _add(self, question: Question) -> int:
+        """Lets ingredients from outside add their terms; see `add_outside`."""
+        compiled = self._law.compiled
+        bounds, q, u_previous, *rows = (question[i].copy() for i in range(7))
+        tick = self._given.tick(
+            self._law, q, u_previous, Clearances(*rows), question[7]
+        )
+        self.outside = added(compiled.outside, bounds, compiled.names, tick)
+        return self._calls.handed(self.outside.arrays)
+
+    def _solve(self, question: Question) -> int:
+        """Solves a program that kernels do not; see `decide`."""
+        start = perf_counter()
+        u, *form = (question[i] for i in range(11))
+        extension = None if self.outside is None else self.outside.extension
+        program = QuadraticProgram(SlackForm(*form), extension)
+        optimum = self._law.solver.solve(program)
+        if optimum is not None:
+            u[:] = optimum
+        self.solving += perf_counter() - start
+        return INFEASIBLE if optimum is None else OPTIMAL

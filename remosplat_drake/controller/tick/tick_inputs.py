@@ -1,0 +1,76 @@
+"""`TickInputs`: what a control tick is given."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.controller.program.guidance import DIRECT, Guidance
+from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.scene.mover import FORESIGHT, STILL, Movers
+from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.motion import Motion
+
+
+@dc.dataclass(frozen=True, eq=False)
+class TickInputs:
+    """What a control tick is given, or a rollout that begins with it.
+
+    Attributes:
+        time: Time of the tick [s].
+        aim: What the end effectors shall reach.
+        field: The map, which verification asks along the command's path.
+        guidance: How the tick is bent.
+        motion: What the robot is about to do already; None where it obeys at
+            once.
+        movers: What moves; None if nothing is known to.
+    """
+
+    time: float
+    aim: Aim
+    field: DistanceField
+    guidance: Guidance = DIRECT
+    motion: Motion | None = None
+    movers: Movers | None = None
+
+    @property
+    def moving(self) -> Movers:
+        """What moves; nothing if nothing is known to."""
+        return STILL if self.movers is None else self.movers
+
+    def tick(
+        self,
+        law: ReactiveLaw,
+        q: np.ndarray,
+        u_previous: np.ndarray,
+        clearances: Clearances,
+        ahead: float = 0.0,
+    ) -> Tick:
+        """Returns what ingredients from outside are told.
+
+        Args:
+            law: The control law.
+            q: Configuration to plan from, shape (n_q,) [rad, m].
+            u_previous: The command being executed, shape (n_u,).
+            clearances: The oracle's distances and directions at q.
+            ahead: How far ahead of `time` a rollout has come [s].
+        """
+        tube, movers = None, self.movers
+        if self.motion is not None:
+            speed = np.abs(u_previous)
+            tube = law.robot.sphere_tube(self.motion.model.tube, speed)
+        if movers is not None and ahead:
+            movers = movers.moved_on(ahead, FORESIGHT)
+        return Tick(
+            law.robot,
+            law.robot.state(q),
+            self.aim,
+            clearances,
+            u_previous,
+            law.dt,
+            self.guidance,
+            tube,
+            movers,
+            self.time,
+        )

@@ -1,0 +1,129 @@
+"""Maps, as kernels ask them: by themselves, or through Python."""
+
+import numpy as np
+
+from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.python_calls import PythonCalls, Question
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.compiled_map import (
+    IN_PLACE,
+    Maps,
+    Misplacement,
+    PythonMap,
+    RowArrays,
+)
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+
+
+def map_for_kernels(field: DistanceField) -> tuple[Packed, Misplacement]:
+    """Returns a map as verification asks it: a `PythonMap` if only Python can.
+
+    Args:
+        field: The map.
+    """
+    placed = field.placed if field.is_lipschitz else None
+    return (
+        (_PYTHONS[field.is_lipschitz], IN_PLACE) if placed is None else placed
+    )
+
+
+def rows_for_kernels(field: DistanceField) -> Packed[Maps] | Packed[PythonMap]:
+    """Returns a map as rollouts ask for its rows; see `map_for_kernels`.
+
+    Args:
+        field: The map.
+    """
+    rows = field.compiled_rows
+    return _PYTHONS[field.is_lipschitz] if rows is None else rows
+
+
+def is_pythons(field: DistanceField) -> bool:
+    """Tells whether kernels ask a map through Python, and take longer.
+
+    Args:
+        field: The map.
+    """
+    asked = map_for_kernels(field)[0], rows_for_kernels(field)
+    return any(part in _PYTHONS.values() for part in asked)
+
+
+def _python_map(is_lipschitz: bool) -> Packed[PythonMap]:
+    none = np.zeros((0, 3))
+    rows = RowArrays(np.zeros(0, np.int64), np.zeros(0), none, none)
+    return Packed(PythonMap(is_lipschitz, rows))
+
+
+_PYTHONS = {known: _python_map(known) for known in (False, True)}
+
+
+class MapCalls:
+    """Answers what kernels ask about a map; `with` it, they have its number.
+
+    with MapCalls(robot, field) as line:
+        kernel(..., line)
+    """
+
+    def __init__(self, robot: RobotModel, field: DistanceField):
+        """Prepares the answers.
+
+        Args:
+            robot: The robot, whose spheres are asked about.
+            field: The map.
+        """
+        self._robot, self._field = robot, field
+        self._calls = PythonCalls(*self._answers())
+
+    def __enter__(self) -> int:
+        """Opens the line, and returns its number."""
+        return self._calls.__enter__().number
+
+    def __exit__(self, kind: object, *error: object) -> None:
+        """Closes the line.
+
+        Raises:
+            Exception: What an answer has raised.
+        """
+        self._calls.__exit__()
+        if kind is None:
+            self._check()
+
+    def _check(self) -> None:
+        if self._calls.error is not None:
+            raise self._calls.error
+
+    def _answers(self) -> tuple:
+        """The functions that answer, by the numbers that kernels know."""
+        return self._look, self._rows
+
+    def _look(self, question: Question) -> int:
+        """Measures clearances of spheres; see `sphere_clearances`."""
+        sphere, p_WS, R_WL, reach, found = (question[i] for i in range(5))
+        spheres = self._robot.placed(sphere, p_WS, R_WL)
+        # Not at the distance itself: rows there are left out.
+        rows = self._field.clearances(spheres, np.nextafter(reach, np.inf))
+        found[:] = np.minimum(rows.per_sphere(len(sphere)), reach)
+        return 0
+
+    def _rows(self, question: Question) -> int:
+        """Finds all rows at a state; see `rows_within`."""
+        p_WS, R_WL, within = (question[i] for i in range(3))
+        robot = self._robot.arrays
+        spheres = Spheres(p_WS, R_WL, robot.radius, robot.ignore_below)
+        rows = self._field.clearances(spheres, within)
+        return self._calls.handed(Packed(row_arrays(rows)))
+
+
+def row_arrays(rows: Clearances) -> RowArrays:
+    """Returns clearances as kernels take them.
+
+    Args:
+        rows: The clearances. Their arrays are copied, since numba compiles
+            anew for arrays that may not be written.
+    """
+    return RowArrays(
+        np.array(rows.sphere, np.int64),
+        np.array(rows.distance, float),
+        np.array(rows.direction_W, float),
+        np.array(rows.p_WC, float),
+    )

@@ -1,0 +1,221 @@
+"""What `map_sweep.py` decides, round by round in NumPy, of any map."""
+
+import dataclasses as dc
+
+import numpy as np
+from verified_commands import at, spans
+
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    known_rooms,
+    longest_ways,
+)
+from remosplat_drake.controller.verification.kernels.map_sweep import (
+    PIECES,
+    ROUNDS,
+)
+from remosplat_drake.controller.verification.kernels.places import PathArrays
+from remosplat_drake.controller.verification.kernels.scene_looks import (
+    look_along,
+)
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.signals.distance_field import DistanceField
+
+Looks = tuple[np.ndarray, ...]
+"""The arrays that `look_along` returns."""
+
+
+def sweeps_clear(
+    robot: RobotModel,
+    path: PathArrays,
+    field: DistanceField,
+    p_WS: np.ndarray,
+    clearance: np.ndarray,
+    level: np.ndarray,
+    tolerance: float,
+) -> bool:
+    """Tells whether all spheres keep their distance from a map on a path.
+
+    Arguments are those of the kernel, with the map as a `DistanceField`.
+    """
+    room = clearance - level
+    near = np.arange(len(room))
+    if field.is_lipschitz:
+        near = np.flatnonzero(~(sphere_travel(robot, path) < room))
+    if not len(near):
+        return True
+    start, room = p_WS[near], room[near]
+    looks = look_along(robot.arrays, path, near, start, room, tolerance)
+    sweep = _Sweep(
+        robot, path, field, near, level[near], start, room, looks[2], tolerance
+    )
+    if not field.is_lipschitz:
+        return sweep.is_clear_at_ends(looks)
+    return sweep.is_clear(looks)
+
+
+def sphere_travel(robot: RobotModel, path: PathArrays) -> np.ndarray:
+    """Bounds the lengths of the spheres' ways on a path, (n,) [m]."""
+    return (robot.jacobian_bound @ np.abs(path.rates).T) @ spans(path)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Sweep:
+    """The motion of n spheres along a path.
+
+    Attributes:
+        robot: The robot.
+        path: The path of a command and its braking ramp.
+        field: The map.
+        sphere: Indices of the spheres, shape (n,).
+        level: Clearance that each sphere must keep, shape (n,) [m].
+        start: Centres of the spheres at the start, shape (n, 3) [m].
+        room: What the clearances have above their levels at the start, shape
+            (n,) [m].
+        bend: Bounds on how fast the spheres' velocities change, shape (n,)
+            [m/s^2].
+        tolerance: How far below zero a room may fall between the path's times
+            [m].
+    """
+
+    robot: RobotModel
+    path: PathArrays
+    field: DistanceField
+    sphere: np.ndarray
+    level: np.ndarray
+    start: np.ndarray
+    room: np.ndarray
+    bend: np.ndarray
+    tolerance: float
+
+    def is_clear_at_ends(self, looks: Looks) -> bool:
+        """Tells whether clearances keep their levels at the path's times.
+
+        Args:
+            looks: The spheres along the path, as `look_along` returns them.
+        """
+        point, R_WL = looks[:2]
+        k, n = R_WL.shape[:2]
+        gap = np.tile(np.arange(n), k)
+        spheres = self._spheres(
+            gap, point[1:].reshape(-1, 3), R_WL.reshape(-1, 3, 3)
+        )
+        room = self._room(spheres, self.level[gap], np.zeros(1))
+        return bool((room >= 0.0).all())
+
+    def is_clear(self, looks: Looks) -> bool:
+        """Tells whether they do on the whole path, less the tolerance.
+
+        Args:
+            looks: The spheres along the path, as `look_along` returns them.
+        """
+        point, R_WL, _, way, room, wanted = looks
+        self._ask(np.arange(len(self.room)), point[1:], R_WL, room, wanted)
+        if not (room >= 0.0).all():
+            return False
+        room = np.concatenate([self.room[None], room])
+        is_open = self._is_open(room, way)
+        if not is_open.any():
+            return True
+        place, gap = np.nonzero(is_open)
+        ends = np.stack([place, place + 1])
+        times = np.concatenate([[0.0], self.path.times])
+        return self._is_clear_between(
+            gap, times[ends], room[ends, gap], point[ends, gap]
+        )
+
+    def _is_clear_between(
+        self,
+        gap: np.ndarray,
+        time: np.ndarray,
+        room: np.ndarray,
+        point: np.ndarray,
+    ) -> bool:
+        """Looks between two times, again and again, at e spheres.
+
+        Args:
+            gap: Which of the n spheres are looked at, shape (e,).
+            time: Times before and after, shape (2, e) [s].
+            room: Rooms at these times, shape (2, e) [m].
+            point: Centres at these times, shape (2, e, 3) [m].
+        """
+        shares = np.linspace(0.0, 1.0, PIECES + 1)[1:-1, None]
+        for _ in range(ROUNDS):
+            span = (time[1] - time[0]) / PIECES
+            between = time[0] + PIECES * shares * span
+            gaps = np.tile(gap, len(shares))
+            states, state = np.unique(between, return_inverse=True)
+            spheres = self._place(states, state.ravel(), gaps)
+            p_WS = spheres.p_WS.reshape(*between.shape, 3)
+            point = np.concatenate([point[:1], p_WS, point[1:]])
+            spans = np.tile(span, (PIECES, 1))
+            way = longest_ways(point, spans, self.bend[gap])
+            found, wanted = known_rooms(
+                p_WS, self.start[gap], self.room[gap], way, self.tolerance
+            )
+            R_WL = spheres.R_WL.reshape(*between.shape, 3, 3)
+            self._ask(gap, p_WS, R_WL, found, wanted)
+            if not (found >= -self.tolerance).all():
+                return False
+            time = np.concatenate([time[:1], between, time[1:]])
+            room = np.concatenate([room[:1], found, room[1:]])
+            place, i = np.nonzero(self._is_open(room, way))
+            if not len(place):
+                return True
+            ends = np.stack([place, place + 1])
+            gap, time = gap[i], time[ends, i]
+            room, point = room[ends, i], point[ends, i]
+        return False
+
+    def _is_open(self, room: np.ndarray, way: np.ndarray) -> np.ndarray:
+        """Tells between which looks a room may fall too low, shape (k, n)."""
+        return ~(room[:-1] + room[1:] - way >= -2.0 * self.tolerance)
+
+    def _spheres(
+        self, gap: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray
+    ) -> Spheres:
+        """Makes `Spheres` of some of the n whose placement is known."""
+        return self.robot.placed(self.sphere[gap], p_WS, R_WL)
+
+    def _place(
+        self, times: np.ndarray, state: np.ndarray, gap: np.ndarray
+    ) -> Spheres:
+        return self.robot.place_spheres(
+            at(self.path, times), state, self.sphere[gap]
+        )
+
+    def _ask(
+        self,
+        gap: np.ndarray,
+        point: np.ndarray,
+        R_WL: np.ndarray,
+        room: np.ndarray,
+        wanted: np.ndarray,
+    ) -> None:
+        """Asks the map where a known room tells too little, and puts it in.
+
+        Args:
+            gap: Which of the n spheres are looked at, shape (e,).
+            point: Centres at each look, shape (k, e, 3) [m].
+            R_WL: Orientations of the spheres' links at each look, shape
+                (k, e, 3, 3).
+            room: Lower bounds of the rooms, as `known_rooms` has them, shape
+                (k, e) [m]; the map's answers replace some of them.
+            wanted: What a room should exceed, as `known_rooms` has it, shape
+                (k, e) [m].
+        """
+        place, i = np.nonzero(~(room > wanted))
+        if len(place):
+            spheres = self._spheres(gap[i], point[place, i], R_WL[place, i])
+            room[place, i] = self._room(
+                spheres, self.level[gap[i]], wanted[place, i]
+            )
+
+    def _room(
+        self, spheres: Spheres, level: np.ndarray, wanted: np.ndarray
+    ) -> np.ndarray:
+        """Asks the map for rooms, exact below `wanted`, at least it above."""
+        reach = level.max() + wanted.max()
+        # Not at the distance itself: rows there are left out.
+        found = self.field.clearances(spheres, np.nextafter(reach, np.inf))
+        return np.minimum(found.per_sphere(len(spheres)), reach) - level

@@ -1,0 +1,46 @@
+"""What `verify.py` promises about a command, seen by looking very often.
+
+Slow, and without any bound in between: what tests hold the fast check
+against.
+"""
+
+import numpy as np
+from verified_commands import Around, at, tube_of
+
+
+def least_rooms(
+    around: Around, u: np.ndarray, looks: int = 200
+) -> tuple[float, float]:
+    """Measures how much more distance a command's path leaves than it must.
+
+    Args:
+        around: Robot, map and present state.
+        u: The command, shape (n_u,) [rad/s, m/s].
+        looks: Number of looks in each tick of the path.
+
+    Returns:
+        The smallest room, that is distance above the level to be kept, of all
+        spheres and pairs of shapes: at the ends of ticks, and at all looks [m].
+    """
+    path = around.path(u)
+    tube = tube_of(around.robot, path)
+    times = np.concatenate([[0.0], path.times])
+    ends, between = [], []
+    for k in range(len(path.times)):
+        for time in np.linspace(times[k], times[k + 1], looks + 1)[1:]:
+            between.append(_room(around, at(path, [time])[0], tube))
+        ends.append(between[-1])
+    return min(ends), min(between)
+
+
+def _room(around: Around, q: np.ndarray, tube: np.ndarray) -> float:
+    """Measures the smallest room at a configuration [m]."""
+    spheres = around.robot.spheres_at(q)
+    distance = around.field.clearances(spheres).per_sphere(len(spheres))
+    level = np.minimum(around.stopping + tube, around.clearance)
+    room = (distance - level).min()
+    own = around.self_clearance
+    if own is not None:
+        level = np.minimum(own.stopping, own.distances(around.start))
+        room = min(room, (own.distances(q) - level).min(initial=np.inf))
+    return float(room)
