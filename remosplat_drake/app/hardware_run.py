@@ -79,9 +79,9 @@ def prepare_for_hardware(
     """Sets in a scenario what the real robot needs besides another station.
 
     Guidance looks ahead in a process of its own, so that ticks do not wait
-    for it; the program knows how fast the base may go; accelerations are
-    bounded whatever the gains, as those of real joints are; and what nobody has
-    seen is solid, unless the scenario says otherwise.
+    for it. The program knows how fast the base may go. Accelerations are
+    bounded with every gain set, as those of real joints are. Unseen space is
+    solid, unless the scenario says otherwise.
 
     Args:
         scenario: The scenario, which is changed in place.

@@ -1,4 +1,4 @@
-"""There is one tick, whatever is asked on its way, and in rollouts."""
+"""Ticks and rollouts run one tick, and what it asks Python changes nothing."""
 
 import dataclasses as dc
 import math
@@ -212,6 +212,31 @@ def test_a_rollout_s_step_is_the_tick_to_the_last_bit(frankie, late, outside):
         statuses[report.objection] += 1
         statuses[report.scale] += 1
     assert len(statuses) > 6
+
+
+class NotesTube:
+    """An ingredient from outside that notes how far spheres may be off."""
+
+    def __init__(self):
+        self.tubes = []
+
+    def AddToProgram(self, program, tick) -> None:
+        self.tubes.append(tick.sphere_tube)
+
+
+def test_rollouts_tell_how_far_a_late_robot_may_be_off(frankie):
+    notes = NotesTube()
+    parts = [*default_ingredients(frankie), notes]
+    law = ReactiveLaw(frankie, parts, solver="active_set")
+    field, q, u = some_map("splat"), frankie.q_home, np.full(9, 0.1)
+    X_WT = frankie.end_effector_pose(q)
+    motion = some_motion(frankie, np.random.default_rng(0), q)
+    run_tick(law, 0.08, q, X_WT, Clearances.none(), field, u, motion=motion)
+    start = Rollout(Guidance(), q, u, start=0.08, motion=motion.arrays)
+    advance_rollout(law, start, field, X_WT, lambda error: False, 99.0)
+    in_tick, in_rollout = notes.tubes
+    assert in_tick.max() > 0
+    np.testing.assert_array_equal(in_rollout, in_tick)
 
 
 def some_motion(robot: RobotModel, rng, q: np.ndarray) -> Motion:

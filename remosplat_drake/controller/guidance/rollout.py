@@ -218,12 +218,10 @@ def _simulated(
     steps: int,
 ) -> tuple[_Steps, Packed[MotionArrays]]:
     """Simulates some steps; and the motion after the last."""
+    motion = rollout.motion or prompt_motion(law.robot.n_u)
     given = TickInputs(
-        rollout.start, aim, field, rollout.guidance, None, rollout.movers
+        rollout.start, aim, field, rollout.guidance, motion, rollout.movers
     )
-    motion = rollout.motion
-    if motion is None:
-        motion = prompt_motion(law.robot.n_u)
     with TickCalls(law, given) as line:
         us, qs, X_WEs, after = rollout_steps(
             law.arrays,

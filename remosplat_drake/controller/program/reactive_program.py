@@ -239,7 +239,7 @@ class ReactiveProgram:
 
     @property
     def extension(self) -> DrakeProgram | None:
-        """What may have been added to `prog`; None if nobody asked for it."""
+        """The program with the terms of `prog`; None if `prog` is not used."""
         return self._drake
 
     @property

@@ -90,7 +90,8 @@ def run_tick(
         IngredientError: An ingredient from outside raises.
     """
     start = perf_counter()
-    given = TickInputs(time, Aim.of(aim), field, guidance, motion, movers)
+    late = prompt_motion(law.robot.n_u) if motion is None else motion.arrays
+    given = TickInputs(time, Aim.of(aim), field, guidance, late, movers)
     q, u_previous = np.array(q, float), np.array(u_previous, float)
     near = clearances.within(law.collision.influence)
     calls = TickCalls(law, given)
@@ -128,11 +129,7 @@ def _settled(
     u_previous: np.ndarray,
     line: int,
 ) -> Settled:
-    motion, movers = given.motion, given.moving
-    if motion is None:
-        motion_arrays = prompt_motion(law.robot.n_u)
-    else:
-        motion_arrays = motion.arrays
+    movers = given.moving
     return Settled(
         *settle_tick(
             law.arrays,
@@ -140,7 +137,7 @@ def _settled(
             *map_for_kernels(given.field),
             movers.arrays,
             movers.age(given.time),
-            motion_arrays,
+            given.motion,
             float(given.time),
             given.aim.arrays,
             row_arrays(near),
@@ -207,10 +204,8 @@ def _separation(
     robot, movers, motion = law.robot, given.movers, given.motion
     if movers is None or not len(movers) or not np.isfinite(q).all():
         return None
-    delay, tube = 0.0, np.zeros(len(robot.spheres))
-    if motion is not None:
-        delay = motion.start - given.time
-        tube = robot.sphere_tube(motion.model.tube, np.abs(u))
+    delay = motion.start - given.time if motion.is_late else 0.0
+    tube = robot.sphere_tube(motion.tube, np.abs(u))
     monitoring = Monitoring.make(
         u, robot.acceleration_limit, law.dt, law.movers.separation, delay
     )

@@ -4,13 +4,14 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.controller.program.guidance import DIRECT, Guidance
+from remosplat_drake.base.packed import Packed
+from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.scene.mover import FORESIGHT, STILL, Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
-from remosplat_drake.signals.motion import Motion
+from remosplat_drake.signals.motion import MotionArrays
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -22,16 +23,15 @@ class TickInputs:
         aim: What the end effectors shall reach.
         field: The map, which verification asks along the command's path.
         guidance: How the tick is bent.
-        motion: What the robot is about to do already; None where it obeys at
-            once.
+        motion: What the robot is about to do already.
         movers: What moves; None if nothing is known to.
     """
 
     time: float
     aim: Aim
     field: DistanceField
-    guidance: Guidance = DIRECT
-    motion: Motion | None = None
+    guidance: Guidance
+    motion: Packed[MotionArrays]
     movers: Movers | None = None
 
     @property
@@ -57,9 +57,9 @@ class TickInputs:
             ahead: How far ahead of `time` a rollout has come [s].
         """
         tube, movers = None, self.movers
-        if self.motion is not None:
+        if self.motion.is_late:
             speed = np.abs(u_previous)
-            tube = law.robot.sphere_tube(self.motion.model.tube, speed)
+            tube = law.robot.sphere_tube(self.motion.tube, speed)
         if movers is not None and ahead:
             movers = movers.moved_on(ahead, FORESIGHT)
         return Tick(

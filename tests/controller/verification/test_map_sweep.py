@@ -1,4 +1,4 @@
-"""The sweep decides as its reference does, of whatever map."""
+"""The sweep decides as its reference does, with every kind of map."""
 
 import numpy as np
 import pytest
