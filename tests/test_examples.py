@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import PATIENCE
 
 FOLDER = Path(__file__).resolve().parents[1] / "apps" / "examples"
 EXAMPLES = sorted(FOLDER.glob("*.py"))
@@ -107,7 +108,7 @@ def test_every_notebook_runs(notebook):
     client = pytest.importorskip("nbclient", reason="a dev dependency")
     document = nbformat.read(notebook, as_version=4)
     nbformat.validate(document)
-    client.NotebookClient(document, timeout=300).execute()
+    client.NotebookClient(document, timeout=PATIENCE).execute()
     printed = "".join(
         output.get("text", "")
         for cell in document.cells

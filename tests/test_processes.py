@@ -238,7 +238,7 @@ def test_three_million_splats_load_and_run(tmp_path):
         [sys.executable, "-c", MEASURED, scenario],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=PATIENCE,
         check=True,
     )
     print(result.stdout)  # Shown by pytest -s.

@@ -20,6 +20,7 @@ from remosplat_drake.mapping.live_map_memory import (
     changed,
     located,
     news,
+    taken_back,
 )
 from remosplat_drake.mapping.localization.base_localization import SIGMAS
 from remosplat_drake.mapping.map_status import first_status, noted
@@ -362,7 +363,7 @@ class LiveMap(LeafSystem):
             return dc.replace(memory, status=noted(memory.status, event))
         correction = event.correction or BaseCorrection()
         if event.version == memory.status.scene_map.version:
-            return located(dc.replace(memory, candidate=None), correction)
+            return located(taken_back(memory), correction)
         try:
             scene_map = (
                 self._initial

@@ -67,6 +67,15 @@ def located(memory: LiveMapMemory, correction: BaseCorrection) -> LiveMapMemory:
     return dc.replace(memory, correction=correction)
 
 
+def taken_back(memory: LiveMapMemory) -> LiveMapMemory:
+    """Gives up the map that waits; the robot is no longer held for it.
+
+    Args:
+        memory: The state before.
+    """
+    return dc.replace(memory, candidate=None, hold="")
+
+
 def changed(memory: LiveMapMemory, objection: str) -> LiveMapMemory:
     """Lets the map that waits count, with its pose, or says why it does not.
 
