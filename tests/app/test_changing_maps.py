@@ -26,9 +26,7 @@ from remosplat_drake.signals.base_estimate import BaseEstimate, Drift
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.supervisor_state import STOPPED
 
-ALONE = (
-    "{controller: {guidance: {enabled: false}}, mapping: {latency: 0.5}}"
-)
+ALONE = "{controller: {guidance: {enabled: false}}, mapping: {latency: 0.5}}"
 """What the mapping process says of its start, and when, changes nothing."""
 
 ROOM = 0.03
