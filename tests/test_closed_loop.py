@@ -20,12 +20,12 @@ from remosplat_drake.app.world import load_world
 from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
-from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.depth_sensor import DepthSensor
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.robot.braking import braking_command
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.scene.rmmi import write_rmmi

@@ -84,7 +84,7 @@ class DelayedRobot:
     def move(self, u: np.ndarray, dt: float) -> None:
         """Carries on for a tick, after a command was sent [m/s, rad/s]."""
         now = self.times[-1]
-        self._history = self._history.with_command(self.model, now, u, math.inf)
+        self._history = self._history.with_command(self.model, now, u)
         until = now + dt * np.arange(1, _STEPS + 1)[:, None] / _STEPS
         ways, v = self.model.response(
             self._history.sent,
@@ -153,7 +153,7 @@ def run_delayed(
         spent.append(sum(report.timings.values()))
         u = report.command
         if model is not None:
-            known = known.with_command(model, robot.times[-1], u, math.inf)
+            known = known.with_command(model, robot.times[-1], u)
         robot.move(u, law.dt)
         for true in robot.q[-_STEPS:]:
             spheres = law.robot.spheres_at(true)

@@ -20,6 +20,7 @@ from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.lease import DRIVER_REPORT, SESSION_LEASE
 
 COMMANDS = [
+    channels.COMMAND_RAMP,
     channels.PANDA_COMMAND,
     channels.BASE_COMMAND,
     channels.PANDA_HAND_COMMAND,

@@ -41,6 +41,7 @@ STRANGERS = {
 """What a stranger does, by name."""
 
 CHANNELS = (
+    channels.COMMAND_RAMP,
     channels.PANDA_COMMAND,
     channels.PANDA_STATUS,
     channels.PANDA_HAND_COMMAND,

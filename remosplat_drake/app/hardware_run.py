@@ -33,10 +33,9 @@ from remosplat_drake.base.real_time import (
     realtime_priority,
 )
 from remosplat_drake.base.stop_signals import stop_signals
-from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.client.robot_link import RobotLink
-from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
+from remosplat_drake.robot.braking import braking_command, periods_between
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.near_movers import mover_at
 from remosplat_drake.signals.optional_input import value_or_none
@@ -220,6 +219,7 @@ class HardwareLoop:
         self._period = application.scenario.control_period
         self._status = station.GetOutputPort(ports.STATUS)
         self.link = station.link
+        self.link.period = self._period
         self._restart()
 
     def _restart(self) -> None:
@@ -355,20 +355,18 @@ def bring_to_rest(
 ) -> None:
     """Ramps the robot down from its latest command, then falls silent.
 
-    It needs nothing but the wire. A command that the drivers have let expire
-    is not taken up again: the robot stands.
+    It needs nothing but the wire. The ramp goes on where the drivers are on it
+    already.
 
     Args:
         link: The link to the robot's drivers.
         acceleration_limit: Bounds on |du/dt|, shape (n_u,).
         period: Time between two commands [s].
     """
-    # A clock that was set back has ended the command, too.
-    if not abs(time.time() - link.sent) < COMMAND_EXPIRY:
-        link.u = np.zeros_like(link.u)
     zeros = round(FINAL_ZEROS / period)
     while zeros > 0:
         time.sleep(period)
-        u = braking_command(link.u, acceleration_limit, period)
+        elapsed = periods_between(link.sent, time.time(), period) * period
+        u = braking_command(link.u, acceleration_limit, elapsed)
         link.send(u)
         zeros -= not u.any()

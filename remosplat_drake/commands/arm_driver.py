@@ -28,7 +28,7 @@ from remosplat_drake.hardware.drivers.arm_stops import (
 )
 from remosplat_drake.hardware.drivers.ros2_arm import Ros2Arm
 from remosplat_drake.hardware.drivers.ur_arm import UrArm
-from remosplat_drake.hardware.wire.channels import PANDA_COMMAND
+from remosplat_drake.hardware.wire.channels import COMMAND_RAMP, PANDA_COMMAND
 from remosplat_drake.robot.robot_description import (
     RobotDescription,
     load_robot_description,
@@ -142,7 +142,9 @@ def run(arguments: argparse.Namespace) -> int:
     lcm = open_wire(arguments.lcm_url)
     console = open_console(stderr=True)
     link = _link(arguments, description, console)
-    inbox = leased_inbox(lcm, [PANDA_COMMAND], "arm-driver", console)
+    inbox = leased_inbox(
+        lcm, [COMMAND_RAMP, PANDA_COMMAND], "arm-driver", console
+    )
     driver = ArmDriver(lcm, link, len(description.arm.joints), inbox)
     pacer, problem = Pacer(_PERIOD), ""
     with stop_signals() as request:

@@ -31,7 +31,7 @@ from remosplat_drake.hardware.drivers.ros_base import (
     RosLink,
     RosTopics,
 )
-from remosplat_drake.hardware.wire.channels import BASE_COMMAND
+from remosplat_drake.hardware.wire.channels import BASE_COMMAND, COMMAND_RAMP
 
 ROS1, ROS2 = "ros1", "ros2"
 
@@ -146,7 +146,9 @@ def run(arguments: argparse.Namespace) -> int:
     lcm = open_wire(arguments.lcm_url)
     link = _link(arguments)
     console = open_console(stderr=True)
-    inbox = leased_inbox(lcm, [BASE_COMMAND], "base-driver", console)
+    inbox = leased_inbox(
+        lcm, [COMMAND_RAMP, BASE_COMMAND], "base-driver", console
+    )
     pacer = Pacer(PERIOD)
     with stop_signals() as request, _arcl(arguments, console) as sources:
         bridge = RosBase(lcm, link, sources=sources, inbox=inbox)

@@ -37,6 +37,7 @@ from remosplat_drake.hardware.drivers.panda_limits import AT_REST, TICK
 from remosplat_drake.hardware.drivers.panda_python_hand import PandaPythonHand
 from remosplat_drake.hardware.stand_in import fci_library
 from remosplat_drake.hardware.wire.channels import (
+    COMMAND_RAMP,
     PANDA_COMMAND,
     PANDA_HAND_COMMAND,
     PANDA_STATUS,
@@ -106,7 +107,10 @@ def _drive_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
     library = _library(arguments)
     arm = CallbackProcess(library, arguments.host, _limits(arguments))
     inbox = leased_inbox(
-        lcm, [PANDA_COMMAND], "panda-driver", open_console(stderr=True)
+        lcm,
+        [COMMAND_RAMP, PANDA_COMMAND],
+        "panda-driver",
+        open_console(stderr=True),
     )
     driver = PandaDriver(lcm, arm, inbox)
     pacer = Pacer(TICK)

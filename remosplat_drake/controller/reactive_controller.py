@@ -24,6 +24,7 @@ from remosplat_drake.controller.rest import (
 )
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
+from remosplat_drake.robot.braking import periods_between
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.target_ports import (
@@ -196,6 +197,7 @@ class ReactiveController(LeafSystem):
             selection.guidance,
             motion=value_or_none(self._motion_input, context),
             movers=value_or_none(self._movers_input, context),
+            periods=self._periods(context),
         )
         report = self._rested(context, state, report, executed)
         timings = {
@@ -222,10 +224,18 @@ class ReactiveController(LeafSystem):
         before = context.get_abstract_state(cell).get_value()
         rest = advance_rest(self._rest, self._law, before, report)
         state.get_mutable_abstract_state(cell).set_value(rest)
-        return at_rest(self._law, report, executed) if rest.is_still else report
+        if not rest.is_still:
+            return report
+        return at_rest(self._law, report, executed, self._periods(context))
+
+    def _periods(self, context: Context) -> float:
+        """How many periods ago the tick before was."""
+        cell = int(self._report_index)
+        before = context.get_abstract_state(cell).get_value().time
+        return periods_between(before, context.get_time(), self._law.dt)
 
     def _executed(self, context: Context) -> np.ndarray:
-        """The command of the tick before, as the robot carried it out."""
+        """The command of the tick before, as it was sent to the robot."""
         if self._executed_input.HasValue(context):
             return np.array(self._executed_input.Eval(context))
         cell = int(self._report_index)

@@ -17,7 +17,7 @@ import numpy as np
 
 from remosplat_drake.controller.rest_config import RestConfig
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
-from remosplat_drake.controller.verification.braking import braking_command
+from remosplat_drake.robot.braking import braking_command
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
@@ -99,19 +99,24 @@ def advance_rest(
 
 
 def at_rest(
-    law: ReactiveLaw, report: TickReport, u_previous: np.ndarray
+    law: ReactiveLaw,
+    report: TickReport,
+    u_previous: np.ndarray,
+    periods: float = 1.0,
 ) -> TickReport:
     """Returns the report of a tick at which the robot rests.
 
     Its command is the next step of the braking ramp, which was verified with
-    the command that is being executed.
+    the command before.
 
     Args:
         law: The control law.
         report: What the tick would have done.
-        u_previous: The command being executed, shape (n_u,).
+        u_previous: The command that was sent last, shape (n_u,).
+        periods: How many control periods ago that was.
     """
-    ramp = braking_command(u_previous, law.robot.acceleration_limit, law.dt)
+    limit = law.robot.acceleration_limit
+    ramp = braking_command(u_previous, limit, periods * law.dt)
     return dc.replace(report, command=ramp)
 
 

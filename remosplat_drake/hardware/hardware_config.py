@@ -33,6 +33,8 @@ ChannelName = Annotated[str, Len(1, _LONGEST_NAME)]
 class ChannelNames(Config):
     """Names of one robot's LCM channels, each different from all others."""
 
+    # Channel of the ramps by which the drivers brake, command_ramp.
+    command_ramp: ChannelName = wire.COMMAND_RAMP
     # Channel of the arm's velocity commands, lcmt_panda_command.
     arm_command: ChannelName = wire.PANDA_COMMAND
     # Channel of the arm's statuses, lcmt_panda_status.

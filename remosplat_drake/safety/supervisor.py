@@ -21,13 +21,13 @@ A stop is latched: stopping and stopped end in no other way.
 import dataclasses as dc
 import math
 
-import numpy as np
-
-from remosplat_drake.controller.verification.braking import braking_command
+from remosplat_drake.robot.braking import (
+    braking_command,
+    periods_between,
+)
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.symptoms import (
     Symptom,
-    has_paused,
     kept_clearance,
     symptoms,
 )
@@ -61,10 +61,7 @@ def supervise(
     is_clear = all(symptom.name != "clearance" for symptom in found)
     since = _since(state, found, now.time)
     tripped = _tripped(found, since, now)
-    if has_paused(law, state, now):
-        # The drivers have let the command expire, and the robot stands: a
-        # ramp down from it would set it going again.
-        state = dc.replace(state, command=np.zeros_like(state.command))
+    elapsed = law.dt * periods_between(state.time, now.time, law.dt)
     state = dc.replace(
         state,
         time=now.time,
@@ -78,12 +75,12 @@ def supervise(
     if state.mode == STOPPED:
         return _rest(state, now, found)
     if state.mode == STOPPING:
-        return _brake(law, state, state.reason)
+        return _brake(law, state, elapsed, state.reason)
     missing = _missing(now) if state.mode == STARTING else ""
     if missing and not now.stop:
         return dc.replace(state, reason=missing)
     if tripped:
-        return _brake(law, state, tripped)
+        return _brake(law, state, elapsed, tripped)
     return dc.replace(state, mode=RUNNING, reason="", command=now.command)
 
 
@@ -120,9 +117,9 @@ def _missing(now: Observation) -> str:
 
 
 def _brake(
-    law: SupervisorLaw, state: SupervisorState, reason: str
+    law: SupervisorLaw, state: SupervisorState, elapsed: float, reason: str
 ) -> SupervisorState:
-    command = braking_command(state.command, law.acceleration, law.dt)
+    command = braking_command(state.command, law.acceleration, elapsed)
     mode = STOPPING if command.any() else STOPPED
     return dc.replace(
         state, mode=mode, reason=reason, refusal="", command=command

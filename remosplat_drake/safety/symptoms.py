@@ -6,6 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from remosplat_drake.robot.braking import (
+    executed_command,
+    periods_between,
+)
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.signals import station_status, tick_report
 from remosplat_drake.signals.motion import Motion
@@ -116,7 +120,13 @@ def _of_motion(
         return
     if not law.obeyed:
         return
-    expected, motion = state.command, now.motion
+    motion = now.motion
+    expected = executed_command(
+        state.command,
+        law.acceleration,
+        law.dt,
+        law.dt * periods_between(state.time, now.time, law.dt),
+    )
     if motion is not None:
         expected = motion.v_measured
         yield from _of_tracking(law, motion)
@@ -166,6 +176,7 @@ def _of_bounds(
     if not law.strict or state.mode not in (STARTING, RUNNING):
         return
     step = law.acceleration * law.dt
+    step *= periods_between(state.time, now.time, law.dt)
     for what, value, bound in (
         ("is", now.command, law.velocity),
         ("changes by", now.command - state.command, step),

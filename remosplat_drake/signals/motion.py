@@ -17,7 +17,7 @@ class MotionArrays(NamedTuple):
         is_late: Whether the robot is late; where not, it obeys at once, and
             nothing else is said.
         parameters: `ActuatorModel.parameters`, shape (n_u, 4).
-        tube: `ActuatorModel.tube`, shape (n_u,) [s].
+        tube: `Motion.tube`, shape (n_u,) [s].
         sent: `Motion.sent`, shape (h,) [s].
         u: `Motion.u`, shape (h, n_u).
         time: `Motion.time` [s].
@@ -76,6 +76,8 @@ class Motion:
         q_start: Configuration at that time, predicted, shape (n_q,) [m, rad].
         v_start: Velocities at that time, predicted, shape (n_u,)
             [m/s, rad/s].
+        tube: By how much positions may be off what the model says, as shares
+            of the speeds, shape (n_u,) [s].
         q_planned: Configuration that all committed commands lead to, each
             axis being given its own time, shape (n_q,) [m, rad]. By the next
             commands it moves as a robot without any delay would.
@@ -95,6 +97,7 @@ class Motion:
     start: float
     q_start: np.ndarray
     v_start: np.ndarray
+    tube: np.ndarray
     q_planned: np.ndarray
     v_measured: np.ndarray
     way_measured: np.ndarray
@@ -111,7 +114,7 @@ class Motion:
             MotionArrays(
                 True,
                 self.model.parameters,
-                self.model.tube,
+                self.tube,
                 self.sent,
                 self.u,
                 float(self.time),

@@ -36,7 +36,6 @@ from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.controller.verification.braking import braking_steps
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.doctor.doctor_report import (
     DoctorReport,
@@ -54,6 +53,7 @@ from remosplat_drake.oracle.oracle_config import (
     SphereToEllipsoid,
 )
 from remosplat_drake.recording.trajectory import load_trajectory
+from remosplat_drake.robot.braking import braking_steps
 from remosplat_drake.signals.supervisor_state import STOPPED
 from remosplat_drake.signals.tick_report import TickReport
 

@@ -24,7 +24,7 @@ from remosplat_drake.controller.program.reactive_program import ReactiveProgram
 from remosplat_drake.controller.program.slack_form import SlackForm
 from remosplat_drake.controller.program.solvers import Solver
 from remosplat_drake.controller.program.tick import Tick
-from remosplat_drake.controller.verification.braking import braking_command
+from remosplat_drake.robot.braking import braking_command
 from remosplat_drake.signals import tick_report
 
 YIELD_ORDER = tuple(

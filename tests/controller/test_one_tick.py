@@ -1,7 +1,6 @@
 """Ticks and rollouts run one tick, and what it asks Python changes nothing."""
 
 import dataclasses as dc
-import math
 from collections import Counter
 
 import numpy as np
@@ -23,7 +22,6 @@ from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
-from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.composite import CompositeDistanceField
@@ -32,6 +30,7 @@ from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+from remosplat_drake.robot.braking import braking_command
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.binding import COLLISION, SELF_COLLISION
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
@@ -249,7 +248,7 @@ def some_motion(robot: RobotModel, rng, q: np.ndarray) -> Motion:
     model, history = ActuatorModel.make(axes), History.at_rest(robot.n_u)
     for k in range(8):
         u = rng.uniform(-0.3, 0.3, robot.n_u) * robot.velocity_limit
-        history = history.with_command(model, 0.01 * k, u, math.inf)
+        history = history.with_command(model, 0.01 * k, u)
     stamp = np.full(robot.n_u, 0.07)
     return predict(robot, model, history, q, stamp, 0.08)
 
@@ -275,7 +274,7 @@ def test_a_rollout_of_a_late_robot_is_what_comes(frankie):
             law, rollout, field, X_WT, lambda error: False, 99.0
         )
         now = 0.05 * (k + 1)
-        history = history.with_command(model, now - 0.05, rollout.u, math.inf)
+        history = history.with_command(model, now - 0.05, rollout.u)
         # What is measured is what the model says, from the beginning on.
         motion = predict(frankie, model, history, measured, np.zeros(9), now)
         later = rollout.motion.values

@@ -14,7 +14,7 @@ from remosplat_drake.controller.rest import (
 )
 from remosplat_drake.controller.rest_config import RestConfig
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
-from remosplat_drake.controller.verification.braking import braking_command
+from remosplat_drake.robot.braking import braking_command
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.separation import Separation

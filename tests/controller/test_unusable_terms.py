@@ -15,8 +15,11 @@ from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.controller.tick.kernels.decide import BRAKING, decide
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
-from remosplat_drake.controller.verification.braking import braking_command
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.braking import (
+    braking_command,
+    next_on_ramp,
+)
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import tick_report
 from remosplat_drake.signals.tick_report import TickReport
@@ -211,4 +214,5 @@ def test_kernels_keep_a_row_that_is_not_a_number(frankie, make_tick):
 
 @kernel
 def decide_once(program, robot, u_previous):
-    return decide(program, robot, u_previous, DT, False, True, -1)
+    ramp = next_on_ramp(u_previous, robot.acceleration_limit, DT)
+    return decide(program, ramp, False, True, -1)

@@ -22,6 +22,7 @@ from remosplat_drake.controller.program.kernels.outside import joined
 from remosplat_drake.controller.program.reactive_program import ReactiveProgram
 from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.controller.tick.kernels.decide import decide
+from remosplat_drake.robot.braking import next_on_ramp
 from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, STATUSES
 
 
@@ -87,7 +88,8 @@ def test_of_two_that_contradict_each_other_one_yields(
 
 @kernel
 def decide_once(program, robot, u_previous, dt):
-    return decide(program, robot, u_previous, dt, False, True, -1)
+    ramp = next_on_ramp(u_previous, robot.acceleration_limit, dt)
+    return decide(program, ramp, False, True, -1)
 
 
 def test_rows_from_outside_yield_with_those_before_the_scene(

@@ -169,6 +169,7 @@ def drive(
         garbage_collection_disabled(),
     ):
         try:
+            link.period = period
             reading = await_robot(link, robot, config)
             due = time.time() + period
             for u in commands:

@@ -2,7 +2,6 @@
 
 import dataclasses as dc
 import itertools
-import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -186,7 +185,7 @@ def _tube(
         history = history.with_measurement(np.array([way]), known, 0)
         off.append(history.residual(sent)[0])
         peaks.append(history.peak()[0])
-        history = history.with_command(model, sent, np.array([u]), math.inf)
+        history = history.with_command(model, sent, np.array([u]))
     off, peaks = np.array(off), np.array(peaks)
     still = peaks == 0.0
     noise = max(float(off[still].max(initial=0.0)) * MARGIN, least_noise)

@@ -13,7 +13,6 @@ from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.controller.prediction.motion_predictor import (
     MotionPredictor,
 )
-from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
@@ -55,7 +54,6 @@ def AddPrediction(
             robot=robot,
             model=ActuatorModel.make(actuators),
             period=scenario.control_period,
-            expiry=COMMAND_EXPIRY,
         )
     )
     builder.Connect(

@@ -14,11 +14,13 @@ from remosplat_drake.controller.planning.steering import (
     held_command,
     waypoints,
 )
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    TOLERANCE,
+)
 from remosplat_drake.controller.verification.kernels.map_sweep import (
     sweeps_clear,
 )
 from remosplat_drake.controller.verification.kernels.places import held
-from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
 from remosplat_drake.controller.verification.map_calls import (
     MapCalls,
     map_for_kernels,
@@ -191,7 +193,7 @@ class FreeSpace:
                 spheres.p_WS,
                 self._clearance(a),
                 self._level,
-                TOLERANCE,
+                np.full(len(self._level), TOLERANCE),
             )
 
     def _is_obstructed(self, q: np.ndarray) -> bool:

@@ -4,11 +4,13 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    TOLERANCE,
+)
 from remosplat_drake.controller.verification.kernels.mover_sweep import (
     keeps_off_movers,
 )
 from remosplat_drake.controller.verification.kernels.places import held
-from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.mover import Mover, Movers

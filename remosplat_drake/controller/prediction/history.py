@@ -2,6 +2,8 @@
 
 import dataclasses as dc
 import math
+from collections.abc import Iterator
+from itertools import count
 
 import numpy as np
 
@@ -11,6 +13,41 @@ from remosplat_drake.controller.prediction.kernels.append_command import (
 from remosplat_drake.controller.prediction.kernels.lead_forward import LONG_AGO
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.base_motion import base_command
+from remosplat_drake.robot.braking import HELD, executed_command
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Ramp:
+    """How a station brakes by itself, see `braking`.
+
+    Attributes:
+        acceleration: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
+        period: Control period [s].
+    """
+
+    acceleration: np.ndarray
+    period: float
+
+    def steps(
+        self, u: np.ndarray, time: float
+    ) -> Iterator[tuple[float, np.ndarray]]:
+        """Yields what follows a command within a time, and how old it is then.
+
+        Args:
+            u: The command, shape (n_u,) [m/s, rad/s].
+            time: Time until the next command [s].
+        """
+        for k in count():
+            age = (HELD + k) * self.period
+            if age >= time or not u.any():
+                return
+            command = executed_command(
+                u, self.acceleration, self.period, age + 0.5 * self.period
+            )
+            yield age, command
+            if not command.any():
+                return
+
 
 WINDOW = 1.0
 """Time over which predictions are compared with measurements [s]: about as
@@ -64,7 +101,11 @@ class History:
         return self
 
     def with_command(
-        self, model: ActuatorModel, time: float, u: np.ndarray, expiry: float
+        self,
+        model: ActuatorModel,
+        time: float,
+        u: np.ndarray,
+        ramp: Ramp | None = None,
     ) -> "History":
         """Adds a command, and forgets what has no effect any more.
 
@@ -72,16 +113,15 @@ class History:
             model: How the axes follow their commands.
             time: When it was sent [s].
             u: The command, shape (n_u,) [m/s, rad/s].
-            expiry: Time after which a command that nobody renews counts no
-                more [s].
+            ramp: How the station brakes while none comes; None where it holds
+                the latest.
         """
         if time <= self.sent[-1]:
             return self
-        history = self
-        if time - self.sent[-1] > expiry and self.u[-1].any():
-            history = self._appended(
-                model, self.sent[-1] + expiry, np.zeros_like(u)
-            )
+        history, before, braking = self, self.sent[-1], self.u[-1]
+        if ramp is not None and math.isfinite(time):
+            for age, command in ramp.steps(braking, time - before):
+                history = history._appended(model, before + age, command)
         return history._appended(model, time, u)
 
     def _appended(

@@ -13,9 +13,10 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from remosplat_drake.controller.prediction.history import History
+from remosplat_drake.controller.prediction.history import History, Ramp
 from remosplat_drake.controller.prediction.predict import predict
 from remosplat_drake.robot.actuators import ActuatorModel
+from remosplat_drake.robot.braking import HELD
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
@@ -42,7 +43,7 @@ class _Known:
         return self
 
     def with_command(
-        self, model: ActuatorModel, sent: float, u: np.ndarray, expiry: float
+        self, model: ActuatorModel, sent: float, u: np.ndarray, ramp: Ramp
     ) -> "_Known":
         """Adds the command of the tick before, sent at its time or later."""
         sent = max(self.time, sent)
@@ -50,7 +51,7 @@ class _Known:
         return dc.replace(
             self,
             latency=self.latency + _RENEWED * change,
-            history=self.history.with_command(model, sent, u, expiry),
+            history=self.history.with_command(model, sent, u, ramp),
         )
 
 
@@ -82,7 +83,6 @@ class MotionPredictor(LeafSystem):
         robot: The robot.
         model: How its axes follow their commands.
         period: Control period [s].
-        expiry: Time after which the drivers let a command expire [s].
     """
 
     def __init__(
@@ -91,11 +91,13 @@ class MotionPredictor(LeafSystem):
         robot: RobotModel,
         model: ActuatorModel,
         period: float,
-        expiry: float = math.inf,
     ):
         super().__init__()
         self.set_name("predictor")
-        self._robot, self._model, self._expiry = robot, model, expiry
+        self._robot, self._model = robot, model
+        self._ramp = Ramp(robot.acceleration_limit, period)
+        # A station begins its ramp so much later than a tick on time would.
+        self._slack = (HELD - 1.0) * period
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
@@ -134,7 +136,7 @@ class MotionPredictor(LeafSystem):
                 self._model,
                 self._status_input.Eval(context).sent,
                 self._executed_input.Eval(context),
-                self._expiry,
+                self._ramp,
             )
         value.set_value(known)
 
@@ -144,7 +146,15 @@ class MotionPredictor(LeafSystem):
         stamp = self._stamp(context)
         sends = context.get_time() + known.latency
         value.set_value(
-            predict(self._robot, self._model, known.history, q, stamp, sends)
+            predict(
+                self._robot,
+                self._model,
+                known.history,
+                q,
+                stamp,
+                sends,
+                self._slack,
+            )
         )
 
     def _stamp(self, context: Context) -> np.ndarray:

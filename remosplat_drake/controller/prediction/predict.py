@@ -18,6 +18,7 @@ def predict(
     q: np.ndarray,
     stamp: np.ndarray,
     now: float,
+    slack: float = 0.0,
 ) -> Motion:
     """Predicts the motion that the commands up to now have committed.
 
@@ -30,6 +31,7 @@ def predict(
         q: Measured configuration, shape (n_q,) [m, rad].
         stamp: When each axis was measured, shape (n_u,) [s].
         now: When the next command is sent [s].
+        slack: By how much later than the model says commands may act [s].
     """
     # Copies, since numba compiles for arrays that may be written.
     start, q_start, v_start, q_planned, v_measured, way_measured = lead_forward(
@@ -48,6 +50,7 @@ def predict(
         start=start,
         q_start=q_start,
         v_start=v_start,
+        tube=model.tube + slack,
         q_planned=q_planned,
         v_measured=v_measured,
         way_measured=way_measured,

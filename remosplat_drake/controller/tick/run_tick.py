@@ -26,6 +26,10 @@ from remosplat_drake.controller.verification.protective_separation import (
     Monitoring,
     least_separation,
 )
+from remosplat_drake.robot.braking import (
+    braking_command,
+    executed_command,
+)
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals import tick_report
 from remosplat_drake.signals.aim import Aim
@@ -62,6 +66,7 @@ def run_tick(
     guidance: Guidance = DIRECT,
     motion: Motion | None = None,
     movers: Movers | None = None,
+    periods: float = 1.0,
 ) -> TickReport:
     """Runs one tick: the program (paper eq. 1 to 4), then verify-then-scale.
 
@@ -74,11 +79,14 @@ def run_tick(
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         clearances: The oracle's distances and directions at q.
         field: The map, which verification asks along the command's path.
-        u_previous: The command being executed, shape (n_u,).
+        u_previous: The command that was sent last, shape (n_u,).
         guidance: How the tick is bent, as `GuidanceSelector` has chosen.
         motion: What the robot is about to do already; None where it obeys at
             once.
         movers: What moves; None if nothing is known to.
+        periods: How many control periods ago `u_previous` was sent: more than
+            one where the tick is late. The station brakes by itself from 1.5
+            periods on.
 
     Returns:
         The command, and how it came about. Where q or the aim is not finite,
@@ -92,11 +100,13 @@ def run_tick(
     start = perf_counter()
     late = prompt_motion(law.robot.n_u) if motion is None else motion.arrays
     given = TickInputs(time, Aim.of(aim), field, guidance, late, movers)
-    q, u_previous = np.array(q, float), np.array(u_previous, float)
+    q, limit = np.array(q, float), law.robot.acceleration_limit
+    executed = executed_command(u_previous, limit, law.dt, periods * law.dt)
+    ramp = braking_command(u_previous, limit, periods * law.dt)
     near = clearances.within(law.collision.influence)
     calls = TickCalls(law, given)
     with calls as line:
-        found = _settled(law, given, near, q, u_previous, line)
+        found = _settled(law, given, near, q, executed, ramp, line)
     problem = UNKNOWN[found.unknown] or calls.unusable
     names = RowNames(law.compiled.ingredients, law.robot, movers, calls.outside)
     binding = named_binding(found.binding, names)
@@ -126,7 +136,8 @@ def _settled(
     given: TickInputs,
     near: Clearances,
     q: np.ndarray,
-    u_previous: np.ndarray,
+    executed: np.ndarray,
+    ramp: np.ndarray,
     line: int,
 ) -> Settled:
     movers = given.moving
@@ -142,7 +153,8 @@ def _settled(
             given.aim.arrays,
             row_arrays(near),
             q,
-            u_previous,
+            executed,
+            ramp,
             given.guidance.arrays,
             line,
         )

@@ -17,10 +17,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.controller.verification.braking import braking_steps
 from remosplat_drake.controller.verification.kernels.least_margin import (
     least_margin,
 )
+from remosplat_drake.robot.braking import braking_steps
 from remosplat_drake.robot.robot_state import RobotState
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers

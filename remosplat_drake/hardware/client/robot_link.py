@@ -31,6 +31,8 @@ from remosplat_drake.hardware.wire.command_limits import (
 from remosplat_drake.hardware.wire.hand import encode_hand_command
 from remosplat_drake.hardware.wire.lease import LEASE_EXPIRY
 from remosplat_drake.hardware.wire.panda import encode_panda_command
+from remosplat_drake.hardware.wire.ramp import encode_ramp
+from remosplat_drake.robot.braking import braking_time
 from remosplat_drake.robot.robot_model import RobotModel
 
 ARM_PERIOD = 1e-3
@@ -59,6 +61,8 @@ class RobotLink:
             configured.
         movers: Mailbox of what moves; None where none is configured.
         commanded: The commands to the base so far.
+        period: Control period, by which the drivers know when to brake [s];
+            None tells them nothing, so that commands only expire.
         u: The command that was sent last, shape (n_u,) [m/s, rad/s].
         sent: When it was sent, by our wall clock [s]; -inf before the first.
     """
@@ -109,6 +113,7 @@ class RobotLink:
         self.guard = None
         if not config.url.startswith("memq:"):
             self.guard = WireGuard(self.lcm, config, name)
+        self.period: float | None = None
         self.u = np.zeros(robot.n_u)
         self.sent = -math.inf
         self._moving_since = math.inf
@@ -259,6 +264,10 @@ class RobotLink:
         u = scaled_command(u, self._lower, self._upper)
         n_base, names = self._robot.n_base, self._config.channels
         now = time.time()
+        if self.period is not None:
+            length = braking_time(u, self._robot.acceleration_limit)
+            ramp = encode_ramp(now, self.period, length)
+            self._publish(names.command_ramp, ramp)
         arm = encode_panda_command(u[n_base:], now)
         self._publish(names.arm_command, arm)
         if n_base:

@@ -12,7 +12,11 @@ from drake import lcmt_panda_status
 from pydrake.lcm import DrakeLcmInterface
 
 from remosplat_drake.hardware.drivers.panda_commands import ArmCommands
-from remosplat_drake.hardware.wire.channels import PANDA_COMMAND, PANDA_STATUS
+from remosplat_drake.hardware.wire.channels import (
+    COMMAND_RAMP,
+    PANDA_COMMAND,
+    PANDA_STATUS,
+)
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 AT_REST = 1e-3
@@ -76,7 +80,7 @@ class ArmDriver:
             inbox: Where commands come from; None obeys everybody.
         """
         self._lcm, self._link = lcm, link
-        self._inbox = inbox or Inbox(lcm, [PANDA_COMMAND])
+        self._inbox = inbox or Inbox(lcm, [COMMAND_RAMP, PANDA_COMMAND])
         self._commands = ArmCommands(joints)
         self._joints = joints
 
@@ -89,8 +93,8 @@ class ArmDriver:
         Returns:
             What the arm told, if anything is new.
         """
-        for _, data in self._inbox.fetch():
-            self._commands.receive(data)
+        for channel, data in self._inbox.fetch():
+            self._commands.hear(channel, data)
         if self._commands.received:
             self._link.command(self._commands.velocity(now))
         return self._tell(now)

@@ -1,17 +1,20 @@
 """The mobile base driver's rules for `BASE_COMMAND`: watchdog and clamping.
 
 Two watchdogs guard the base: stamps expire as the arm's do, and a base that
-hears nothing for 0.2 s stops whatever the stamps said. A command beyond the
+hears nothing for 0.2 s stops whatever the stamps said. A command that came with
+a ramp is held for 1.5 control periods instead, and then the ramp leads to rest,
+as it was verified. A command beyond the
 maxima is clamped: the LD-60's ROS node would reject it, and go on at the old
 speed with its own watchdog disarmed.
 """
 
 import dataclasses as dc
 import math
+from contextlib import suppress
 
 import numpy as np
 
-from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
+from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY, COMMAND_RAMP
 from remosplat_drake.hardware.wire.command_limits import scaled_command
 from remosplat_drake.hardware.wire.messages.base_command import base_command
 from remosplat_drake.hardware.wire.packets import (
@@ -19,6 +22,7 @@ from remosplat_drake.hardware.wire.packets import (
     decode,
     is_expired,
 )
+from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
 
 WATCHDOG = 0.2
 """Time without a command after which the base stops [s]."""
@@ -96,7 +100,23 @@ class BaseCommands:
         self._utime = 0
         self._arrival = -math.inf
         self._velocity = (0.0, 0.0)
+        self._ramp: Ramp | None = None
+        self._is_new = False
         self.received = 0
+
+    def hear(self, channel: str, data: bytes, time: float) -> None:
+        """Takes in a command, or the ramp of the one that follows.
+
+        Args:
+            channel: The channel, `COMMAND_RAMP` or that of the commands.
+            data: The encoded packet; a broken one is left aside.
+            time: Time now, by a clock that never jumps [s].
+        """
+        if channel == COMMAND_RAMP:
+            with suppress(BrokenMessage):
+                self._ramp = decode_ramp(data)
+        else:
+            self.receive(data, time)
 
     def receive(self, data: bytes, time: float) -> None:
         """Takes in a message; a broken one is ignored.
@@ -110,14 +130,14 @@ class BaseCommands:
         except BrokenMessage:
             return
         self._utime = message.utime
-        self._arrival = time
+        self._arrival, self._is_new = time, True
         self._velocity = clamped(
             message.forward, message.yaw_rate, self._maxima
         )
         self.received += 1
 
     def velocity(self, now: int, time: float) -> tuple[float, float]:
-        """Returns the velocity to aim for; zero once the command expired.
+        """Returns the velocity to aim for; zero once the command ended.
 
         Args:
             now: The driver's wall clock [us].
@@ -126,9 +146,20 @@ class BaseCommands:
         Returns:
             Speed forward and turning rate [m/s, rad/s].
         """
-        silence = time - self._arrival
-        expired = is_expired(self._utime, now, self._expiry)
-        if expired or silence > self._watchdog:
+        share = self._share(now, time - self._arrival)
+        self._is_new = False
+        if not share:
             # Dropped for good: a stamp from the future must not count later.
             self._velocity = (0.0, 0.0)
-        return self._velocity
+        forward, yaw_rate = self._velocity
+        return share * forward, share * yaw_rate
+
+    def _share(self, now: int, silence: float) -> float:
+        """Which share of the command counts now."""
+        expired = is_expired(self._utime, now, self._expiry)
+        ramp = self._ramp
+        if ramp is None or ramp.utime != self._utime:
+            return float(not (expired or silence > self._watchdog))
+        if self._is_new and expired:
+            return 0.0
+        return ramp.share(silence)

@@ -2,22 +2,32 @@
 
 They are those of drake-franka-driver. A command counts while its stamp is
 within the expiry time of the driver's clock, into the past and into the
-future; without one that counts the arm is told to stand still. A message
+future; without one that counts the arm is told to stand still. A command that
+came with a ramp is held for 1.5 control periods, and then the ramp leads to
+rest, as it was verified; it only has to count when it comes. A message
 that is no velocity command at all, at which drake-franka-driver exits, is
 counted and left aside: a stray packet must not end a motion.
 """
+
+from contextlib import suppress
 
 import numpy as np
 from drake import lcmt_panda_command
 from pydrake.manipulation import PandaControlMode
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY, PANDA_COMMAND
+from remosplat_drake.hardware.wire.channels import (
+    COMMAND_EXPIRY,
+    COMMAND_RAMP,
+    PANDA_COMMAND,
+)
 from remosplat_drake.hardware.wire.packets import (
     BrokenMessage,
     decode,
+    from_utime,
     is_expired,
 )
+from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
 
 JOINTS = 7
 """Number of the Panda's joints."""
@@ -72,7 +82,7 @@ class ArmCommands:
         received: Number of commands so far.
         broken: Number of messages that were none.
         complaint: What was wrong with the latest of those; empty for nothing.
-        expired: How often a command has expired without a successor.
+        expired: How often a command has ended without a successor.
     """
 
     def __init__(self, joints: int = JOINTS, expiry: float = COMMAND_EXPIRY):
@@ -86,10 +96,25 @@ class ArmCommands:
         self._joints, self._expiry = joints, expiry
         self._velocity: np.ndarray | None = None
         self._utime = 0
+        self._came: int | None = None
+        self._ramp: Ramp | None = None
         self.received = 0
         self.broken = 0
         self.complaint = ""
         self.expired = 0
+
+    def hear(self, channel: str, data: bytes) -> None:
+        """Takes in a command, or the ramp of the one that follows.
+
+        Args:
+            channel: The channel, `COMMAND_RAMP` or that of the commands.
+            data: The encoded packet; a broken one is left aside.
+        """
+        if channel == COMMAND_RAMP:
+            with suppress(BrokenMessage):
+                self._ramp = decode_ramp(data)
+        else:
+            self.receive(data)
 
     def receive(self, data: bytes) -> None:
         """Takes in an encoded lcmt_panda_command; a broken one is counted."""
@@ -105,11 +130,11 @@ class ArmCommands:
         except BrokenMessage as error:
             raise CommandError("message", str(error)) from error
         self._velocity = checked_velocity(message, self._joints)
-        self._utime = message.utime
+        self._utime, self._came = message.utime, None
         self.received += 1
 
     def velocity(self, now: int) -> np.ndarray:
-        """Returns the joint rates to aim for; zeros once the command expired.
+        """Returns the joint rates to aim for; zeros once the command ended.
 
         Args:
             now: The driver's wall clock [us].
@@ -119,8 +144,22 @@ class ArmCommands:
         """
         if self._velocity is None:
             return np.zeros(self._joints)
-        if is_expired(self._utime, now, self._expiry):
+        share = self._share(now)
+        if not share:
             self._velocity = None
             self.expired += 1
             return np.zeros(self._joints)
-        return self._velocity
+        return share * self._velocity
+
+    def _share(self, now: int) -> float:
+        """Which share of the command counts now."""
+        if self._came is None:
+            self._came = now
+        age = from_utime(now - self._came)
+        ramp = self._ramp
+        if ramp is None or ramp.utime != self._utime:
+            return float(not is_expired(self._utime, now, self._expiry))
+        # A clock that goes back tells no age.
+        if age < 0 or is_expired(self._utime, self._came, self._expiry):
+            return 0.0
+        return ramp.share(age)

@@ -16,7 +16,11 @@ from remosplat_drake.hardware.drivers.panda_commands import (
     ArmCommands,
 )
 from remosplat_drake.hardware.drivers.velocity_servo import AT_REST_BELOW
-from remosplat_drake.hardware.wire.channels import PANDA_COMMAND, PANDA_STATUS
+from remosplat_drake.hardware.wire.channels import (
+    COMMAND_RAMP,
+    PANDA_COMMAND,
+    PANDA_STATUS,
+)
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
@@ -50,7 +54,7 @@ class PandaDriver:
         """
         self._lcm = lcm
         self._arm = arm
-        self._inbox = inbox or Inbox(lcm, [PANDA_COMMAND])
+        self._inbox = inbox or Inbox(lcm, [COMMAND_RAMP, PANDA_COMMAND])
         self._commands = ArmCommands()
 
     def step(self, now: int) -> None:
@@ -59,8 +63,8 @@ class PandaDriver:
         Args:
             now: Wall clock [us].
         """
-        for _, data in self._inbox.fetch():
-            self._commands.receive(data)
+        for channel, data in self._inbox.fetch():
+            self._commands.hear(channel, data)
         self._arm.command(self._commands.velocity(now).tolist())
         self._tell()
 

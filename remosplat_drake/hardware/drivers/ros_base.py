@@ -24,6 +24,7 @@ from remosplat_drake.hardware.wire.channels import (
     BASE_COMMAND,
     BASE_LOCALIZATION,
     BASE_STATUS,
+    COMMAND_RAMP,
 )
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 from remosplat_drake.hardware.wire.localization import (
@@ -175,7 +176,7 @@ class RosBase:
         self._link = link
         self._commands = BaseCommands(maxima)
         self._sources = (link, *sources)
-        self._inbox = inbox or Inbox(lcm, [BASE_COMMAND])
+        self._inbox = inbox or Inbox(lcm, [COMMAND_RAMP, BASE_COMMAND])
         self._last_motion = -math.inf
 
     def step(self, now: int, t: float) -> None:
@@ -185,8 +186,8 @@ class RosBase:
             now: Wall clock [us].
             t: Time now, by a clock that never jumps [s].
         """
-        for _, data in self._inbox.fetch():
-            self._commands.receive(data, t)
+        for channel, data in self._inbox.fetch():
+            self._commands.hear(channel, data, t)
         velocity = self._commands.velocity(now, t)
         if any(velocity):
             self._last_motion = t

@@ -43,7 +43,9 @@ def commanded(
         description: The robot.
         has_arm_driver: Whether the arm obeys a driver of its own.
     """
-    heard = [] if has_arm_driver else [channels.PANDA_COMMAND]
+    heard = [channels.COMMAND_RAMP]
+    if not has_arm_driver:
+        heard.append(channels.PANDA_COMMAND)
     if description.base:
         heard.append(channels.BASE_COMMAND)
     if description.hand:
@@ -187,6 +189,10 @@ class HardwareSim:
                 for fault in faults.requested_faults(data):
                     self._faults.begin(fault)
                     self._trip(fault, t)
+                continue
+            if channel == channels.COMMAND_RAMP:
+                self.arm.commands.hear(channel, data)
+                self.base.commands.hear(channel, data, t)
                 continue
             if channel == channels.PANDA_COMMAND:
                 self.arm.commands.receive(data)

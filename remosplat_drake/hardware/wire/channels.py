@@ -2,8 +2,12 @@
 
 Stamps are wall clock microseconds of the Unix epoch on every channel. A
 driver compares a command's stamp with its own clock, in both directions, and
-drives at zero velocity while the latest command is expired.
+drives at zero velocity while the latest command is expired. A command with a
+ramp is held for 1.5 control periods, and then the ramp leads to zero.
 """
+
+COMMAND_RAMP = "COMMAND_RAMP"
+"""command_ramp: how the robot brakes after the command of the same stamp."""
 
 PANDA_COMMAND = "PANDA_COMMAND"
 """lcmt_panda_command: joint rates, to drake-franka-driver or its like."""

@@ -24,7 +24,9 @@ from remosplat_drake.app.identification.record import (
     write_actuators,
 )
 from remosplat_drake.app.identification.room import NoRoomError, Room
-from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    TOLERANCE,
+)
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.hardware.client.measurement import (
     Measurement,

@@ -6,7 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from remosplat_drake.controller.planning.free_space import FreeSpace
-from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    TOLERANCE,
+)
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.signals.distance_field import DistanceField
 

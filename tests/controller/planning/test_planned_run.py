@@ -19,7 +19,9 @@ from remosplat_drake.controller.guidance.selection_round import (
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.planning.motion_planner import can_plan
 from remosplat_drake.controller.tick.run_tick import run_tick
-from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    TOLERANCE,
+)
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene

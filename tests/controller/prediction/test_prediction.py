@@ -10,7 +10,11 @@ from hypothesis import strategies as st
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
 
-from remosplat_drake.controller.prediction.history import History, base_way
+from remosplat_drake.controller.prediction.history import (
+    History,
+    Ramp,
+    base_way,
+)
 from remosplat_drake.controller.prediction.kernels.append_command import (
     append_command,
 )
@@ -40,7 +44,7 @@ def driven(axes: ActuatorModel, u: np.ndarray) -> History:
     """The history of one command a tick, from 0 s on."""
     history = History.at_rest(u.shape[1])
     for k, command in enumerate(u):
-        history = history.with_command(axes, k * DT, command, math.inf)
+        history = history.with_command(axes, k * DT, command)
     return history
 
 
@@ -127,11 +131,21 @@ def test_a_base_is_led_along_its_arc(frankie):
     )
 
 
-def test_a_command_that_nobody_renews_expires(three_link):
+@pytest.mark.parametrize(
+    ("acceleration", "way"),
+    # One step of a tenth of a second; or two, the first of which moves on.
+    [(10.0, 0.15), (5.0, 0.15 + 0.5 * 0.1)],
+)
+def test_a_station_brakes_where_no_command_comes(acceleration, way):
     axes = model([Actuator()] * 3)
     history = driven(axes, np.ones((1, 3)))
-    after = history.with_command(axes, 1.0, np.zeros(3), 0.1)
-    np.testing.assert_allclose(after.way[-1], 0.1)
+    ramp = Ramp(np.full(3, acceleration), 0.1)
+    after = history.with_command(axes, 1.0, np.zeros(3), ramp)
+    np.testing.assert_allclose(after.way[-1], way)
+    # A command in time finds it as it was sent.
+    in_time = history.with_command(axes, 0.14, np.zeros(3), ramp)
+    np.testing.assert_allclose(in_time.way[-1], 0.14)
+    assert len(in_time.sent) == len(history.sent) + 1
 
 
 def test_an_exact_model_leaves_no_residual(three_link):
@@ -144,7 +158,7 @@ def test_an_exact_model_leaves_no_residual(three_link):
         history = history.with_measurement(
             q, modelled_way(axes, history, now), 0
         )
-        history = history.with_command(axes, k * DT, command, math.inf)
+        history = history.with_command(axes, k * DT, command)
     assert history.residual(2.0).max() < 1e-12
     np.testing.assert_allclose(history.peak(), 1.0, atol=0.01)
 
@@ -155,7 +169,7 @@ def test_a_robot_that_stands_where_it_should_move_is_noticed(three_link):
     for k in range(100):
         way = modelled_way(axes, history, np.full(3, k * DT))
         history = history.with_measurement(np.zeros(3), way, 0)
-        history = history.with_command(axes, k * DT, np.full(3, 0.05), 1.0)
+        history = history.with_command(axes, k * DT, np.full(3, 0.05))
         motion = predict(
             three_link, axes, history, np.zeros(3), np.full(3, k * DT), k * DT
         )

@@ -53,7 +53,8 @@ def keeps_off_movers(
         for j in range(len(movers)):
             seen = _Seen(movers, j, time, np.append(0.0, path.clock), radius)
             kept, least = separation + tube[i], tolerance + tube[i]
-            if not seen.is_kept(p_WS[:, i], way, kept, least, tolerance):
+            bent = bend * spans**2
+            if not seen.is_kept(p_WS[:, i], way, bent, kept, least, tolerance):
                 return False
     return True
 
@@ -87,6 +88,7 @@ class _Seen:
         self,
         p_WS: np.ndarray,
         way: np.ndarray,
+        bent: np.ndarray,
         kept: float,
         least: float,
         tolerance: float,
@@ -96,6 +98,8 @@ class _Seen:
         Args:
             p_WS: Its centre at the looks, shape (s, 3) [m].
             way: Bounds on its ways between them, shape (s - 1,) [m].
+            bent: Bounds on how its velocity changes between them, times the
+                time between, shape (s - 1,) [m].
             kept: The distance to keep, or the present one if that is less [m].
             least: What even that must be [m].
             tolerance: How far below that it may fall between two looks [m].
@@ -112,7 +116,8 @@ class _Seen:
             is_clear = room[k] >= 0.0
             is_clear &= room[k] + room[last] - used >= -2.0 * tolerance
             if not is_clear and not (
-                self._retreats(last, k, p_WS) and self._retreats(k, k, p_WS)
+                self._retreats(last, k, p_WS, bent)
+                and self._retreats(k, k, p_WS, bent)
             ):
                 return False
             last = k
@@ -123,15 +128,24 @@ class _Seen:
         far, n_W = core_distance(self._mover, self._X_WM[k], p_WS)
         return far - self._reach[k] - self._touching, n_W
 
-    def _retreats(self, then: int, k: int, p_WS: np.ndarray) -> bool:
+    def _retreats(
+        self, then: int, k: int, p_WS: np.ndarray, bent: np.ndarray
+    ) -> bool:
         moved = p_WS[k] - p_WS[k - 1]
+        aside_chord, aside_mean = bent[k - 1] / 8, bent[k - 1] / 2
         depth, ahead, aside = np.inf, -np.inf, 0.0
         for p in p_WS[k - 1 : k + 1]:
             far, n_W = core_distance(self._mover, self._X_WM[then], p)
-            depth = min(depth, far - self._reach[k])
+            depth = min(depth, far - self._reach[k] - aside_chord)
             ahead = max(ahead, n_W @ moved)
             aside = max(aside, np.linalg.norm(moved - (n_W @ moved) * n_W))
-        return is_retreat(depth, self._touching, ahead, float(aside))
+        if depth <= 0.0:
+            return False
+        turned = aside_chord / depth * (np.linalg.norm(moved) + aside_mean)
+        slack = float(aside_mean + turned)
+        return is_retreat(
+            depth, self._touching, ahead + slack, float(aside) + slack
+        )
 
 
 def core_distance(mover: Mover, X_WM, p_WS) -> tuple[float, np.ndarray]:

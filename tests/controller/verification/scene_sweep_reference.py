@@ -32,7 +32,7 @@ def sweeps_clear(
     p_WS: np.ndarray,
     clearance: np.ndarray,
     level: np.ndarray,
-    tolerance: float,
+    tolerance: np.ndarray,
 ) -> bool:
     """Tells whether all spheres keep their distance from a map on a path.
 
@@ -45,6 +45,7 @@ def sweeps_clear(
     if not len(near):
         return True
     start, room = p_WS[near], room[near]
+    tolerance = tolerance[near]
     looks = look_along(robot.arrays, path, near, start, room, tolerance)
     sweep = _Sweep(
         robot, path, field, near, level[near], start, room, looks[2], tolerance
@@ -74,8 +75,8 @@ class _Sweep:
             (n,) [m].
         bend: Bounds on how fast the spheres' velocities change, shape (n,)
             [m/s^2].
-        tolerance: How far below zero a room may fall between the path's times
-            [m].
+        tolerance: How far below zero each room may fall between the path's
+            times, shape (n,) [m].
     """
 
     robot: RobotModel
@@ -86,7 +87,7 @@ class _Sweep:
     start: np.ndarray
     room: np.ndarray
     bend: np.ndarray
-    tolerance: float
+    tolerance: np.ndarray
 
     def is_clear_at_ends(self, looks: Looks) -> bool:
         """Tells whether clearances keep their levels at the path's times.
@@ -114,7 +115,7 @@ class _Sweep:
         if not (room >= 0.0).all():
             return False
         room = np.concatenate([self.room[None], room])
-        is_open = self._is_open(room, way)
+        is_open = self._is_open(np.arange(len(self.start)), room, way)
         if not is_open.any():
             return True
         place, gap = np.nonzero(is_open)
@@ -151,15 +152,15 @@ class _Sweep:
             spans = np.tile(span, (PIECES, 1))
             way = longest_ways(point, spans, self.bend[gap])
             found, wanted = known_rooms(
-                p_WS, self.start[gap], self.room[gap], way, self.tolerance
+                p_WS, self.start[gap], self.room[gap], way, self.tolerance[gap]
             )
             R_WL = spheres.R_WL.reshape(*between.shape, 3, 3)
             self._ask(gap, p_WS, R_WL, found, wanted)
-            if not (found >= -self.tolerance).all():
+            if not (found >= -self.tolerance[gap]).all():
                 return False
             time = np.concatenate([time[:1], between, time[1:]])
             room = np.concatenate([room[:1], found, room[1:]])
-            place, i = np.nonzero(self._is_open(room, way))
+            place, i = np.nonzero(self._is_open(gap, room, way))
             if not len(place):
                 return True
             ends = np.stack([place, place + 1])
@@ -167,9 +168,11 @@ class _Sweep:
             room, point = room[ends, i], point[ends, i]
         return False
 
-    def _is_open(self, room: np.ndarray, way: np.ndarray) -> np.ndarray:
+    def _is_open(
+        self, gap: np.ndarray, room: np.ndarray, way: np.ndarray
+    ) -> np.ndarray:
         """Tells between which looks a room may fall too low, shape (k, n)."""
-        return ~(room[:-1] + room[1:] - way >= -2.0 * self.tolerance)
+        return ~(room[:-1] + room[1:] - way >= -2.0 * self.tolerance[gap])
 
     def _spheres(
         self, gap: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray

@@ -9,11 +9,13 @@ from pydrake.math import RigidTransform, RotationMatrix
 from scipy.spatial.transform import Rotation
 from verified_commands import make_path as path_of
 
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    TOLERANCE,
+)
 from remosplat_drake.controller.verification.kernels.mover_sweep import (
     keeps_off_movers,
 )
 from remosplat_drake.controller.verification.kernels.places import PathArrays
-from remosplat_drake.controller.verification.kernels.verified import TOLERANCE
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Mover, Movers
@@ -150,8 +152,7 @@ def test_what_passes_is_clear_or_retreats_at_all_times(three_link, seed):
         ahead = np.einsum("kni,ni->kn", n, moved)
         moves = np.linalg.norm(moved, axis=1) > 1e-7
         near = (distance < level - TOLERANCE - 1e-9) & moves
-        # A retreat is checked from look to look: it may bend a little.
-        assert (ahead[near] <= 1e-5).all()
+        assert (ahead[near] <= 1e-12).all()
         before = p_WS
 
 

@@ -20,13 +20,13 @@ from verify_reference import least_rooms
 from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.prediction.history import History
 from remosplat_drake.controller.prediction.predict import predict
-from remosplat_drake.controller.verification.braking import (
-    braking_command,
-    braking_steps,
-)
 from remosplat_drake.generation.scene_generators import generate
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+from remosplat_drake.robot.braking import (
+    braking_command,
+    braking_steps,
+)
 
 DT = 0.02
 LIMIT = np.full(3, 5.0)
@@ -42,7 +42,7 @@ def motion_of(robot, axes, commands, q):
     model = ActuatorModel.make(axes)
     history = History.at_rest(robot.n_u)
     for k, u in enumerate(commands):
-        history = history.with_command(model, k * DT, u, math.inf)
+        history = history.with_command(model, k * DT, u)
     now = len(commands) * DT
     stamp = np.full(robot.n_u, now)
     return predict(robot, model, history, q, stamp, now)
@@ -99,13 +99,12 @@ def test_without_delays_it_is_the_path_of_a_held_command(three_link):
     path = through(three_link, motion, u)
     held = make_path(limited(three_link), q, u, DT)
     np.testing.assert_allclose(
-        knots(path)[-1], at(held, held.times[-1:])[0], atol=1e-12
+        knots(path)[-1], at(held, held.times[-2:-1])[0], atol=1e-12
     )
     # Looks are at the same places, though not at the same times.
+    times = held.times[:-1]
     np.testing.assert_allclose(
-        at(path, path.times)[: len(held.times)],
-        at(held, held.times),
-        atol=1e-12,
+        at(path, path.times)[: len(times)], at(held, times), atol=1e-12
     )
 
 
@@ -178,4 +177,4 @@ def test_what_passes_keeps_its_distances_on_the_whole_path(frankie, seed):
         known = dc.replace(around, clearance=exact.per_sphere(len(near)))
         ends, between = least_rooms(known, command, looks=5)
         assert ends >= -1e-9
-        assert between >= -5e-4 - 1e-9
+        assert between >= -1e-9

@@ -25,6 +25,10 @@ from remosplat_drake.controller.verification.map_calls import (
     map_for_kernels,
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.robot.braking import (
+    braking_command,
+    executed_command,
+)
 from remosplat_drake.robot.robot_arrays import RobotArrays, state_arrays
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.robot_state import RobotState
@@ -107,9 +111,16 @@ class Verdict(NamedTuple):
 
 
 def verified_command(
-    around: Around, u: np.ndarray, u_previous: np.ndarray
+    around: Around,
+    u: np.ndarray,
+    u_previous: np.ndarray,
+    periods: float = 1.0,
 ) -> Verdict:
-    """Finds the command closest to u that may be applied."""
+    """Finds the command closest to u that may be applied.
+
+    The command before was sent some periods ago.
+    """
+    age, limit = periods * around.dt, around.limit
     own = around.self_clearance or SelfClearance.make(around.robot, 0.0)
     kept = KeptArrays(
         around.dt,
@@ -134,7 +145,8 @@ def verified_command(
             np.array(around.clearance, float),
             around.stopping,
             np.array(u, float),
-            np.array(u_previous, float),
+            executed_command(u_previous, limit, around.dt, age),
+            braking_command(u_previous, limit, age),
         )
     return Verdict(command, scale, OBJECTIONS[number])
 
@@ -155,6 +167,7 @@ def _verify(
     stopping,
     u,
     u_previous,
+    ramp,
 ):
     around = surroundings(
         robot,
@@ -168,4 +181,4 @@ def _verify(
         u,
         u_previous,
     )
-    return verified(kept, around, u, u_previous)
+    return verified(kept, around, u, ramp)

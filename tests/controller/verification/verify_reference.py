@@ -7,6 +7,10 @@ against.
 import numpy as np
 from verified_commands import Around, at, tube_of
 
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    tolerated,
+)
+
 
 def least_rooms(
     around: Around, u: np.ndarray, looks: int = 200
@@ -20,7 +24,8 @@ def least_rooms(
 
     Returns:
         The smallest room, that is distance above the level to be kept, of all
-        spheres and pairs of shapes: at the ends of ticks, and at all looks [m].
+        spheres and pairs of shapes at the ends of ticks; and at all looks the
+        smallest above what is tolerated between these [m].
     """
     path = around.path(u)
     tube = tube_of(around.robot, path)
@@ -28,19 +33,27 @@ def least_rooms(
     ends, between = [], []
     for k in range(len(path.times)):
         for time in np.linspace(times[k], times[k + 1], looks + 1)[1:]:
-            between.append(_room(around, at(path, [time])[0], tube))
-        ends.append(between[-1])
+            rooms = _rooms(around, at(path, [time])[0], tube)
+            between.append(rooms[1])
+        ends.append(rooms[0])
     return min(ends), min(between)
 
 
-def _room(around: Around, q: np.ndarray, tube: np.ndarray) -> float:
-    """Measures the smallest room at a configuration [m]."""
+def _rooms(
+    around: Around, q: np.ndarray, tube: np.ndarray
+) -> tuple[float, float]:
+    """Measures the smallest rooms at a configuration [m]."""
     spheres = around.robot.spheres_at(q)
     distance = around.field.clearances(spheres).per_sphere(len(spheres))
     level = np.minimum(around.stopping + tube, around.clearance)
-    room = (distance - level).min()
+    kept = [(distance, level, around.stopping)]
     own = around.self_clearance
     if own is not None:
         level = np.minimum(own.stopping, own.distances(around.start))
-        room = min(room, (own.distances(q) - level).min(initial=np.inf))
-    return float(room)
+        kept.append((own.distances(q), level, own.stopping))
+    room, beyond = np.inf, np.inf
+    for distance, level, stopping in kept:
+        slack = np.array([tolerated(one, stopping) for one in level])
+        room = min(room, (distance - level).min(initial=np.inf))
+        beyond = min(beyond, (distance - level + slack).min(initial=np.inf))
+    return float(room), float(beyond)

@@ -24,6 +24,7 @@ from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.messages.base_command import base_command
+from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
 from remosplat_drake.signals.station_status import RUNNING, STOPPED
 
 MARK = "MARK"
@@ -38,6 +39,7 @@ class Drivers:
         self._inbox = Inbox(
             self.lcm,
             [
+                channels.COMMAND_RAMP,
                 channels.PANDA_COMMAND,
                 channels.BASE_COMMAND,
                 channels.PANDA_HAND_COMMAND,
@@ -152,6 +154,20 @@ def test_a_command_goes_to_arm_and_base_with_one_stamp(link, drivers):
     assert (base.forward, base.yaw_rate) == (-0.25, 0.05)
     np.testing.assert_allclose(arm.joint_velocity, u[2:] / 2)
     np.testing.assert_allclose(link.u, u / 2)
+
+
+def test_a_ramp_goes_before_a_command_with_its_stamp(link, drivers, frankie):
+    u = np.array([0.1, 0.1, 0.2, 0, 0, 0, 0, 0, 0])
+    link.send(u)
+    assert channels.COMMAND_RAMP not in drivers.hear(link)
+    link.period = 0.02
+    link.send(u)
+    heard = drivers.hear(link)
+    assert next(iter(heard)) == channels.COMMAND_RAMP
+    arm = lcmt_panda_command.decode(heard[channels.PANDA_COMMAND])
+    assert decode_ramp(heard[channels.COMMAND_RAMP]) == Ramp(
+        arm.utime, 0.02, (np.abs(u) / frankie.acceleration_limit).max()
+    )
 
 
 def test_a_command_that_is_not_finite_is_sent_as_zeros(link, drivers):

@@ -16,7 +16,13 @@ from remosplat_drake.hardware.drivers.base_commands import (
 from remosplat_drake.hardware.drivers.panda_commands import (
     ArmCommands,
 )
+from remosplat_drake.hardware.wire.channels import (
+    BASE_COMMAND,
+    COMMAND_RAMP,
+    PANDA_COMMAND,
+)
 from remosplat_drake.hardware.wire.messages.base_command import base_command
+from remosplat_drake.hardware.wire.ramp import encode_ramp
 
 NOW = 1_700_000_000_000_000
 EXPIRY = 100_000  # [us]
@@ -101,6 +107,71 @@ def test_a_stray_packet_ends_neither_the_driver_nor_a_motion():
     assert commands.velocity(NOW)[0] == pytest.approx(0.1)
 
 
+def ramp_message(utime: int = NOW, period=0.01, length=0.04) -> bytes:
+    """A ramp of four steps."""
+    return encode_ramp(utime * 1e-6, period, length)
+
+
+def test_a_ramp_leads_the_arm_to_rest():
+    commands = ArmCommands()
+    commands.hear(COMMAND_RAMP, ramp_message())
+    commands.hear(PANDA_COMMAND, arm_message())
+    for age, share in (
+        (0, 1.0),
+        (14_900, 1.0),
+        (15_100, 0.75),
+        (25_100, 0.5),
+        (45_100, 0.0),
+    ):
+        velocity = commands.velocity(NOW + age)
+        assert velocity[0] == pytest.approx(0.1 * share)
+    assert commands.expired == 1
+
+
+def test_a_long_ramp_goes_on_where_a_command_would_expire():
+    commands = ArmCommands()
+    commands.hear(COMMAND_RAMP, ramp_message(length=1.0))
+    commands.hear(PANDA_COMMAND, arm_message())
+    assert commands.velocity(NOW)[0] == pytest.approx(0.1)
+    later = commands.velocity(NOW + 3 * EXPIRY)
+    assert later[0] == pytest.approx(0.1 * (1 - 0.29))
+
+
+@pytest.mark.parametrize("age", [-EXPIRY - 1, EXPIRY + 1])
+def test_what_comes_late_has_no_ramp(age):
+    commands = ArmCommands()
+    commands.hear(COMMAND_RAMP, ramp_message(NOW - age, length=1.0))
+    commands.hear(PANDA_COMMAND, arm_message(NOW - age))
+    assert not commands.velocity(NOW).any()
+
+
+def test_a_clock_that_goes_back_ends_a_command():
+    commands = ArmCommands()
+    commands.hear(COMMAND_RAMP, ramp_message(length=1.0))
+    commands.hear(PANDA_COMMAND, arm_message())
+    assert commands.velocity(NOW).any()
+    assert not commands.velocity(NOW - 1).any()
+
+
+@pytest.mark.parametrize(
+    "ramp",
+    [
+        ramp_message(NOW - 1),
+        ramp_message(period=0.0),
+        ramp_message(length=math.nan),
+        ramp_message(length=-1.0),
+        b"nonsense",
+    ],
+)
+def test_without_its_own_ramp_a_command_expires(ramp):
+    commands = ArmCommands()
+    commands.hear(COMMAND_RAMP, ramp)
+    commands.hear(PANDA_COMMAND, arm_message())
+    assert commands.velocity(NOW)[0] == pytest.approx(0.1)
+    assert commands.velocity(NOW + EXPIRY)[0] == pytest.approx(0.1)
+    assert not commands.velocity(NOW + EXPIRY + 1).any()
+
+
 # The base
 
 
@@ -152,6 +223,29 @@ def test_silence_stops_the_base_whatever_the_clock_says():
     commands.receive(base_message(), 5.0)
     assert commands.velocity(NOW, 5.199) == (0.5, 0.2)
     assert commands.velocity(NOW, 5.201) == (0.0, 0.0)
+
+
+def test_a_ramp_leads_the_base_to_rest_beyond_its_watchdog():
+    commands = BaseCommands()
+    commands.hear(COMMAND_RAMP, ramp_message(length=1.0), 5.0)
+    commands.hear(BASE_COMMAND, base_message(), 5.0)
+    for age, share in ((0.0, 1.0), (0.0149, 1.0), (0.3, 1 - 0.29), (1.1, 0.0)):
+        found = commands.velocity(NOW + round(1e6 * age), 5.0 + age)
+        assert found == pytest.approx((0.5 * share, 0.2 * share))
+    # The wall clock may jump; the ramp goes by one that does not.
+    commands.hear(COMMAND_RAMP, ramp_message(length=1.0), 6.0)
+    commands.hear(BASE_COMMAND, base_message(), 6.0)
+    assert commands.velocity(NOW, 6.0) == (0.5, 0.2)
+    assert commands.velocity(0, 6.01) == (0.5, 0.2)
+
+
+def test_a_base_command_that_comes_late_has_no_ramp():
+    commands = BaseCommands()
+    late = NOW - EXPIRY - 1
+    commands.hear(COMMAND_RAMP, ramp_message(late, length=1.0), 5.0)
+    commands.hear(BASE_COMMAND, base_message(late), 5.0)
+    assert commands.velocity(NOW, 5.0) == (0.0, 0.0)
+    assert commands.velocity(late, 5.0) == (0.0, 0.0)
 
 
 def test_bytes_that_are_no_base_command_are_ignored():

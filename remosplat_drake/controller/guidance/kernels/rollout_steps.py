@@ -12,6 +12,7 @@ from remosplat_drake.controller.tick.kernels.settle import (
     what_is_unknown,
 )
 from remosplat_drake.robot.actuator_response import respond
+from remosplat_drake.robot.braking import next_on_ramp
 from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
 from remosplat_drake.scene.kernels.mover_reach import aged, moved_on
@@ -74,8 +75,9 @@ def rollout_steps(
         later = moved_on(around, ahead, FORESIGHT)
         given = robot, (compiled, IN_PLACE, line), state, rows, later, moving
         is_known = what_is_unknown(q, rows, aim) == 0
+        ramp = next_on_ramp(u, robot.acceleration_limit, law.dt)
         _, _, _, verdict = settle(
-            law, given, now + ahead, ahead, aim, is_known, u, guidance
+            law, given, now + ahead, ahead, aim, is_known, u, ramp, guidance
         )
         u = verdict[0]
         q = advance(q, u, robot.n_base, law.dt)

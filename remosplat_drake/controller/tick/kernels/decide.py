@@ -14,7 +14,6 @@ from remosplat_drake.controller.program.kernels.dense import (
     slack_form,
     solve_program,
 )
-from remosplat_drake.controller.verification.braking import next_on_ramp
 from remosplat_drake.signals.tick_report import STATUSES
 
 SOLVE = 3
@@ -25,7 +24,7 @@ _WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
 
 
 @helper
-def decide(program, robot, u_previous, dt, strict, is_own_solver, line):
+def decide(program, ramp, strict, is_own_solver, line):
     """Solves the program of a tick, falling back where it has no optimum.
 
     The program is tried as it stands, then without acceleration bounds, then
@@ -36,9 +35,7 @@ def decide(program, robot, u_previous, dt, strict, is_own_solver, line):
 
     Args:
         program: The `ProgramArrays`; falling back changes them.
-        robot: The `RobotArrays`.
-        u_previous: The command that is being executed, shape (n_u,).
-        dt: Control period [s].
+        ramp: The braking ramp's next step, shape (n_u,).
         strict: Whether every command keeps to the acceleration bounds.
         is_own_solver: Whether the library's own solver is asked.
         line: Number of the `PythonCalls`.
@@ -68,7 +65,6 @@ def decide(program, robot, u_previous, dt, strict, is_own_solver, line):
         u, is_found = _optimum(program, is_own_solver, line)
         if is_found:
             return u, _RELAXED
-    ramp = next_on_ramp(u_previous, robot.acceleration_limit, dt)
     return ramp, BRAKING
 
 

@@ -26,7 +26,6 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
     make_program,
 )
 from remosplat_drake.controller.tick.kernels.decide import BRAKING, decide
-from remosplat_drake.controller.verification.braking import next_on_ramp
 from remosplat_drake.controller.verification.kernels.verified import (
     NOTHING,
     KeptArrays,
@@ -120,6 +119,7 @@ def settle_tick(
     rows,
     q,
     u_previous,
+    ramp,
     guidance,
     line,
 ):
@@ -139,6 +139,7 @@ def settle_tick(
         rows: The `RowArrays` of the clearances.
         q: Configuration, shape (n_q,) [rad, m].
         u_previous: The command that is being executed, shape (n_u,).
+        ramp: The braking ramp's next step, shape (n_u,).
         guidance: The `GuidanceArrays`.
         line: Number of the `PythonCalls`.
 
@@ -149,7 +150,7 @@ def settle_tick(
     given = robot, (compiled, off, line), state, rows, aged(movers, age), motion
     unknown = what_is_unknown(q, rows, aim)
     program, u, status, verdict = settle(
-        law, given, now, 0.0, aim, unknown == 0, u_previous, guidance
+        law, given, now, 0.0, aim, unknown == 0, u_previous, ramp, guidance
     )
     command, scale, objection = verdict
     kept, yielded = np.zeros(len(rows.sphere), np.bool_), _yielded(program)
@@ -191,7 +192,7 @@ def what_is_unknown(q, rows, aim) -> int:
 
 
 @helper
-def settle(law, given, now, ahead, aim, is_known, u_previous, guidance):
+def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
     """Builds the program of a tick, decides, and verifies what is decided.
 
     Args:
@@ -205,6 +206,7 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, guidance):
         aim: The `AimArrays`.
         is_known: Whether all of that is: the robot brakes where it is not.
         u_previous: The command that is being executed, shape (n_u,).
+        ramp: The braking ramp's next step, shape (n_u,).
         guidance: The `GuidanceArrays`.
 
     Returns:
@@ -212,9 +214,8 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, guidance):
         `verified` does.
     """
     robot, placed, state, rows, movers, motion = given
-    line, limit = placed[2], robot.acceleration_limit
+    line = placed[2]
     if not is_known:
-        ramp = next_on_ramp(u_previous, limit, law.dt)
         none = make_program(robot.velocity_limit, 0, OUTSIDE + 1, 0)
         return none, ramp, BRAKING, (ramp, 1.0, NOTHING)
     program = assemble(
@@ -234,11 +235,8 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, guidance):
         asked = state.q, u_previous, rows, ahead
         program, is_known = add_outside(law.outside, line, program, asked)
         if not is_known:
-            ramp = next_on_ramp(u_previous, limit, law.dt)
             return program, ramp, BRAKING, (ramp, 1.0, NOTHING)
-    u, status = decide(
-        program, robot, u_previous, law.dt, law.strict, law.is_own_solver, line
-    )
+    u, status = decide(program, ramp, law.strict, law.is_own_solver, line)
     if not law.verify:
         return program, u, status, (u, 1.0, NOTHING)
     around = surroundings(
@@ -255,7 +253,7 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, guidance):
         u,
         u_previous,
     )
-    return program, u, status, verified(law.kept, around, u, u_previous)
+    return program, u, status, verified(law.kept, around, u, ramp)
 
 
 @helper

@@ -20,6 +20,35 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 
+TOLERANCE = 5e-4
+"""How far distances may fall below their level between two looks [m].
+
+Without it a sphere that glides along an obstacle at its stopping distance
+could never be shown to keep it.
+"""
+
+_ROUNDING = 1e-9
+"""Rounding errors of distances [m]."""
+
+
+@helper
+def tolerated(level, stopping) -> float:
+    """Computes how far below its level a distance may fall [m].
+
+    A late tick ends between two looks, and the next one takes the distance
+    there for its level. So that distances cannot creep down, one that is a
+    little below the stopping distance falls no lower than one that keeps it.
+
+    Args:
+        level: The level: the distance to keep, or the present one if that is
+            less [m].
+        stopping: The stopping distance [m].
+    """
+    spare = level - (stopping - TOLERANCE)
+    if spare < -_ROUNDING:
+        return TOLERANCE
+    return min(max(spare, 0.0), TOLERANCE)
+
 
 @helper
 def apart(p, q) -> float:
@@ -100,7 +129,8 @@ def known_rooms(point, start, room, way, tolerance):
         room: The rooms at `start`, shape (n,) [m].
         way: Bounds on the ways before each look, and after the last where
             there is something after it, shape (k or k + 1, n) [m].
-        tolerance: How far below zero a room may fall between two looks [m].
+        tolerance: How far below zero each room may fall between two looks,
+            shape (n,) [m].
 
     Returns:
         Lower bounds of the rooms, and what they should exceed to tell that
@@ -114,5 +144,5 @@ def known_rooms(point, start, room, way, tolerance):
         for i in range(n):
             known[j, i] = room[i] - apart(start[i], point[j, i])
             half = 0.5 * max(way[j, i], way[after, i])
-            wanted[j, i] = max(half - tolerance, 0.0)
+            wanted[j, i] = max(half - tolerance[i], 0.0)
     return known, wanted

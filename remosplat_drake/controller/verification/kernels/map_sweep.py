@@ -45,8 +45,8 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
         clearance: Clearances of the spheres at the start, or lower bounds of
             them, shape (n,) [m].
         level: Clearance that each sphere must keep, shape (n,) [m].
-        tolerance: How far below its level a clearance may fall between the
-            path's times [m].
+        tolerance: How far below its level each clearance may fall between the
+            path's times, shape (n,) [m].
     """
     knows_between = is_lipschitz(placed[0])
     if knows_between:
@@ -55,7 +55,7 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
         near = np.arange(len(level))
     if len(near) == 0:
         return True
-    level, start = level[near], p_WS[near]
+    level, tolerance, start = level[near], tolerance[near], p_WS[near]
     at_start = clearance[near] - level
     point, R_WL, bend, way, room, wanted = look_along(
         robot, path, near, start, at_start, tolerance
@@ -94,12 +94,12 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
         before, time = at_start[i], 0.0
         for j in range(k):
             after = room[j, i]
-            if not before + after - way[j, i] >= -2.0 * tolerance:
+            if not before + after - way[j, i] >= -2.0 * tolerance[i]:
                 gap = near[i], level[i], at_start[i], bend[i], reach
                 ends = time, times[j], before, after
                 places = start[i], point[j, i], point[j + 1, i]
                 if not _clear_between(
-                    robot, path, placed, gap, ends, places, tolerance
+                    robot, path, placed, gap, ends, places, tolerance[i]
                 ):
                     return False
             before, time = after, times[j]

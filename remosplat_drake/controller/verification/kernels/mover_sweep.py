@@ -61,7 +61,7 @@ def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
     near, place_of = _spheres_of(pair, len(p_WS))
     start = p_WS[near]
     point, _, _, way, _, _ = look_along(
-        robot, path, near, start, np.zeros(len(near)), tolerance
+        robot, path, near, start, np.zeros(len(near)), np.zeros(len(near))
     )
     times = np.zeros(len(path.clock) + 1)
     times[1:] = path.clock
@@ -204,8 +204,8 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
             room = far - grown[j, k] - taken
             is_clear = room >= 0.0 and room + before - used >= -2.0 * tolerance
             if not is_clear and not (
-                _retreats(movers, seen, j, last, k, point, touching)
-                and _retreats(movers, seen, j, k, k, point, touching)
+                _retreats(movers, seen, j, last, k, point, way, touching)
+                and _retreats(movers, seen, j, k, k, point, way, touching)
             ):
                 return False
         last, before, is_exact = k, room, not knows
@@ -213,24 +213,37 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
 
 
 @helper
-def _retreats(movers, seen, j, then, k, point, touching):
+def _retreats(movers, seen, j, then, k, point, way, touching):
     """Whether a sphere's way before look k leads away from a mover.
 
     The mover is seen where it is at the look `then`, and the sphere from both
-    ends of its way.
+    ends of its way. On the chord x between these the direction n to a convex
+    core turns away from x, so that the ends are the worst. The sphere moves on
+    an arc. With a bound a on how fast its velocity changes, in a time t it is
+    up to a t^2 / 8 beside the chord, and its velocity up to a t / 2 beside
+    x / t; and n, seen from a depth h, turns by no more than the way beside the
+    chord over h.
     """
     R_WM, p_WM, grown, _ = seen
+    x = point[k, 0] - point[k - 1, 0]
+    y = point[k, 1] - point[k - 1, 1]
+    z = point[k, 2] - point[k - 1, 2]
+    chord = math.sqrt(x * x + y * y + z * z)
+    bent = 3.0 * (way[k - 1] - chord)  # a t^2, see `between_looks`.
     deepest, worst_ahead, worst_aside = np.inf, -np.inf, 0.0
     for end in range(k - 1, k + 1):
         far, nx, ny, nz = core_distance(
             movers, j, R_WM[j, then], p_WM[j, then], point[end]
         )
-        x = point[k, 0] - point[k - 1, 0]
-        y = point[k, 1] - point[k - 1, 1]
-        z = point[k, 2] - point[k - 1, 2]
         ahead = nx * x + ny * y + nz * z
-        aside = math.sqrt(max(x * x + y * y + z * z - ahead * ahead, 0.0))
-        deepest = min(deepest, far - grown[j, k])
+        aside = math.sqrt(max(chord * chord - ahead * ahead, 0.0))
+        deepest = min(deepest, far - grown[j, k] - bent / 8.0)
         worst_ahead = max(worst_ahead, ahead)
         worst_aside = max(worst_aside, aside)
-    return is_retreat(deepest, touching, worst_ahead, worst_aside)
+    if deepest <= 0.0:
+        return False
+    turned = bent / 8.0 / deepest
+    slack = bent / 2.0 + turned * (chord + bent / 2.0)
+    return is_retreat(
+        deepest, touching, worst_ahead + slack, worst_aside + slack
+    )

@@ -8,6 +8,9 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.vectors import norm, set_vector
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    tolerated,
+)
 from remosplat_drake.controller.verification.kernels.places import (
     peak_speed,
     place,
@@ -30,17 +33,19 @@ _HALVINGS = 10
 
 
 @kernel
-def pairs_keep_apart(tree, path, own, stopping, tolerance):
+def pairs_keep_apart(tree, path, own, stopping, off):
     """Tells whether all pairs keep min(stopping, present distance) on a path.
+
+    Between the times of the path distances may fall below that as `tolerated`
+    says.
 
     Args:
         tree: The `TreeArrays`, packed.
         path: The `PathArrays`.
         own: The pairs as `SelfClearance.arrays`.
-        stopping: Distance that the pairs of each of l pairs of links keep,
-            shape (l,) [m].
-        tolerance: How far below that a distance may fall between the times of
-            the path [m].
+        stopping: Distance that all pairs keep [m].
+        off: What the pairs of each of l pairs of links keep besides, since the
+            robot may be off its path, shape (l,) [m].
     """
     pairs, rate, lever, turns = own.pairs, own.rate, own.lever, own.turns
     first, second, start = pairs.first, pairs.second, pairs.start
@@ -68,7 +73,8 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
         a, b = boxes[link]
         apart = least_distance(link_boxes, X_WL[0], p_WL, a, b)
         for k in range(start[link], start[link + 1]):
-            enough = stopping[link] + farthest - allowance[k]
+            kept = stopping - allowance[k]
+            enough = kept + off[link] + farthest
             if apart > enough:
                 continue
             pair = first[k], second[k]
@@ -77,7 +83,7 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
             )
             if found > enough:
                 continue
-            level = min(found, stopping[link] - allowance[k])
+            level = min(found, kept + off[link])
             i, j = pair
             offset = norm(center[j])
             bend = relative_bend(lever[link], turns, speed, offset, reach[j])
@@ -87,7 +93,7 @@ def pairs_keep_apart(tree, path, own, stopping, tolerance):
                 (i, j, level, bend),
                 travel[link],
                 found - level,
-                tolerance,
+                tolerated(level, kept),
                 work,
             ):
                 return False

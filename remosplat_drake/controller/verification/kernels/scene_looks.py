@@ -28,7 +28,8 @@ def look_along(robot, path, sphere, start, room, tolerance):
             (n, 3) [m].
         room: What the spheres' clearances have above their levels at the
             start of the path, shape (n,) [m].
-        tolerance: How far below zero a room may fall between two looks [m].
+        tolerance: How far below zero each room may fall between two looks,
+            shape (n,) [m].
 
     Returns:
         The centres in W at the start and at the times, shape (k + 1, n, 3)

@@ -3,7 +3,8 @@
 A robot that obeys at once needs one piece. The ramp shrinks the whole command
 evenly, so tick and ramp follow the path on which u is simply held, only slower
 and slower. Time on the path is counted as if u were held. A robot that executes
-a smaller share of u, or brakes earlier, stays on this path.
+a smaller share of u, or brakes earlier, stays on this path. It ends where a
+station ends that hears nothing more, and so brakes last.
 
 Where actuators delay and lag, each in its own way, the path is the one that
 their model follows: what is in flight, then the command, then its ramp, until
@@ -15,16 +16,17 @@ import math
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.controller.verification.braking import (
-    braking_steps,
-    stopping_times,
-)
 from remosplat_drake.controller.verification.kernels.places import (
     PathArrays,
     chain,
     held,
 )
 from remosplat_drake.robot.actuator_response import respond
+from remosplat_drake.robot.braking import (
+    HELD,
+    braking_steps,
+    stopping_times,
+)
 
 _SETTLED = 6.0
 """Time constants after which the rest of a lag is one last piece."""
@@ -49,6 +51,7 @@ def stopping_path(robot, motion, q, u, dt) -> PathArrays:
         return _late_path(motion, q, u, limit, dt, robot.n_base)
     times = stopping_times(u, limit, dt)
     clock = dt * np.arange(1.0, len(times) + 1.0)
+    clock[-1] = clock[-2] + (HELD - 1.0) * dt
     return held(q, u, robot.n_base, times, clock)
 
 

@@ -8,7 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper
-from remosplat_drake.controller.verification.braking import next_on_ramp
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    TOLERANCE,
+    tolerated,
+)
 from remosplat_drake.controller.verification.kernels.map_sweep import (
     keeps_joint_limits,
     sweeps_clear,
@@ -36,13 +39,6 @@ from remosplat_drake.signals.compiled_map import sphere_clearances
 
 SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
 """Fractions of the way from braking to the command that are tried."""
-
-TOLERANCE = 5e-4
-"""How far distances may fall below their level between the ends of ticks [m].
-
-Without it a sphere that glides along an obstacle at its stopping distance
-could never be shown to keep it.
-"""
 
 OBJECTIONS = ("", JOINT_LIMIT, SELF_COLLISION, MOVER, COLLISION)
 """What may stand against a command, in the order in which it is looked for."""
@@ -199,29 +195,28 @@ def sphere_tube(robot, tube, speed):
 
 
 @helper
-def verified(kept, around, u, u_previous):
+def verified(kept, around, u, ramp):
     """Finds the command closest to u, towards braking, that may be applied.
 
     Commands on the way from the braking ramp's next step (fraction 0) to u
     (fraction 1) are tried; all of them respect the acceleration bounds if u
-    does. Fraction 0 needs no check: it was checked when the command being
-    executed was.
+    does. Fraction 0 needs no check: it was checked when the command before
+    was.
 
     Args:
         kept: The `KeptArrays`.
         around: The `Around`.
         u: The wanted command, shape (n_u,).
-        u_previous: The command that is being executed, shape (n_u,).
+        ramp: The braking ramp's next step, shape (n_u,).
 
     Returns:
         The command that may be applied, shape (n_u,), its fraction, and the
         number of what stood against the whole of u in `OBJECTIONS`.
     """
     robot = around.robot
-    brake = next_on_ramp(u_previous, robot.acceleration_limit, kept.dt)
     first = NOTHING
     for scale in SCALES:
-        command = u if scale == 1.0 else brake + scale * (u - brake)
+        command = u if scale == 1.0 else ramp + scale * (u - ramp)
         path = stopping_path(
             robot, around.motion, around.q, command.copy(), kept.dt
         )
@@ -230,7 +225,7 @@ def verified(kept, around, u, u_previous):
             return command, scale, first
         if first == NOTHING:
             first = found
-    return brake, 0.0, first
+    return ramp, 0.0, first
 
 
 @helper
@@ -254,11 +249,11 @@ def path_objection(kept, around, path):
     if not keeps_joint_limits(path, lower, upper):
         return _JOINTS
     if kept.looks_at_itself:
-        stopping = np.full(len(own.rate), kept.own_stopping)
-        for k in range(len(stopping)):
+        off = np.zeros(len(own.rate))
+        for k in range(len(off)):
             for j in range(len(path.peak)):
-                stopping[k] += own.rate[k, j] * path.tube[j] * path.peak[j]
-        if not pairs_keep_apart(robot.tree, path, own, stopping, TOLERANCE):
+                off[k] += own.rate[k, j] * path.tube[j] * path.peak[j]
+        if not pairs_keep_apart(robot.tree, path, own, kept.own_stopping, off):
             return _ITSELF
     tube, p_WS = sphere_tube(robot, path.tube, path.peak), around.p_WS
     if not keeps_off_movers(
@@ -266,8 +261,11 @@ def path_objection(kept, around, path):
     ):
         return _MOVERS
     level = np.minimum(around.stopping + tube, around.clearance)
+    tolerance = np.empty(len(level))
+    for i in range(len(level)):
+        tolerance[i] = tolerated(level[i], around.stopping)
     if not sweeps_clear(
-        robot, path, around.placed, p_WS, around.clearance, level, TOLERANCE
+        robot, path, around.placed, p_WS, around.clearance, level, tolerance
     ):
         return _SCENE
     return NOTHING

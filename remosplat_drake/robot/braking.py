@@ -1,0 +1,153 @@
+"""The braking ramp: the quickest straight way to a standstill.
+
+A station executes a command until the next one comes, for `HELD` periods at
+most. Then it brakes by itself, by one step of the ramp in each period.
+"""
+
+import math
+
+import numpy as np
+
+from remosplat_drake.base.kernels import kernel
+
+HELD = 1.5
+"""Periods for which a station executes a command without a newer one."""
+
+
+def braking_command(
+    u: np.ndarray, acceleration_limit: np.ndarray, time: float
+) -> np.ndarray:
+    """Computes the next command of the ramp to zero within acceleration limits.
+
+    The whole vector shrinks by one factor, so that the robot keeps to the
+    path it was on; the joint that needs longest sets the pace.
+
+    Args:
+        u: The velocity command that was sent last, shape (n_u,) [rad/s, m/s].
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,) [rad/s^2, m/s^2].
+        time: Time since then [s]: a control period where nothing is late.
+
+    Returns:
+        The command to send now, shape (n_u,); zero if u is not finite.
+    """
+    # Copies, since numba compiles anew for arrays that may not be written: it
+    # must not do so while a robot brakes.
+    return next_on_ramp(
+        np.array(u, float), np.array(acceleration_limit, float), float(time)
+    )
+
+
+@kernel
+def next_on_ramp(u, acceleration_limit, time):
+    """Computes what `braking_command` does, for kernels, shape (n_u,).
+
+    Args:
+        u: The velocity command that was sent last, shape (n_u,).
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        time: Time since then [s].
+    """
+    if not np.isfinite(u).all():
+        return np.zeros_like(u)
+    steps = braking_steps(u, acceleration_limit, time)
+    return np.zeros_like(u) if steps <= 1.0 else u * (1.0 - 1.0 / steps)
+
+
+def executed_command(
+    u: np.ndarray, acceleration_limit: np.ndarray, dt: float, age: float
+) -> np.ndarray:
+    """Computes what a station executes of a command of some age.
+
+    Args:
+        u: The command, shape (n_u,) [rad/s, m/s].
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,) [rad/s^2, m/s^2].
+        dt: Control period [s].
+        age: Time since the command began to act [s].
+
+    Returns:
+        The velocities, shape (n_u,); zero if u is not finite.
+    """
+    if not np.isfinite(u).all():
+        return np.zeros(len(u))
+    return held_share(age, dt, braking_time(u, acceleration_limit)) * u
+
+
+def held_share(age: float, dt: float, ramp: float) -> float:
+    """Computes which share of a command a station executes, 0 to 1.
+
+    Args:
+        age: Time since the command began to act [s].
+        dt: Control period [s].
+        ramp: How long the ramp from the command to zero takes [s].
+    """
+    steps = math.floor(age / dt - HELD) + 1
+    if steps <= 0:
+        return 1.0
+    return max(1.0 - steps * dt / ramp, 0.0) if ramp > 0.0 else 0.0
+
+
+def braking_time(u: np.ndarray, acceleration_limit: np.ndarray) -> float:
+    """Computes how long the ramp from a command to zero takes [s].
+
+    Args:
+        u: The command, shape (n_u,) [rad/s, m/s].
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,) [rad/s^2, m/s^2].
+    """
+    return float((np.abs(u) / acceleration_limit).max())
+
+
+def periods_between(before: float, now: float, dt: float) -> float:
+    """Counts the control periods between two ticks, at least one.
+
+    Ticks that are left out are counted, too. Without a tick before, and where
+    the clock went back, it is one.
+
+    Args:
+        before: Time of the tick before [s]; NaN for none.
+        now: Time of the tick [s].
+        dt: Control period [s].
+    """
+    periods = (now - before) / dt
+    return max(float(round(periods)), 1.0) if math.isfinite(periods) else 1.0
+
+
+@kernel
+def braking_steps(u, acceleration_limit, dt) -> float:
+    """Counts the ticks of the braking ramp from u, not rounded.
+
+    Args:
+        u: The command at the start of the ramp, shape (n_u,).
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        dt: Control period [s].
+    """
+    steps = 0.0
+    for j in range(len(u)):
+        steps = max(steps, abs(u[j]) / (acceleration_limit[j] * dt))
+    return steps
+
+
+@kernel
+def stopping_times(u, acceleration_limit, dt):
+    """Computes when a tick with u and each tick of its braking ramp end.
+
+    Time is counted as if u were held: the ramp shrinks u evenly, by the
+    factors 1 - 1/n, 1 - 2/n, ..., and the way of each tick shrinks with it.
+    Last is where a station ends that is sent nothing more: it holds u for
+    longer by `HELD` - 1 periods.
+
+    Args:
+        u: The command of the first tick, shape (n_u,).
+        acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
+        dt: Control period [s].
+
+    Returns:
+        The ends of the ticks, and that of the station, ascending, shape (k,)
+        [s].
+    """
+    steps = max(braking_steps(u, acceleration_limit, dt), 1.0)
+    times = np.empty(math.ceil(steps) + 1)
+    time = 0.0
+    for k in range(len(times) - 1):
+        time += dt * (1.0 - k / steps)
+        times[k] = time
+    times[-1] = time + (HELD - 1.0) * dt
+    return times
