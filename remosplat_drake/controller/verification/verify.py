@@ -2,8 +2,8 @@
 
 The program's damper rows are linear in u and hold where the tick starts.
 Before a command is applied, the path that follows is checked: one tick of the
-command and its braking ramp to a standstill. The supervisor's ramp is the
-same one.
+command and its braking ramp to a standstill, up to where a station ends that is
+sent nothing more. The supervisor's ramp is the same one.
 
 The guarantee. Let d_0 be a distance when control starts: a sphere's clearance
 of the scene, or the distance of two of the robot's convex shapes. Let d_s be
@@ -17,8 +17,13 @@ if
 
 - the scene does not move and the map is the truth (what the map misses is
   not seen here either),
-- the robot executes commands exactly, each for one control period, and
+- the robot executes commands exactly, each until the next one comes or the
+  station brakes by itself (`robot/braking.py`), and
 - the arithmetic is exact (it is so to about 1e-14 m).
+
+The first of these is about ticks on time. A late one may end between two looks,
+at up to `TOLERANCE` less; see `between_looks.tolerated` for why this does not
+add up for a robot that starts with at least d_s.
 
 A map that is not Lipschitz, such as depth views, allows less: its own answer
 at the end of every tick, and nothing about the time between.
