@@ -12,7 +12,10 @@ from remosplat_drake.app.scenario import (
     check_scenario,
     split_spec,
 )
-from remosplat_drake.app.scenario_robot import load_scenario_robot
+from remosplat_drake.app.scenario_robot import (
+    load_scenario_robot,
+    robot_file,
+)
 from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
 from remosplat_drake.base.extensions import extension_name, extensions_in
 from remosplat_drake.base.strict_yaml import entries, load_strict
@@ -132,6 +135,7 @@ def load_methods(
         RemoSplatError: No method has such a name, or a file cannot be used.
     """
     found: dict[str, Method] = {}
+    robots: set[tuple] = set()
     for name in names:
         controller, name = _split_controller(name)
         for path, entry in _find(name):
@@ -140,7 +144,7 @@ def load_methods(
                 scenario.robot.spheres = spheres
             if robot:
                 scenario.robot.model = robot
-            _check_robot(scenario)
+            _check_robot(scenario, robots)
             method = Method(entry, scenario)
             if controller:
                 method = _with_controller(method, controller)
@@ -215,6 +219,13 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
     return scenario
 
 
-def _check_robot(scenario: Scenario) -> None:
-    """Fails before anything runs if the robot cannot be loaded."""
-    load_scenario_robot(scenario)
+def _check_robot(scenario: Scenario, loaded: set[tuple]) -> None:
+    """Fails before anything runs if the robot cannot be loaded.
+
+    Many methods have one robot, which is loaded once.
+    """
+    model, spheres = robot_file(scenario), scenario.robot.spheres
+    robot = model, spheres, scenario.scene.floor_height
+    if robot not in loaded:
+        load_scenario_robot(scenario)
+        loaded.add(robot)
