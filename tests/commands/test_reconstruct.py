@@ -53,7 +53,7 @@ def made(folder, tmp_path_factory):
     """A splat from the command line, small and refined."""
     output = tmp_path_factory.mktemp("made") / "my_table.ply"
     flags = ["--device", "cpu", "--count", "3000", "--held-out", "4"]
-    assert reconstruct(folder, output, *flags) == 0
+    assert reconstruct(folder, output, *flags, "--up", "capture") == 0
     return output
 
 
@@ -232,12 +232,13 @@ def test_training_on_cuda(folder, tmp_path):
     assert "trained by gsplat" in read_report(output).method
 
 
-def test_where_up_is_unknown_there_is_no_scenario(folder, tmp_path, capsys):
+def test_where_up_is_unknown_there_is_no_scenario(
+    folder, made, tmp_path, capsys
+):
     """The robot would stand on its side in the first camera's frame."""
+    assert made.with_suffix(".yaml").exists()
     output = tmp_path / "a.ply"
     flags = ["--device", "none", "--count", "500"]
-    assert reconstruct(folder, output, *flags, "--up", "capture") == 0
-    assert output.with_suffix(".yaml").exists()
     assert reconstruct(folder, output, *flags, "--up", "none") == 0
     assert "no scenario: in the capture's frame" in capsys.readouterr().out
     assert not output.with_suffix(".yaml").exists()
