@@ -2,7 +2,10 @@
 
 import json
 import re
+import shutil
 import sys
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,16 +50,17 @@ def session(tmp_path):
     return tmp_path / "session"
 
 
+def written(folder: Path, *steps: dict) -> Path:
+    """An operator's script."""
+    path = folder / "script.yaml"
+    path.write_text(yaml.safe_dump({"steps": list(steps)}))
+    return path
+
+
 @pytest.fixture
 def script(tmp_path):
     """Writes an operator's script."""
-
-    def _script(*steps: dict):
-        path = tmp_path / "script.yaml"
-        path.write_text(yaml.safe_dump({"steps": list(steps)}))
-        return path
-
-    return _script
+    return partial(written, tmp_path)
 
 
 def operate(session, script, duration: float, *arguments: str) -> str:
@@ -75,16 +79,26 @@ def recorded(session, number: int) -> tuple[RunLog, list[Event]]:
     return read_log(run / LOG), read_events(run / EVENTS)
 
 
-@pytest.mark.smoke
-def test_a_script_scans_drives_and_goes_back_a_map(session, script, frankie):
+@pytest.fixture(scope="module")
+def scripted(tmp_path_factory):
+    """A session of all `STEPS`, and what it told on its way."""
+    folder = tmp_path_factory.mktemp("scripted")
     arguments = "StudioLive", "--scenario-text", COARSE
-    said = operate(session, script(*STEPS), 10.0, *arguments)
+    session, script = folder / "session", written(folder, *STEPS)
+    return session, operate(session, script, 10.0, *arguments)
+
+
+@pytest.mark.smoke
+def test_a_script_scans_drives_and_goes_back_a_map(
+    scripted, session, script, frankie
+):
+    first, said = scripted
     # Where lines are broken depends on how long the folder's name is.
     shown = "".join(said.split())
-    assert f"`remosplatreplay{session}`showsit" in shown
+    assert f"`remosplatreplay{first}`showsit" in shown
     assert said.count("map: frame 1 added\n") == 1
     assert re.findall(r"^map: version (\d): ", said, re.MULTILINE) == [*"121"]
-    log, events = recorded(session, 1)
+    log, events = recorded(first, 1)
     assert [e.version for e in events if e.kind == MAP] == [0, 1, 2, 1]
     assert "scan done" in [e.text for e in events if e.kind == TARGET]
     # Three frames and half a second later the first map counts.
@@ -94,6 +108,7 @@ def test_a_script_scans_drives_and_goes_back_a_map(session, script, frankie):
     assert np.linalg.norm(p_WE - THERE) < 0.05
     assert log.rows["clearance"].min() > 0
 
+    shutil.copytree(first, session)
     operate(session, script({"time": 0, "press": "hold"}), 0.2)
     again, _ = recorded(session, 2)
     assert set(again.rows["map_version"]) == {1}
@@ -270,10 +285,11 @@ def half_a_map() -> SceneMap:
     return SceneMap(1, 0, (), 0.0, field, splat_W)
 
 
-def test_a_map_of_format_1_is_made_anew_of_its_frames(session, script):
+def test_a_map_of_format_1_is_made_anew_of_its_frames(
+    scripted, session, script
+):
     """The robot waits for it behind what it knew at the start."""
-    arguments = "StudioLive", "--scenario-text", COARSE
-    operate(session, script(STEPS[0]), 7.0, *arguments)
+    shutil.copytree(scripted[0], session)
     made = Session.open(session)
     path = made.map_path(1)
     data = bytearray(path.read_bytes())
@@ -282,9 +298,9 @@ def test_a_map_of_format_1_is_made_anew_of_its_frames(session, script):
     said = operate(session, script({"time": 0.1, "press": "hold"}), 1.0)
     assert "is a map of format 1; this program reads 4" in said
     again = Session.open(session)
-    assert again.head == 2 and again.map_frames == made.map_frames
+    assert again.head == 3 and again.map_frames == made.map_frames
     assert again.head_map is not None
     assert open_map(again.head_map).parent == 1
     log, events = recorded(session, 2)
-    assert [e.version for e in events if e.kind == MAP] == [0, 2]
-    assert log.rows["map_version"][-1] == 2
+    assert [e.version for e in events if e.kind == MAP] == [0, 3]
+    assert log.rows["map_version"][-1] == 3
