@@ -214,7 +214,7 @@ class ReactiveLaw:
             law = LawArrays(
                 compiled.parts.values,
                 bool(compiled.outside),
-                ReactiveProgram(np.zeros(n_u)).arrays.values,
+                ReactiveProgram(np.zeros(n_u)).more.values,
                 isinstance(self.solver, ActiveSetSolver),
                 float(self.dt),
                 self.strict,

@@ -21,6 +21,7 @@ from remosplat_drake.controller.verification.map_calls import (
     MapCalls,
     is_pythons,
 )
+from remosplat_drake.robot.robot_arrays import StateArrays
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
@@ -72,13 +73,20 @@ class TickCalls(MapCalls):
 
     def _add(self, question: Question) -> int:
         """Lets ingredients from outside add their terms; see `add_outside`."""
-        compiled = self._law.compiled
-        bounds, q, u_previous, *rows = (question[i].copy() for i in range(7))
+        law, compiled = self._law, self._law.compiled
+        bounds, costs, flags = (question[i] for i in range(3))
+        # Copies, since a kernel's memory is gone when it has returned.
+        n = len(StateArrays._fields)
+        told = [question[i].copy() for i in range(3, n + 8)]
+        state, (u_previous, *rows) = StateArrays(*told[:n]), told[n:]
         tick = self._given.tick(
-            self._law, q, u_previous, Clearances(*rows), question[7]
+            law, state, u_previous, Clearances(*rows), question[n + 8]
         )
-        self.outside = added(compiled.outside, bounds, compiled.names, tick)
-        return self._calls.handed(self.outside.arrays)
+        self.outside = added(
+            compiled.outside, bounds.copy(), compiled.names, tick
+        )
+        self.outside.write(bounds, costs, flags)
+        return self._calls.handed(self.outside.more)
 
     def _solve(self, question: Question) -> int:
         """Solves a program that kernels do not; see `decide`."""

@@ -86,28 +86,37 @@ class NearArrays(NamedTuple):
     p_WB: np.ndarray
 
 
+class OutsideRows(NamedTuple):
+    """The terms of ingredients in Python of which there may be any number.
+
+    Attributes:
+        rows: Their rows A u <= b, each as A and then b, shape (m, n_u + 1).
+        tracked: The directions of twists that they track, each as a row of the
+            Jacobian, the twist, the bound on its slack and the slack's price,
+            shape (r, n_u + 3).
+    """
+
+    rows: np.ndarray
+    tracked: np.ndarray
+
+
 class OutsideArrays(NamedTuple):
-    """What ingredients from outside have added to a program, together.
+    """What ingredients in Python have added to a program, together.
 
     Attributes:
         bounds: `ProgramArrays.lower`, `upper`, `free_lower` and `free_upper`
             with their bounds, shape (4, n_u).
         costs: Vector of their linear costs, and diagonal of their quadratic
             costs, shape (2, n_u).
-        rows: Their rows A u <= b, each as A and then b, shape (m, n_u + 1).
-        tracked: The directions of twists that they track, each as a row of the
-            Jacobian, the twist, the bound on its slack and the slack's price,
-            shape (r, n_u + 3).
-        has_acceleration: Whether some of the bounds are accelerations'.
-        is_extended: Whether they may have added to Drake's program itself.
+        flags: Whether some of the bounds are accelerations', and whether they
+            may have added to Drake's program itself, shape (2,), bool.
+        more: Their rows and what they track.
     """
 
     bounds: np.ndarray
     costs: np.ndarray
-    rows: np.ndarray
-    tracked: np.ndarray
-    has_acceleration: bool
-    is_extended: bool
+    flags: np.ndarray
+    more: OutsideRows
 
 
 class TickArrays(NamedTuple):

@@ -21,7 +21,7 @@ from remosplat_drake.controller.program.kernels.binding_arrays import (
 from remosplat_drake.controller.program.kernels.outside import add_outside
 from remosplat_drake.controller.program.kernels.tick_arrays import (
     NearQuestion,
-    OutsideArrays,
+    OutsideRows,
     given_or,
     make_program,
 )
@@ -70,7 +70,7 @@ class LawArrays(NamedTuple):
 
     parts: Parts
     has_outside: bool
-    outside: OutsideArrays
+    outside: OutsideRows
     is_own_solver: bool
     dt: float
     strict: bool
@@ -231,7 +231,7 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, guidance):
         guidance,
     )
     if law.has_outside:
-        asked = state.q, u_previous, rows, ahead
+        asked = state, u_previous, rows, ahead
         program, is_known = add_outside(law.outside, line, program, asked)
         if not is_known:
             ramp = next_on_ramp(u_previous, limit, law.dt)
