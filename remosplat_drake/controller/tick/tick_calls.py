@@ -3,8 +3,10 @@
 from time import perf_counter
 
 from remosplat_drake.base.python_calls import Question
+from remosplat_drake.controller.ingredients.kernels.assemble import Assembled
 from remosplat_drake.controller.program.active_set import INFEASIBLE, OPTIMAL
 from remosplat_drake.controller.program.ingredient import added
+from remosplat_drake.controller.program.kernels.tick_arrays import ProgramArrays
 from remosplat_drake.controller.program.quadratic_program import (
     QuadraticProgram,
 )
@@ -42,8 +44,7 @@ class TickCalls(MapCalls):
     """Answers what kernels ask in a tick, or in the steps of a rollout.
 
     Attributes:
-        outside: What ingredients from outside have added last; None for
-            nothing.
+        outside: What ingredients in Python have added last; None for nothing.
         solving: Time that solvers of Drake's have taken [s].
         unusable: Which term cannot be used, so that the robot brakes; empty if
             all can.
@@ -63,7 +64,7 @@ class TickCalls(MapCalls):
         self.unusable = ""
 
     def _answers(self) -> tuple:
-        return *super()._answers(), self._add, self._solve
+        return *super()._answers(), self._add, self._solve, self._refuse
 
     def _check(self) -> None:
         if isinstance(self._calls.error, TermError):
@@ -72,7 +73,7 @@ class TickCalls(MapCalls):
             super()._check()
 
     def _add(self, question: Question) -> int:
-        """Lets ingredients from outside add their terms; see `add_outside`."""
+        """Lets ingredients in Python add their terms; see `add_outside`."""
         law, compiled = self._law, self._law.compiled
         bounds, costs, flags = (question[i] for i in range(3))
         # Copies, since a kernel's memory is gone when it has returned.
@@ -99,3 +100,11 @@ class TickCalls(MapCalls):
             u[:] = optimum
         self.solving += perf_counter() - start
         return INFEASIBLE if optimum is None else OPTIMAL
+
+    def _refuse(self, question: Question) -> int:
+        """Says what cannot be used of compiled terms; see `settle`."""
+        n = len(ProgramArrays._fields)
+        program = ProgramArrays(*(question[i] for i in range(n)))
+        found = Assembled(program, question[n], question[n + 1])
+        self._law.compiled.check(found)
+        return 0
