@@ -32,8 +32,14 @@ if TYPE_CHECKING:
     from remosplat_drake.controller.guidance.guidance_selector import (
         GuidanceSelector as GuidanceSelector,
     )
+    from remosplat_drake.controller.program.compiled_ingredient import (
+        CompiledIngredient as CompiledIngredient,
+    )
     from remosplat_drake.controller.program.ingredient import (
         Ingredient as Ingredient,
+    )
+    from remosplat_drake.controller.program.kernels.tick_arrays import (
+        new_row as new_row,
     )
     from remosplat_drake.controller.program.reactive_program import (
         ReactiveProgram as ReactiveProgram,
@@ -55,6 +61,7 @@ if TYPE_CHECKING:
     from remosplat_drake.oracle.oracle_config import (
         SphereToEllipsoid as SphereToEllipsoid,
     )
+    from remosplat_drake.robot.robot_arrays import add_rate as add_rate
     from remosplat_drake.robot.robot_model import RobotModel as RobotModel
     from remosplat_drake.robot.robot_model import load_robot as load_robot
     from remosplat_drake.safety.supervisor_system import (
@@ -92,6 +99,9 @@ _MODULES = {
     "ReactiveLaw": "controller.tick.reactive_law",
     "default_ingredients": "controller.controller_config",
     "Ingredient": "controller.program.ingredient",
+    "CompiledIngredient": "controller.program.compiled_ingredient",
+    "new_row": "controller.program.kernels.tick_arrays",
+    "add_rate": "robot.robot_arrays",
     "Tick": "controller.program.tick",
     "ReactiveProgram": "controller.program.reactive_program",
     # Systems for diagrams of one's own.

@@ -13,12 +13,12 @@ import remosplat_drake as rs
 # Users rely on these names: adding one is a promise, dropping one breaks it.
 FACE = frozenset(
     """
-    AddViews Application Clearances Config DepthRasterization DistanceField
-    DistanceOracle GaussianSplat GroundTruth GuidanceSelector Ingredient
-    MeshcatPage ReactiveController ReactiveLaw ReactiveProgram RemoSplatError
-    RobotModel SafetySupervisor Scenario SphereToEllipsoid Target TargetSequence
-    Tick build default_ingredients load_robot load_scenario read_scene
-    read_splat run
+    AddViews Application Clearances CompiledIngredient Config DepthRasterization
+    DistanceField DistanceOracle GaussianSplat GroundTruth GuidanceSelector
+    Ingredient MeshcatPage ReactiveController ReactiveLaw ReactiveProgram
+    RemoSplatError RobotModel SafetySupervisor Scenario SphereToEllipsoid Target
+    TargetSequence Tick add_rate build default_ingredients load_robot
+    load_scenario new_row read_scene read_splat run
     """.split()
 )
 

@@ -7,7 +7,7 @@ than most kernels are themselves, so that only `kernel` makes it.
 
 from typing import Any
 
-from numba import njit
+from numba import cfunc, njit
 from numba.extending import register_jitable
 
 from remosplat_drake.base.kernel_cache import share_kernels
@@ -33,3 +33,14 @@ helper = register_jitable(no_cfunc_wrapper=True)
 """Compiles a function into the kernels that call it.
 
 Python, where it calls one, runs it as it stands: slowly."""
+
+
+def callback(signature: Any) -> Any:
+    """Compiles a function that kernels call by its address, for one signature.
+
+    It is not kept on disk, since it may contain code of other files.
+
+    Args:
+        signature: Numba's types of what it returns and takes.
+    """
+    return cfunc(signature, error_model="numpy")

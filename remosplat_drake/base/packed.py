@@ -14,6 +14,8 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from llvmlite import ir
 from numba import typeof, types
+from numba.core import cgutils
+from numba.core.errors import TypingError
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
     NativeValue,
@@ -244,3 +246,55 @@ def _read(context, builder, kind, words, first):
     if isinstance(kind, types.Float):
         return builder.bitcast(loaded, context.get_value_type(kind))
     return context.cast(builder, loaded, types.int64, kind)
+
+
+def packed_type(kind: types.Type) -> Any:
+    """Returns the type that a kernel's value has once it is packed.
+
+    Args:
+        kind: The type of the value.
+
+    Raises:
+        TypingError: An array of it is not contiguous.
+    """
+    if isinstance(kind, types.Array):
+        if kind.layout != "C":
+            raise TypingError(f"{kind} cannot be packed")
+        return types.Array(kind.dtype, kind.ndim, "C")
+    if isinstance(kind, types.BaseNamedTuple):
+        return PackedType(kind.instance_class, tuple(map(packed_type, kind)))
+    if isinstance(kind, types.BaseTuple):
+        return types.BaseTuple.from_types(tuple(map(packed_type, kind)))
+    return kind
+
+
+def packed_words(context, builder, kind, value) -> list[ir.Value]:
+    """Returns what is stored of a kernel's value; the inverse of reading it.
+
+    Args:
+        context: Numba's target context.
+        builder: Writes the kernel's intermediate code.
+        kind: The type of the value.
+        value: The value.
+    """
+    if isinstance(kind, types.Array):
+        array, n = context.make_array(kind)(context, builder, value), kind.ndim
+        return [
+            builder.ptrtoint(array.data, _WORD),
+            *cgutils.unpack_tuple(builder, array.shape, n),
+            *cgutils.unpack_tuple(builder, array.strides, n),
+        ]
+    if isinstance(kind, PackedType):
+        first = builder.bitcast(value, _WORD.as_pointer())
+        places = (ir.Constant(_WORD, k) for k in range(_count(kind)))
+        return [builder.load(builder.gep(first, [k])) for k in places]
+    if isinstance(kind, types.BaseTuple):
+        parts = (builder.extract_value(value, k) for k in range(len(kind)))
+        return [
+            word
+            for part, of_part in zip(kind, parts, strict=True)
+            for word in packed_words(context, builder, part, of_part)
+        ]
+    if isinstance(kind, types.Float):
+        return [builder.bitcast(value, _WORD)]
+    return [context.cast(builder, value, kind, types.int64)]

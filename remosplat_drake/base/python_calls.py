@@ -167,7 +167,7 @@ def _ask_python(number, function, values):
     )
 
 
-def packed_at(like, address):
+def packed_at(like, address) -> Any:
     """Reads a `Packed` that Python has handed over, from within a kernel.
 
     Args:

@@ -212,7 +212,9 @@ def default_ingredients(
     ]
 
 
-def _made(extra: Ingredient | IngredientMaker, robot: RobotModel) -> Ingredient:
+def _made(
+    extra: Ingredient | IngredientMaker, robot: RobotModel
+) -> AnyIngredient:
     """Returns the ingredient that an extension is or makes."""
     if hasattr(extra, "AddToProgram"):
         return cast(Ingredient, extra)

@@ -140,9 +140,20 @@ def add_rate(robot, state, body, p_W, n_W, sign, row):
         state: The `StateArrays`.
         body: The body that the point is on.
         p_W: The point, shape (3,) [m].
-        n_W: The direction, shape (3,).
+        n_W: The direction, shape (3,) or three numbers.
         sign: Factor on what is added.
         row: One entry a command, shape (n_u,) [m/rad or 1].
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> import numpy as np
+        >>> robot = rs.load_robot("frankie")
+        >>> state, row = robot.state(robot.q_home).arrays, np.zeros(robot.n_u)
+        >>> body, p_WS = robot.arrays.body_S[0], state.p_WS[0]
+        >>> forward_W = np.array([1.0, 0.0, 0.0])
+        >>> rs.add_rate(robot.arrays, state, body, p_WS, forward_W, 1.0, row)
+        >>> float(row[0])
+        1.0
     """
     for j in range(len(row)):
         if not robot.moves[body, j]:

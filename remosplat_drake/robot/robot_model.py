@@ -23,6 +23,7 @@ from remosplat_drake.robot.model_file import add_robot_model, find_frame
 from remosplat_drake.robot.motion_bounds import hessian_bound, jacobian_bound
 from remosplat_drake.robot.robot_arrays import (
     RobotArrays,
+    StateArrays,
     state_arrays,
 )
 from remosplat_drake.robot.robot_description import (
@@ -278,7 +279,14 @@ class RobotModel:
 
     def state(self, q: np.ndarray) -> RobotState:
         """Computes all kinematic quantities at configuration q, (n_q,)."""
-        arrays = state_arrays(self.arrays, np.array(q, float))
+        return self.state_of(state_arrays(self.arrays, np.array(q, float)))
+
+    def state_of(self, arrays: StateArrays) -> RobotState:
+        """Returns what kernels have computed already.
+
+        Args:
+            arrays: The kinematic quantities of a configuration of this robot.
+        """
         return RobotState(
             arrays,
             Spheres(arrays.p_WS, arrays.R_WL, self._radius, self._ignore_below),

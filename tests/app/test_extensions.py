@@ -88,6 +88,14 @@ def test_a_cost_from_python_acts_likewise(load):
     assert turned(listed) == turned(made(load(extra)))
 
 
+def test_a_compiled_cost_acts_likewise(load):
+    text = "  controller: {extra: [!outside.cost:%s {gain: 3}]}\n"
+    compiled, in_python = (
+        made(load(text % kind)) for kind in ("CompiledDrift", "Drift")
+    )
+    assert turned(compiled) == turned(in_python)
+
+
 def test_a_cost_that_is_not_a_number_stops_the_robot_by_name(load):
     extra = "  controller: {extra: [!outside.broken:NotANumber {}]}\n"
     result = run(made(load(extra)))
@@ -142,15 +150,16 @@ def first_rollout(scenario: Scenario) -> np.ndarray:
     raise AssertionError("no rollout has ended")
 
 
+@pytest.mark.parametrize("kind", ["Drift", "CompiledDrift"])
 @pytest.mark.parametrize("beside", [False, True])
-def test_a_cost_acts_in_rollouts(load, beside):
+def test_a_cost_acts_in_rollouts(load, beside, kind):
     """In the look-ahead's own process, too."""
     text = (
         "  controller: {guidance: {asynchronous: %s, horizon: 0.5,"
         " planning: {enabled: false}}%s}\n"
     )
     switch = str(beside).lower()
-    extra = ", extra: [!outside.cost:Drift {gain: 3}]"
+    extra = f", extra: [!outside.cost:{kind} {{gain: 3}}]"
     # So far away that the robot still drives when a slow process has started.
     far = "{targets: !outside.targets:Ahead {distance: 90}}"
     plain = first_rollout(load(text % (switch, ""), far))

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asked_in_python import AskedInPython
+from compiled_ingredients import Ceiling
 
 from remosplat_drake.controller.controller_config import default_ingredients
 from remosplat_drake.controller.guidance.rollout import (
@@ -74,6 +75,7 @@ def laws() -> dict[str, ReactiveLaw]:
         "active set": ReactiveLaw(ROBOT, parts, solver="active_set"),
         "Clarabel": ReactiveLaw(ROBOT, parts),
         "outside": ReactiveLaw(ROBOT, [*parts, Nothing()]),
+        "compiled": ReactiveLaw(ROBOT, [*parts, Ceiling(1.2)]),
     }
 
 

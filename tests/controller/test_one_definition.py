@@ -18,7 +18,7 @@ from remosplat_drake.controller import ingredients
 from remosplat_drake.controller.ingredients.kernels.assemble import PARTS
 
 TICKS = Path(__file__).with_name("planted_ticks.py")
-LAWS = "active set", "Clarabel", "outside"
+LAWS = "active set", "Clarabel", "outside", "compiled"
 RUNS = "tick", "late tick", "rollout"
 KINDS = [kind.__name__ for kind in PARTS]
 

@@ -17,7 +17,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 class Ingredient(Protocol):
-    """A cost or constraint of the program, from outside the library.
+    """A cost or constraint of the program, in Python, from outside the library.
 
     Any object with this method is one. The controller and its rollouts share
     it, so `AddToProgram` must depend on its arguments alone; and it must be
@@ -45,7 +45,7 @@ class Ingredient(Protocol):
 
 
 AnyIngredient = CompiledIngredient | Ingredient
-"""An ingredient of the library, or one from outside."""
+"""An ingredient of the library, or one from outside in either form."""
 
 
 class IngredientMaker(Protocol):
@@ -55,7 +55,7 @@ class IngredientMaker(Protocol):
     `controller.extra`.
     """
 
-    def make(self, robot: RobotModel) -> Ingredient:
+    def make(self, robot: RobotModel) -> AnyIngredient:
         """Makes the ingredient.
 
         Args:

@@ -6,6 +6,7 @@ the ingredients, one small class each.
 """
 
 from collections.abc import Container
+from functools import cache
 
 import numpy as np
 from pydrake.solvers import MathematicalProgram
@@ -15,7 +16,10 @@ from remosplat_drake.controller.program.drake_program import DrakeProgram
 from remosplat_drake.controller.program.kernels.outside import (
     slack_form_of_outside,
 )
-from remosplat_drake.controller.program.kernels.tick_arrays import OutsideArrays
+from remosplat_drake.controller.program.kernels.tick_arrays import (
+    OutsideArrays,
+    OutsideRows,
+)
 from remosplat_drake.controller.program.program_terms import (
     Label,
     Rows,
@@ -242,32 +246,57 @@ class ReactiveProgram:
         """The program with the terms of `prog`; None if `prog` is not used."""
         return self._drake
 
-    @property
-    def arrays(self) -> Packed[OutsideArrays]:
-        """What has been added, as kernels take it."""
-        terms, n_u = self.terms, self.n_u
-        costs = np.zeros((2, n_u))
-        for c in terms.linear.values():
+    def write(
+        self, bounds: np.ndarray, costs: np.ndarray, flags: np.ndarray
+    ) -> None:
+        """Writes bounds and costs into arrays of zeros; see `OutsideArrays`.
+
+        Args:
+            bounds: Takes the bounds on u, shape (4, n_u).
+            costs: Takes the sums of the costs, shape (2, n_u).
+            flags: Takes what else is to be known, shape (2,), bool.
+        """
+        bounds[0], bounds[1] = self.lower, self.upper
+        bounds[2], bounds[3] = self._free
+        for c in self.terms.linear.values():
             costs[0] += c
-        for weights in terms.quadratic.values():
+        for weights in self.terms.quadratic.values():
             costs[1] += weights
+        flags[0], flags[1] = self._has_acceleration, self._drake is not None
+
+    @property
+    def more(self) -> Packed[OutsideRows]:
+        """The rows and what is tracked, as kernels take it."""
+        terms, n_u = self.terms, self.n_u
+        if not (terms.rows or terms.trackings):
+            return _no_rows(n_u)
         rows = [np.column_stack([r.A, r.b]) for r in terms.rows.values()]
         tracked = [
             np.column_stack([t.J, t.V, t.limit, np.full(len(t.V), t.price)])
             for t in terms.trackings.values()
         ]
+        none = _no_rows(n_u)
         return Packed(
-            OutsideArrays(
-                np.array([self.lower, self.upper, *self._free]),
-                costs,
-                np.concatenate(rows) if rows else np.zeros((0, n_u + 1)),
-                np.concatenate(tracked) if tracked else np.zeros((0, n_u + 3)),
-                self._has_acceleration,
-                self._drake is not None,
+            OutsideRows(
+                np.concatenate([none.rows, *rows]),
+                np.concatenate([none.tracked, *tracked]),
             )
         )
+
+    @property
+    def arrays(self) -> Packed[OutsideArrays]:
+        """All that has been added, as kernels take it."""
+        bounds, costs = np.empty((4, self.n_u)), np.zeros((2, self.n_u))
+        flags = np.zeros(2, bool)
+        self.write(bounds, costs, flags)
+        return Packed(OutsideArrays(bounds, costs, flags, self.more.values))
 
     def finished(self) -> QuadraticProgram:
         """Returns the program of these terms alone, as solvers take it."""
         form = SlackForm(*slack_form_of_outside(self.arrays))
         return QuadraticProgram(form, self._drake)
+
+
+@cache
+def _no_rows(n_u: int) -> Packed[OutsideRows]:
+    return Packed(OutsideRows(np.zeros((0, n_u + 1)), np.zeros((0, n_u + 3))))

@@ -76,7 +76,9 @@ class Term:
             raise self.error(
                 f"{what} must have the shape {shape}, not {array.shape}"
             )
-        if np.isnan(array).any() or not (unbounded or np.isfinite(array).all()):
+        if not np.isfinite(array).all() and (
+            not unbounded or np.isnan(array).any()
+        ):
             raise self.error(f"{what} is not finite")
         return array
 

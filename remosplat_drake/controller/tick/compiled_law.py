@@ -1,14 +1,17 @@
 """`CompiledLaw`: a law's ingredients, of which one kernel adds the most."""
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
 
 from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.ingredients import SelfCollisionDamper
-from remosplat_drake.controller.ingredients.kernels.assemble import PARTS, Parts
+from remosplat_drake.controller.ingredients.kernels.assemble import (
+    PARTS,
+    Assembled,
+    Parts,
+)
 from remosplat_drake.controller.ingredients.make_ingredients import (
     make_ingredients,
 )
@@ -21,17 +24,20 @@ from remosplat_drake.controller.program.ingredient import (
 )
 from remosplat_drake.controller.program.kernels.tick_arrays import NearQuestion
 from remosplat_drake.controller.program.term import NameTakenError
+from remosplat_drake.controller.tick.compiled_outside import CompiledOutside
 from remosplat_drake.robot.robot_model import RobotModel
 
 
 class CompiledLaw:
     """The ingredients of a law, as kernels take them.
 
-    One kernel adds the library's own; those from outside add their terms by
-    Python afterwards. Settings are read when the law is made.
+    One kernel adds the library's own, and calls compiled ones from outside;
+    those in Python add their terms afterwards. Settings are read when the law
+    is made.
 
     Attributes:
-        outside: The ingredients from outside, which no kernel adds.
+        outside: The ingredients in Python, which no kernel adds.
+        names: Names of the terms of the other ingredients.
     """
 
     def __init__(self, robot: RobotModel, ingredients: Sequence[AnyIngredient]):
@@ -42,14 +48,20 @@ class CompiledLaw:
             ingredients: The ingredients.
 
         Raises:
-            NameTakenError: Two ingredients are of one kind of the library's.
+            NameTakenError: Two ingredients are of one kind of the library's, or
+                compiled ones from outside have a name that is taken.
+            RemoSplatError: A compiled one cannot be compiled.
         """
+        self._made_of = robot, tuple(ingredients)
         own: dict[type, CompiledIngredient] = {}
-        outside = []
+        outside, functions = [], []
         for part in ingredients:
-            kind = _kind(part)
-            if kind is None:
+            if not _is_compiled(part):
                 outside.append(cast(Ingredient, part))
+                continue
+            kind = next((k for k in PARTS if isinstance(part, k)), None)
+            if kind is None:
+                functions.append(cast(CompiledIngredient, part))
                 continue
             if kind in own:
                 raise NameTakenError(
@@ -66,20 +78,27 @@ class CompiledLaw:
         ]
         self._own = cast(SelfCollisionDamper, self._parts[_OWN])
         settings = [_floats(part.settings(robot)) for part in self._parts]
-        self._arrays = Packed(Parts(tuple(settings), present))
+        self._functions = CompiledOutside(robot, functions)
+        self.names = _names([*own.values(), *functions])
+        added_by = self._functions.added_by
+        self._arrays = Packed(Parts(tuple(settings), present, added_by))
         near = self._own.near_question
         if not present[_OWN]:
             near = near._replace(reach=-1.0)
         self._near = Packed(near)
 
+    def __reduce__(self):
+        # Functions have other addresses in another process.
+        return CompiledLaw, self._made_of
+
     @property
     def ingredients(self) -> Sequence[CompiledIngredient]:
-        """An ingredient of each kind that kernels add, in their order."""
-        return self._parts
+        """Those that kernels add, in their order, one of each kind first."""
+        return *self._parts, *self._functions.ingredients
 
     @property
     def parts(self) -> Packed[Parts]:
-        """The library's ingredients, as kernels take them."""
+        """The compiled ingredients, as kernels take them."""
         return self._arrays
 
     @property
@@ -90,25 +109,33 @@ class CompiledLaw:
         """
         return self._near
 
-    @cached_property
-    def names(self) -> frozenset[str]:
-        """Names of the terms of the library's ingredients that are there."""
-        present = self._arrays.present.tolist()
-        return frozenset(
-            part.term
-            for part, is_there in zip(self._parts, present, strict=True)
-            if is_there
-        )
+    def check(self, found: Assembled) -> None:
+        """Checks that no terms were refused; see `CompiledOutside.check`.
+
+        Args:
+            found: What kernels have assembled.
+        """
+        self._functions.check(found)
 
 
 _OWN = PARTS.index(SelfCollisionDamper)
 
 
-def _kind(part: AnyIngredient) -> type[CompiledIngredient] | None:
-    """Returns which of the library's kinds it is; None if from outside."""
-    if hasattr(part, "AddToProgram"):
-        return None
-    return next((kind for kind in PARTS if isinstance(part, kind)), None)
+def _is_compiled(part: AnyIngredient) -> bool:
+    is_python = hasattr(part, "AddToProgram")
+    return isinstance(part, CompiledIngredient) and not is_python
+
+
+def _names(ingredients: Sequence[CompiledIngredient]) -> frozenset[str]:
+    """Returns the names of ingredients' terms."""
+    names: set[str] = set()
+    for part in ingredients:
+        if part.term in names:
+            raise NameTakenError(
+                f"two compiled ingredients have the name {part.term!r}"
+            )
+        names.add(part.term)
+    return frozenset(names)
 
 
 def _floats(settings: Any) -> Any:

@@ -36,7 +36,7 @@ def program_of(compiled: CompiledLaw, tick: Tick) -> TickProgram:
     if tube is None:
         tube = np.zeros(len(tick.robot.spheres))
     movers = STILL if tick.movers is None else tick.movers
-    arrays = assemble_tick(
+    found = assemble_tick(
         compiled.parts,
         compiled.near,
         tick.robot.arrays,
@@ -50,7 +50,8 @@ def program_of(compiled: CompiledLaw, tick: Tick) -> TickProgram:
         tube,
         tick.guidance.arrays,
     )
-    outside = None
+    compiled.check(found)
+    arrays, outside = found.program, None
     if compiled.outside:
         bounds = np.array(
             [arrays.lower, arrays.upper, arrays.free_lower, arrays.free_upper]

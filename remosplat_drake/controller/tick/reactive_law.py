@@ -125,7 +125,9 @@ class ReactiveLaw:
         Raises:
             FieldError: `dt` or the solver is unusable, or distances are given
                 both here and by an ingredient.
-            NameTakenError: Two ingredients are of one kind of the library's.
+            NameTakenError: Two ingredients are of one kind of the library's, or
+                compiled ones from outside have a name that is taken.
+            RemoSplatError: A compiled one cannot be compiled.
         """
         _check_step(dt, verify)
         self.robot = robot
@@ -184,6 +186,10 @@ class ReactiveLaw:
             verify=config.verify,
         )
 
+    def __getstate__(self) -> dict[str, Any]:
+        # Without addresses, which mean nothing in another process.
+        return {**vars(self), "_arrays": None}
+
     def program(self, tick: Tick) -> TickProgram:
         """Builds the program of a tick as it stands, for people to look at.
 
@@ -214,7 +220,7 @@ class ReactiveLaw:
             law = LawArrays(
                 compiled.parts.values,
                 bool(compiled.outside),
-                ReactiveProgram(np.zeros(n_u)).arrays.values,
+                ReactiveProgram(np.zeros(n_u)).more.values,
                 isinstance(self.solver, ActiveSetSolver),
                 float(self.dt),
                 self.strict,

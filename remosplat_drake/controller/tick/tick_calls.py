@@ -3,8 +3,10 @@
 from time import perf_counter
 
 from remosplat_drake.base.python_calls import Question
+from remosplat_drake.controller.ingredients.kernels.assemble import Assembled
 from remosplat_drake.controller.program.active_set import INFEASIBLE, OPTIMAL
 from remosplat_drake.controller.program.ingredient import added
+from remosplat_drake.controller.program.kernels.tick_arrays import ProgramArrays
 from remosplat_drake.controller.program.quadratic_program import (
     QuadraticProgram,
 )
@@ -21,6 +23,7 @@ from remosplat_drake.controller.verification.map_calls import (
     MapCalls,
     is_pythons,
 )
+from remosplat_drake.robot.robot_arrays import StateArrays
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
@@ -41,8 +44,7 @@ class TickCalls(MapCalls):
     """Answers what kernels ask in a tick, or in the steps of a rollout.
 
     Attributes:
-        outside: What ingredients from outside have added last; None for
-            nothing.
+        outside: What ingredients in Python have added last; None for nothing.
         solving: Time that solvers of Drake's have taken [s].
         unusable: Which term cannot be used, so that the robot brakes; empty if
             all can.
@@ -62,7 +64,7 @@ class TickCalls(MapCalls):
         self.unusable = ""
 
     def _answers(self) -> tuple:
-        return *super()._answers(), self._add, self._solve
+        return *super()._answers(), self._add, self._solve, self._refuse
 
     def _check(self) -> None:
         if isinstance(self._calls.error, TermError):
@@ -71,14 +73,21 @@ class TickCalls(MapCalls):
             super()._check()
 
     def _add(self, question: Question) -> int:
-        """Lets ingredients from outside add their terms; see `add_outside`."""
-        compiled = self._law.compiled
-        bounds, q, u_previous, *rows = (question[i].copy() for i in range(7))
+        """Lets ingredients in Python add their terms; see `add_outside`."""
+        law, compiled = self._law, self._law.compiled
+        bounds, costs, flags = (question[i] for i in range(3))
+        # Copies, since a kernel's memory is gone when it has returned.
+        n = len(StateArrays._fields)
+        told = [question[i].copy() for i in range(3, n + 8)]
+        state, (u_previous, *rows) = StateArrays(*told[:n]), told[n:]
         tick = self._given.tick(
-            self._law, q, u_previous, Clearances(*rows), question[7]
+            law, state, u_previous, Clearances(*rows), question[n + 8]
         )
-        self.outside = added(compiled.outside, bounds, compiled.names, tick)
-        return self._calls.handed(self.outside.arrays)
+        self.outside = added(
+            compiled.outside, bounds.copy(), compiled.names, tick
+        )
+        self.outside.write(bounds, costs, flags)
+        return self._calls.handed(self.outside.more)
 
     def _solve(self, question: Question) -> int:
         """Solves a program that kernels do not; see `decide`."""
@@ -91,3 +100,11 @@ class TickCalls(MapCalls):
             u[:] = optimum
         self.solving += perf_counter() - start
         return INFEASIBLE if optimum is None else OPTIMAL
+
+    def _refuse(self, question: Question) -> int:
+        """Says what cannot be used of compiled terms; see `settle`."""
+        n = len(ProgramArrays._fields)
+        program = ProgramArrays(*(question[i] for i in range(n)))
+        found = Assembled(program, question[n], question[n + 1])
+        self._law.compiled.check(found)
+        return 0

@@ -8,6 +8,7 @@ from remosplat_drake.base.packed import Packed
 from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.robot.robot_arrays import StateArrays
 from remosplat_drake.scene.mover import FORESIGHT, STILL, Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
@@ -42,16 +43,16 @@ class TickInputs:
     def tick(
         self,
         law: ReactiveLaw,
-        q: np.ndarray,
+        state: StateArrays,
         u_previous: np.ndarray,
         clearances: Clearances,
         ahead: float = 0.0,
     ) -> Tick:
-        """Returns what ingredients from outside are told.
+        """Returns what ingredients in Python are told.
 
         Args:
             law: The control law.
-            q: Configuration to plan from, shape (n_q,) [rad, m].
+            state: Kinematics of the configuration to plan from.
             u_previous: The command being executed, shape (n_u,).
             clearances: The oracle's distances and directions at q.
             ahead: How far ahead of `time` a rollout has come [s].
@@ -64,7 +65,7 @@ class TickInputs:
             movers = movers.moved_on(ahead, FORESIGHT)
         return Tick(
             law.robot,
-            law.robot.state(q),
+            law.robot.state_of(state),
             self.aim,
             clearances,
             u_previous,

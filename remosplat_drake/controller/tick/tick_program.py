@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from remosplat_drake.controller.ingredients.kernels.assemble import OUTSIDE
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
 )
@@ -37,10 +36,10 @@ class RowNames:
     """Says what rows are about that kernels know by numbers.
 
     Attributes:
-        ingredients: The library's ingredients, in the kernels' order.
+        ingredients: The compiled ingredients, in the kernels' order.
         robot: The robot that is driven.
         movers: What moves; None if nothing is known to.
-        outside: What ingredients from outside have added; None for nothing.
+        outside: What ingredients in Python have added; None for nothing.
     """
 
     ingredients: Sequence[CompiledIngredient]
@@ -56,7 +55,7 @@ class RowNames:
             index: Its number among the rows of the ingredient.
             about: `ProgramArrays.about` of it.
         """
-        if part != OUTSIDE:
+        if part < len(self.ingredients):
             ingredient = self.ingredients[part]
             said = ingredient.about(self.robot, self.movers, about)
             return ingredient.term, index, names_of(said)
@@ -158,7 +157,7 @@ class TickProgram(QuadraticProgram):
         terms.linear.update(outside.linear)
         terms.quadratic.update(outside.quadratic)
         terms.trackings.update(outside.trackings)
-        first = int(self.arrays.rows[OUTSIDE, 0])
+        first = int(self.arrays.rows[-1, 0])
         for name, rows in outside.rows.items():
             span = slice(first, first + len(rows.b))
             terms.rows[name] = dc.replace(

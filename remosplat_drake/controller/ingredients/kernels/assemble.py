@@ -50,6 +50,11 @@ from remosplat_drake.controller.ingredients.velocity_limits import (
     VelocityLimits,
     add_velocity_limits,
 )
+from remosplat_drake.controller.program.kernels.compiled_terms import (
+    NO_PART,
+    AddedBy,
+    add_compiled,
+)
 from remosplat_drake.controller.program.kernels.dense import prune
 from remosplat_drake.controller.program.kernels.tick_arrays import (
     ProgramArrays,
@@ -81,7 +86,8 @@ PARTS = tuple(kind for kind, _ in KINDS)
 """The kinds alone; an ingredient's number is its place here."""
 
 OUTSIDE = len(PARTS)
-"""The number under which ingredients from outside add their rows and costs."""
+"""The number of the first ingredient from outside. Compiled ones have one each;
+those that only Python can ask share the last."""
 
 YIELD_ORDER = tuple(
     PARTS.index(kind)
@@ -99,15 +105,31 @@ Rows of ingredients from outside yield together with the last.
 
 
 class Parts(NamedTuple):
-    """The library's ingredients of a law.
+    """The compiled ingredients of a law.
 
     Attributes:
         settings: What the function of each kind takes, in the order of `KINDS`.
         present: Which of them the law has, shape (k,), bool.
+        added_by: The functions of compiled ingredients from outside.
     """
 
     settings: tuple
     present: np.ndarray
+    added_by: AddedBy
+
+
+class Assembled(NamedTuple):
+    """The program of a tick as the compiled ingredients have built it.
+
+    Attributes:
+        program: The program. It may only be looked at if one is refused.
+        refused: Number of an ingredient whose terms cannot be used, or NO_PART.
+        ended: How the call of its function has ended.
+    """
+
+    program: ProgramArrays
+    refused: int
+    ended: int
 
 
 def in_turn(adders: Sequence[Callable], k: int = 0) -> Callable:
@@ -157,7 +179,7 @@ def assemble(
     dt,
     tube,
     guidance,
-) -> ProgramArrays:
+) -> Assembled:
     """Builds the program of a tick.
 
     Args:
@@ -187,13 +209,16 @@ def assemble(
         robot, state, aim, rows, found, links, u_previous, dt, tube, guidance
     )
     most = len(rows[0]) + len(links.pair) + len(tick.moving.sphere)
-    most += 2 * len(parts.settings[_JOINTS].gain)
+    most += 2 * len(parts.settings[_JOINTS].gain) + parts.added_by.most.sum()
+    n_parts = OUTSIDE + len(parts.added_by.most) + 1
     program = make_program(
-        robot.velocity_limit, len(robot.body_E), OUTSIDE + 1, most
+        robot.velocity_limit, len(robot.body_E), n_parts, most
     )
     add_all(parts, tick, program)
-    prune(program)
-    return program
+    refused, ended = add_compiled(parts.added_by, OUTSIDE, tick, program)
+    if refused == NO_PART:
+        prune(program)
+    return Assembled(program, refused, ended)
 
 
 @kernel
@@ -210,7 +235,7 @@ def assemble_tick(
     dt,
     tube,
     guidance,
-) -> ProgramArrays:
+) -> Assembled:
     """Builds the program of a tick, as Python asks for it.
 
     Args:

@@ -1,4 +1,4 @@
-"""Terms of ingredients from outside, which only Python can ask."""
+"""Terms of ingredients in Python, which kernels ask it for."""
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from remosplat_drake.controller.program.kernels.dense import (
     slack_form,
 )
 from remosplat_drake.controller.program.kernels.tick_arrays import (
+    OutsideArrays,
     ProgramArrays,
     make_program,
 )
@@ -19,13 +20,13 @@ ADD = 2
 
 @helper
 def add_outside(like, line, program, asked):
-    """Lets ingredients from outside add to the program of a tick.
+    """Lets ingredients in Python add to the program of a tick.
 
     Args:
-        like: An `OutsideArrays`, packed, of the same type as theirs.
+        like: An `OutsideRows`, packed, of the same type as theirs.
         line: Number of the `PythonCalls`.
         program: The `ProgramArrays`.
-        asked: What else the ingredients are told: the configuration, the
+        asked: What else the ingredients are told: the `StateArrays`, the
             command that is being executed, the `RowArrays` of the clearances,
             and the time since the first tick of a rollout [s].
 
@@ -33,15 +34,18 @@ def add_outside(like, line, program, asked):
         The `ProgramArrays` with their terms; and whether they have added any,
         since what they add may be unusable.
     """
-    bounds = np.empty((4, len(program.lower)))
-    for j in range(len(program.lower)):
+    n_u = len(program.lower)
+    bounds, costs = np.empty((4, n_u)), np.zeros((2, n_u))
+    flags = np.zeros(2, np.bool_)
+    for j in range(n_u):
         bounds[0, j], bounds[1, j] = program.lower[j], program.upper[j]
         bounds[2, j] = program.free_lower[j]
         bounds[3, j] = program.free_upper[j]
-    address = ask_python(line, ADD, (bounds, *asked))
+    address = ask_python(line, ADD, (bounds, costs, flags, *asked))
     if address == FAILED:
         return program, False
-    return joined(program, packed_at(like, address)), True
+    more = packed_at(like, address)
+    return joined(program, OutsideArrays(bounds, costs, flags, more)), True
 
 
 @kernel
@@ -53,15 +57,16 @@ def joined(program, outside) -> ProgramArrays:
         outside: The `OutsideArrays`.
     """
     k, n_u = len(program.rows) - 1, len(program.lower)
-    m, more = program.count[0], len(outside.rows)
+    rows, tracked = outside.more.rows, outside.more.tracked
+    m, more = program.count[0], len(rows)
     A, b = np.empty((m + more, n_u)), np.empty(m + more)
     about = np.empty(m + more, np.int64)
     for i in range(m + more):
         about[i] = program.about[i] if i < m else i - m
-        b[i] = program.b[i] if i < m else outside.rows[i - m, n_u]
+        b[i] = program.b[i] if i < m else rows[i - m, n_u]
         for j in range(n_u):
-            A[i, j] = program.A[i, j] if i < m else outside.rows[i - m, j]
-    r, further = program.count[3], len(outside.tracked)
+            A[i, j] = program.A[i, j] if i < m else rows[i - m, j]
+    r, further = program.count[3], len(tracked)
     J, V = np.empty((r + further, n_u)), np.empty(r + further)
     limit, price = np.empty(r + further), np.empty(r + further)
     for i in range(r):
@@ -70,7 +75,7 @@ def joined(program, outside) -> ProgramArrays:
         for j in range(n_u):
             J[i, j] = program.J[i, j]
     for i in range(further):
-        row = outside.tracked[i]
+        row = tracked[i]
         V[r + i], limit[r + i], price[r + i] = row[n_u], row[n_u + 1], row[-1]
         for j in range(n_u):
             J[r + i, j] = row[j]
@@ -80,9 +85,9 @@ def joined(program, outside) -> ProgramArrays:
     program.has[k, 0] = program.has[k, 1] = True
     program.rows[k, 0], program.rows[k, 1] = m, m + more
     program.count[0], program.count[3] = m + more, r + further
-    if outside.has_acceleration:
+    if outside.flags[0]:
         program.count[2] = 1
-    if outside.is_extended:
+    if outside.flags[1]:
         program.count[5] = 1
     whole = ProgramArrays(
         outside.bounds[0].copy(),

@@ -86,28 +86,37 @@ class NearArrays(NamedTuple):
     p_WB: np.ndarray
 
 
+class OutsideRows(NamedTuple):
+    """The terms of ingredients in Python of which there may be any number.
+
+    Attributes:
+        rows: Their rows A u <= b, each as A and then b, shape (m, n_u + 1).
+        tracked: The directions of twists that they track, each as a row of the
+            Jacobian, the twist, the bound on its slack and the slack's price,
+            shape (r, n_u + 3).
+    """
+
+    rows: np.ndarray
+    tracked: np.ndarray
+
+
 class OutsideArrays(NamedTuple):
-    """What ingredients from outside have added to a program, together.
+    """What ingredients in Python have added to a program, together.
 
     Attributes:
         bounds: `ProgramArrays.lower`, `upper`, `free_lower` and `free_upper`
             with their bounds, shape (4, n_u).
         costs: Vector of their linear costs, and diagonal of their quadratic
             costs, shape (2, n_u).
-        rows: Their rows A u <= b, each as A and then b, shape (m, n_u + 1).
-        tracked: The directions of twists that they track, each as a row of the
-            Jacobian, the twist, the bound on its slack and the slack's price,
-            shape (r, n_u + 3).
-        has_acceleration: Whether some of the bounds are accelerations'.
-        is_extended: Whether they may have added to Drake's program itself.
+        flags: Whether some of the bounds are accelerations', and whether they
+            may have added to Drake's program itself, shape (2,), bool.
+        more: Their rows and what they track.
     """
 
     bounds: np.ndarray
     costs: np.ndarray
-    rows: np.ndarray
-    tracked: np.ndarray
-    has_acceleration: bool
-    is_extended: bool
+    flags: np.ndarray
+    more: OutsideRows
 
 
 class TickArrays(NamedTuple):
@@ -157,7 +166,8 @@ class TickArrays(NamedTuple):
 class ProgramArrays(NamedTuple):
     """The program of a tick, to which k ingredients have added their terms.
 
-    The last of the k is for those from outside, together.
+    First come the library's, then compiled ones from outside; the last of the k
+    is for those that only Python can ask, together.
 
     Attributes:
         lower: Lower bounds on u, shape (n_u,).
@@ -168,7 +178,8 @@ class ProgramArrays(NamedTuple):
         quadratic: Diagonals of their quadratic costs, shape (k, n_u).
         has: Whether each ingredient has a linear cost, and a quadratic one,
             shape (k, 2), bool.
-        A: Coefficients of rows A u <= b, shape (most, n_u).
+        A: Coefficients of rows A u <= b, shape (most, n_u). The last of them
+            takes what is too much, and counts for nothing.
         b: Right-hand sides of the rows, shape (most,).
         kept: Which rows the bounds on u do not imply, shape (most,), bool.
         raised: Of which rows negative right-hand sides were raised to zero,
@@ -313,7 +324,7 @@ def make_program(velocity_limit, n_effectors, n_parts, most) -> ProgramArrays:
         n_parts: Number of ingredients.
         most: Most rows that these may add together.
     """
-    n_u, tracked = len(velocity_limit), 6 * n_effectors
+    n_u, tracked, most = len(velocity_limit), 6 * n_effectors, most + 1
     return ProgramArrays(
         -velocity_limit,
         velocity_limit.copy(),
@@ -359,18 +370,38 @@ def narrow(program, lower, upper, is_acceleration) -> None:
 
 @helper
 def new_row(program, k, b, about):
-    """Begins a row of ingredient k, all zero, and returns its number.
+    """Begins a row A u <= b of ingredient k, all zero, and returns its number.
+
+    Compiled ingredients call it; see `CompiledIngredient`.
 
     Args:
         program: The `ProgramArrays`.
         k: Number of the ingredient, whose turn it is.
         b: Right-hand side.
         about: What the row is about, a number that the ingredient can name.
+
+    Example:
+        >>> import remosplat_drake as rs
+        >>> from typing import NamedTuple
+        >>> class Limit(NamedTuple):
+        ...     speed: float
+        >>> class SlowElbow(rs.CompiledIngredient):
+        ...     term = "slow elbow"
+        ...     def settings(self, robot):
+        ...         return Limit(0.1)
+        ...     def most_rows(self, robot):
+        ...         return 1
+        ...     @staticmethod
+        ...     def add(own, k, tick, program):
+        ...         row = rs.new_row(program, k, own.speed, 0)
+        ...         program.A[row, tick.robot.n_base + 3] = 1.0
+        >>> law = rs.ReactiveLaw(rs.load_robot("frankie"), [SlowElbow()])
     """
-    i = program.count[0]
+    count = program.count[0]
     if program.rows[k, 1] == 0:
-        program.rows[k, 0] = i
-    program.count[0] = program.rows[k, 1] = i + 1
+        program.rows[k, 0] = count
+    program.count[0] = program.rows[k, 1] = count + 1
+    i = min(count, len(program.b) - 1)
     program.b[i], program.about[i] = b, about
     return i
 

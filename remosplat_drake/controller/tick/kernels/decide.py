@@ -58,7 +58,8 @@ def decide(program, ramp, strict, is_own_solver, line):
     for k in YIELD_ORDER:
         is_raised = _raise_to_zero(program, k)
         if k == YIELD_ORDER[-1]:
-            is_raised |= _raise_to_zero(program, OUTSIDE)
+            for other in range(OUTSIDE, len(program.rows)):
+                is_raised |= _raise_to_zero(program, other)
         if not is_raised:
             continue
         prune(program)

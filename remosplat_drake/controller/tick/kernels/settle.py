@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.python_calls import ask_python
 from remosplat_drake.controller.ingredients import CollisionDamper
 from remosplat_drake.controller.ingredients.kernels.assemble import (
-    OUTSIDE,
     PARTS,
     Parts,
     assemble,
@@ -18,10 +18,11 @@ from remosplat_drake.controller.ingredients.kernels.assemble import (
 from remosplat_drake.controller.program.kernels.binding_arrays import (
     binding_arrays,
 )
+from remosplat_drake.controller.program.kernels.compiled_terms import NO_PART
 from remosplat_drake.controller.program.kernels.outside import add_outside
 from remosplat_drake.controller.program.kernels.tick_arrays import (
     NearQuestion,
-    OutsideArrays,
+    OutsideRows,
     given_or,
     make_program,
 )
@@ -46,6 +47,10 @@ UNKNOWN = (
 )
 """What a tick may not know, upon which the robot brakes."""
 
+REFUSE = 4
+"""Which of a call's Python functions says what cannot be used of the terms of a
+compiled ingredient."""
+
 SCENE = PARTS.index(CollisionDamper)
 """Number of the ingredient whose rows are of the clearances."""
 
@@ -54,9 +59,9 @@ class LawArrays(NamedTuple):
     """A law, as kernels take it.
 
     Attributes:
-        parts: The library's ingredients.
-        has_outside: Whether there are others, which only Python can ask.
-        outside: None of their terms, which say what type these have.
+        parts: The compiled ingredients.
+        has_outside: Whether there are some that only Python can ask.
+        outside: None of the terms of these, which say what type these have.
         is_own_solver: Whether the library's own solver is asked.
         dt: Control period [s].
         strict: Whether every command keeps to the acceleration bounds.
@@ -69,7 +74,7 @@ class LawArrays(NamedTuple):
 
     parts: Parts
     has_outside: bool
-    outside: OutsideArrays
+    outside: OutsideRows
     is_own_solver: bool
     dt: float
     strict: bool
@@ -154,8 +159,8 @@ def settle_tick(
     )
     command, scale, objection = verdict
     kept, yielded = np.zeros(len(rows.sphere), np.bool_), _yielded(program)
-    first, last = program.rows[SCENE]
     if status != BRAKING:
+        first, last = program.rows[SCENE]
         for i in range(first, last):
             kept[i - first] = program.kept[i]
         binding = binding_arrays(program, u)
@@ -214,29 +219,15 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         `verified` does.
     """
     robot, placed, state, rows, movers, motion = given
-    line = placed[2]
+    if is_known:
+        program, is_known = _whole_program(
+            law, given, ahead, aim, u_previous, guidance
+        )
+    else:
+        program = make_program(robot.velocity_limit, 0, 1, 0)
     if not is_known:
-        none = make_program(robot.velocity_limit, 0, OUTSIDE + 1, 0)
-        return none, ramp, BRAKING, (ramp, 1.0, NOTHING)
-    program = assemble(
-        law.parts,
-        robot,
-        state,
-        aim,
-        (rows.sphere, rows.distance, rows.direction_W),
-        movers,
-        law.near,
-        u_previous,
-        law.dt,
-        sphere_tube(robot, motion.tube, u_previous),
-        guidance,
-    )
-    if law.has_outside:
-        asked = state.q, u_previous, rows, ahead
-        program, is_known = add_outside(law.outside, line, program, asked)
-        if not is_known:
-            return program, ramp, BRAKING, (ramp, 1.0, NOTHING)
-    u, status = decide(program, ramp, law.strict, law.is_own_solver, line)
+        return program, ramp, BRAKING, (ramp, 1.0, NOTHING)
+    u, status = decide(program, ramp, law.strict, law.is_own_solver, placed[2])
     if not law.verify:
         return program, u, status, (u, 1.0, NOTHING)
     around = surroundings(
@@ -254,6 +245,36 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         u_previous,
     )
     return program, u, status, verified(law.kept, around, u, ramp)
+
+
+@helper
+def _whole_program(law, given, ahead, aim, u_previous, guidance):
+    """Builds the program of all ingredients, those from outside last.
+
+    Returns:
+        The `ProgramArrays`, and whether all terms of it can be used.
+    """
+    robot, placed, state, rows, movers, motion = given
+    program, refused, ended = assemble(
+        law.parts,
+        robot,
+        state,
+        aim,
+        (rows.sphere, rows.distance, rows.direction_W),
+        movers,
+        law.near,
+        u_previous,
+        law.dt,
+        sphere_tube(robot, motion.tube, u_previous),
+        guidance,
+    )
+    if refused != NO_PART:
+        ask_python(placed[2], REFUSE, (program, refused, ended))
+        return make_program(robot.velocity_limit, 0, 1, 0), False
+    if not law.has_outside:
+        return program, True
+    asked = state, u_previous, rows, ahead
+    return add_outside(law.outside, placed[2], program, asked)
 
 
 @helper

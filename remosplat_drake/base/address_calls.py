@@ -1,0 +1,142 @@
+"""Calls from kernels to functions that are compiled by themselves.
+
+A kernel contains what it calls: it is compiled anew, for minutes, when one of
+these functions changes. A function of somebody else's must not cost that. So it
+is compiled alone, and the kernel is told its address. What it shall read goes
+to it as a named tuple, which it finds packed: see `Packed`.
+"""
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+from weakref import WeakValueDictionary
+
+import numpy as np
+from llvmlite import ir
+from numba import config, types
+from numba.core import cgutils
+from numba.extending import intrinsic, overload
+
+from remosplat_drake.base.kernels import callback, helper
+from remosplat_drake.base.packed import (
+    Packed,
+    PackedType,
+    packed_type,
+    packed_words,
+)
+
+DONE, RAISED, MISFIT = range(3)
+"""How a call ends: the function has returned, has raised something, or was
+compiled for other arguments and has not run."""
+
+_WORD = ir.IntType(64)
+
+
+class AddressedFunction:
+    """A function with settings, which kernels call by its address.
+
+    It takes its settings and what it is told, two named tuples. It is compiled
+    once for all settings that look alike, and divides as NumPy does.
+
+    Attributes:
+        words: By which a kernel calls it: where the function is, and where its
+            settings are, shape (2,).
+    """
+
+    __slots__ = ("__weakref__", "_function", "_settings", "words")
+
+    def __init__(
+        self,
+        function: Callable[[Any, Any], None],
+        settings: Packed,
+        told: Packed,
+    ):
+        """Compiles the function.
+
+        Args:
+            function: The function.
+            settings: Its settings.
+            told: A tuple such as it will be told, for its type alone.
+
+        Raises:
+            NumbaError: The function cannot be compiled.
+        """
+        self._function, self._settings, address = function, settings, 0
+        if not config.DISABLE_JIT:
+            kinds = settings._numba_type_, told._numba_type_
+            address = _compiled(function, *kinds).address
+        self.words = np.array([address, settings.address])
+        _functions[settings.address] = self
+
+    def __call__(self, told: Any) -> int:
+        """Calls it in Python, where nothing is compiled."""
+        self._function(self._settings, told)
+        return DONE
+
+
+_functions: WeakValueDictionary[int, AddressedFunction] = WeakValueDictionary()
+
+
+@cache
+def _compiled(function: Callable, settings: PackedType, told: PackedType):
+    function, fits = helper(function), _digest(told)
+
+    def run(digest, settings, told):
+        if digest != fits:
+            return MISFIT
+        try:
+            function(settings, told)
+        except Exception:
+            return RAISED
+        return DONE
+
+    return callback(types.int64(types.int64, settings, told))(run)
+
+
+def _digest(kind: types.Type) -> int:
+    """A number that tells types from each other, in every process."""
+    digest = hashlib.sha256(repr(kind).encode()).digest()
+    return int.from_bytes(digest[:8], "little", signed=True)
+
+
+def call_address(words, told) -> int:
+    """Calls a function by its address, from within a kernel.
+
+    Args:
+        words: The `AddressedFunction.words`.
+        told: What the function is told, a named tuple.
+
+    Returns:
+        DONE, RAISED or MISFIT.
+    """
+    return _functions[words[1]](told)
+
+
+@overload(call_address)
+def _call_address(words, told):
+    return lambda words, told: _call(  # pyright: ignore
+        words[0], words[1], told
+    )
+
+
+@intrinsic
+def _call(typing_context, function, settings, told):
+    """What `call_address` is in compiled code."""
+    del typing_context
+
+    def generate(context, builder, signature, arguments):
+        del signature
+        words = packed_words(context, builder, told, arguments[2])
+        at = cgutils.alloca_once(builder, ir.ArrayType(_WORD, len(words)))
+        first = builder.bitcast(at, _WORD.as_pointer())
+        for k, word in enumerate(words):
+            builder.store(word, builder.gep(first, [ir.Constant(_WORD, k)]))
+        # An address is passed as a word is.
+        kind = ir.FunctionType(_WORD, [_WORD] * 3)
+        called = builder.inttoptr(arguments[0], kind.as_pointer())
+        digest = ir.Constant(_WORD, _digest(packed_type(told)))
+        place = builder.ptrtoint(first, _WORD)
+        return builder.call(called, [digest, arguments[1], place])
+
+    return types.int64(types.int64, types.int64, told), generate

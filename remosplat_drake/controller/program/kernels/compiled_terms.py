@@ -1,0 +1,87 @@
+"""Terms of compiled ingredients from outside."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.base.address_calls import DONE, call_address
+from remosplat_drake.base.kernels import helper
+from remosplat_drake.controller.program.kernels.tick_arrays import (
+    ProgramArrays,
+    TickArrays,
+)
+
+NO_PART = -1
+"""In place of the number of an ingredient: there is none."""
+
+
+class AddedBy(NamedTuple):
+    """Functions of k compiled ingredients from outside, as kernels call them.
+
+    Attributes:
+        words: `AddressedFunction.words` of each, shape (k, 2).
+        most: Most rows that each may add, shape (k,).
+    """
+
+    words: np.ndarray
+    most: np.ndarray
+
+
+class Turn(NamedTuple):
+    """What the function of such an ingredient is told when it is its turn.
+
+    Attributes:
+        part: Number of the ingredient.
+        tick: What is known at the tick.
+        program: Takes the terms.
+    """
+
+    part: int
+    tick: TickArrays
+    program: ProgramArrays
+
+
+@helper
+def add_compiled(added_by, first, tick, program):
+    """Lets compiled ingredients from outside add their terms.
+
+    Args:
+        added_by: The `AddedBy`.
+        first: Number of the first of them.
+        tick: The `TickArrays`.
+        program: The `ProgramArrays`.
+
+    Returns:
+        The number of an ingredient whose terms cannot be used, or NO_PART, and
+        how the call of its function has ended.
+    """
+    for i in range(len(added_by.most)):
+        part = first + i
+        ended = call_address(added_by.words[i], Turn(part, tick, program))
+        if ended != DONE or not _are_usable(program, part, added_by.most[i]):
+            return part, ended
+    return NO_PART, DONE
+
+
+@helper
+def _are_usable(program, part, most):
+    """Tells whether an ingredient has kept to what `ReactiveProgram` takes."""
+    n_u = len(program.lower)
+    for j in range(n_u):
+        c, weight = program.linear[part, j], program.quadratic[part, j]
+        if not (np.isfinite(c) and 0.0 <= weight < np.inf):
+            return False
+        if c != 0.0:
+            program.has[part, 0] = True
+        if weight != 0.0:
+            program.has[part, 1] = True
+    first, last = program.rows[part]
+    if last - first > most:
+        return False
+    for i in range(first, last):
+        if not np.isfinite(program.b[i]):
+            return False
+        for j in range(n_u):
+            if not np.isfinite(program.A[i, j]):
+                return False
+    return True
