@@ -227,7 +227,7 @@ def _simulated(
             law.arrays,
             law.robot.arrays,
             rows_for_kernels(field),
-            map_for_kernels(field)[0],
+            *map_for_kernels(field),
             given.moving.arrays,
             given.moving.age(rollout.start),
             motion,

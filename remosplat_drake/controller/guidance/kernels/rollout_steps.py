@@ -17,7 +17,7 @@ from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
 from remosplat_drake.scene.kernels.mover_reach import aged, moved_on
 from remosplat_drake.scene.mover import FORESIGHT
-from remosplat_drake.signals.compiled_map import IN_PLACE, rows_within
+from remosplat_drake.signals.compiled_map import rows_within
 from remosplat_drake.signals.motion import MotionArrays
 
 
@@ -27,6 +27,7 @@ def rollout_steps(
     robot,
     maps,
     compiled,
+    off,
     movers,
     age,
     motion,
@@ -46,6 +47,7 @@ def rollout_steps(
         robot: The `RobotArrays`.
         maps: The map, as `rows_within` takes it.
         compiled: The map, as `sphere_clearances` takes it.
+        off: Its `Misplacement`.
         movers: The `MoverArrays`.
         age: How old what is known of them is at the rollout's start [s].
         motion: The `MotionArrays` at this step.
@@ -73,7 +75,7 @@ def rollout_steps(
     for k in range(steps):
         rows = rows_within(maps, line, robot, state, law.influence)
         later = moved_on(around, ahead, FORESIGHT)
-        given = robot, (compiled, IN_PLACE, line), state, rows, later, moving
+        given = robot, (compiled, off, line), state, rows, later, moving
         is_known = what_is_unknown(q, rows, aim) == 0
         ramp = next_on_ramp(u, robot.acceleration_limit, law.dt)
         _, _, _, verdict = settle(
