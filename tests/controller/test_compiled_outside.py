@@ -25,6 +25,10 @@ from remosplat_drake.controller.guidance.rollout import (
     Rollout,
     advance_rollout,
 )
+from remosplat_drake.controller.ingredients import (
+    VelocityCost,
+    VelocityCostConfig,
+)
 from remosplat_drake.controller.program.guidance import DIRECT
 from remosplat_drake.controller.program.term import NameTakenError, TermError
 from remosplat_drake.controller.program.tick import Tick
@@ -232,3 +236,16 @@ def _steps_there(sent: bytes) -> np.ndarray:
     return advance_rollout(
         law, start, FIELD, X_WT, lambda error: False, 99.0, 5
     ).u
+
+
+def test_an_heir_of_the_librarys_may_have_a_function(frankie, make_tick):
+    class Dear(VelocityCost):
+        term = "dear"
+        add = staticmethod(Ceiling.add)
+        settings = Ceiling.settings
+        height = 99.0
+
+    config = VelocityCostConfig()
+    law = ReactiveLaw(frankie, [Dear(config), VelocityCost(config)])
+    tick = make_tick(frankie, frankie.q_home, u_previous=np.ones(9))
+    assert set(law.program(tick).terms.quadratic) == {"dear", "velocity"}

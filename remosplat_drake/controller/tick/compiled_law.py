@@ -60,7 +60,7 @@ class CompiledLaw:
                 outside.append(cast(Ingredient, part))
                 continue
             kind = next((k for k in PARTS if isinstance(part, k)), None)
-            if kind is None:
+            if kind is None or hasattr(part, "add"):
                 functions.append(cast(CompiledIngredient, part))
                 continue
             if kind in own:

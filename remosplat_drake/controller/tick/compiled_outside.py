@@ -1,9 +1,7 @@
 """`CompiledOutside`: the compiled ingredients from outside that a law has."""
 
 import re
-from collections.abc import Callable, Sequence
-from functools import cache
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from numba.core.errors import NumbaError
@@ -14,7 +12,6 @@ from remosplat_drake.base.address_calls import (
     AddressedFunction,
 )
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.packed import Packed
 from remosplat_drake.base.ranges import shown
 from remosplat_drake.controller.ingredients.kernels.assemble import (
@@ -29,6 +26,7 @@ from remosplat_drake.controller.program.kernels.compiled_terms import (
     NO_PART,
     AddedBy,
     Turn,
+    adder,
 )
 from remosplat_drake.controller.program.kernels.tick_arrays import (
     NearArrays,
@@ -104,7 +102,7 @@ def _compiled(
             f" arrays, got {shown(settings)}"
         ) from error
     try:
-        return AddressedFunction(_adder(ingredient.add), packed, _turn(robot))
+        return AddressedFunction(adder(ingredient.add), packed, _turn(robot))
     except NumbaError as error:
         raise RemoSplatError(
             f"ingredient {name} cannot be compiled: {_cause(error)}"
@@ -116,16 +114,6 @@ def _cause(error: NumbaError) -> str:
     text = re.sub(r"\x1b\[\d+m", "", str(error))
     cause = text.rpartition("(step: nopython frontend)")[2]
     return " ".join(cause.partition("During: ")[0].split())
-
-
-@cache
-def _adder(add: Callable) -> Callable[[Any, Turn], None]:
-    add = helper(add)
-
-    def adder(own, turn):
-        add(own, turn.part, turn.tick, turn.program)
-
-    return adder
 
 
 def _turn(robot: RobotModel) -> Packed[Turn]:

@@ -1,6 +1,8 @@
 """Terms of compiled ingredients from outside."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,6 +41,21 @@ class Turn(NamedTuple):
     part: int
     tick: TickArrays
     program: ProgramArrays
+
+
+@cache
+def adder(add: Callable) -> Callable[[Any, Turn], None]:
+    """Makes a function that is told a `Turn`.
+
+    Args:
+        add: The `add` of an ingredient.
+    """
+    add = helper(add)
+
+    def add_in_turn(own, turn):
+        add(own, turn.part, turn.tick, turn.program)
+
+    return add_in_turn
 
 
 @helper
