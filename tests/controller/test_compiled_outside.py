@@ -29,6 +29,9 @@ from remosplat_drake.controller.ingredients import (
     VelocityCost,
     VelocityCostConfig,
 )
+from remosplat_drake.controller.program.compiled_ingredient import (
+    CompiledIngredient,
+)
 from remosplat_drake.controller.program.guidance import DIRECT
 from remosplat_drake.controller.program.term import NameTakenError, TermError
 from remosplat_drake.controller.program.tick import Tick
@@ -207,6 +210,18 @@ def test_what_cannot_be_compiled_is_named(frankie):
     with pytest.raises(RemoSplatError, match=match) as caught:
         law_with(frankie, Unknown())
     assert "\n" not in str(caught.value)
+
+
+def test_one_that_adds_nothing_is_refused(frankie):
+    class Idle(CompiledIngredient):
+        term = "idle"
+
+        def settings(self, robot):
+            return Which("slow", 1.0)
+
+    match = "^ingredient Idle has no function `add`$"
+    with pytest.raises(RemoSplatError, match=match):
+        law_with(frankie, Idle())
 
 
 @pytest.mark.parametrize("settings", [3.0, (1.0, 2.0), Which("slow", 1.0)])

@@ -94,6 +94,8 @@ def _compiled(
     ingredient: CompiledIngredient, robot: RobotModel
 ) -> AddressedFunction:
     name, settings = type(ingredient).__name__, ingredient.settings(robot)
+    if not hasattr(ingredient, "add"):
+        raise RemoSplatError(f"ingredient {name} has no function `add`")
     try:
         packed = Packed(settings)
     except (AttributeError, TypeError, ValueError) as error:
