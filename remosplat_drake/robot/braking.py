@@ -71,6 +71,15 @@ def executed_command(
     return held_share(age, dt, braking_time(u, acceleration_limit)) * u
 
 
+def spare_time(dt: float) -> float:
+    """Computes how much longer than a tick a station holds a command [s].
+
+    Args:
+        dt: Control period [s].
+    """
+    return (HELD - 1.0) * dt
+
+
 def held_share(age: float, dt: float, ramp: float) -> float:
     """Computes which share of a command a station executes, 0 to 1.
 
@@ -126,18 +135,19 @@ def braking_steps(u, acceleration_limit, dt) -> float:
 
 
 @kernel
-def stopping_times(u, acceleration_limit, dt):
+def stopping_times(u, acceleration_limit, dt, spare):
     """Computes when a tick with u and each tick of its braking ramp end.
 
     Time is counted as if u were held: the ramp shrinks u evenly, by the
     factors 1 - 1/n, 1 - 2/n, ..., and the way of each tick shrinks with it.
     Last is where a station ends that is sent nothing more: it holds u for
-    longer by `HELD` - 1 periods.
+    longer.
 
     Args:
         u: The command of the first tick, shape (n_u,).
         acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
-        dt: Control period [s].
+        dt: Length of the ticks [s].
+        spare: How much longer than a tick a station holds a command [s].
 
     Returns:
         The ends of the ticks, and that of the station, ascending, shape (k,)
@@ -149,5 +159,5 @@ def stopping_times(u, acceleration_limit, dt):
     for k in range(len(times) - 1):
         time += dt * (1.0 - k / steps)
         times[k] = time
-    times[-1] = time + (HELD - 1.0) * dt
+    times[-1] = time + spare
     return times

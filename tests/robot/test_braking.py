@@ -9,6 +9,7 @@ from remosplat_drake.robot.braking import (
     braking_command,
     executed_command,
     periods_between,
+    spare_time,
     stopping_times,
 )
 
@@ -106,7 +107,7 @@ def held_by_station(u: np.ndarray, time: float) -> float:
 def test_whenever_the_ramp_is_sent_it_ends_on_the_path(speed, ages):
     """Each step is late or early, and the last is followed by none."""
     u = np.array([speed, 0.0, 0.0])
-    allowed = stopping_times(u, LIMIT, DT)[-1] * speed
+    allowed = stopping_times(u, LIMIT, DT, spare_time(DT))[-1] * speed
     way = 0.0
     for age in ages:
         if not u.any():
@@ -114,7 +115,7 @@ def test_whenever_the_ramp_is_sent_it_ends_on_the_path(speed, ages):
         way += held_by_station(u, age * DT) * u[0]
         u = braking_command(u, LIMIT, age * DT)
     if u.any():
-        way += stopping_times(u, LIMIT, DT)[-1] * u[0]
+        way += stopping_times(u, LIMIT, DT, spare_time(DT))[-1] * u[0]
     assert way <= allowed + 1e-9
 
 
@@ -122,5 +123,5 @@ def test_whenever_the_ramp_is_sent_it_ends_on_the_path(speed, ages):
 @settings(max_examples=50)
 def test_the_path_ends_where_a_station_does(speed):
     u = np.array([speed, 0.0, 0.0])
-    end = stopping_times(u, LIMIT, DT)[-1]
+    end = stopping_times(u, LIMIT, DT, spare_time(DT))[-1]
     assert end == pytest.approx(held_by_station(u, 60.0))

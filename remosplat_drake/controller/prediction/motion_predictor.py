@@ -16,7 +16,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.controller.prediction.history import History, Ramp
 from remosplat_drake.controller.prediction.predict import predict
 from remosplat_drake.robot.actuators import ActuatorModel
-from remosplat_drake.robot.braking import HELD
+from remosplat_drake.robot.braking import spare_time
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
@@ -97,7 +97,7 @@ class MotionPredictor(LeafSystem):
         self._robot, self._model = robot, model
         self._ramp = Ramp(robot.acceleration_limit, period)
         # A station begins its ramp so much later than a tick on time would.
-        self._slack = (HELD - 1.0) * period
+        self._slack = spare_time(period)
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )

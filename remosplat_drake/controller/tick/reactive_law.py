@@ -34,6 +34,7 @@ from remosplat_drake.controller.tick.program_of import program_of
 from remosplat_drake.controller.tick.tick_program import TickProgram
 from remosplat_drake.controller.verification.kernels.verified import KeptArrays
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.robot.braking import spare_time
 from remosplat_drake.robot.robot_model import RobotModel
 
 T = TypeVar("T")
@@ -134,6 +135,8 @@ class ReactiveLaw:
         self.ingredients: Sequence[AnyIngredient] = tuple(ingredients)
         self.compiled = CompiledLaw(robot, self.ingredients)
         self.dt = dt
+        # That of the robot's station, whatever steps a rollout takes.
+        self._spare = spare_time(dt)
         self.solver = _solver(solver)
         self.verify = verify
         self.strict = any(
@@ -212,6 +215,7 @@ class ReactiveLaw:
             own = self._own
             kept = KeptArrays(
                 float(self.dt),
+                self._spare,
                 self.self_clearance is not None,
                 own.arrays.values,
                 float(own.stopping),

@@ -65,6 +65,7 @@ from remosplat_drake.controller.verification.map_calls import (
     map_for_kernels,
 )
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.robot.braking import spare_time
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.robot_state import RobotState
 from remosplat_drake.scene.mover import STILL
@@ -109,6 +110,7 @@ class Surroundings:
             # A copy, since numba compiles for arrays that may be written.
             np.array(u, float),
             float(self.dt),
+            spare_time(self.dt),
         )
 
     def objection(self, path: PathArrays) -> str:
@@ -159,7 +161,7 @@ def _path_objection(
     path,
 ):
     """Asks `path_objection` of the kernels, for Python."""
-    kept = KeptArrays(dt, looks_at_itself, own, own_stopping, 0.0)
+    kept = KeptArrays(dt, 0.0, looks_at_itself, own, own_stopping, 0.0)
     around = Around(
         robot,
         (compiled, off, line),

@@ -28,6 +28,7 @@ from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.braking import (
     braking_command,
     executed_command,
+    spare_time,
 )
 from remosplat_drake.robot.robot_arrays import RobotArrays, state_arrays
 from remosplat_drake.robot.robot_model import RobotModel
@@ -79,7 +80,8 @@ def make_path(
     """The path of a command, and of its ramp."""
     u = np.array(u, float)
     late = prompt_motion(len(u)) if motion is None else motion.arrays
-    return stopping_path(robot, late, np.array(q, float), u, dt)
+    spare = spare_time(dt)
+    return stopping_path(robot, late, np.array(q, float), u, dt, spare)
 
 
 def at(path: PathArrays, times: np.ndarray) -> np.ndarray:
@@ -124,6 +126,7 @@ def verified_command(
     own = around.self_clearance or SelfClearance.make(around.robot, 0.0)
     kept = KeptArrays(
         around.dt,
+        spare_time(around.dt),
         around.self_clearance is not None,
         own.arrays.values,
         own.stopping,

@@ -23,7 +23,6 @@ from remosplat_drake.controller.verification.kernels.places import (
 )
 from remosplat_drake.robot.actuator_response import respond
 from remosplat_drake.robot.braking import (
-    HELD,
     braking_steps,
     stopping_times,
 )
@@ -36,7 +35,7 @@ _GROWTH = 1.5
 
 
 @kernel
-def stopping_path(robot, motion, q, u, dt) -> PathArrays:
+def stopping_path(robot, motion, q, u, dt, spare) -> PathArrays:
     """Makes the path of a command and its ramp.
 
     Args:
@@ -44,14 +43,16 @@ def stopping_path(robot, motion, q, u, dt) -> PathArrays:
         motion: What the robot is about to do already, the `MotionArrays`.
         q: Configuration at which the path starts, shape (n_q,) [rad, m].
         u: The command, shape (n_u,).
-        dt: Control period [s].
+        dt: Length of a tick [s].
+        spare: How much longer than a tick a station holds a command [s]; the
+            tube of a robot that is late knows it already.
     """
     limit = robot.acceleration_limit
     if motion.is_late:
         return _late_path(motion, q, u, limit, dt, robot.n_base)
-    times = stopping_times(u, limit, dt)
+    times = stopping_times(u, limit, dt, spare)
     clock = dt * np.arange(1.0, len(times) + 1.0)
-    clock[-1] = clock[-2] + (HELD - 1.0) * dt
+    clock[-1] = clock[-2] + spare
     return held(q, u, robot.n_base, times, clock)
 
 

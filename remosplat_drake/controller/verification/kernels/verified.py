@@ -66,7 +66,8 @@ class KeptArrays(NamedTuple):
     """What verification keeps from tick to tick.
 
     Attributes:
-        dt: Control period [s].
+        dt: Length of a tick [s].
+        spare: How much longer than that a station holds a command [s].
         looks_at_itself: Whether it looks at the robot's own shapes, too.
         own: The pairs of these.
         own_stopping: The distance that they keep [m].
@@ -74,6 +75,7 @@ class KeptArrays(NamedTuple):
     """
 
     dt: float
+    spare: float
     looks_at_itself: bool
     own: OwnArrays
     own_stopping: float
@@ -218,7 +220,12 @@ def verified(kept, around, u, ramp):
     for scale in SCALES:
         command = u if scale == 1.0 else ramp + scale * (u - ramp)
         path = stopping_path(
-            robot, around.motion, around.q, command.copy(), kept.dt
+            robot,
+            around.motion,
+            around.q,
+            command.copy(),
+            kept.dt,
+            kept.spare,
         )
         found = path_objection(kept, around, path)
         if found == NOTHING:
