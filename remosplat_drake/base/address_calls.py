@@ -1,8 +1,8 @@
 """Calls from kernels to functions that are compiled by themselves.
 
 A kernel contains what it calls: it is compiled anew, for minutes, when one of
-these functions changes. A function of somebody else's must not cost that. So it
-is compiled alone, and the kernel is told its address. What it shall read goes
+these functions changes. A user's function must not cost that. So it is
+compiled alone, and the kernel is told its address. What it shall read goes
 to it as a named tuple, which it finds packed: see `Packed`.
 """
 

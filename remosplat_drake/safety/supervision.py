@@ -5,6 +5,7 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.base.ranges import check_ranges
+from remosplat_drake.robot.braking import periods_between
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervisor_config import SupervisorConfig
 from remosplat_drake.scene.mover import Movers
@@ -38,6 +39,15 @@ class SupervisorLaw:
     min_clearance: float
     strict: bool = False
     obeyed: bool = True
+
+    def elapsed(self, before: float, now: float) -> float:
+        """Returns the time from one tick to the next, in whole periods [s].
+
+        Args:
+            before: Time of the tick before [s]; NaN for none.
+            now: Time of the tick [s].
+        """
+        return self.dt * periods_between(before, now, self.dt)
 
     @staticmethod
     def make(

@@ -23,7 +23,6 @@ import math
 
 from remosplat_drake.robot.braking import (
     braking_command,
-    periods_between,
 )
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.symptoms import (
@@ -61,7 +60,7 @@ def supervise(
     is_clear = all(symptom.name != "clearance" for symptom in found)
     since = _since(state, found, now.time)
     tripped = _tripped(found, since, now)
-    elapsed = law.dt * periods_between(state.time, now.time, law.dt)
+    elapsed = law.elapsed(state.time, now.time)
     state = dc.replace(
         state,
         time=now.time,

@@ -8,7 +8,6 @@ import numpy as np
 
 from remosplat_drake.robot.braking import (
     executed_command,
-    periods_between,
 )
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.signals import station_status, tick_report
@@ -69,13 +68,10 @@ def symptoms(
     ]
 
 
-def has_paused(
+def _has_paused(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> bool:
-    """Tells whether the loop stood still for longer than it may.
-
-    The drivers' watchdogs have stopped the robot meanwhile.
-    """
+    """Tells whether the loop stood still for longer than it may."""
     return now.time - state.time > law.dt + law.config.max_overrun
 
 
@@ -87,7 +83,7 @@ def _of_clock(
         yield Symptom("clock", "the clock is not finite")
     elif pause < 0:
         yield Symptom("clock", f"the clock went back by {-pause:.3g} s")
-    elif has_paused(law, state, now):
+    elif _has_paused(law, state, now):
         yield Symptom("clock", f"the loop stood still for {pause:.3g} s")
 
 
@@ -125,7 +121,7 @@ def _of_motion(
         state.command,
         law.acceleration,
         law.dt,
-        law.dt * periods_between(state.time, now.time, law.dt),
+        law.elapsed(state.time, now.time),
     )
     if motion is not None:
         expected = motion.v_measured
@@ -175,8 +171,7 @@ def _of_bounds(
 ) -> Iterator[Symptom]:
     if not law.strict or state.mode not in (STARTING, RUNNING):
         return
-    step = law.acceleration * law.dt
-    step *= periods_between(state.time, now.time, law.dt)
+    step = law.acceleration * law.elapsed(state.time, now.time)
     for what, value, bound in (
         ("is", now.command, law.velocity),
         ("changes by", now.command - state.command, step),

@@ -2,8 +2,6 @@
 
 import dataclasses as dc
 import math
-from collections.abc import Iterator
-from itertools import count
 
 import numpy as np
 
@@ -11,43 +9,9 @@ from remosplat_drake.controller.prediction.kernels.append_command import (
     append_command,
 )
 from remosplat_drake.controller.prediction.kernels.lead_forward import LONG_AGO
+from remosplat_drake.controller.prediction.station_ramp import StationRamp
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.base_motion import base_command
-from remosplat_drake.robot.braking import HELD, executed_command
-
-
-@dc.dataclass(frozen=True, eq=False)
-class Ramp:
-    """How a station brakes by itself, see `braking`.
-
-    Attributes:
-        acceleration: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
-        period: Control period [s].
-    """
-
-    acceleration: np.ndarray
-    period: float
-
-    def steps(
-        self, u: np.ndarray, time: float
-    ) -> Iterator[tuple[float, np.ndarray]]:
-        """Yields what follows a command within a time, and how old it is then.
-
-        Args:
-            u: The command, shape (n_u,) [m/s, rad/s].
-            time: Time until the next command [s].
-        """
-        for k in count():
-            age = (HELD + k) * self.period
-            if age >= time or not u.any():
-                return
-            command = executed_command(
-                u, self.acceleration, self.period, age + 0.5 * self.period
-            )
-            yield age, command
-            if not command.any():
-                return
-
 
 WINDOW = 1.0
 """Time over which predictions are compared with measurements [s]: about as
@@ -105,7 +69,7 @@ class History:
         model: ActuatorModel,
         time: float,
         u: np.ndarray,
-        ramp: Ramp | None = None,
+        ramp: StationRamp | None = None,
     ) -> "History":
         """Adds a command, and forgets what has no effect any more.
 

@@ -13,8 +13,9 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
-from remosplat_drake.controller.prediction.history import History, Ramp
+from remosplat_drake.controller.prediction.history import History
 from remosplat_drake.controller.prediction.predict import predict
+from remosplat_drake.controller.prediction.station_ramp import StationRamp
 from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.braking import spare_time
 from remosplat_drake.robot.robot_model import RobotModel
@@ -43,7 +44,11 @@ class _Known:
         return self
 
     def with_command(
-        self, model: ActuatorModel, sent: float, u: np.ndarray, ramp: Ramp
+        self,
+        model: ActuatorModel,
+        sent: float,
+        u: np.ndarray,
+        ramp: StationRamp,
     ) -> "_Known":
         """Adds the command of the tick before, sent at its time or later."""
         sent = max(self.time, sent)
@@ -95,7 +100,7 @@ class MotionPredictor(LeafSystem):
         super().__init__()
         self.set_name("predictor")
         self._robot, self._model = robot, model
-        self._ramp = Ramp(robot.acceleration_limit, period)
+        self._ramp = StationRamp(robot.acceleration_limit, period)
         # A station begins its ramp so much later than a tick on time would.
         self._slack = spare_time(period)
         self._configuration_input = self.DeclareVectorInputPort(

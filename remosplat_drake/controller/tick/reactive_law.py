@@ -135,7 +135,7 @@ class ReactiveLaw:
         self.ingredients: Sequence[AnyIngredient] = tuple(ingredients)
         self.compiled = CompiledLaw(robot, self.ingredients)
         self.dt = dt
-        # That of the robot's station, whatever steps a rollout takes.
+        # The station's, also where a rollout takes longer steps.
         self._spare = spare_time(dt)
         self.solver = _solver(solver)
         self.verify = verify

@@ -1,19 +1,19 @@
 """The mobile base driver's rules for `BASE_COMMAND`: watchdog and clamping.
 
 Two watchdogs guard the base: stamps expire as the arm's do, and a base that
-hears nothing for 0.2 s stops whatever the stamps said. A command that came with
-a ramp is held for 1.5 control periods instead, and then the ramp leads to rest,
-as it was verified. A command beyond the
-maxima is clamped: the LD-60's ROS node would reject it, and go on at the old
-speed with its own watchdog disarmed.
+hears nothing for 0.2 s stops, also if its stamps are good. A command that came
+with a ramp is held for 1.5 control periods instead, and then the ramp leads to
+rest, as it was verified. A command beyond the maxima is clamped: the LD-60's
+ROS node would reject it, and go on at the old speed with its own watchdog
+disarmed.
 """
 
 import dataclasses as dc
 import math
-from contextlib import suppress
 
 import numpy as np
 
+from remosplat_drake.hardware.drivers.latest_ramp import LatestRamp
 from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY, COMMAND_RAMP
 from remosplat_drake.hardware.wire.command_limits import scaled_command
 from remosplat_drake.hardware.wire.messages.base_command import base_command
@@ -22,7 +22,6 @@ from remosplat_drake.hardware.wire.packets import (
     decode,
     is_expired,
 )
-from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
 
 WATCHDOG = 0.2
 """Time without a command after which the base stops [s]."""
@@ -100,7 +99,7 @@ class BaseCommands:
         self._utime = 0
         self._arrival = -math.inf
         self._velocity = (0.0, 0.0)
-        self._ramp: Ramp | None = None
+        self._ramp = LatestRamp()
         self._is_new = False
         self.received = 0
 
@@ -113,8 +112,7 @@ class BaseCommands:
             time: Time now, by a clock that never jumps [s].
         """
         if channel == COMMAND_RAMP:
-            with suppress(BrokenMessage):
-                self._ramp = decode_ramp(data)
+            self._ramp.receive(data)
         else:
             self.receive(data, time)
 
@@ -157,8 +155,8 @@ class BaseCommands:
     def _share(self, now: int, silence: float) -> float:
         """Which share of the command counts now."""
         expired = is_expired(self._utime, now, self._expiry)
-        ramp = self._ramp
-        if ramp is None or ramp.utime != self._utime:
+        ramp = self._ramp.of(self._utime)
+        if ramp is None:
             return float(not (expired or silence > self._watchdog))
         if self._is_new and expired:
             return 0.0

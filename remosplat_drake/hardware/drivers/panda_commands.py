@@ -9,13 +9,12 @@ that is no velocity command at all, at which drake-franka-driver exits, is
 counted and left aside: a stray packet must not end a motion.
 """
 
-from contextlib import suppress
-
 import numpy as np
 from drake import lcmt_panda_command
 from pydrake.manipulation import PandaControlMode
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.hardware.drivers.latest_ramp import LatestRamp
 from remosplat_drake.hardware.wire.channels import (
     COMMAND_EXPIRY,
     COMMAND_RAMP,
@@ -27,7 +26,6 @@ from remosplat_drake.hardware.wire.packets import (
     from_utime,
     is_expired,
 )
-from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
 
 JOINTS = 7
 """Number of the Panda's joints."""
@@ -97,7 +95,7 @@ class ArmCommands:
         self._velocity: np.ndarray | None = None
         self._utime = 0
         self._came: int | None = None
-        self._ramp: Ramp | None = None
+        self._ramp = LatestRamp()
         self.received = 0
         self.broken = 0
         self.complaint = ""
@@ -111,8 +109,7 @@ class ArmCommands:
             data: The encoded packet; a broken one is left aside.
         """
         if channel == COMMAND_RAMP:
-            with suppress(BrokenMessage):
-                self._ramp = decode_ramp(data)
+            self._ramp.receive(data)
         else:
             self.receive(data)
 
@@ -156,8 +153,8 @@ class ArmCommands:
         if self._came is None:
             self._came = now
         age = from_utime(now - self._came)
-        ramp = self._ramp
-        if ramp is None or ramp.utime != self._utime:
+        ramp = self._ramp.of(self._utime)
+        if ramp is None:
             return float(not is_expired(self._utime, now, self._expiry))
         # A clock that goes back tells no age.
         if age < 0 or is_expired(self._utime, self._came, self._expiry):

@@ -12,7 +12,6 @@ from pydrake.systems.analysis import Simulator
 
 from remosplat_drake.controller.prediction.history import (
     History,
-    Ramp,
     base_way,
 )
 from remosplat_drake.controller.prediction.kernels.append_command import (
@@ -28,6 +27,7 @@ from remosplat_drake.controller.prediction.predict import (
     modelled_way,
     predict,
 )
+from remosplat_drake.controller.prediction.station_ramp import StationRamp
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.signals.station_status import StationStatus
 
@@ -139,7 +139,7 @@ def test_a_base_is_led_along_its_arc(frankie):
 def test_a_station_brakes_where_no_command_comes(acceleration, way):
     axes = model([Actuator()] * 3)
     history = driven(axes, np.ones((1, 3)))
-    ramp = Ramp(np.full(3, acceleration), 0.1)
+    ramp = StationRamp(np.full(3, acceleration), 0.1)
     after = history.with_command(axes, 1.0, np.zeros(3), ramp)
     np.testing.assert_allclose(after.way[-1], way)
     # A command in time finds it as it was sent.

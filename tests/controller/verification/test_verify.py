@@ -372,66 +372,71 @@ def test_a_joint_beyond_its_limit_may_only_come_back(three_link):
     assert scale_of(three_link, field, q, [0.1, 0, 0]) == 1.0
 
 
+class Table:
+    """Frankie beside a table, and the distances that it must keep there."""
+
+    def __init__(self, robot: RobotModel, itself: SelfClearance):
+        scene = generate("table", 3)
+        self.robot, self.itself = robot, itself
+        self.field = SignedDistanceField(scene)
+        self.q = np.array([0.3, *scene.X_WB_start[1:], *robot.home])
+        self.level = np.minimum(STOPPING, self.around(self.q, DT).clearance)
+        self.own_level = np.minimum(0.01, itself.distances(self.q))
+
+    def around(self, q, dt: float) -> Around:
+        limit, itself = self.robot.acceleration_limit, self.itself
+        return around(
+            self.robot, self.field, q, dt=dt, limit=limit, self_clearance=itself
+        )
+
+    def check(self, q, slack: float) -> None:
+        """Fails if something is nearer by more than the slack."""
+        spheres = self.robot.spheres_at(q)
+        found = self.field.clearances(spheres).per_sphere(len(spheres))
+        assert (found >= self.level - slack).all()
+        assert (self.itself.distances(q) >= self.own_level - slack).all()
+        assert (q >= self.robot.position_lower - 1e-9).all()
+        assert (q <= self.robot.position_upper + 1e-9).all()
+
+
+@pytest.fixture(scope="module")
+def table(frankie, frankie_itself) -> Table:
+    return Table(frankie, frankie_itself)
+
+
 @pytest.mark.parametrize("dt", [0.01, 0.05, 0.1])
 def test_whoever_commands_at_random_keeps_all_that_is_promised(
-    frankie, frankie_itself, dt
+    frankie, table, dt
 ):
     """At full speed here and there for 5 s, seen five times a tick."""
     rng = np.random.default_rng(round(1e3 * dt))
-    scene = generate("table", 3)
-    field, n = SignedDistanceField(scene), len(frankie.spheres)
-    limit = frankie.acceleration_limit
-    q = np.array([0.3, *scene.X_WB_start[1:], *frankie.home])
+    limit, q = frankie.acceleration_limit, table.q
     u, refused = np.zeros(9), 0
-    first = around(frankie, field, q, self_clearance=frankie_itself)
-    level = np.minimum(STOPPING, first.clearance)
-    own_level = np.minimum(0.01, frankie_itself.distances(q))
     for tick in range(round(5.0 / dt)):
         if tick % round(0.5 / dt) == 0:
             goal = rng.choice([-1, -0.5, 0.5, 1], 9) * frankie.velocity_limit
-        here = around(
-            frankie, field, q, dt=dt, limit=limit, self_clearance=frankie_itself
-        )
         wanted = np.clip(goal, u - limit * dt, u + limit * dt)
-        u, scale, _ = verified_command(here, wanted, u)
+        u, scale, _ = verified_command(table.around(q, dt), wanted, u)
         refused += scale < 1.0
         for share in np.linspace(0.2, 1.0, 5):
-            at = frankie.advance(q, u, share * dt)
-            spheres = frankie.spheres_at(at)
             slack = 1e-9 if share == 1.0 else TOLERANCE
-            found = field.clearances(spheres).per_sphere(n)
-            assert (found >= level - slack).all()
-            own = frankie_itself.distances(at)
-            assert (own >= own_level - slack).all()
-            assert (at >= frankie.position_lower - 1e-9).all()
-            assert (at <= frankie.position_upper + 1e-9).all()
+            table.check(frankie.advance(q, u, share * dt), slack)
         q = frankie.advance(q, u, dt)
     assert refused > 0
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.05])
-def test_nothing_creeps_where_commands_come_when_they_like(
-    frankie, frankie_itself, dt
-):
+def test_nothing_creeps_where_commands_come_when_they_like(frankie, table, dt):
     """After 0.2 to 11 periods; the station holds a command, then brakes."""
     rng = np.random.default_rng(round(1e3 * dt))
-    scene = generate("table", 3)
-    field, n = SignedDistanceField(scene), len(frankie.spheres)
-    limit = frankie.acceleration_limit
-    q = np.array([0.3, *scene.X_WB_start[1:], *frankie.home])
+    limit, q = frankie.acceleration_limit, table.q
     u, age, refused = np.zeros(9), 1.0, 0
-    first = around(frankie, field, q, self_clearance=frankie_itself)
-    level = np.minimum(STOPPING, first.clearance)
-    own_level = np.minimum(0.01, frankie_itself.distances(q))
     for tick in range(800):
         if tick % round(1.0 / dt) == 0:
             goal = rng.choice([-1, -0.5, 0.5, 1], 9) * frankie.velocity_limit
-        here = around(
-            frankie, field, q, dt=dt, limit=limit, self_clearance=frankie_itself
-        )
         executed = executed_command(u, limit, dt, age * dt)
         wanted = np.clip(goal, executed - limit * dt, executed + limit * dt)
-        u, scale, _ = verified_command(here, wanted, u, age)
+        u, scale, _ = verified_command(table.around(q, dt), wanted, u, age)
         refused += scale < 1.0
         age = rng.choice([rng.uniform(0.2, 1.6), rng.uniform(0.2, 11.0)])
         ends = np.append(np.arange(1.5, age), age)
@@ -439,12 +444,7 @@ def test_nothing_creeps_where_commands_come_when_they_like(
             v = executed_command(u, limit, dt, 0.5 * (begin + end) * dt)
             for share in (0.5, 1.0):
                 at = frankie.advance(q, v, share * (end - begin) * dt)
-                found = field.clearances(frankie.spheres_at(at)).per_sphere(n)
-                assert (found >= level - TOLERANCE - 1e-9).all()
-                own = frankie_itself.distances(at)
-                assert (own >= own_level - TOLERANCE - 1e-9).all()
-                assert (at >= frankie.position_lower - 1e-9).all()
-                assert (at <= frankie.position_upper + 1e-9).all()
+                table.check(at, TOLERANCE + 1e-9)
             q = at
     assert refused > 0
 

@@ -1,0 +1,41 @@
+"""`StationRamp`: how a station brakes that hears no newer command."""
+
+import dataclasses as dc
+from collections.abc import Iterator
+from itertools import count
+
+import numpy as np
+
+from remosplat_drake.robot.braking import HELD, executed_command
+
+
+@dc.dataclass(frozen=True, eq=False)
+class StationRamp:
+    """How a station brakes by itself, see `braking`.
+
+    Attributes:
+        acceleration: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
+        period: Control period [s].
+    """
+
+    acceleration: np.ndarray
+    period: float
+
+    def steps(
+        self, u: np.ndarray, time: float
+    ) -> Iterator[tuple[float, np.ndarray]]:
+        """Yields what follows a command within a time, and how old it is then.
+
+        Args:
+            u: The command, shape (n_u,) [m/s, rad/s].
+            time: Time until the next command [s].
+        """
+        command = u
+        for k in count():
+            age = (HELD + k) * self.period
+            if age >= time or not command.any():
+                return
+            command = executed_command(
+                u, self.acceleration, self.period, age + 0.5 * self.period
+            )
+            yield age, command

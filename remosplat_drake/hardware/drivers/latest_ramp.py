@@ -1,0 +1,28 @@
+"""`LatestRamp`: the ramp that a driver was told last."""
+
+from contextlib import suppress
+
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
+
+
+class LatestRamp:
+    """The latest ramp, which belongs to the command of its stamp alone."""
+
+    def __init__(self):
+        """Starts without a ramp."""
+        self._ramp: Ramp | None = None
+
+    def receive(self, data: bytes) -> None:
+        """Takes in an encoded ramp; a broken one is left aside."""
+        with suppress(BrokenMessage):
+            self._ramp = decode_ramp(data)
+
+    def of(self, utime: int) -> Ramp | None:
+        """Returns the ramp of a command; None if it has none.
+
+        Args:
+            utime: The command's stamp [us].
+        """
+        ramp = self._ramp
+        return ramp if ramp is not None and ramp.utime == utime else None
