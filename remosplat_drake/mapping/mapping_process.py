@@ -29,14 +29,15 @@ sender would have to wait."""
 PATIENCE = 600.0
 """Longest time that `wait` waits [s]."""
 
-_NICENESS = 19
-"""Niceness of the process: everybody else goes first."""
+_NICENESS = 5
+"""Niceness of the process: control goes first, and two busy cores still leave
+it a quarter of one."""
 
 _log = logging.getLogger(__name__)
 
 
 class MappingProcess:
-    """Takes pictures and makes maps in a process of lowest priority (nice 19).
+    """Takes pictures and makes maps in a process of lower priority (nice 5).
 
     Nothing waits for the process, neither for its start nor for its answers.
     All that it knows is in its session's folder: when it dies, `poll` tells

@@ -17,6 +17,7 @@ _STRONG = Rgba(0.88, 0.06, 0.05)
 _TUBE_RADIUS = 0.005
 _DOT_RADIUS = 0.011
 _SHORTEST = 1e-4  # A contact still has a direction [m].
+_PALE_PERIOD = 0.2  # Shortest time between two drawings of the thin lines [s].
 
 
 class ClearanceLines:
@@ -36,6 +37,7 @@ class ClearanceLines:
         self._robot = robot
         self._tube = tube_mesh(np.array([[0, 0, 0], [0, 0, 1.0]]), _TUBE_RADIUS)
         self._shown: list[bool] = []
+        self._pale_drawn, self._pale_time = np.zeros((2, 0, 3)), -np.inf
 
     def draw(self, report: TickReport, time: float):
         """Draws the clearances of one control tick.
@@ -46,9 +48,7 @@ class ClearanceLines:
         """
         start, end = line_ends(self._robot, report)
         pale = report.kept & ~report.tight
-        self._meshcat.SetLineSegments(
-            KEPT, start[pale].T, end[pale].T, line_width=1.5, rgba=_PALE
-        )
+        self._draw_pale(np.stack((start[pale], end[pale])).round(3), time)
         tight = np.flatnonzero(report.tight)
         for i in range(len(self._shown), len(tight)):
             self._add_to_pool(i)
@@ -57,6 +57,21 @@ class ClearanceLines:
                 self._place(i, start[tight[i]], end[tight[i]], time)
             if shown != (i < len(tight)):
                 self._show(i, i < len(tight), time)
+
+    def _draw_pale(self, ends: np.ndarray, time: float):
+        """Draws the thin lines, if they have changed.
+
+        A browser lays its whole panel of controls out again for each new
+        object: more often than this keeps a core busy.
+        """
+        is_early = 0 <= time - self._pale_time < _PALE_PERIOD
+        if is_early or np.array_equal(ends, self._pale_drawn):
+            return
+        self._pale_drawn, self._pale_time = ends, time
+        start, end = ends
+        self._meshcat.SetLineSegments(
+            KEPT, start.T, end.T, line_width=1.5, rgba=_PALE
+        )
 
     def _add_to_pool(self, i: int):
         vertices, faces = self._tube
