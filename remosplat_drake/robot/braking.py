@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels import helper, kernel
 
 HELD = 1.5
 """Periods for which a station executes a command without a newer one."""
@@ -66,8 +66,23 @@ def executed_command(
     Returns:
         The velocities, shape (n_u,); zero if u is not finite.
     """
+    # Copies, as in `braking_command`.
+    limit = np.array(acceleration_limit, float)
+    return held_command(np.array(u, float), limit, float(dt), float(age))
+
+
+@kernel
+def held_command(u, acceleration_limit, dt, age):
+    """Computes what `executed_command` does, for kernels, shape (n_u,).
+
+    Args:
+        u: The command, shape (n_u,).
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+        dt: Control period [s].
+        age: Time since the command began to act [s].
+    """
     if not np.isfinite(u).all():
-        return np.zeros(len(u))
+        return np.zeros_like(u)
     return held_share(age, dt, braking_time(u, acceleration_limit)) * u
 
 
@@ -80,6 +95,7 @@ def spare_time(dt: float) -> float:
     return (HELD - 1.0) * dt
 
 
+@helper
 def held_share(age: float, dt: float, ramp: float) -> float:
     """Computes which share of a command a station executes, 0 to 1.
 
@@ -92,16 +108,6 @@ def held_share(age: float, dt: float, ramp: float) -> float:
     if steps <= 0:
         return 1.0
     return max(1.0 - steps * dt / ramp, 0.0) if ramp > 0.0 else 0.0
-
-
-def braking_time(u: np.ndarray, acceleration_limit: np.ndarray) -> float:
-    """Computes how long the ramp from a command to zero takes [s].
-
-    Args:
-        u: The command, shape (n_u,) [rad/s, m/s].
-        acceleration_limit: Bounds on |du/dt|, shape (n_u,) [rad/s^2, m/s^2].
-    """
-    return float((np.abs(u) / acceleration_limit).max())
 
 
 def periods_between(before: float, now: float, dt: float) -> float:
@@ -119,7 +125,21 @@ def periods_between(before: float, now: float, dt: float) -> float:
     return max(float(round(periods)), 1.0) if math.isfinite(periods) else 1.0
 
 
-@kernel
+@helper
+def braking_time(u, acceleration_limit) -> float:
+    """Computes how long the ramp from a command to zero takes [s].
+
+    Args:
+        u: The command, shape (n_u,).
+        acceleration_limit: Bounds on |du/dt|, shape (n_u,).
+    """
+    longest = 0.0
+    for j in range(len(u)):
+        longest = max(longest, abs(u[j]) / acceleration_limit[j])
+    return longest
+
+
+@helper
 def braking_steps(u, acceleration_limit, dt) -> float:
     """Counts the ticks of the braking ramp from u, not rounded.
 
@@ -128,10 +148,7 @@ def braking_steps(u, acceleration_limit, dt) -> float:
         acceleration_limit: Bounds on |du/dt|, shape (n_u,).
         dt: Control period [s].
     """
-    steps = 0.0
-    for j in range(len(u)):
-        steps = max(steps, abs(u[j]) / (acceleration_limit[j] * dt))
-    return steps
+    return braking_time(u, acceleration_limit) / dt
 
 
 @kernel

@@ -8,7 +8,6 @@ from remosplat_drake.controller.program.guidance import DIRECT, Guidance
 from remosplat_drake.controller.program.kernels.binding_arrays import BOUND_PART
 from remosplat_drake.controller.program.program_terms import row_name
 from remosplat_drake.controller.tick.kernels.settle import (
-    SCENE,
     UNKNOWN,
     Settled,
     settle_tick,
@@ -25,10 +24,6 @@ from remosplat_drake.controller.verification.map_calls import (
 from remosplat_drake.controller.verification.protective_separation import (
     Monitoring,
     least_separation,
-)
-from remosplat_drake.robot.braking import (
-    braking_command,
-    executed_command,
 )
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals import tick_report
@@ -100,13 +95,12 @@ def run_tick(
     start = perf_counter()
     late = prompt_motion(law.robot.n_u) if motion is None else motion.arrays
     given = TickInputs(time, Aim.of(aim), field, guidance, late, movers)
-    q, limit = np.array(q, float), law.robot.acceleration_limit
-    executed = executed_command(u_previous, limit, law.dt, periods * law.dt)
-    ramp = braking_command(u_previous, limit, periods * law.dt)
+    # Copies, since numba compiles anew for arrays that may not be written.
+    q, u = np.array(q, float), np.array(u_previous, float)
     near = clearances.within(law.collision.influence)
     calls = TickCalls(law, given)
     with calls as line:
-        found = _settled(law, given, near, q, executed, ramp, line)
+        found = _settled(law, given, near, q, u, float(periods), line)
     problem = UNKNOWN[found.unknown] or calls.unusable
     names = RowNames(law.compiled.ingredients, law.robot, movers, calls.outside)
     binding = named_binding(found.binding, names)
@@ -121,7 +115,7 @@ def run_tick(
         scale=found.scale,
         clearances=Clearances.none() if found.unknown else near,
         kept=found.kept,
-        tight=_tight(found),
+        tight=found.tight,
         aim=given.aim,
         binding=binding,
         line_deviation=_line_deviation(law, given.aim, q),
@@ -136,8 +130,8 @@ def _settled(
     given: TickInputs,
     near: Clearances,
     q: np.ndarray,
-    executed: np.ndarray,
-    ramp: np.ndarray,
+    u_previous: np.ndarray,
+    periods: float,
     line: int,
 ) -> Settled:
     movers = given.moving
@@ -153,8 +147,8 @@ def _settled(
             given.aim.arrays,
             row_arrays(near),
             q,
-            executed,
-            ramp,
+            u_previous,
+            periods,
             given.guidance.arrays,
             line,
         )
@@ -177,14 +171,6 @@ def named_binding(found: BindingArrays, names: RowNames) -> Binding:
         row = (BOUND, index, ()) if is_bound else names.name(part, index, about)
         rows.append(BoundRow(*row))
     return Binding(tuple(rows), A, push)
-
-
-def _tight(found: Settled) -> np.ndarray:
-    """Which of m clearances hold with equality, shape (m,), bool."""
-    tight = np.zeros(len(found.kept), bool)
-    part, index, _ = found.binding[0].T
-    tight[index[part == SCENE]] = True
-    return tight
 
 
 def _reason(found: Settled, names: RowNames) -> str:

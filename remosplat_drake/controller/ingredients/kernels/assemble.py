@@ -1,7 +1,7 @@
 """The library's ingredients, added to the program of a tick by one kernel."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -132,30 +132,25 @@ class Assembled(NamedTuple):
     ended: int
 
 
-def in_turn(adders: Sequence[Callable], k: int = 0) -> Callable:
+def in_turn(adders: Sequence[Callable]) -> Callable:
     """Makes a function that calls those of the ingredients that are present.
+
+    Its source is written here, a line an ingredient. Compiled code cannot loop
+    over functions, and functions that each call the next one cost it twice as
+    much: whatever is passed on through all of them is counted in each.
 
     Args:
         adders: The functions, in the order of `KINDS`.
-        k: Number of the first that is called.
     """
-    if k == len(adders):
-        return helper(_add_nothing)
-    add, add_others = adders[k], in_turn(adders, k + 1)
-
-    def add_those(parts, tick, program):
-        if parts.present[k]:
-            add(parts.settings[k], k, tick, program)
-        add_others(parts, tick, program)
-
-    # Compiled code knows functions by their names: kernels that two processes
-    # have compiled must not mean two by one.
-    add_those.__name__ = add_those.__qualname__ = f"add_{k}_and_others"
-    return helper(add_those)
-
-
-def _add_nothing(parts, tick, program):
-    pass
+    lines = (
+        f"    if parts.present[{k}]:"
+        f" adders_{k}(parts.settings[{k}], {k}, tick, program)\n"
+        for k in range(len(adders))
+    )
+    names: dict[str, Any] = {f"adders_{k}": add for k, add in enumerate(adders)}
+    names["__name__"] = __name__
+    exec("def add_all(parts, tick, program):\n" + "".join(lines), names)
+    return helper(names["add_all"])
 
 
 add_all = in_turn([add for _, add in KINDS])

@@ -35,6 +35,7 @@ from remosplat_drake.controller.verification.kernels.verified import (
     surroundings,
     verified,
 )
+from remosplat_drake.robot.braking import held_command, next_on_ramp
 from remosplat_drake.robot.robot_arrays import state_arrays
 from remosplat_drake.scene.kernels.mover_reach import aged
 from remosplat_drake.signals.compiled_map import are_known
@@ -94,6 +95,7 @@ class Settled(NamedTuple):
         scale: `TickReport.scale`.
         objection: Number of the objection in `verified.OBJECTIONS`.
         kept: `TickReport.kept`.
+        tight: `TickReport.tight`.
         binding: What `binding_arrays` returns.
         yielded: Of each row that yielded the number of its ingredient, and
             what it is about, shape (y, 2).
@@ -105,6 +107,7 @@ class Settled(NamedTuple):
     scale: float
     objection: int
     kept: np.ndarray
+    tight: np.ndarray
     binding: tuple[np.ndarray, np.ndarray, np.ndarray]
     yielded: np.ndarray
     unknown: int
@@ -124,7 +127,7 @@ def settle_tick(
     rows,
     q,
     u_previous,
-    ramp,
+    periods,
     guidance,
     line,
 ):
@@ -143,8 +146,8 @@ def settle_tick(
         aim: The `AimArrays`.
         rows: The `RowArrays` of the clearances.
         q: Configuration, shape (n_q,) [rad, m].
-        u_previous: The command that is being executed, shape (n_u,).
-        ramp: The braking ramp's next step, shape (n_u,).
+        u_previous: The command that was sent last, shape (n_u,).
+        periods: How many control periods ago that was.
         guidance: The `GuidanceArrays`.
         line: Number of the `PythonCalls`.
 
@@ -154,16 +157,22 @@ def settle_tick(
     state = state_arrays(robot, q)
     given = robot, (compiled, off, line), state, rows, aged(movers, age), motion
     unknown = what_is_unknown(q, rows, aim)
+    limit, elapsed = robot.acceleration_limit, periods * law.dt
+    executed = held_command(u_previous, limit, law.dt, elapsed)
+    ramp = next_on_ramp(u_previous, limit, elapsed)
     program, u, status, verdict = settle(
-        law, given, now, 0.0, aim, unknown == 0, u_previous, ramp, guidance
+        law, given, now, 0.0, aim, unknown == 0, executed, ramp, guidance
     )
     command, scale, objection = verdict
-    kept, yielded = np.zeros(len(rows.sphere), np.bool_), _yielded(program)
+    kept, tight = np.zeros((2, len(rows.sphere)), np.bool_)
     if status != BRAKING:
         first, last = program.rows[SCENE]
         for i in range(first, last):
             kept[i - first] = program.kept[i]
         binding = binding_arrays(program, u)
+        for part, index, _ in binding[0]:
+            if part == SCENE:
+                tight[index] = True
     else:
         binding = np.empty((0, 3), np.int64), np.empty((0, 0)), np.empty(0)
     return (
@@ -172,8 +181,9 @@ def settle_tick(
         scale,
         objection,
         kept,
+        tight,
         binding,
-        yielded,
+        _yielded(program),
         unknown,
     )
 
