@@ -7,6 +7,7 @@ import re
 import resource
 import signal
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -157,6 +158,15 @@ def test_an_interrupted_run_keeps_what_it_has(folder):
     check_consistent(result, application)
 
 
+@pytest.fixture
+def heard_ctrl_c() -> Iterator[None]:
+    """Ctrl-C as on a terminal: processes in the background ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heard_ctrl_c")
 def test_ctrl_c_ends_the_run_after_its_step(folder, monkeypatch):
     """In the middle of a step, it would come out of a kernel as a defect."""
     application = make_application(folder, "One")
