@@ -62,10 +62,11 @@ def test_lines_disappear_with_their_rows(page, frankie, report, is_visible):
     dut.draw(report, time=0.0)
     pale = len(page.meshcat._GetPackedObject(KEPT))
     nothing = TickReport.before_first(frankie.n_q, frankie.n_u)
-    dut.draw(nothing, time=0.1)  # The thin ones wait: a browser is slow.
+    dut.draw(nothing, time=0.1)
+    assert not is_visible(page.meshcat, f"{TIGHT}/0")
+    # The thin ones wait: a browser is slow.
     assert len(page.meshcat._GetPackedObject(KEPT)) == pale
     dut.draw(nothing, time=0.2)
-    assert not is_visible(page.meshcat, f"{TIGHT}/0")
     # One segment less: two points of three float32.
     assert len(page.meshcat._GetPackedObject(KEPT)) == pale - 24
 
