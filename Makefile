@@ -10,7 +10,7 @@ DOCS := $(VENV)/.docs
 SOURCES := remosplat_drake apps tests docs/hooks
 
 .PHONY: run test test-all smoke browser fuzz check lint format types docs \
-  bench clean help
+  bench kernels wheel clean help
 
 help: ## List the targets.
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -53,6 +53,12 @@ docs: $(DOCS) ## Build the documentation into site/; a warning is an error.
 
 bench: $(DEV) ## Time the control tick and print one table.
 	$(BIN)/remosplat bench $(ARGS)
+
+kernels: $(DEV) ## List anew which kernels runs need.
+	$(BIN)/python -m apps.packaging.kernel_list
+
+wheel: $(DEV) ## Build a wheel with compiled kernels for this Python.
+	$(BIN)/python -m apps.packaging.wheel $(ARGS)
 
 clean: ## Remove the environment and what was built.
 	rm -rf .venv .venv-* build dist site *.egg-info

@@ -32,6 +32,10 @@ hypothesis.settings.register_profile(
 )
 hypothesis.settings.load_profile("project")
 
+# Where several processes test, they keep the cores busy.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("REMOSPLAT_COMPILERS", "0")
+
 _TESTS = Path(__file__).resolve().parent
 THREE_LINK = _TESTS / "data" / "three_link.yaml"
 _SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"

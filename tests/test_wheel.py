@@ -6,6 +6,7 @@ import subprocess
 import sys
 import venv
 import zipfile
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,11 @@ from patience import PATIENCE
 
 pytest.importorskip("build", reason="needs the dev dependency `build`")
 pytest.importorskip("hatchling", reason="needs the dev dependency `hatchling`")
+
+pytest.importorskip("wheel", reason="needs the dev dependency `wheel`")
+
+from apps.packaging.wheel import build
+from remosplat_drake.base.kernels import files
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "remosplat_drake"
@@ -43,11 +49,13 @@ def clean_environment() -> dict[str, str]:
     return {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
 
 
-def run_job(python: Path | str, cwd: Path, *arguments: str) -> dict:
+def run_job(
+    python: Path | str, cwd: Path, *arguments: str, **environment: str
+) -> dict:
     result = subprocess.run(
         [python, "-c", MAIN_JOB, *arguments],
         cwd=cwd,
-        env=clean_environment(),
+        env=clean_environment() | environment,
         capture_output=True,
         text=True,
         timeout=2 * PATIENCE,
@@ -101,6 +109,36 @@ def test_it_finds_its_scenarios_wherever_it_is_unpacked(wheel, tmp_path):
     assert job["code"] == 0
     assert Path(job["package"]).is_relative_to(tmp_path)
     assert Path(job["models"]).is_relative_to(tmp_path)
+
+
+def test_a_wheel_with_kernels_compiles_nothing(tmp_path):
+    """And says what its kernels are for where they do not fit."""
+    (path,) = build(tmp_path / "dist").parent.iterdir()
+    assert path.stat().st_size < 20e6
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path / "site")
+        (name,) = (n for n in archive.namelist() if n.endswith("/METADATA"))
+        metadata = archive.read(name).decode()
+    for package in ("numba", "llvmlite"):
+        assert f"Requires-Dist: {package}=={version(package)}\n" in metadata
+    cache = tmp_path / "cache"
+    environment = {"NUMBA_CACHE_DIR": str(cache)}
+    job = run_job(
+        sys.executable, tmp_path / "site", "run", "--headless", **environment
+    )
+    assert job["code"] == 0
+    assert Path(job["package"]).is_relative_to(tmp_path)
+    assert "compiling" not in job["stderr"]
+    assert not list(cache.glob("*.kernel"))
+    (made,) = (tmp_path / "site").rglob(files.MADE_FOR)
+    made.write_text("Python 2")
+    for kernel in made.parent.glob("chain-*"):
+        kernel.unlink()
+    job = run_job(
+        sys.executable, tmp_path / "site", "run", "--headless", **environment
+    )
+    assert "those of the package are for Python 2, here is" in job["stderr"]
+    assert [kernel.name[:6] for kernel in cache.glob("*.kernel")] == ["chain-"]
 
 
 @pytest.mark.smoke

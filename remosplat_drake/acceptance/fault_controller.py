@@ -27,7 +27,7 @@ from remosplat_drake.app.hardware_run import (
 )
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.safety.supervisor_system import STOP_BUTTON
 from remosplat_drake.signals.distance_field import Clearances, DistanceField

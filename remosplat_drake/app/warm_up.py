@@ -46,7 +46,11 @@ _AWAY = np.array([0.1, 0.1, 0.1])  # From the start to the target [m].
 
 
 def compile_kernels(
-    scenario: Scenario, world: World, *, live_map: bool = False
+    scenario: Scenario,
+    world: World,
+    *,
+    live_map: bool = False,
+    plans: bool = True,
 ) -> None:
     """Runs some ticks of a scenario's own loop, right beside an obstacle.
 
@@ -59,6 +63,8 @@ def compile_kernels(
         world: What the scenario's files hold; the robot, where it starts, and
             what its map is made of matter here.
         live_map: Whether another map may take its place.
+        plans: Whether planning is rehearsed, too. Where nothing waits for the
+            clock, its kernels may be loaded when a path is wanted.
 
     Raises:
         RemoSplatError: The loop cannot be made.
@@ -78,7 +84,8 @@ def compile_kernels(
         simulator = Simulator(build(scenario, beside).diagram)
         simulator.AdvanceTo((TICKS - 0.5) * scenario.control_period)
         _tick_among_movers(scenario, beside)
-        _plan_once(scenario, beside)
+        if plans:
+            _plan_once(scenario, beside)
     if scenario.movers_from == CAMERAS:
         _look(scenario, world)
 

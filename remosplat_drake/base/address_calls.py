@@ -15,15 +15,15 @@ from weakref import WeakValueDictionary
 import numpy as np
 from llvmlite import ir
 from numba import config, types
-from numba.core import cgutils
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
-from remosplat_drake.base.kernels import callback, helper
-from remosplat_drake.base.packed import (
+from remosplat_drake.base.kernels import callback, helper, overload
+from remosplat_drake.base.kernels.packed import (
     Packed,
     PackedType,
     packed_type,
     packed_words,
+    store_words,
 )
 
 DONE, RAISED, MISFIT = range(3)
@@ -128,10 +128,7 @@ def _call(typing_context, function, settings, told):
     def generate(context, builder, signature, arguments):
         del signature
         words = packed_words(context, builder, told, arguments[2])
-        at = cgutils.alloca_once(builder, ir.ArrayType(_WORD, len(words)))
-        first = builder.bitcast(at, _WORD.as_pointer())
-        for k, word in enumerate(words):
-            builder.store(word, builder.gep(first, [ir.Constant(_WORD, k)]))
+        first = store_words(builder, words)
         # An address is passed as a word is.
         kind = ir.FunctionType(_WORD, [_WORD] * 3)
         called = builder.inttoptr(arguments[0], kind.as_pointer())

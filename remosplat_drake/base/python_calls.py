@@ -12,7 +12,7 @@ which the kernel takes the safe way. What was raised is the `error` of the
 """
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import count
 from typing import Any
 
@@ -21,9 +21,14 @@ from llvmlite import binding, ir
 from numba import types
 from numba.core import cgutils
 from numba.core.errors import TypingError
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 
-from remosplat_drake.base.packed import Packed, PackedType
+from remosplat_drake.base.kernels import overload
+from remosplat_drake.base.kernels.packed import (
+    Packed,
+    PackedType,
+    packed_field,
+)
 
 FAILED = -1
 """What a call answers whose function has raised."""
@@ -152,7 +157,7 @@ def ask_python(number, function, values) -> int:
         number: The number of the `PythonCalls`.
         function: Which of its functions is asked.
         values: A tuple of contiguous arrays and of numbers; named tuples of
-            these may be among them.
+            these, packed or not, may be among them.
 
     Returns:
         What the function returns, or `FAILED`.
@@ -201,7 +206,8 @@ def _call(typing_context, number, function, values):
     def generate(context, builder, signature, arguments):
         del signature
         words, places = [], []
-        for value, kind in _flat_values(builder, arguments[2], values):
+        flat = _flat_values(context, builder, arguments[2], values)
+        for value, kind in flat:
             places.append(1 + len(parts) + len(words))
             words += _described(context, builder, value, kind)
         size = 1 + len(places) + len(words)
@@ -219,8 +225,12 @@ def _call(typing_context, number, function, values):
     return types.int64(types.int64, types.int64, values), generate
 
 
-def _flat(values):
+def _flat(values: Any) -> Iterator[Any]:
     """Yields what a tuple holds, and the tuples in it, one after the other."""
+    if isinstance(values, Packed):
+        values = values.values
+    elif isinstance(values, PackedType):
+        values = values.fields
     if isinstance(values, tuple | types.BaseTuple):
         for part in values:
             yield from _flat(part)
@@ -228,12 +238,16 @@ def _flat(values):
         yield values
 
 
-def _flat_values(builder, value, kind):
+def _flat_values(context, builder, value, kind):
     """Yields the values in a compiled tuple, and their types."""
     if isinstance(kind, types.BaseTuple):
         for k, part in enumerate(kind):
             field = builder.extract_value(value, k)
-            yield from _flat_values(builder, field, part)
+            yield from _flat_values(context, builder, field, part)
+    elif isinstance(kind, PackedType):
+        for k, part in enumerate(kind.fields):
+            field = packed_field(context, builder, kind, value, k)
+            yield from _flat_values(context, builder, field, part)
     else:
         yield value, kind
 

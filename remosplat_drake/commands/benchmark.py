@@ -177,7 +177,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.jobs > 1:
         with (
             Progress(console, "warming up") as progress,
-            compiling_shown(progress),
+            compiling_shown(progress, trials[0].method.scenario),
         ):
             compile_kernels(trials, splats is not None)
     seconds = 60 * arguments.stop_after
@@ -250,7 +250,7 @@ def _run(
 ) -> _Outcome:
     orders, records = [], []
     progress = BenchmarkProgress(console)
-    with progress, compiling_shown(progress):
+    with progress, compiling_shown(progress, trials[0].method.scenario):
         if splats is not None:
             orders = missing_splats(trials, splats.recipe)
             progress.start_splats(len(orders))

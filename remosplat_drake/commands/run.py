@@ -3,7 +3,9 @@
 import argparse
 import math
 import time
+from collections.abc import Callable
 from pathlib import Path
+from threading import current_thread, main_thread
 
 from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.diagram import build
@@ -45,9 +47,11 @@ from remosplat_drake.commands.wire import (
     add_robot_arguments,
     prepare_robot,
 )
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import (
     PageState,
     ended,
+    preparing,
     unsupervised,
 )
 from remosplat_drake.visualization.robot_view import draw_robot
@@ -138,15 +142,20 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.hardware and arguments.realtime_rate is not None:
         raise RemoSplatError("--realtime-rate: not with --hardware")
     prepare_robot(arguments, scenario, console)
-    with Progress(console) as progress, compiling_shown(progress):
+    page = None
+    if arguments.save_html or not arguments.headless:
+        page = open_page(arguments)
+        page.show(preparing("reading the scenario"))
+    with (
+        Progress(console) as progress,
+        compiling_shown(progress, scenario, _teller(page)),
+    ):
         world = load_world(scenario)
         places = target_places(scenario, world)
         knowledge = examine_map(scenario, world, places)
         admission = admit(knowledge, arguments, scenario.source)
-        compile_kernels(scenario, world)
-    page = None
-    if arguments.save_html or not arguments.headless:
-        page = open_page(arguments)
+        compile_kernels(scenario, world, plans=bool(arguments.hardware))
+    if page is not None:
         show_verdict(page, knowledge)
     mcap = opened_recorder(arguments, scenario, world.robot)
     application = build(
@@ -196,6 +205,17 @@ def run(arguments: argparse.Namespace) -> int:
     if result.outcome == INTERRUPTED:
         return 130
     return 0 if result.outcome == REACHED and is_recorded else 1
+
+
+def _teller(page: MeshcatPage | None) -> Callable[[str], None]:
+    """Returns what says on the page what is being done before the run."""
+
+    def tell(text: str) -> None:
+        # Meshcat serves one thread; others compile, too.
+        if page is not None and current_thread() is main_thread():
+            page.show(preparing(text))
+
+    return tell
 
 
 def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float | None:

@@ -159,7 +159,10 @@ def run(arguments: argparse.Namespace) -> int:
     folder = arguments.session or _new_folder(scenario)
     prepare_robot(arguments, scenario, console)
     check_mappable(scenario)
-    with Progress(console) as progress, compiling_shown(progress):
+    with (
+        Progress(console) as progress,
+        compiling_shown(progress, scenario),
+    ):
         world = load_world(scenario, blank=scenario.mapping.enabled)
         check_one_end_effector(scenario, world.robot)
         wrist_camera_mount(scenario, world.robot)

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.oracle.question import asked_in_one
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, together

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.threads import kept_threads
 from remosplat_drake.oracle.depth_rows import nearest_rows
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, DepthSensor

@@ -6,7 +6,7 @@ import hashlib
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.oracle.unknown_space import (
     UnknownSpaceField,
     unknown_space_field,

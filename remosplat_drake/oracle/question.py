@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, clearance_rows
 from remosplat_drake.signals.distance_field import Clearances

@@ -13,7 +13,7 @@ import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.kernels.solid_distance import (
     box_distance,

@@ -7,7 +7,7 @@ from threading import Lock
 import numba
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.threads import both
 from remosplat_drake.oracle.kernels.ellipsoid_distance import CONVERGE
 from remosplat_drake.oracle.kernels.nearest_splat import (

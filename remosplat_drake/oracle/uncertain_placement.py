@@ -14,7 +14,7 @@ knows, only not from where.
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Misplacement
 from remosplat_drake.signals.distance_field import Clearances, DistanceField

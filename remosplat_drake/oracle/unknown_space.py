@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.oracle.kernels.nearest_voxel import query
 from remosplat_drake.oracle.question import question
 from remosplat_drake.oracle.voxel_octree import (

@@ -10,7 +10,7 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.base.kernels import numpy_kernel
+from remosplat_drake.base.kernels import numpy_helper, numpy_kernel
 from remosplat_drake.oracle.depth_rasterization_reference import DepthImages
 from remosplat_drake.oracle.depth_sensor import N_VIEWS, R_DV, DepthSensor
 from remosplat_drake.oracle.kernels.footprints import (
@@ -148,7 +148,7 @@ def _fragments(records, rules, p_WV, R_WV):
     return np.array(pixels)[1:], np.array(depths)[1:], np.array(alphas)[1:]
 
 
-@numpy_kernel
+@numpy_helper
 def _ball_span(x, z, radius):
     """Ray coordinates between which a ball at (x, z) appears in the image.
 

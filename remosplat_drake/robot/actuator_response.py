@@ -5,9 +5,10 @@ import math
 import numpy as np
 
 from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels.returns import reals, several
 
 
-@kernel
+@kernel(linked=True)
 def step(v, target, dt, time_constant, acceleration, dead_band):
     """Advances one axis while one command is in effect, exactly.
 
@@ -39,7 +40,7 @@ def step(v, target, dt, time_constant, acceleration, dead_band):
     return after, 0.5 * (v + after) * dt
 
 
-@kernel
+@kernel(returns=several(reals(2), reals(2)))
 def respond(parameters, sent, u, start, v, until):
     """Computes what `ActuatorModel.response` says, for all axes."""
     k, n = until.shape

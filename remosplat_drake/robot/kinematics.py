@@ -26,7 +26,7 @@ from pydrake.multibody.tree import (
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 
 FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
 """Kinds of joints in `KinematicTree.kind`."""
@@ -174,7 +174,7 @@ def make_kinematic_tree(
     return tree
 
 
-@kernel
+@kernel(linked=True)
 def advance(q, u, n_base, time):
     """Integrates the configuration while u is held constant, exactly.
 
@@ -256,7 +256,7 @@ def body_poses(tree, q):
     return X_WB, X_WF
 
 
-@kernel
+@kernel(linked=True)
 def compose(X_AB, X_BC, X_AC):
     """Writes the product of two poses, shape (4, 4) each, into a third."""
     for r in range(3):
@@ -278,7 +278,7 @@ def copy_poses(X, Y):
                 Y[i, r, c] = X[i, r, c]
 
 
-@kernel
+@kernel(linked=True)
 def joint_pose(kind, axis, value, X):
     """Writes the pose X_FM of a joint, by Rodrigues' formula or as a slide.
 

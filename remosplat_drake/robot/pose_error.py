@@ -67,7 +67,7 @@ def error_arrays(X_WE, X_WT):
     return p_ET_W, rotation_vector(R_ET_W), p_ET_E
 
 
-@kernel
+@kernel(linked=True)
 def rotation_vector(R):
     """Computes angle times axis of a rotation matrix, stable at 0 and at pi.
 

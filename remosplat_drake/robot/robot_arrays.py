@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import named, reals
 from remosplat_drake.robot.kinematics import (
     TreeArrays,
     body_poses,
@@ -91,7 +92,11 @@ class StateArrays(NamedTuple):
     o_W: np.ndarray
 
 
-@kernel
+STATE = named(StateArrays, *map(reals, (1, 3, 3, 3, 2, 3, 3, 2, 2)))
+"""Numba's type of a state."""
+
+
+@kernel(returns=STATE)
 def state_arrays(robot, q):
     """Computes the `StateArrays` of a configuration.
 

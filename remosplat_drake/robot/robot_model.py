@@ -13,7 +13,7 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake.base.errors import FieldError, unknown_name
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.ranges import joined
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin

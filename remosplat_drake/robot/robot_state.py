@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.robot_arrays import RobotArrays, StateArrays
 from remosplat_drake.robot.sphere_model import Spheres

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import REAL, reals, several
 from remosplat_drake.base.vectors import cross, dot, norm, rotation
 from remosplat_drake.robot.pose_error import error_arrays, rotation_vector
 
@@ -61,7 +62,7 @@ def target_of(aim, i) -> TargetArrays:
     )
 
 
-@kernel
+@kernel(returns=several(reals(1), reals(1), reals(1)))
 def asked_error(X_WE, target):
     """Computes the attributes of a `PoseError` in what a target asks for.
 
@@ -153,7 +154,7 @@ def asked_rotation(X_WE, X_WT, weights):
     return result
 
 
-@kernel
+@kernel(returns=several(reals(1), REAL, reals(1), reals(1), reals(1)))
 def place_on_line(X_WE, target):
     """Finds the place S on a target's line that is nearest to E.
 

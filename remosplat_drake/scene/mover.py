@@ -15,7 +15,7 @@ from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover_camera import MoverCamera
 

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.target_arrays import AimArrays
 from remosplat_drake.signals.target import Target

@@ -10,11 +10,16 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
-from numba.extending import overload
+from numba import extending, types
 
-from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.base.packed import Packed, bind_code
+from remosplat_drake.base.kernels import (
+    helper,
+    kernel,
+    note_extension,
+    overload,
+)
+from remosplat_drake.base.kernels.packed import Packed, bind_code
+from remosplat_drake.base.kernels.returns import TRUTH, reals, several, wholes
 from remosplat_drake.base.python_calls import FAILED, ask_python, packed_at
 
 
@@ -122,8 +127,10 @@ def answers(kind: type, kernel: Callable) -> None:
         kernel: The kernel, with the arguments of `ask`.
     """
     bind_code(kind, kernel)
+    note_extension(kernel)
 
-    @overload(ask)
+    # The kind's type tells this form of `ask` from others: see `bind_code`.
+    @extending.overload(ask)
     def _ask_kind(compiled, question, answer):
         if getattr(compiled, "kind", None) is kind:
             return lambda compiled, question, answer: kernel(
@@ -197,7 +204,7 @@ def _ask_each(maps, question, answers):
     return one_by_one
 
 
-@kernel
+@kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), TRUTH))
 def clearance_rows(maps, p_WS, radius, ignore_below, within):
     """Finds the rows of `Clearances`: the answer of each map to each sphere.
 

@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.sphere_batch import SphereBatch
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.clearance_batch import ClearanceBatch

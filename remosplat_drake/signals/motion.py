@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.actuators import ActuatorModel
 
 

@@ -60,6 +60,15 @@ class PageState:
         return self.phase in (REACHED, MISSED, REPLAYED)
 
 
+def preparing(text: str) -> PageState:
+    """Returns the state before a run can start.
+
+    Args:
+        text: What is being done.
+    """
+    return PageState(WAITING, "Preparing", text)
+
+
 def waiting(name: str) -> PageState:
     """Returns the state before a run that somebody at the page starts.
 

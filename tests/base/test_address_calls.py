@@ -14,7 +14,7 @@ from remosplat_drake.base.address_calls import (
     call_address,
 )
 from remosplat_drake.base.kernels import kernel
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 
 
 class Inner(NamedTuple):

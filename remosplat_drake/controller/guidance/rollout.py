@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.guidance.kernels.rollout_steps import (
     rollout_steps,
 )

@@ -6,7 +6,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.ingredients.collision_damper import (
     CollisionDamperConfig,
@@ -79,7 +80,7 @@ class ActiveCollisionSettings(NamedTuple):
     mover_separation: float
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_active_collision_cost(own, k, tick, program):
     """Adds a linear cost on the approach to everything near.
 

@@ -6,7 +6,8 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
@@ -47,7 +48,7 @@ class BaseOrientationSettings(NamedTuple):
     gain: float
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_base_orientation_cost(own, k, tick, program):
     """Adds a linear cost that turns the base towards the end effector.
 

@@ -6,7 +6,8 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
@@ -92,7 +93,7 @@ class CollisionSettings(NamedTuple):
     gain: float
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_collision_damper(own, k, tick, program):
     """Adds a velocity damper before the scene: a row for every clearance.
 

@@ -8,7 +8,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
@@ -124,7 +125,7 @@ class JointLimitSettings(NamedTuple):
     most_stop: np.ndarray
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_joint_limit_damper(own, k, tick, program):
     """Adds a velocity damper before the limits of the arm's joints.
 

@@ -7,6 +7,7 @@ import numpy as np
 from annotated_types import Interval
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import NOTHING, REAL, reals, several
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.base.vectors import cross, dot
 from remosplat_drake.controller.program.compiled_ingredient import (
@@ -48,7 +49,7 @@ class ManipulabilitySettings(NamedTuple):
     gain: float
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_manipulability_cost(own, k, tick, program):
     """Adds a linear cost that keeps the arm away from singularities.
 
@@ -80,7 +81,7 @@ def add_manipulability_cost(own, k, tick, program):
             program.linear[k, n + j] -= own.gain * gradient[j]
 
 
-@kernel
+@kernel(returns=several(REAL, reals(1)))
 def manipulability(Jw, Jv):
     """Computes the manipulability m = sqrt(det(J J')) and its gradient.
 

@@ -6,7 +6,8 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
@@ -80,7 +81,7 @@ class MoverSettings(NamedTuple):
     gain: float
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_mover_damper(own, k, tick, program):
     """Adds a velocity damper before what moves.
 

@@ -7,7 +7,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
@@ -72,7 +73,7 @@ class PathTrackingSettings(NamedTuple):
     max_speed: float
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_path_tracking(own, k, tick, program):
     """Adds the cost of leaving the path of the tick's guidance.
 

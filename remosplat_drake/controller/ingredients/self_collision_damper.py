@@ -6,7 +6,8 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
@@ -101,7 +102,7 @@ class SelfCollisionSettings(NamedTuple):
     slope: float
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_self_collision_damper(own, k, tick, program):
     """Adds a velocity damper between the robot's own links.
 

@@ -7,7 +7,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.base.vectors import dot
 from remosplat_drake.controller.ingredients.collision_damper import (
@@ -88,7 +89,7 @@ class ServoSettings(NamedTuple):
     stopping: float
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_servo_tracking(own, k, tick, program):
     """Tracks the servo's twist with each end effector that has a target.
 

@@ -5,7 +5,8 @@ from typing import Annotated, NamedTuple
 
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
@@ -44,7 +45,7 @@ class VelocityCostSettings(NamedTuple):
     weight: float
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_velocity_cost(own, k, tick, program):
     """Adds a quadratic cost of motion.
 

@@ -6,7 +6,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
@@ -99,7 +100,7 @@ class VelocityLimitsSettings(NamedTuple):
     acceleration: bool
 
 
-@helper
+@kernel(returns=NOTHING)
 def add_velocity_limits(own, k, tick, program):
     """Bounds the command by what the actuators can do.
 

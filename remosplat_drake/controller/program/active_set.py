@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 
 OPTIMAL, INFEASIBLE, UNDECIDED = 0, 1, 2
 """How `solve_dense` ends: with the optimum, with the proof that no u satisfies
@@ -47,7 +48,7 @@ class DenseProgram(NamedTuple):
     b: np.ndarray
 
 
-@kernel
+@kernel(returns=several(reals(1), reals(1), WHOLE))
 def solve_dense(H, c, A, b):
     """Minimises 1/2 u'Hu + c'u subject to A u <= b.
 

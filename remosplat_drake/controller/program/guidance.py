@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.program.kernels.tick_arrays import (
     GuidanceArrays,
 )

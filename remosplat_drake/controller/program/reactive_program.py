@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.program.drake_program import DrakeProgram
 from remosplat_drake.controller.program.kernels.outside import (
     slack_form_of_outside,

@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.ingredients import SelfCollisionDamper
 from remosplat_drake.controller.ingredients.kernels.assemble import (
     PARTS,

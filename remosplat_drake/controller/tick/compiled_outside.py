@@ -12,7 +12,7 @@ from remosplat_drake.base.address_calls import (
     AddressedFunction,
 )
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.ranges import shown
 from remosplat_drake.controller.ingredients.kernels.assemble import (
     OUTSIDE,

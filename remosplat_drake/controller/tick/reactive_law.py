@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.ingredients import (
     CollisionDamper,
     CollisionDamperConfig,

@@ -4,7 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.controller.program.tick import Tick
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw

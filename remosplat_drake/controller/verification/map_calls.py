@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.python_calls import PythonCalls, Question
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sphere_model import Spheres

@@ -166,7 +166,7 @@ def least_separation(
     if sphere < 0:
         return None
     name = movers.movers[mover].name
-    return Separation(links[sphere], name, distance, needed)
+    return Separation(links[int(sphere)], name, distance, needed)
 
 
 def protective_separation(

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.verification.kernels.verified import OwnArrays
 from remosplat_drake.robot.relative_motion import levers
 from remosplat_drake.robot.robot_model import RobotModel

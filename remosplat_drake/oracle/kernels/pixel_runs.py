@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.lanes import FEW, WIDTH, few_lanes_from, write_lanes
-from remosplat_drake.base.packed import Packed
 from remosplat_drake.oracle.depth_sensor import N_VIEWS
 from remosplat_drake.oracle.kernels.depth_view import DepthViews, new_views
 from remosplat_drake.oracle.kernels.footprints import inlined, lean

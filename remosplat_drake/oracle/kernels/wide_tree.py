@@ -68,7 +68,7 @@ def widen(nodes, links, leaf_size):
     return wide[:count], children[:count]
 
 
-@kernel
+@kernel(linked=True)
 def largest_below(children, values):
     """Finds the largest value below each child of a wide hierarchy.
 

@@ -23,7 +23,7 @@ derivatives by theta_A, t_A, s and o; `pair_expansion` has the others.
 
 import numpy as np
 
-from remosplat_drake.base.kernels import numpy_kernel
+from remosplat_drake.base.kernels import numpy_helper, numpy_kernel
 
 UNKNOWNS = 8
 """theta_A, t_A, s, o."""
@@ -38,7 +38,7 @@ FLOOR = 1e-4
 """Least standard deviation of a residual: what no model of noise has [m]."""
 
 
-@numpy_kernel
+@numpy_helper
 def _turned(pose, x, y, z):
     """Returns a vector of a camera's frame in W."""
     return (
@@ -48,7 +48,7 @@ def _turned(pose, x, y, z):
     )
 
 
-@numpy_kernel
+@numpy_helper
 def _turned_back(pose, x, y, z):
     """Returns a vector of W in a camera's frame."""
     return (
@@ -58,7 +58,7 @@ def _turned_back(pose, x, y, z):
     )
 
 
-@numpy_kernel
+@numpy_helper
 def _plane_at(stack, b, x, y):
     """Returns normal and distance of view b's plane on the ray (x, y, 1).
 
@@ -254,7 +254,7 @@ def pair_equations(
                 tilts[k, j, i] = tilts[k, i, j]
 
 
-@numpy_kernel
+@numpy_helper
 def _add_tilt(w, scale, value, tilts):
     """Adds w (G G^T - J J^T), the upper half, with J = G n, G = ([p] x, 1)."""
     x, y, z = value[10], value[11], value[12]

@@ -6,7 +6,7 @@ a normal is spanned by neighbours as far apart as the surface is smooth.
 
 import numpy as np
 
-from remosplat_drake.base.kernels import numpy_kernel
+from remosplat_drake.base.kernels import numpy_helper, numpy_kernel
 
 REACHES = (4, 2, 1)
 """Distances to the neighbours that span a normal, best first [pixels]."""
@@ -48,7 +48,7 @@ def _fill_normals(camera, depth, reaches, normal):
                     break
 
 
-@numpy_kernel
+@numpy_helper
 def _span(camera, depth, row, column, reach, normal):
     """Writes the normal spanned by the pixels `reach` away, if smooth."""
     height, width = depth.shape
@@ -79,14 +79,14 @@ def _span(camera, depth, row, column, reach, normal):
     return True
 
 
-@numpy_kernel
+@numpy_helper
 def _point(camera, depth, row, column):
     fx, fy, cx, cy = camera
     z = depth[row, column]
     return (column + 0.5 - cx) / fx * z, (row + 0.5 - cy) / fy * z, z
 
 
-@numpy_kernel
+@numpy_helper
 def _step(ahead, behind, x, y, z):
     """From one neighbour to the opposite one, and whether it is straight."""
     sx, sy, sz = (

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from remosplat_drake.base.kernels import numpy_kernel
+from remosplat_drake.base.kernels import numpy_helper, numpy_kernel
 from remosplat_drake.capture.capture import Capture
 
 NEAR = 0.05
@@ -188,7 +188,7 @@ def gather_votes(patches, view, noise, tolerance, solid, free):
                     free[i, ka, kb] += votes[1, ka, kb] / total
 
 
-@numpy_kernel
+@numpy_helper
 def _add_point(sums, w, a, b, h, deviations):
     sums[0] += w
     sums[1] += w * a
@@ -202,7 +202,7 @@ def _add_point(sums, w, a, b, h, deviations):
     sums[9] += w * deviations * deviations
 
 
-@numpy_kernel
+@numpy_helper
 def _add_color(sums, w, rgb, expected, noise):
     off = 0.0
     for k in range(3):
@@ -213,7 +213,7 @@ def _add_color(sums, w, rgb, expected, noise):
     sums[3] += w
 
 
-@numpy_kernel
+@numpy_helper
 def _window(patches, i, view, noise):
     """Pixels around a patch (top, bottom, left, right, step), and its cosine.
 
@@ -247,7 +247,7 @@ def _window(patches, i, view, noise):
     return (top, bottom, left, right, step), facing / np.sqrt(squared)
 
 
-@numpy_kernel
+@numpy_helper
 def _local_ray(patches, i, view, row, column):
     """A pixel's ray of unit depth in a patch's frame."""
     x = (column + 0.5 - view.center[0]) / view.focal[0]
@@ -261,7 +261,7 @@ def _local_ray(patches, i, view, row, column):
     return a, b, h
 
 
-@numpy_kernel
+@numpy_helper
 def _local_point(patches, i, view, row, column, z):
     """A pixel's point in a patch's frame."""
     a, b, h = _local_ray(patches, i, view, row, column)

@@ -5,7 +5,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.kernels.all_distances import (
     pair_distances,

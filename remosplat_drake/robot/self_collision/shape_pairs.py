@@ -6,7 +6,7 @@ from itertools import chain
 
 import numpy as np
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pair_arrays import (
     PairArrays,

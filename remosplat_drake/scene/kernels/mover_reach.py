@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import REAL, named, reals, wholes
 from remosplat_drake.base.vectors import norm, rotation
 from remosplat_drake.scene.kernels.solid_distance import box_distance
 
@@ -231,7 +232,13 @@ def closing_speed(movers, j, p_WM, p_WS, far, n_W):
     )
 
 
-@kernel
+_MOVERS = named(MoverArrays, *map(reals, (2, 1, 3, 2, 2, 2, 2)), REAL)
+_NEAR = named(
+    NearMoverArrays, wholes(1), wholes(1), reals(1), reals(2), reals(1)
+)
+
+
+@kernel(returns=_MOVERS)
 def moved_on(movers, time, longest) -> MoverArrays:
     """Moves the movers on, as they would be measured later.
 
@@ -254,18 +261,18 @@ def moved_on(movers, time, longest) -> MoverArrays:
             for r in range(3):
                 v_WM[j, r] = w_WM[j, r] = 0.0
     return MoverArrays(
-        movers.half_extents,
-        movers.radius,
+        movers.half_extents.copy(),
+        movers.radius.copy(),
         R_WM,
         p_WM,
         v_WM,
         w_WM,
-        movers.bounds,
+        movers.bounds.copy(),
         movers.age,
     )
 
 
-@kernel
+@kernel(returns=_NEAR)
 def near_movers(movers, p_WS, radius, within) -> NearMoverArrays:
     """Finds the movers that can be near spheres now.
 

@@ -17,7 +17,7 @@ from verified_commands import (
 )
 from verify_reference import least_rooms
 
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.prediction.history import History
 from remosplat_drake.controller.prediction.predict import predict
 from remosplat_drake.generation.scene_generators import generate

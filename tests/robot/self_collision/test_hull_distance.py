@@ -6,13 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from remosplat_drake.base.kernels import kernel
 from remosplat_drake.robot.self_collision.hull_distance_reference import (
     signed_distance,
 )
 from remosplat_drake.robot.self_collision.kernels.gjk import hull_distance
 
-measured = kernel(hull_distance)
+measured = hull_distance
 
 CUBE = np.array(
     [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float

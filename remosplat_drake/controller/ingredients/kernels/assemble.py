@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import WHOLE, named
 from remosplat_drake.controller.ingredients.active_collision_cost import (
     ActiveCollisionCost,
     add_active_collision_cost,
@@ -57,6 +58,7 @@ from remosplat_drake.controller.program.kernels.compiled_terms import (
 )
 from remosplat_drake.controller.program.kernels.dense import prune
 from remosplat_drake.controller.program.kernels.tick_arrays import (
+    PROGRAM,
     ProgramArrays,
     find_movers,
     make_program,
@@ -161,7 +163,7 @@ _JOINTS, _ACTIVE, _MOVERS = (
 )
 
 
-@helper
+@kernel(returns=named(Assembled, PROGRAM, WHOLE, WHOLE))
 def assemble(
     parts,
     robot,

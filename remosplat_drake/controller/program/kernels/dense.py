@@ -3,6 +3,7 @@
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import reals, several
 from remosplat_drake.controller.program.active_set import (
     INFEASIBLE,
     solve_dense,
@@ -82,7 +83,7 @@ def _copy_kept(program, A, b, row):
     return row
 
 
-@kernel
+@kernel(returns=several(reals(2), reals(1), reals(2), reals(1)))
 def dense(lower, upper, slack_lower, slack_upper, A, b, J, V, Q, c):
     """Computes the program in u alone, its slack replaced by V - J u.
 
@@ -133,7 +134,7 @@ def dense(lower, upper, slack_lower, slack_upper, A, b, J, V, Q, c):
     return H, slope, rows[:row], most[:row]
 
 
-@kernel
+@kernel(returns=several(*map(reals, (1, 1, 1, 1, 2, 1, 2, 1, 2, 1))))
 def slack_form(program):
     """Computes the program with its slack.
 
@@ -161,14 +162,14 @@ def slack_form(program):
         if -least > limit - V:
             slack_upper[k] = limit
     return (
-        program.lower,
-        program.upper,
+        program.lower.copy(),
+        program.upper.copy(),
         slack_lower,
         slack_upper,
         A[:m],
         b[:m],
         J,
-        program.V[:r],
+        program.V[:r].copy(),
         Q,
         c,
     )

@@ -9,6 +9,7 @@ from remosplat_drake.controller.program.kernels.dense import (
     slack_form,
 )
 from remosplat_drake.controller.program.kernels.tick_arrays import (
+    PROGRAM,
     OutsideArrays,
     ProgramArrays,
     make_program,
@@ -48,12 +49,12 @@ def add_outside(like, line, program, asked):
     return joined(program, OutsideArrays(bounds, costs, flags, more)), True
 
 
-@kernel
+@kernel(returns=PROGRAM)
 def joined(program, outside) -> ProgramArrays:
     """Joins terms from outside to a program, after the library's own.
 
     Args:
-        program: The `ProgramArrays`, whose terms are then the new one's, too.
+        program: The `ProgramArrays`, whose terms are copied.
         outside: The `OutsideArrays`.
     """
     k, n_u = len(program.rows) - 1, len(program.lower)
@@ -94,21 +95,21 @@ def joined(program, outside) -> ProgramArrays:
         outside.bounds[1].copy(),
         outside.bounds[2].copy(),
         outside.bounds[3].copy(),
-        program.linear,
-        program.quadratic,
-        program.has,
+        program.linear.copy(),
+        program.quadratic.copy(),
+        program.has.copy(),
         A,
         b,
         np.zeros(m + more, np.bool_),
         np.zeros(m + more, np.bool_),
         about,
-        program.rows,
+        program.rows.copy(),
         J,
         V,
         limit,
         price,
-        program.tracked,
-        program.count,
+        program.tracked.copy(),
+        program.count.copy(),
     )
     prune(whole)
     return whole

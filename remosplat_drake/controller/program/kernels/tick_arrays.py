@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import named, reals, truths, wholes
 from remosplat_drake.base.vectors import set_vector
 from remosplat_drake.controller.program.servo import error_scale
 from remosplat_drake.robot.robot_arrays import (
@@ -222,7 +223,22 @@ class ProgramArrays(NamedTuple):
     count: np.ndarray
 
 
-@kernel
+PROGRAM = named(
+    ProgramArrays,
+    *(reals(1), reals(1), reals(1), reals(1), reals(2), reals(2), truths(2)),
+    *(reals(2), reals(1), truths(1), truths(1), wholes(1), wholes(2), reals(2)),
+    *(reals(1), reals(1), reals(1), wholes(1), wholes(1)),
+)
+"""Numba's type of a program."""
+
+_NEAR = named(
+    NearArrays,
+    *(wholes(1), wholes(1), wholes(1)),
+    *(reals(1), reals(2), reals(2), reals(2)),
+)
+
+
+@kernel(returns=_NEAR)
 def near_arrays(near, X_WL) -> NearArrays:
     """Finds where the robot's links are near each other.
 

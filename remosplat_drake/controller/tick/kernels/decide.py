@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 from remosplat_drake.base.python_calls import ask_python
 from remosplat_drake.controller.ingredients.kernels.assemble import (
     OUTSIDE,
@@ -23,7 +24,7 @@ _WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
 """Numbers of the statuses in `tick_report.STATUSES`."""
 
 
-@helper
+@kernel(returns=several(reals(1), WHOLE))
 def decide(program, ramp, strict, is_own_solver, line):
     """Solves the program of a tick, falling back where it has no optimum.
 

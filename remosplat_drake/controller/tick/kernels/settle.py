@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 from remosplat_drake.base.python_calls import ask_python
 from remosplat_drake.controller.ingredients import CollisionDamper
 from remosplat_drake.controller.ingredients.kernels.assemble import (
@@ -21,6 +22,7 @@ from remosplat_drake.controller.program.kernels.binding_arrays import (
 from remosplat_drake.controller.program.kernels.compiled_terms import NO_PART
 from remosplat_drake.controller.program.kernels.outside import add_outside
 from remosplat_drake.controller.program.kernels.tick_arrays import (
+    PROGRAM,
     NearQuestion,
     OutsideRows,
     given_or,
@@ -29,6 +31,7 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
 from remosplat_drake.controller.tick.kernels.decide import BRAKING, decide
 from remosplat_drake.controller.verification.kernels.verified import (
     NOTHING,
+    VERDICT,
     KeptArrays,
     least_clearances,
     sphere_tube,
@@ -206,7 +209,7 @@ def what_is_unknown(q, rows, aim) -> int:
     return 0
 
 
-@helper
+@kernel(returns=several(PROGRAM, reals(1), WHOLE, VERDICT))
 def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
     """Builds the program of a tick, decides, and verifies what is decided.
 

@@ -91,7 +91,7 @@ def longest_way(p, q, bend, time) -> float:
     return apart(p, q) + bend * time * time / 3.0
 
 
-@kernel
+@kernel(linked=True)
 def longest_ways(point, span, bend):
     """Bounds the ways of n points from each of k + 1 looks to the next.
 
@@ -114,7 +114,7 @@ def longest_ways(point, span, bend):
     return way
 
 
-@kernel
+@kernel(linked=True)
 def known_rooms(point, start, room, way, tolerance):
     """Bounds rooms without a look, and tells where that is too little.
 

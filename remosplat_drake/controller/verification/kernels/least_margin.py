@@ -3,6 +3,7 @@
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import REAL
 from remosplat_drake.robot.robot_arrays import add_rate
 from remosplat_drake.scene.kernels.mover_reach import (
     center_distance,
@@ -14,7 +15,7 @@ from remosplat_drake.scene.kernels.mover_reach import (
 )
 
 
-@kernel
+@kernel(returns=REAL)
 def least_margin(robot, state, movers, u, monitoring, tube):
     """Finds the sphere and the mover whose distance exceeds S_p the least.
 

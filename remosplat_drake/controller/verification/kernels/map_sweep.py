@@ -8,6 +8,7 @@ between the looks.
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import TRUTH
 from remosplat_drake.controller.verification.kernels.between_looks import (
     apart,
     longest_way,
@@ -29,7 +30,7 @@ ROUNDS = 5
 """How often that is done; what is unknown after 4^5 pieces is refused."""
 
 
-@kernel
+@kernel(returns=TRUTH)
 def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     """Tells whether all spheres keep their distance from a map on a path.
 

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import TRUTH
 from remosplat_drake.controller.verification.kernels.between_looks import (
     apart,
 )
@@ -30,7 +31,7 @@ from remosplat_drake.scene.kernels.mover_reach import (
 )
 
 
-@kernel
+@kernel(returns=TRUTH)
 def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
     """Tells whether all spheres keep off all movers on a path.
 

@@ -7,6 +7,7 @@ in between only where these two looks do not tell enough.
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import TRUTH
 from remosplat_drake.base.vectors import norm, set_vector
 from remosplat_drake.controller.verification.kernels.between_looks import (
     tolerated,
@@ -32,7 +33,7 @@ _HALVINGS = 10
 """How often a tick is halved; what is still unknown then is refused."""
 
 
-@kernel
+@kernel(returns=TRUTH)
 def pairs_keep_apart(tree, path, own, stopping, off):
     """Tells whether all pairs keep min(stopping, present distance) on a path.
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import WHOLE, named, reals
 from remosplat_drake.robot.kinematics import advance
 
 
@@ -39,7 +40,15 @@ class PathArrays(NamedTuple):
     tube: np.ndarray
 
 
-@kernel
+PATH = named(
+    PathArrays,
+    *(reals(2), reals(2), reals(1), WHOLE),
+    *(reals(1), reals(1), reals(1), reals(1)),
+)
+"""Numba's type of a path."""
+
+
+@kernel(returns=PATH)
 def held(q, u, n_base, times, clock) -> PathArrays:
     """Makes the path on which one command is held.
 

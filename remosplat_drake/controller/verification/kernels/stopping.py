@@ -17,6 +17,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.controller.verification.kernels.places import (
+    PATH,
     PathArrays,
     chain,
     held,
@@ -34,7 +35,7 @@ _GROWTH = 1.5
 """How much longer each piece is than the one before while a lag settles."""
 
 
-@kernel
+@kernel(returns=PATH)
 def stopping_path(robot, motion, q, u, dt, spare) -> PathArrays:
     """Makes the path of a command and its ramp.
 

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import REAL, WHOLE, reals, several
 from remosplat_drake.controller.verification.kernels.between_looks import (
     TOLERANCE,
     tolerated,
@@ -44,6 +45,10 @@ OBJECTIONS = ("", JOINT_LIMIT, SELF_COLLISION, MOVER, COLLISION)
 """What may stand against a command, in the order in which it is looked for."""
 
 NOTHING, _JOINTS, _ITSELF, _MOVERS, _SCENE = range(len(OBJECTIONS))
+
+
+VERDICT = several(reals(1), REAL, WHOLE)
+"""Numba's type of what `verified` returns."""
 
 
 class OwnArrays(NamedTuple):
@@ -137,7 +142,7 @@ def surroundings(
         return Around(
             robot,
             placed,
-            movers,
+            aged(movers, movers.age),
             motion,
             state.q,
             state.p_WS,
@@ -196,7 +201,7 @@ def sphere_tube(robot, tube, speed):
     return bound
 
 
-@helper
+@kernel(returns=VERDICT)
 def verified(kept, around, u, ramp):
     """Finds the command closest to u, towards braking, that may be applied.
 
@@ -235,7 +240,7 @@ def verified(kept, around, u, ramp):
     return ramp, 0.0, first
 
 
-@helper
+@kernel(returns=WHOLE)
 def path_objection(kept, around, path):
     """Says what a path comes too near to, by its number in `OBJECTIONS`.
 

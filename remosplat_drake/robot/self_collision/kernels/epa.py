@@ -9,7 +9,8 @@ lower bound of the signed distance.
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import REAL, several
 from remosplat_drake.base.vectors import cross, dot, norm, set_vector
 from remosplat_drake.robot.self_collision.kernels.support import add_support
 
@@ -23,7 +24,7 @@ _EXACT = 1e-10
 """Two bounds of a depth that are so close are the same [m]."""
 
 
-@helper
+@kernel(returns=several(REAL, REAL, REAL, REAL))
 def penetration(hulls, simplex, size, known, nearest):
     """Computes the signed distance of two hulls that overlap.
 

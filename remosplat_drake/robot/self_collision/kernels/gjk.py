@@ -16,7 +16,8 @@ import math
 
 import numpy as np
 
-from remosplat_drake.base.kernels import helper
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import REAL, several
 from remosplat_drake.robot.self_collision.kernels.epa import penetration
 from remosplat_drake.robot.self_collision.kernels.simplex import (
     nearest_on_simplex,
@@ -36,7 +37,7 @@ def make_work():
     return np.zeros((3, 4, 3)), np.zeros(4), np.zeros(3), np.zeros((2, 3))
 
 
-@helper
+@kernel(returns=several(REAL, REAL, REAL, REAL))
 def hull_distance(hulls, guess, enough, work):
     """Computes the signed distance of two hulls, negative where they overlap.
 

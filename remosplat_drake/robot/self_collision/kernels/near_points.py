@@ -11,6 +11,7 @@ physics engines call a contact manifold, found by perturbation.
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import reals, several, wholes
 from remosplat_drake.base.vectors import rotation
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
@@ -48,7 +49,7 @@ _MOST = 5
 """Most pairs of points of two links: as they are, and turned four ways."""
 
 
-@kernel
+@kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), reals(2)))
 def near_points(pairs, X_WL, within):
     """Finds the points at which links are near each other.
 

@@ -8,7 +8,6 @@ address; a kernel reads of it what it names.
 
 import hashlib
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -26,6 +25,11 @@ from numba.extending import (
     unbox,
 )
 from numba.np import arrayobj
+
+from remosplat_drake.base.kernels.content import (
+    UnknownContentError,
+    content_digest,
+)
 
 Values = TypeVar("Values", bound=tuple)
 
@@ -97,22 +101,28 @@ def _address(array: np.ndarray) -> int:
     return array.__array_interface__["data"][0]
 
 
-_codes: dict[type, bytes] = {}
+_codes: dict[type, Any] = {}
 
 
-def bind_code(kind: type, kernel: Any) -> None:
+def bind_code(kind: type, function: Any) -> None:
     """Makes the code that works on named tuples of a kind a part of their type.
 
-    Kernels that contain this code are then compiled again when its file has
-    changed. To be called before the first of them is packed.
+    Kernels that contain this code are then compiled again when it has changed.
+    To be called before the first of them is packed.
 
     Args:
         kind: The named tuple.
-        kernel: The kernel, with all that may change in its file.
+        function: The kernel or helper.
     """
-    function = getattr(kernel, "py_func", kernel)  # Numba may be disabled.
-    with suppress(OSError):  # A notebook's have none.
-        _codes[kind] = Path(function.__code__.co_filename).read_bytes()
+    _codes[kind] = function
+
+
+def _code_of(kind: type) -> str:
+    """Returns what tells the code that works on a kind from other code."""
+    try:
+        return content_digest(_codes[kind]) if kind in _codes else ""
+    except UnknownContentError:
+        return f"unknown at 0x{id(_codes[kind]):x}"  # No file may be named so.
 
 
 class PackedType(types.Type):
@@ -120,12 +130,15 @@ class PackedType(types.Type):
 
     def __init__(self, kind: type, fields: tuple[types.Type, ...]):
         self.kind, self.fields = kind, fields
-        code = _codes.get(kind, b"")
-        self.code = hashlib.sha256(code).hexdigest()
+        self.code = _code_of(kind)
         # Kept with the code that was compiled: fields may change places.
         self.names: tuple[str, ...] = kind._fields  # pyright: ignore
-        digest = hashlib.sha256(repr(fields).encode()).hexdigest()[:8]
-        super().__init__(f"Packed.{kind.__module__}.{kind.__name__}.{digest}")
+        looks = repr((fields, self.names, self.code))
+        digest = hashlib.sha256(looks.encode()).hexdigest()[:16]
+        unknown = " at 0x" if " at 0x" in looks else ""
+        super().__init__(
+            f"Packed.{kind.__module__}.{kind.__name__}.{digest}{unknown}"
+        )
 
     @property
     def key(self) -> tuple:
@@ -203,7 +216,19 @@ class _Fields(AttributeTemplate):
 
 @lower_getattr_generic(PackedType)
 def _get_field(context, builder, kind, value, name):
-    place = kind.names.index(name)
+    return packed_field(context, builder, kind, value, kind.names.index(name))
+
+
+def packed_field(context, builder, kind, value, place) -> Any:
+    """Reads a field of a packed value.
+
+    Args:
+        context: Numba's target context.
+        builder: Writes the kernel's intermediate code.
+        kind: The `PackedType`.
+        value: The value.
+        place: Number of the field.
+    """
     first = sum(_count(part) for part in kind.fields[:place])
     words = builder.bitcast(value, _WORD.as_pointer())
     return _read(context, builder, kind.fields[place], words, first)
@@ -298,3 +323,52 @@ def packed_words(context, builder, kind, value) -> list[ir.Value]:
     if isinstance(kind, types.Float):
         return [builder.bitcast(value, _WORD)]
     return [context.cast(builder, value, kind, types.int64)]
+
+
+def handed_type(kind: types.Type) -> Any:
+    """Returns the type as which a kernel hands a value to another kernel.
+
+    Named tuples are packed. One that holds an array that is not contiguous is
+    handed over as it stands.
+
+    Args:
+        kind: The type of the value.
+    """
+    kind = types.unliteral(kind)
+    if isinstance(kind, types.BaseNamedTuple):
+        with suppress(TypingError):
+            return packed_type(kind)
+    elif isinstance(kind, types.BaseTuple):
+        return types.BaseTuple.from_types(tuple(map(handed_type, kind)))
+    return kind
+
+
+def hand_over(context, builder, kind, value) -> ir.Value:
+    """Returns a kernel's value as another kernel takes it.
+
+    Args:
+        context: Numba's target context.
+        builder: Writes the kernel's intermediate code.
+        kind: The type of the value.
+        value: The value. Of what is packed it must outlive the call.
+    """
+    handed = handed_type(kind)
+    if handed == kind:
+        return value
+    if isinstance(handed, PackedType):
+        at = store_words(builder, packed_words(context, builder, kind, value))
+        return builder.bitcast(at, context.get_value_type(handed))
+    parts = [
+        hand_over(context, builder, part, builder.extract_value(value, k))
+        for k, part in enumerate(kind)
+    ]
+    return context.make_tuple(builder, handed, parts)
+
+
+def store_words(builder, words) -> ir.Value:
+    """Stores words in a kernel's frame, and returns where the first is."""
+    at = cgutils.alloca_once(builder, ir.ArrayType(_WORD, len(words)))
+    first = builder.bitcast(at, _WORD.as_pointer())
+    for k, word in enumerate(words):
+        builder.store(word, builder.gep(first, [ir.Constant(_WORD, k)]))
+    return first

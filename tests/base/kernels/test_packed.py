@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.base.packed import Packed
+from remosplat_drake.base.kernels.packed import Packed
 
 
 class Inner(NamedTuple):
@@ -69,7 +69,7 @@ def test_one_type_whatever_may_be_written_and_however_it_lies(values):
     strided = np.asfortranarray(values.table)
     for table in (values.table, frozen, strided):
         assert total(Packed(values._replace(table=table)), 1.0) == 13.5
-    assert len(total.signatures) == 1
+    assert len(total.variants) == 1
 
 
 def test_it_sees_what_is_written_later(values):

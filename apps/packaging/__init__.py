@@ -1,0 +1,1 @@
+"""Makes what is shipped of this project: lists and wheels."""

@@ -1,0 +1,96 @@
+"""How Numba compiles this project's kernels.
+
+A `kernel` is compiled by itself and kept on disk; a `helper` is compiled into
+the kernels that call it.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from numba import config, extending
+from numba.extending import register_jitable
+
+from remosplat_drake.base.kernels import compilation, linking, target
+from remosplat_drake.base.kernels.content import overloads
+from remosplat_drake.base.kernels.kernel import Kernel, Returns, callback
+
+__all__ = [
+    "callback",
+    "helper",
+    "kernel",
+    "note_extension",
+    "numpy_helper",
+    "numpy_kernel",
+    "overload",
+    "parallel_kernel",
+]
+
+target.choose()
+linking.link_only()
+linking.compare_quickly()
+
+
+def kernel(
+    function: Any = None,
+    *,
+    returns: Returns = None,
+    linked: bool = False,
+    **options: Any,
+) -> Any:
+    """Compiles a function that Python calls, too, and keeps it on disk.
+
+    It lets go of Python's lock while it runs. See `Kernel`.
+
+    Args:
+        function: The function; not given where there are options.
+        returns: The type of what it returns, see `Kernel`.
+        linked: Whether kernels that call it contain it, as a helper.
+        options: Numba's options.
+    """
+    if function is None:
+        return lambda function: kernel(
+            function, returns=returns, linked=linked, **options
+        )
+    if config.DISABLE_JIT:
+        return function
+    return Kernel(function, returns, linked=linked, **options)
+
+
+def numpy_kernel(function: Any = None, **options: Any) -> Any:
+    """A `kernel` that divides as NumPy does: by zero, to infinity or NaN."""
+    return kernel(function, error_model="numpy", **options)
+
+
+def parallel_kernel(function: Any) -> Any:
+    """A `kernel` whose loops over `prange` are shared by threads."""
+    return kernel(function, parallel=True)
+
+
+helper = register_jitable(no_cfunc_wrapper=True)
+"""Compiles a function into the kernels that call it.
+
+Python, where it calls one, runs it as it stands: slowly."""
+
+numpy_helper = register_jitable(no_cfunc_wrapper=True, error_model="numpy")
+"""A `helper` that divides as NumPy does."""
+
+
+def overload(function: Callable) -> Callable[[Callable], Callable]:
+    """Numba's `overload`: chooses how kernels compile a function.
+
+    Args:
+        function: The function.
+    """
+
+    def register(chooses: Callable) -> Callable:
+        overloads.setdefault(function, []).append(chooses)
+        note_extension(chooses)
+        return extending.overload(function)(chooses)
+
+    return register
+
+
+def note_extension(function: Callable) -> None:
+    """Notes that a function's module tells Numba how to compile something."""
+    if function.__module__ not in compilation.extending_modules:
+        compilation.extending_modules.append(function.__module__)

@@ -1,0 +1,315 @@
+"""Compiles kernels in other processes, on the cores that are free.
+
+A process that knows what it will need says so: see `expect`. Once something of
+it is not on disk, other processes compile all that is missing. Kernels that say
+what they return are compiled beside their callers in any case. The processes
+keep what they compile on disk, where this one finds it. While it needs what
+another one compiles, it compiles what nobody has begun.
+"""
+
+import contextlib
+import importlib
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from threading import Condition, Thread
+from typing import Any, NamedTuple
+
+from remosplat_drake.base.kernels.references import Unit, found
+from remosplat_drake.base.threads import num_threads
+
+COMPILERS = "REMOSPLAT_COMPILERS"
+"""Environment variable: how many processes may compile beside this one."""
+
+extending_modules: list[str] = []
+"""Modules that tell Numba how to compile something. Other processes import them
+before they compile."""
+
+_ASKED, _BEGUN, _ENDED, _READY = range(4)
+"""What another process tells of a variant: that it calls it, that it begins or
+has ended to compile it, and that it waits for the next one."""
+
+
+_USUAL = 1.0
+"""How long a variant takes of which nothing is known [s]."""
+
+
+class _Compilation:
+    """What is to be compiled, and by which processes.
+
+    Attributes:
+        changed: Notified when a variant is asked for or has been compiled.
+        asked: All variants that were asked for.
+        waiting: Those that no process has begun, in order.
+        running: Those that other processes compile.
+        processes: Number of other processes.
+        idle: Number of those that wait.
+        expected: Returns what this process will need; None once it was asked.
+        tell: Tells the process for which this one compiles; None if there is
+            none.
+        weights: How long variants are known to take, on some processor [s].
+        missing: How long those take that were found to be missing [s].
+        compiled: Those of them that are compiled.
+        shows: Told whether this process waits for kernels.
+    """
+
+    def __init__(self):
+        self.changed = Condition()
+        self.asked: set[Unit] = set()
+        self.waiting: dict[Unit, None] = {}
+        self.running: set[Unit] = set()
+        self.processes = self.idle = 0
+        self.expected: Callable[[], Mapping[Unit, float]] | None = None
+        self.tell: Callable[[int, Unit], None] | None = None
+        self.missing: dict[Unit, float] = {}
+        self.compiled: set[Unit] = set()
+        self.weights: dict[Unit, float] = {}
+        self.shows: Callable[[bool], None] | None = None
+
+
+_state = _Compilation()
+
+
+def expect(variants: Callable[[], Mapping[Unit, float]]) -> None:
+    """Says what this process will need, if anything is not on disk.
+
+    Args:
+        variants: Returns the variants, in the order in which they are to be
+            compiled, and how long each takes on some processor [s]. It is
+            called once, when the first one is missing.
+    """
+    _state.expected = variants
+
+
+def show(shows: Callable[[bool], None] | None) -> None:
+    """Sets what is told whether this process waits for kernels.
+
+    Args:
+        shows: Called with True when it begins to wait, perhaps again, and with
+            False at the end.
+    """
+    _state.shows = shows
+
+
+class Count(NamedTuple):
+    """How far compilation is.
+
+    Attributes:
+        done: How many of the kernels that were missing are compiled.
+        total: How many were missing.
+        work_done: How long the former take on some processor [s].
+        work: How long all take there [s].
+    """
+
+    done: int
+    total: int
+    work_done: float
+    work: float
+
+
+def count() -> Count:
+    """Returns how far compilation is."""
+    with _state.changed:
+        missing, compiled = _state.missing, _state.compiled
+        done = sum(missing[variant] for variant in compiled)
+        work = sum(missing.values())
+        return Count(len(compiled), len(missing), done, work)
+
+
+def rest() -> None:
+    """Notes that this process has the kernels that it has waited for."""
+    if _state.shows is not None:
+        _state.shows(False)
+
+
+def _miss(variant: Unit) -> None:
+    _state.asked.add(variant)
+    _state.missing.setdefault(variant, _state.weights.get(variant, _USUAL))
+
+
+def ask(variant: Unit) -> None:
+    """Has another process compile a variant, if it is not on disk.
+
+    Args:
+        variant: The variant.
+    """
+    if variant in _state.asked or variant.uses is not None:
+        return
+    _state.asked.add(variant)
+    if variant.reference is None or not variant.file or variant.is_kept:
+        return
+    if _state.tell is not None:
+        _state.tell(_ASKED, variant)
+        return
+    with _state.changed:
+        _miss(variant)
+        _state.waiting[variant] = None
+        if not _state.idle and _state.processes < _most():
+            _state.processes += 1
+            Thread(target=_Process().run, daemon=True).start()
+        _state.changed.notify_all()
+
+
+def begin(variant: Unit) -> None:
+    """Notes that this thread compiles a variant, which is not on disk.
+
+    If another process compiles it already, this returns when that is done.
+
+    Args:
+        variant: The variant.
+    """
+    if _state.tell is not None:
+        _state.tell(_BEGUN, variant)
+        return
+    expected, _state.expected = _state.expected, None
+    if expected is not None:
+        _state.weights = dict(expected())
+        for other in _state.weights:
+            ask(other)
+    with _state.changed:
+        _miss(variant)
+    if _state.shows is not None:
+        _state.shows(True)
+    while True:
+        with _state.changed:
+            _state.waiting.pop(variant, None)
+            if variant not in _state.running:
+                return
+            if not _state.waiting:
+                _state.changed.wait()
+                continue
+            other = next(iter(_state.waiting))
+        # A thread that needs it compiles it again, and raises why that fails.
+        with contextlib.suppress(Exception):
+            other.prepare()
+
+
+def end(variant: Unit) -> None:
+    """Notes that this thread has compiled a variant, or has failed to."""
+    if _state.tell is not None:
+        _state.tell(_ENDED, variant)
+    with _state.changed:
+        _state.compiled.add(variant)
+
+
+def finish(variant: Unit) -> None:
+    """Loads or compiles all that a variant calls.
+
+    Args:
+        variant: A variant that is compiled or loaded.
+    """
+    missing, seen = [variant], set()
+    while missing:
+        variant = missing.pop()
+        if variant in seen:
+            continue
+        seen.add(variant)
+        if variant.uses is None:
+            variant.prepare()
+        assert variant.uses is not None
+        for used in variant.uses:
+            ask(used)
+        missing += variant.uses
+
+
+def _most() -> int:
+    chosen = os.environ.get(COMPILERS, "")
+    return int(chosen) if chosen.isdecimal() else num_threads() - 1
+
+
+class _Process:
+    """Another process, and what it compiles."""
+
+    def __init__(self):
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", f"{__package__}.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=os.environ
+            | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )
+        self._busy: set[Unit] = set()
+
+    def run(self) -> None:
+        """Has it compile what waits, as long as it lives."""
+        try:
+            while True:
+                self._compile(self._next())
+        except (OSError, EOFError, pickle.PickleError):
+            pass  # This process compiles what the other one has not.
+        finally:
+            with _state.changed:
+                _state.processes -= 1
+                _state.running -= self._busy
+                _state.changed.notify_all()
+            self._process.kill()
+            self._process.wait()
+
+    def _next(self) -> Unit:
+        with _state.changed:
+            _state.idle += 1
+            while not _state.waiting:
+                _state.changed.wait()
+            _state.idle -= 1
+            variant = next(iter(_state.waiting))
+            self._begin(variant)
+            return variant
+
+    def _begin(self, variant: Unit) -> None:
+        _state.waiting.pop(variant, None)
+        _miss(variant)
+        _state.running.add(variant)
+        self._busy.add(variant)
+
+    def _compile(self, variant: Unit) -> None:
+        requests, answers = self._process.stdin, self._process.stdout
+        assert requests is not None and answers is not None
+        pickle.dump((list(extending_modules), variant.reference), requests)
+        requests.flush()
+        what = None
+        while what != _READY:
+            what, reference = pickle.load(answers)
+            other = found(reference)
+            if other is None:
+                continue
+            if what == _ASKED:
+                ask(other)
+            with _state.changed:
+                if what == _BEGUN:
+                    self._begin(other)
+                elif what in (_ENDED, _READY):
+                    self._busy.discard(other)
+                    _state.running.discard(other)
+                    _miss(other)
+                    _state.compiled.add(other)
+                    _state.changed.notify_all()
+
+
+def serve(requests: Any, answers: Any) -> None:
+    """Compiles what another process asks for, until that ends.
+
+    Args:
+        requests: The file from which requests are read.
+        answers: The file into which it is written what is done.
+    """
+
+    def tell(what, variant):
+        if variant.reference is not None:
+            pickle.dump((what, variant.reference), answers)
+            answers.flush()
+
+    _state.tell = tell
+    with contextlib.suppress(EOFError, BrokenPipeError):
+        while True:
+            modules, reference = pickle.load(requests)
+            for module in modules:
+                importlib.import_module(module)
+            variant = found(reference)
+            # The other process compiles what fails, and raises why.
+            with contextlib.suppress(Exception):
+                if variant is not None and not variant.is_kept:
+                    variant.prepare()
+            pickle.dump((_READY, reference), answers)
+            answers.flush()

@@ -1,0 +1,144 @@
+"""Where compiled kernels are kept: one file for each, named by its content.
+
+A file is named by what the kernel contains, the types of its arguments and the
+processor that it is compiled for. So a file is never out of date, and folders
+can be copied and shared. It is read from two places: the user's cache, where
+new ones are written, and the package, if its wheel brought kernels.
+"""
+
+import fcntl
+import hashlib
+import os
+import pickle
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+from numba.core import config
+
+from remosplat_drake.base.atomic_file import write_atomically
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.resources import cache_dir
+
+PACKAGED = Path(__file__).resolve().parents[2] / "compiled_kernels"
+"""Kernels that a wheel brings."""
+
+MADE_FOR = "made_for.txt"
+"""The file among them that says what they fit, see `made_for`."""
+
+_MOST = 1_000_000_000
+"""Size of the user's cache beyond which the oldest files are removed [B]."""
+
+
+def kernels_dir() -> Path:
+    """Returns the folder of the user's kernels; it may not exist.
+
+    It is NUMBA_CACHE_DIR where that is set.
+    """
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(chosen) if chosen else cache_dir() / "kernels"
+
+
+def made_for() -> str:
+    """Returns which Python, packages and processor kernels of here fit."""
+    python = ".".join(map(str, sys.version_info[:2]))
+    processor = config.CPU_NAME or "this processor"
+    return (
+        f"Python {python}, Numba {numba.__version__}, llvmlite"
+        f" {llvmlite.__version__}, {processor}"
+    )
+
+
+def unfit() -> str:
+    """Returns what the wheel's kernels are for, if that is something else.
+
+    Empty if they fit, or there are none.
+    """
+    try:
+        made = (PACKAGED / MADE_FOR).read_text()
+    except OSError:
+        return ""
+    return made if made != made_for() else ""
+
+
+def find(name: str) -> Path | None:
+    """Returns the file of a kernel, None if it is not kept.
+
+    Args:
+        name: Its name.
+    """
+    for folder in (kernels_dir(), PACKAGED):
+        path = folder / name
+        if path.exists():
+            return path
+    return None
+
+
+def read(path: Path) -> tuple[Any, ...] | None:
+    """Returns what was written; None if the file is damaged or gone."""
+    try:
+        return pickle.loads(path.read_bytes())
+    except Exception:  # Pickle raises what it likes.
+        return None
+
+
+def write(name: str, parts: tuple[Any, ...]) -> None:
+    """Keeps a kernel, unless the disk is full or may not be written.
+
+    Args:
+        name: Its name.
+        parts: What `read` returns.
+    """
+    with suppress(FileError, OSError):
+        write_atomically(kernels_dir() / name, pickle.dumps(parts))
+        _remove_oldest()
+
+
+def _remove_oldest() -> None:
+    stats = []
+    for entry in os.scandir(kernels_dir()):
+        if not entry.name.endswith(".kernel"):
+            continue
+        with suppress(FileNotFoundError):
+            stat = entry.stat()
+            stats.append((stat.st_mtime, stat.st_size, entry.path))
+    size = sum(size for _, size, _ in stats)
+    for _, part, path in sorted(stats):
+        if size <= _MOST:
+            return
+        Path(path).unlink(missing_ok=True)
+        size -= part
+
+
+@contextmanager
+def locked(name: str) -> Iterator[None]:
+    """Lets one process at a time compile a kernel.
+
+    Where nothing can be written, each compiles for itself.
+
+    Args:
+        name: The kernel's file.
+    """
+    place = int.from_bytes(hashlib.sha256(name.encode()).digest()[:4])
+    try:
+        descriptor = _lock_file(kernels_dir())
+        fcntl.lockf(descriptor, fcntl.LOCK_EX, 1, place)
+    except OSError:
+        yield
+        return
+    try:
+        yield
+    finally:
+        fcntl.lockf(descriptor, fcntl.LOCK_UN, 1, place)
+
+
+@cache
+def _lock_file(folder: Path) -> int:
+    """Opens a file, each of whose bytes is a lock. It stays open."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o666)

@@ -1,0 +1,134 @@
+"""`Kernel`: a compiled function that Python and other kernels call."""
+
+import inspect
+from collections.abc import Callable
+from functools import cached_property, update_wrapper
+from typing import Any
+
+from numba import cfunc, njit, types
+from numba.core import registry
+from numba.extending import intrinsic, typeof_impl
+
+from remosplat_drake.base.kernels.content import (
+    Referenced,
+    UnknownContentError,
+    content_digest,
+)
+from remosplat_drake.base.kernels.packed import handed_type
+from remosplat_drake.base.kernels.references import Types
+from remosplat_drake.base.kernels.variant import (
+    Variant,
+    VariantCache,
+    abandon,
+    complete_for_others,
+)
+
+Returns = types.Type | Callable[..., types.Type] | None
+
+
+class Kernel(Referenced):
+    """A compiled function, which is kept on disk by its content.
+
+    Python calls it with values. Other kernels call it by its address: it is
+    compiled once, and they are not compiled again when it changes.
+
+    Attributes:
+        py_func: The function, as it was written.
+        module: Name of its module.
+        name: Its qualified name there.
+        content: `Referenced.content`; empty if kernels that call it contain it.
+        returns: The type of what it returns, or a function that finds this
+            from the types of the arguments. Where it is told, a caller is
+            compiled at the same time; elsewhere after it.
+        options: Numba's options, as text.
+    """
+
+    def __init__(
+        self,
+        function: Callable,
+        returns: Returns = None,
+        *,
+        linked: bool = False,
+        **options: Any,
+    ):
+        """Makes a kernel; it is compiled when it is called.
+
+        Args:
+            function: The function.
+            returns: See above.
+            linked: Whether kernels that call it contain it.
+            options: Numba's.
+        """
+        update_wrapper(self, function)
+        self.py_func, self.returns = function, returns
+        self.module, self.name = function.__module__, function.__qualname__
+        self.content = "" if linked else f"kernel {self.module}.{self.name}"
+        self.options = repr(sorted(options.items()))
+        self.dispatcher = njit(nogil=True, no_cfunc_wrapper=True, **options)(
+            function
+        )
+        self.dispatcher._cache = VariantCache(self)
+        self._variants: dict[Types, Variant] = {}
+        self._call = None if linked else self._intrinsic()
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Calls it with values."""
+        try:
+            return self.dispatcher(*arguments)
+        except BaseException:
+            abandon()
+            raise
+
+    def variant(self, arguments: Types) -> Variant:
+        """Returns the kernel for arguments of certain types."""
+        if arguments not in self._variants:
+            self._variants[arguments] = Variant(self, arguments)
+        return self._variants[arguments]
+
+    @property
+    def variants(self) -> list[Variant]:
+        """Those that are compiled or loaded."""
+        return [v for v in self._variants.values() if v.uses is not None]
+
+    @cached_property
+    def digest(self) -> str:
+        """The digest of what it contains; empty if that cannot be told."""
+        try:
+            return content_digest(self.py_func)
+        except UnknownContentError:
+            return ""
+
+    def _intrinsic(self) -> Any:
+        """Makes the intrinsic that calls it by its address."""
+
+        def call(typing_context, *arguments):
+            del typing_context
+            variant = self.variant(tuple(map(handed_type, arguments)))
+            complete_for_others(variant)
+            called = variant.result(*map(types.unliteral, arguments))
+            return called, variant.generate_call
+
+        names = ["typing_context", *inspect.signature(self.py_func).parameters]
+        kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+        call.__signature__ = inspect.Signature(  # pyright: ignore
+            [inspect.Parameter(name, kind) for name in names]
+        )
+        return intrinsic(call)
+
+
+@typeof_impl.register(Kernel)
+def _type_of_kernel(kernel, context):
+    del context
+    called = kernel.dispatcher if kernel._call is None else kernel._call
+    return registry.cpu_target.typing_context.resolve_value_type(called)
+
+
+def callback(signature: Any) -> Any:
+    """Compiles a function that kernels call by its address, for one signature.
+
+    It is not kept on disk, since it may contain code of other files.
+
+    Args:
+        signature: Numba's types of what it returns and takes.
+    """
+    return cfunc(signature, error_model="numpy")

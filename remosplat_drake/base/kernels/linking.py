@@ -1,0 +1,177 @@
+"""What these kernels change in Numba's code generation, and read of it.
+
+Numba optimises each function and makes machine code of it, and then links its
+intermediate code into all functions that call it, where it is optimised and
+compiled again, level by level. For a helper, which Python does not call, only
+the last level is needed. So a library of code without an entry for Python is
+only linked. If a pointer into it is needed after all, it is compiled then.
+
+All that is used here is private to Numba: a test names each part, and
+`pyproject.toml` has an upper bound for what was not tested.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+from llvmlite import binding
+from numba.core import codegen, targetconfig
+
+_ENTRY = "_ZN7cpython"  # Begins the names of functions that Python calls.
+_UNRESOLVED = ".numba.unresolved$"  # Begins those of pointers in recursions.
+
+_environments: dict[str, Any] = {}
+"""What `set_env` was told of functions that have no machine code yet."""
+
+
+class LinkedLibrary(codegen.JITCodeLibrary):
+    """A library of code that is compiled only if it is called from outside."""
+
+    _only_linked = False
+
+    def _optimize_functions(self, ll_module):
+        # The passes over the whole module hold these.
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self):
+        self._only_linked = not self._is_entered()
+        if not self._only_linked:
+            self._hide_linked()
+            super()._optimize_final_module()
+
+    def _hide_linked(self):
+        """Keeps machine code of other kernels from calling helpers in this.
+
+        In each process functions are numbered anew, and two of one name would
+        be taken for the same.
+        """
+        for function in self._final_module.functions:
+            if function.linkage.name == "linkonce_odr":
+                function.linkage = "internal"
+
+    def _finalize_final_module(self):
+        if not self._only_linked:
+            super()._finalize_final_module()
+            return
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+    def _finalize_specific(self):
+        super()._finalize_specific()
+        for variable in self._final_module.global_variables:
+            if variable.name in _environments:
+                environment = _environments.pop(variable.name)
+                self._codegen.set_env(variable.name, environment)
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Returns the address of a function, 0 if it is not defined here."""
+        self._ensure_finalized()
+        if self._only_linked:
+            if not any(f.name == name for f in self.get_defined_functions()):
+                return 0
+            self._compile()
+        return super().get_pointer_to_function(name)
+
+    def _compile(self):
+        """Makes machine code of it after all."""
+        self._only_linked = False
+        self._get_module_for_linking()  # As it is before it is compiled.
+        super()._optimize_final_module()
+        super()._finalize_final_module()
+
+    def _is_entered(self) -> bool:
+        """Whether it holds what Python calls, or what cannot be put off."""
+        module = self._final_module
+        return (
+            not self._object_caching_enabled
+            or any(
+                function.name.startswith(_ENTRY)
+                and not function.is_declaration
+                and function.linkage.name == "external"
+                for function in module.functions
+            )
+            or any(
+                variable.name.startswith(_UNRESOLVED)
+                for variable in module.global_variables
+            )
+        )
+
+
+def link_only() -> None:
+    """Makes Numba use it from now on, once and for all in this process."""
+    machine = codegen.JITCPUCodegen
+    if machine._library_class is not codegen.JITCodeLibrary:
+        return
+    set_env = machine.set_env
+
+    def set_env_later(self, env_name, env):
+        if self._engine.is_symbol_defined(env_name):
+            set_env(self, env_name, env)
+        else:
+            _environments[env_name] = env
+
+    machine.set_env = set_env_later
+    machine._library_class = LinkedLibrary
+
+
+def compare_quickly() -> None:
+    """Makes Numba compare the settings of functions by those that are set.
+
+    It asks thousands of times whether two are equal, and then computes all
+    settings, also those that are not set.
+    """
+    config = targetconfig.TargetConfig
+    equal, digest = config.__eq__, config.__hash__
+
+    @cache
+    def digest_of_names(kind):
+        return digest(kind())
+
+    def equal_quickly(self, other):
+        same = type(self) is type(other) and self._values == other._values
+        return same or equal(self, other)
+
+    config.__eq__ = equal_quickly
+    config.__hash__ = lambda self: digest_of_names(type(self))
+
+
+def globals_of(library: Any, prefix: str) -> list[str]:
+    """Returns the global variables that a compiled library reads.
+
+    Args:
+        library: Numba's library.
+        prefix: Begins their names.
+    """
+    variables = library._final_module.global_variables
+    return sorted(v.name for v in variables if v.name.startswith(prefix))
+
+
+def reduced(compiled: Any, is_linked: bool) -> tuple:
+    """Returns what is kept of a compile result on disk.
+
+    Numba keeps its intermediate code for linking, and parses it to learn which
+    names the machine code defines. Where nothing links it, a module with these
+    names will do.
+
+    Args:
+        compiled: Numba's `CompileResult`.
+        is_linked: Whether other code links it.
+    """
+    library, *rest = compiled._reduce()
+    if is_linked:
+        return library, *rest
+    name, kind, (machine_code, _) = library
+    module = compiled.library._final_module
+    names = [
+        value.name
+        for values in (module.functions, module.global_variables)
+        for value in values
+        if not value.is_declaration
+    ]
+    return (name, kind, (machine_code, _module_of(names))), *rest
+
+
+def _module_of(names: Sequence[str]) -> bytes:
+    lines = [f'@"{name}" = global i8 0' for name in names]
+    return binding.parse_assembly("\n".join(lines)).as_bitcode()

@@ -1,0 +1,143 @@
+"""Lists of kernels, the types of their arguments, and how long they take.
+
+A process that knows what it will need has it compiled on all cores at once,
+before it has the values. Types are numbered, since they hold each other.
+"""
+
+import importlib
+import json
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from numba import types
+
+from remosplat_drake.base.kernels.packed import PackedType
+from remosplat_drake.base.kernels.references import found
+from remosplat_drake.base.kernels.variant import Variant
+
+_PACKAGE = "remosplat_drake."
+
+
+class UnlistedTypeError(Exception):
+    """A type has no place in a list."""
+
+
+def listed(variants: Iterable[Variant]) -> str:
+    """Returns a list of variants as text, those that others call first.
+
+    Those that a process could not find, such as a script's, are left out.
+    """
+    table, rows = _Table(), []
+    for variant in _callees_first(variants):
+        if variant.reference is not None:
+            module, name, arguments = variant.reference
+            module = module.removeprefix(_PACKAGE)
+            numbers = [table.number(kind) for kind in arguments]
+            rows.append([f"{module}:{name}", round(variant.time, 1), *numbers])
+    kinds, kernels = (
+        ",\n".join(map(json.dumps, part)) for part in (table.rows, rows)
+    )
+    return f'{{"types": [\n{kinds}\n],\n"kernels": [\n{kernels}\n]}}\n'
+
+
+def read_list(path: Path) -> dict[Variant, float]:
+    """Returns the variants of a list, and how long each takes [s].
+
+    What there is no more is left out.
+    """
+    content = json.loads(path.read_text())
+    kinds: list[types.Type | None] = []
+    for row in content["types"]:
+        kinds.append(_type(row, kinds))
+    times = {}
+    for name, time, *numbers in content["kernels"]:
+        module, name = name.split(":")
+        arguments = tuple(kinds[number] for number in numbers)
+        if None not in arguments:
+            times[found((_PACKAGE + module, name, arguments))] = time  # pyright: ignore
+    times.pop(None, None)
+    return times
+
+
+def _callees_first(variants: Iterable[Variant]) -> Iterator[Variant]:
+    done: set[Variant] = set()
+
+    def visit(variant):
+        if variant not in done:
+            done.add(variant)
+            for used in variant.uses or ():
+                yield from visit(used)
+            yield variant
+
+    for variant in variants:
+        yield from visit(variant)
+
+
+class _Table:
+    """The types of a list, each once and after those that it holds.
+
+    Attributes:
+        rows: Their descriptions.
+    """
+
+    def __init__(self):
+        self.rows: list[Any] = []
+        self._numbers: dict[types.Type, int] = {}
+
+    def number(self, kind: types.Type) -> int:
+        """Returns the number of a type."""
+        if kind not in self._numbers:
+            row = self._described(kind)
+            self._numbers[kind] = len(self.rows)
+            self.rows.append(row)
+        return self._numbers[kind]
+
+    def _described(self, kind: types.Type) -> Any:
+        if isinstance(kind, PackedType | types.NamedTuple):
+            is_packed = isinstance(kind, PackedType)
+            name = kind.kind if is_packed else kind.instance_class
+            fields = kind.fields if is_packed else tuple(kind)
+            return [
+                "packed" if is_packed else "named",
+                f"{name.__module__.removeprefix(_PACKAGE)}:{name.__qualname__}",
+                *map(self.number, fields),
+            ]
+        if isinstance(kind, types.Array):
+            return [
+                "array",
+                self.number(kind.dtype),
+                kind.ndim,
+                kind.layout,
+                kind.mutable,
+                kind.aligned,
+            ]
+        if isinstance(kind, types.BaseTuple):
+            return ["tuple", *map(self.number, kind)]
+        if isinstance(kind, types.Number | types.Boolean | types.NoneType):
+            return str(kind)
+        raise UnlistedTypeError(str(kind))
+
+
+def _type(row: Any, kinds: list) -> types.Type | None:
+    if isinstance(row, str):
+        return getattr(types, row)
+    what, *rest = row
+    if what == "array":
+        dtype, n_dim, layout, is_mutable, is_aligned = rest
+        return types.Array(
+            kinds[dtype], n_dim, layout, not is_mutable, aligned=is_aligned
+        )
+    numbers = rest if what == "tuple" else rest[1:]
+    fields = tuple(kinds[number] for number in numbers)
+    if None in fields:
+        return None
+    if what == "tuple":
+        return types.BaseTuple.from_types(fields)
+    module, name = rest[0].split(":")
+    kind = getattr(importlib.import_module(_PACKAGE + module), name, None)
+    if kind is None or len(kind._fields) != len(fields):
+        return None
+    if what == "packed":
+        return PackedType(kind, fields)
+    return types.NamedTuple(fields, kind)

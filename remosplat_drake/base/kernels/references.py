@@ -1,0 +1,68 @@
+"""By what a kernel is found in any process, and what others know of it."""
+
+import importlib
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from numba import types
+
+Types = tuple[types.Type, ...]
+
+Reference = tuple[str, str, Types]
+"""A kernel's module, its name there, and the types of its arguments."""
+
+
+class KernelCode(Protocol):
+    """What a `Variant` knows of its `Kernel`; see there."""
+
+    py_func: Callable
+    module: str
+    name: str
+    content: str
+    options: str
+    returns: Any
+    dispatcher: Any
+
+    @property
+    def digest(self) -> str:
+        """See `Kernel.digest`."""
+        ...
+
+
+class Unit(Protocol):
+    """What compilation knows of a `Variant`; see there."""
+
+    uses: Any
+
+    @property
+    def file(self) -> str:
+        """See `Variant.file`."""
+        ...
+
+    @property
+    def reference(self) -> Reference | None:
+        """See `Variant.reference`."""
+        ...
+
+    @property
+    def is_kept(self) -> bool:
+        """See `Variant.is_kept`."""
+        ...
+
+    def prepare(self) -> None:
+        """See `Variant.prepare`."""
+
+
+def found(reference: Reference) -> Any:
+    """Returns the variant that a reference means; None if there is none."""
+    module, name, arguments = reference
+    kernel = of_module(module, name)
+    return kernel.variant(arguments) if hasattr(kernel, "variant") else None
+
+
+def of_module(module: str, name: str) -> Any:
+    """Returns what has a name in a module; None if nothing does."""
+    try:
+        return getattr(importlib.import_module(module), name, None)
+    except ImportError:
+        return None

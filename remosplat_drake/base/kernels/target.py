@@ -1,0 +1,29 @@
+"""Which processor kernels are compiled for.
+
+On x86-64 it is the level v3 (AVX2, FMA), where the processor has it, and not
+the processor itself: kernels are as fast within some percent, and files of
+kernels fit all such machines.
+"""
+
+from llvmlite import binding
+from numba.core import config, registry
+
+LEVEL = "x86-64-v3"
+
+_FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
+
+
+def choose() -> None:
+    """Has Numba compile for the level, unless its user chose otherwise.
+
+    If Numba has compiled something already, the processor stays what it is.
+    """
+    if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
+        return
+    if "_toplevel_target_context" in vars(registry.cpu_target):
+        return
+    if not binding.get_process_triple().startswith("x86_64"):
+        return
+    features = binding.get_host_cpu_features()
+    if all(features.get(feature) for feature in _FEATURES):
+        config.CPU_NAME, config.CPU_FEATURES = LEVEL, ""

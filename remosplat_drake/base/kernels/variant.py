@@ -1,0 +1,351 @@
+"""`Variant`: a kernel for arguments of certain types.
+
+Kernels call it through its cell, a word of memory with its address. Machine
+code finds the cell by its name. Before Python calls a kernel, the cells of all
+variants that it may reach are filled, so that none is compiled or loaded in the
+middle of a call.
+"""
+
+import ctypes
+import gc
+import hashlib
+import threading
+from contextlib import ExitStack, suppress
+from functools import cache, cached_property
+from time import process_time
+from typing import Any
+
+from llvmlite import binding, ir
+from numba import types
+from numba.core import cgutils, compiler, config, registry
+from numba.core.errors import TypingError
+
+from remosplat_drake.base.kernels import compilation, files, linking
+from remosplat_drake.base.kernels.packed import hand_over
+from remosplat_drake.base.kernels.references import (
+    KernelCode,
+    Reference,
+    Types,
+    found,
+    of_module,
+)
+
+_CELL = "numba.dynamic.globals.remosplat_drake:"
+"""Begins the names of cells.
+
+By the first words Numba knows that only this process has them, and does not
+keep functions with `cache=True` that call kernels: another process would not
+find the cells."""
+
+_WORD = ir.IntType(64)
+
+variants: list["Variant"] = []
+"""All variants of this process."""
+
+_unfinished: list["Variant"] = []
+"""Those that are prepared, but perhaps not all that they call."""
+
+_named: dict[str, "Variant"] = {}
+"""The variants whose cells machine code finds, by the names of these."""
+
+
+class Variant:
+    """A kernel for arguments of certain types.
+
+    Attributes:
+        kernel: The kernel.
+        arguments: The types.
+        uses: The variants that it calls; None before it is compiled or loaded.
+        time: How long a core took to compile it, without what it calls [s].
+        was_kept: Whether it was on disk.
+    """
+
+    def __init__(self, kernel: KernelCode, arguments: Types):
+        self.kernel, self.arguments = kernel, arguments
+        self.uses: list[Variant] | None = None
+        self._cell = ctypes.c_int64(0)
+        self._result: types.Type | None = None
+        self.time = self._start = 0.0
+        self.was_kept = False
+        self._work = ExitStack()
+        variants.append(self)
+
+    @cached_property
+    def name(self) -> str:
+        """By which machine code finds its cell."""
+        kernel, kinds = self.kernel, repr(self.arguments)
+        name = f"{_CELL}{kernel.module}.{kernel.name}"
+        return f"{name}.{hashlib.sha256(kinds.encode()).hexdigest()[:16]}"
+
+    @cached_property
+    def file(self) -> str:
+        """The name of its file; empty if it cannot be kept."""
+        kernel, kinds = self.kernel, repr(self.arguments)
+        if not kernel.digest or " at 0x" in kinds:
+            return ""
+        parts = kernel.digest, kernel.options, kinds, _processor()
+        digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
+        return f"{kernel.py_func.__name__}-{digest[:40]}.kernel"
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether it is on disk."""
+        return bool(self.file) and files.find(self.file) is not None
+
+    @property
+    def result(self) -> types.Type:
+        """The type of what it returns; compiles it if nothing else tells."""
+        if self._result is None:
+            returns = self.kernel.returns
+            if returns is not None:
+                told = isinstance(returns, types.Type)
+                self._result = returns if told else returns(*self.arguments)
+                compilation.ask(self)
+            elif (kept := self._kept()) is not None:
+                self._result = kept[0]
+            else:
+                self.prepare()
+        assert self._result is not None
+        return self._result
+
+    @property
+    def reference(self) -> Reference | None:
+        """By which `found` finds it in any process; None if none could."""
+        kernel = self.kernel
+        module, name = kernel.module, kernel.name
+        is_found = module != "__main__" and of_module(module, name) is kernel
+        return (module, name, self.arguments) if is_found else None
+
+    def prepare(self) -> None:
+        """Loads or compiles it, and not what it calls."""
+        _thread.nested += 1
+        outer = len(_thread.working)
+        try:
+            self.kernel.dispatcher.compile(self.arguments)
+        except BaseException:
+            abandon(outer)
+            raise
+        finally:
+            _thread.nested -= 1
+
+    def load(self, target_context: Any) -> Any:
+        """Returns what Numba has compiled, from disk; None if that fails."""
+        kept = self._kept()
+        if kept is None:
+            return None
+        _, self.time, used, reduced = kept
+        uses = []
+        for reference, result in used:
+            variant = found(reference)
+            # A caller fits what the other returned when it was compiled.
+            if variant is None or variant.result != result:
+                return None
+            variant.name_cell()
+            uses.append(variant)
+        compiled = compiler.CompileResult._rebuild(target_context, *reduced)
+        self._take(compiled, uses)
+        self.was_kept = True
+        return compiled
+
+    def begin(self) -> None:
+        """Lets no other process compile it meanwhile, and collects nothing."""
+        compilation.begin(self)
+        if self.file:
+            self._work.enter_context(files.locked(self.file))
+        if not _thread.working and gc.isenabled():
+            gc.disable()
+            self._work.callback(gc.enable)
+        self.time, self._start = 0.0, process_time()
+        _thread.working.append(self)
+
+    def keep(self, compiled: Any) -> None:
+        """Keeps what Numba has compiled on disk."""
+        spent = process_time() - self._start
+        self.time += spent
+        for outer in _thread.working[-2:-1]:
+            outer.time -= spent
+        names = linking.globals_of(compiled.library, _CELL)
+        self._take(compiled, [_named[name] for name in names])
+        assert self.uses is not None
+        used = [(used.reference, used.result) for used in self.uses]
+        if self.file and all(reference for reference, _ in used):
+            is_linked = not self.kernel.content
+            reduced = linking.reduced(compiled, is_linked)
+            files.write(self.file, (self._result, self.time, used, reduced))
+        self._end()
+
+    def _end(self) -> None:
+        if self in _thread.working:
+            _thread.working.remove(self)
+            compilation.end(self)
+        self._work.close()
+
+    def _kept(self) -> Any:
+        """Returns what is on disk; None if nothing is.
+
+        The type of its result, its time, what it calls, and what Numba keeps.
+        """
+        path = files.find(self.file) if self.file else None
+        return None if path is None else files.read(path)
+
+    def _take(self, compiled: Any, uses: list["Variant"]) -> None:
+        result = compiled.signature.return_type
+        if self._result not in (None, result):
+            raise TypingError(
+                f"{self.kernel.name} returns {result}, not "
+                f"{self._result} as it says"
+            )
+        self._result, self.uses = result, uses
+        self._cell.value = compiled.library.get_pointer_to_function(
+            compiled.fndesc.llvm_func_name
+        )
+
+    def name_cell(self) -> None:
+        """Lets machine code find the cell."""
+        if self.name not in _named:
+            _named[self.name] = self
+            binding.add_symbol(self.name, ctypes.addressof(self._cell))
+
+    def generate_call(self, context, builder, signature, arguments):
+        """Generates a call of it through the cell; see `numba.extending`."""
+        self.name_cell()
+        convention, module = context.call_conv, builder.module
+        cell = module.globals.get(self.name)
+        if cell is None:
+            cell = ir.GlobalVariable(module, _WORD, self.name)
+            cell.linkage = "external"
+        address = builder.load(cell)
+        is_empty = builder.icmp_unsigned("==", address, _WORD(0))
+        with cgutils.if_unlikely(builder, is_empty):
+            text = f"{self.kernel.name} is not compiled"
+            convention.return_user_exc(builder, RuntimeError, (text,))
+        arguments = [
+            hand_over(context, builder, kind, value)
+            for kind, value in zip(signature.args, arguments, strict=True)
+        ]
+        result, kinds = signature.return_type, self.arguments
+        kind = convention.get_function_type(result, kinds)
+        called = builder.inttoptr(address, kind.as_pointer())
+        status, value = convention.call_function(
+            builder, called, result, kinds, arguments
+        )
+        with cgutils.if_unlikely(builder, status.is_error):
+            convention.return_status_propagate(builder, status)
+        _check_owned(context, builder, self.kernel, result, value)
+        return value
+
+
+def _check_owned(context, builder, kernel, kind, value) -> None:
+    """Generates a check that a result holds no array of a packed argument.
+
+    Such an array might be freed while it is still read.
+    """
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value)
+        is_borrowed = cgutils.is_null(builder, array.meminfo)
+        with cgutils.if_unlikely(builder, is_borrowed):
+            text = f"{kernel.name} returns an array of an argument"
+            context.call_conv.return_user_exc(builder, RuntimeError, (text,))
+    elif isinstance(kind, types.BaseTuple):
+        for k, part in enumerate(kind):
+            inner = builder.extract_value(value, k)
+            _check_owned(context, builder, kernel, part, inner)
+
+
+class _Thread(threading.local):
+    """What a thread is about.
+
+    Attributes:
+        working: The variants that it compiles.
+        nested: How many of them are called by others that it compiles, or are
+            compiled for other processes.
+    """
+
+    def __init__(self):
+        self.working: list[Variant] = []
+        self.nested = 0
+
+
+_thread = _Thread()
+
+
+def abandon(outer: int = 0) -> None:
+    """Ends the thread's compilations, one of which has failed.
+
+    Args:
+        outer: Number of those that go on.
+    """
+    for variant in reversed(_thread.working[outer:]):
+        variant._end()
+    if not outer:
+        compilation.rest()
+
+
+class VariantCache:
+    """Takes the place of a Numba dispatcher's cache."""
+
+    def __init__(self, kernel: KernelCode):
+        self._kernel = kernel
+
+    def load_overload(self, arguments: Types, target_context: Any) -> Any:
+        """Returns what is on disk; None if it is to be compiled."""
+        variant = self._kernel.variant(tuple(arguments))
+        target_context.refresh()  # It links Numba's runtime.
+        compiled = variant.load(target_context)
+        if compiled is None:
+            variant.begin()
+            # Another process may have compiled it meanwhile.
+            compiled = variant.load(target_context) if variant.file else None
+            if compiled is not None:
+                variant._end()
+        if compiled is not None:
+            _complete(variant)
+        return compiled
+
+    def save_overload(self, arguments: Types, compiled: Any) -> None:
+        """Keeps what was compiled."""
+        variant = self._kernel.variant(tuple(arguments))
+        variant.keep(compiled)
+        _complete(variant)
+
+
+def _complete(variant: Variant) -> None:
+    """Prepares all that a variant calls, if Python is about to call it.
+
+    And what those call that were prepared on the way, which Python may call
+    next without asking for more.
+    """
+    if _thread.nested:
+        _unfinished.append(variant)
+        return
+    try:
+        compilation.finish(variant)
+        while _unfinished:
+            with suppress(Exception):  # Its own callers raise why.
+                compilation.finish(_unfinished.pop())
+    finally:
+        compilation.rest()
+
+
+def complete_for_others(variant: Variant) -> None:
+    """Prepares a variant that a function which is no kernel is to call.
+
+    Such a function asks for nothing before it is called.
+    """
+    if not _thread.working and not _thread.nested:
+        variant.prepare()
+        _complete(variant)
+
+
+@cache
+def _processor() -> str:
+    """What kernels are compiled for, and how Numba is set."""
+    codegen = registry.cpu_target.target_context.codegen()
+    settings = (
+        int(config.OPT),
+        config.BOUNDSCHECK,
+        config.DEBUGINFO_DEFAULT,
+        config.LOOP_VECTORIZE,
+        config.SLP_VECTORIZE,
+    )
+    return repr((codegen.magic_tuple(), settings))
