@@ -61,7 +61,7 @@ class _Compilation:
         self.waiting: dict[Unit, None] = {}
         self.running: set[Unit] = set()
         self.processes = self.idle = 0
-        self.expected: Callable[[], Mapping[Unit, float]] | None = None
+        self.expected: Callable[[], Mapping[Any, float]] | None = None
         self.tell: Callable[[int, Unit], None] | None = None
         self.missing: dict[Unit, float] = {}
         self.compiled: set[Unit] = set()
@@ -72,7 +72,7 @@ class _Compilation:
 _state = _Compilation()
 
 
-def expect(variants: Callable[[], Mapping[Unit, float]]) -> None:
+def expect(variants: Callable[[], Mapping[Any, float]]) -> None:
     """Says what this process will need, if anything is not on disk.
 
     Args:

@@ -90,9 +90,13 @@ class Kernel(Referenced):
         """Those that are compiled or loaded."""
         return [v for v in self._variants.values() if v.uses is not None]
 
-    @cached_property
+    @property
     def digest(self) -> str:
         """The digest of what it contains; empty if that cannot be told."""
+        return self._digest
+
+    @cached_property
+    def _digest(self) -> str:
         try:
             return content_digest(self.py_func)
         except UnknownContentError:

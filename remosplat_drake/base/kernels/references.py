@@ -28,6 +28,9 @@ class KernelCode(Protocol):
         """See `Kernel.digest`."""
         ...
 
+    def variant(self, arguments: Types) -> Any:
+        """See `Kernel.variant`."""
+
 
 class Unit(Protocol):
     """What compilation knows of a `Variant`; see there."""

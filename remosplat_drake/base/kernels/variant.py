@@ -77,9 +77,13 @@ class Variant:
         name = f"{_CELL}{kernel.module}.{kernel.name}"
         return f"{name}.{hashlib.sha256(kinds.encode()).hexdigest()[:16]}"
 
-    @cached_property
+    @property
     def file(self) -> str:
         """The name of its file; empty if it cannot be kept."""
+        return self._file
+
+    @cached_property
+    def _file(self) -> str:
         kernel, kinds = self.kernel, repr(self.arguments)
         if not kernel.digest or " at 0x" in kinds:
             return ""
