@@ -20,6 +20,7 @@ from remosplat_drake.base.kernels.variant import (
     Variant,
     VariantCache,
     abandon,
+    adding_complete,
     complete_for_others,
 )
 
@@ -68,6 +69,9 @@ class Kernel(Referenced):
             function
         )
         self.dispatcher._cache = VariantCache(self)
+        self.dispatcher.add_overload = adding_complete(
+            self, self.dispatcher.add_overload
+        )
         self._variants: dict[Types, Variant] = {}
         self._call = None if linked else self._intrinsic()
 

@@ -10,7 +10,8 @@ import ctypes
 import gc
 import hashlib
 import threading
-from contextlib import ExitStack, suppress
+from collections.abc import Callable
+from contextlib import ExitStack
 from functools import cache, cached_property
 from time import process_time
 from typing import Any
@@ -42,9 +43,6 @@ _WORD = ir.IntType(64)
 variants: list["Variant"] = []
 """All variants of this process."""
 
-_unfinished: list["Variant"] = []
-"""Those that are prepared, but perhaps not all that they call."""
-
 _named: dict[str, "Variant"] = {}
 """The variants whose cells machine code finds, by the names of these."""
 
@@ -64,6 +62,7 @@ class Variant:
         self.kernel, self.arguments = kernel, arguments
         self.uses: list[Variant] | None = None
         self._cell = ctypes.c_int64(0)
+        self._compiled: Any = None
         self._result: types.Type | None = None
         self.time = self._start = 0.0
         self.was_kept = False
@@ -122,6 +121,8 @@ class Variant:
 
     def prepare(self) -> None:
         """Loads or compiles it, and not what it calls."""
+        if self._compiled is not None:
+            return
         _thread.nested += 1
         outer = len(_thread.working)
         try:
@@ -133,7 +134,9 @@ class Variant:
             _thread.nested -= 1
 
     def load(self, target_context: Any) -> Any:
-        """Returns what Numba has compiled, from disk; None if that fails."""
+        """Returns what Numba has compiled, perhaps before; None if nothing."""
+        if self._compiled is not None:
+            return self._compiled
         kept = self._kept()
         if kept is None:
             return None
@@ -200,6 +203,8 @@ class Variant:
                 f"{self._result} as it says"
             )
         self._result, self.uses = result, uses
+        # Numba measures each compilation once, and what comes from disk never.
+        self._compiled = compiled._replace(metadata=None)
         self._cell.value = compiled.library.get_pointer_to_function(
             compiled.fndesc.llvm_func_name
         )
@@ -307,28 +312,42 @@ class VariantCache:
         return compiled
 
     def save_overload(self, arguments: Types, compiled: Any) -> None:
-        """Keeps what was compiled."""
-        variant = self._kernel.variant(tuple(arguments))
-        variant.keep(compiled)
-        _complete(variant)
+        """Does nothing: see `adding_complete`."""
+
+
+def adding_complete(
+    kernel: KernelCode, add: Callable[[Any], None]
+) -> Callable[[Any], None]:
+    """Returns what adds a compile result to a kernel's dispatcher.
+
+    Only then may Python call it, on any thread. So all that it calls is
+    prepared before. What is compiled on the way is not added: when Python wants
+    it, `VariantCache` has it.
+
+    Args:
+        kernel: The kernel.
+        add: The dispatcher's `add_overload`.
+    """
+
+    def add_complete(compiled: Any) -> None:
+        for variant in _thread.working[-1:]:
+            if variant.kernel is kernel:  # Not one that comes from disk.
+                variant.keep(compiled)
+                _complete(variant)
+        # Numba itself links what is contained.
+        if not _thread.nested or not kernel.content:
+            add(compiled)
+
+    return add_complete
 
 
 def _complete(variant: Variant) -> None:
-    """Prepares all that a variant calls, if Python is about to call it.
-
-    And what those call that were prepared on the way, which Python may call
-    next without asking for more.
-    """
-    if _thread.nested:
-        _unfinished.append(variant)
-        return
-    try:
-        compilation.finish(variant)
-        while _unfinished:
-            with suppress(Exception):  # Its own callers raise why.
-                compilation.finish(_unfinished.pop())
-    finally:
-        compilation.rest()
+    """Prepares all that a variant calls, if Python is about to call it."""
+    if not _thread.nested:
+        try:
+            compilation.finish(variant)
+        finally:
+            compilation.rest()
 
 
 def complete_for_others(variant: Variant) -> None:

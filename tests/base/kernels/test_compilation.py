@@ -137,8 +137,6 @@ for _ in range(2):
         failing.calls(np.ones(3))
     except TypingError as error:
         print("nothing" in str(error))
-    except RuntimeError as error:
-        print(error)
 """
     answer = printed(tmp_path, program, REMOSPLAT_COMPILERS=compilers)
-    assert answer == ["True", "wrong", "is", "not", "compiled"]
+    assert answer == ["True", "True"]

@@ -1,5 +1,6 @@
 """Kernels that call each other by their addresses."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -130,7 +131,7 @@ print(caller(FACTOR, X, 1), all(
 """
 
 
-def elsewhere(program: str, **environment: str) -> str:
+def elsewhere(program: str) -> str:
     result = subprocess.run(
         [sys.executable, "-c", program],
         cwd=Path(__file__).parent,
@@ -144,3 +145,49 @@ def elsewhere(program: str, **environment: str) -> str:
 def test_other_processes_find_them_all_on_disk():
     caller(FACTOR, X, 1)
     assert elsewhere(ELSEWHERE) == "30.0 True\n"
+
+
+SLOW = """
+import threading, time
+import kernels_of_threads as mine
+from remosplat_drake.base.kernels import compilation
+finish = compilation.finish
+def finish_slowly(variant):
+    begun.set()
+    time.sleep(0.5)
+    finish(variant)
+compilation.finish = finish_slowly
+begun = threading.Event()
+answers = []
+first = threading.Thread(target=lambda: answers.append(mine.outer(1.0)))
+first.start()
+begun.wait()
+answers.append(mine.outer(2.0))
+first.join()
+answers.append(mine.inner(4.0))
+print(sorted(answers))
+"""
+
+
+def test_no_thread_calls_one_before_all_that_it_calls_is_there(tmp_path):
+    (tmp_path / "kernels_of_threads.py").write_text(
+        "from remosplat_drake.base.kernels import kernel\n"
+        "from remosplat_drake.base.kernels.returns import REAL\n"
+        "@kernel(returns=REAL)\n"
+        "def inner(x):\n    return 2.0 * x\n"
+        "@kernel\n"
+        "def outer(x):\n    return inner(x) + 1.0\n"
+    )
+    for _ in range(2):  # Compiled, and from disk.
+        result = subprocess.run(
+            [sys.executable, "-c", SLOW],
+            cwd=tmp_path,
+            env=os.environ
+            | {
+                "NUMBA_CACHE_DIR": str(tmp_path / "kernels"),
+                "REMOSPLAT_COMPILERS": "0",
+            },
+            capture_output=True,
+            text=True,
+        )
+        assert result.stdout == "[3.0, 5.0, 8.0]\n", result.stderr
