@@ -14,6 +14,7 @@ from numba import types
 
 from remosplat_drake.base.kernels.packed import PackedType
 from remosplat_drake.base.kernels.references import found
+from remosplat_drake.base.kernels.returns import named
 from remosplat_drake.base.kernels.variant import Variant
 
 _PACKAGE = "remosplat_drake."
@@ -94,7 +95,7 @@ class _Table:
         return self._numbers[kind]
 
     def _described(self, kind: types.Type) -> Any:
-        if isinstance(kind, PackedType | types.NamedTuple):
+        if isinstance(kind, PackedType | types.BaseNamedTuple):
             is_packed = isinstance(kind, PackedType)
             name = kind.kind if is_packed else kind.instance_class
             fields = kind.fields if is_packed else tuple(kind)
@@ -140,4 +141,4 @@ def _type(row: Any, kinds: list) -> types.Type | None:
         return None
     if what == "packed":
         return PackedType(kind, fields)
-    return types.NamedTuple(fields, kind)
+    return named(kind, *fields)

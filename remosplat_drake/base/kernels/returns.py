@@ -30,11 +30,13 @@ def several(*kinds: types.Type) -> types.BaseTuple:
     return types.BaseTuple.from_types(kinds)
 
 
-def named(kind: type, *kinds: types.Type) -> types.NamedTuple:
+def named(kind: type, *kinds: types.Type) -> types.BaseNamedTuple:
     """Returns the type of named tuples.
 
     Args:
         kind: The class.
         kinds: The types of its fields.
     """
+    if len(set(kinds)) == 1:
+        return types.NamedUniTuple(kinds[0], len(kinds), kind)
     return types.NamedTuple(kinds, kind)
