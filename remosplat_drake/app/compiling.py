@@ -55,16 +55,14 @@ class _Shown:
     def __call__(self, waits: bool) -> None:
         if waits and not self._is_shown:
             self._before = self._progress.stage
-            is_first = self._start is None
-            self._start = self._start or monotonic()
-            self._estimate()
             self._progress.show(self._stage)
-            if is_first:
+            if self._start is None:
+                self._start = monotonic()
                 _say_why()
                 self._progress.print_line()
         if waits:
             self._tell(f"{self._stage.what}: {self._stage.state()[1]}")
-        elif self._is_shown and not waits and self._before is not None:
+        elif self._is_shown and self._before is not None:
             self._progress.show(self._before)
         self._is_shown = waits
 

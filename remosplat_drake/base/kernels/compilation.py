@@ -4,7 +4,7 @@ A process that knows what it will need says so: see `expect`. Once something of
 it is not on disk, other processes compile all that is missing. Kernels that say
 what they return are compiled beside their callers in any case. The processes
 keep what they compile on disk, where this one finds it. While it needs what
-another one compiles, it compiles what nobody has begun.
+another process compiles, it compiles another kernel that is still waiting.
 """
 
 import contextlib
@@ -30,7 +30,6 @@ before they compile."""
 _ASKED, _BEGUN, _ENDED, _READY = range(4)
 """What another process tells of a variant: that it calls it, that it begins or
 has ended to compile it, and that it waits for the next one."""
-
 
 _USUAL = 1.0
 """How long a variant takes of which nothing is known [s]."""
@@ -148,7 +147,7 @@ def ask(variant: Unit) -> None:
         _state.waiting[variant] = None
         if not _state.idle and _state.processes < _most():
             _state.processes += 1
-            Thread(target=_Process().run, daemon=True).start()
+            Thread(target=_run_process, daemon=True).start()
         _state.changed.notify_all()
 
 
@@ -219,6 +218,17 @@ def _most() -> int:
     return int(chosen) if chosen.isdecimal() else num_threads() - 1
 
 
+def _run_process() -> None:
+    """Starts another process and keeps it busy as long as it lives."""
+    # What it has not compiled when it ends, this process compiles.
+    try:
+        with contextlib.suppress(OSError, EOFError, pickle.PickleError):
+            _Process().run()
+    finally:
+        with _state.changed:
+            _state.processes -= 1
+
+
 class _Process:
     """Another process, and what it compiles."""
 
@@ -237,11 +247,8 @@ class _Process:
         try:
             while True:
                 self._compile(self._next())
-        except (OSError, EOFError, pickle.PickleError):
-            pass  # This process compiles what the other one has not.
         finally:
             with _state.changed:
-                _state.processes -= 1
                 _state.running -= self._busy
                 _state.changed.notify_all()
             self._process.kill()

@@ -123,7 +123,9 @@ class _Walk:
 
     def _of_code(self, code: CodeType, doc: str | None = None):
         yield code.co_code
-        yield repr((code.co_flags, code.co_names, code.co_varnames)).encode()
+        counts = code.co_argcount, code.co_posonlyargcount
+        counts = *counts, code.co_kwonlyargcount, code.co_flags
+        yield repr((counts, code.co_names, code.co_varnames)).encode()
         yield repr((code.co_freevars, code.co_cellvars)).encode()
         yield code.co_exceptiontable
         constants = code.co_consts
@@ -171,12 +173,15 @@ def _plain(value: Any) -> bytes:
         return f"{type(value).__name__} {value!r}".encode()
     if isinstance(value, types.Type | ir.Type | ir.Constant):
         return f"type {value}".encode()
-    if isinstance(value, type) and issubclass(value, tuple):
+    if isinstance(value, ModuleType):
+        if _is_foreign(value.__name__):
+            return f"module {value.__name__}".encode()
+    elif isinstance(value, enum.EnumType):
+        return _name(value) + repr(list(value)).encode()
+    elif isinstance(value, type) and issubclass(value, tuple):
         return _name(value) + repr(getattr(value, "_fields", ())).encode()
-    if isinstance(value, type) or _is_known_by_name(value):
+    elif isinstance(value, type) or _is_known_by_name(value):
         return _name(value)
-    if isinstance(value, ModuleType) and _is_foreign(value.__name__):
-        return f"module {value.__name__}".encode()
     raise UnknownContentError(f"{value!r} of {type(value)}")
 
 
@@ -187,7 +192,7 @@ def _is_known_by_name(value: Any) -> bool:
     """
     return hasattr(value, "__name__") and (
         isinstance(value, BuiltinFunctionType | np.ufunc)
-        or _is_foreign(type(value).__module__)
+        or _is_intrinsic(value)
         or _is_foreign(getattr(value, "__module__", None))
     )
 

@@ -365,6 +365,23 @@ def hand_over(context, builder, kind, value) -> ir.Value:
     return context.make_tuple(builder, handed, parts)
 
 
+def type_text(kind: types.Type) -> str:
+    """Returns what tells a type from others, in every process.
+
+    Numba's own names of named tuples do not have those of the fields.
+
+    Args:
+        kind: The type; parts of tuples count, too.
+    """
+    if not isinstance(kind, types.BaseTuple):
+        return repr(kind)
+    parts = ", ".join(map(type_text, kind))
+    if not isinstance(kind, types.BaseNamedTuple):
+        return f"({parts})"
+    named = kind.instance_class
+    return f"{named.__module__}.{named.__qualname__}{kind.fields}({parts})"
+
+
 def store_words(builder, words) -> ir.Value:
     """Stores words in a kernel's frame, and returns where the first is."""
     at = cgutils.alloca_once(builder, ir.ArrayType(_WORD, len(words)))

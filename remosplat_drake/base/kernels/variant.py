@@ -22,7 +22,7 @@ from numba.core import cgutils, compiler, config, registry
 from numba.core.errors import TypingError
 
 from remosplat_drake.base.kernels import compilation, files, linking
-from remosplat_drake.base.kernels.packed import hand_over
+from remosplat_drake.base.kernels.packed import hand_over, type_text
 from remosplat_drake.base.kernels.references import (
     KernelCode,
     Reference,
@@ -72,9 +72,13 @@ class Variant:
     @cached_property
     def name(self) -> str:
         """By which machine code finds its cell."""
-        kernel, kinds = self.kernel, repr(self.arguments)
+        kernel, kinds = self.kernel, self._kinds
         name = f"{_CELL}{kernel.module}.{kernel.name}"
         return f"{name}.{hashlib.sha256(kinds.encode()).hexdigest()[:16]}"
+
+    @cached_property
+    def _kinds(self) -> str:
+        return ", ".join(map(type_text, self.arguments))
 
     @property
     def file(self) -> str:
@@ -83,7 +87,7 @@ class Variant:
 
     @cached_property
     def _file(self) -> str:
-        kernel, kinds = self.kernel, repr(self.arguments)
+        kernel, kinds = self.kernel, self._kinds
         if not kernel.digest or " at 0x" in kinds:
             return ""
         parts = kernel.digest, kernel.options, kinds, _processor()
@@ -97,15 +101,13 @@ class Variant:
 
     @property
     def result(self) -> types.Type:
-        """The type of what it returns; compiles it if nothing else tells."""
+        """The type of what it returns; prepares it if nothing else tells."""
         if self._result is None:
             returns = self.kernel.returns
             if returns is not None:
                 told = isinstance(returns, types.Type)
                 self._result = returns if told else returns(*self.arguments)
                 compilation.ask(self)
-            elif (kept := self._kept()) is not None:
-                self._result = kept[0]
             else:
                 self.prepare()
         assert self._result is not None
@@ -140,7 +142,7 @@ class Variant:
         kept = self._kept()
         if kept is None:
             return None
-        _, self.time, used, reduced = kept
+        self.time, used, reduced = kept
         uses = []
         for reference, result in used:
             variant = found(reference)
@@ -178,7 +180,7 @@ class Variant:
         if self.file and all(reference for reference, _ in used):
             is_linked = not self.kernel.content
             reduced = linking.reduced(compiled, is_linked)
-            files.write(self.file, (self._result, self.time, used, reduced))
+            files.write(self.file, (self.time, used, reduced))
         self._end()
 
     def _end(self) -> None:
@@ -190,7 +192,7 @@ class Variant:
     def _kept(self) -> Any:
         """Returns what is on disk; None if nothing is.
 
-        The type of its result, its time, what it calls, and what Numba keeps.
+        Its time, what it calls, and what Numba keeps.
         """
         path = files.find(self.file) if self.file else None
         return None if path is None else files.read(path)

@@ -1,5 +1,6 @@
 """What tells kernels from each other, and when they are compiled again."""
 
+import enum
 import gc
 import os
 import re
@@ -106,6 +107,21 @@ def test_of_kernels_that_are_called_by_address_only_the_name_counts():
     linked = text.replace("@kernel", "@kernel(linked=True)")
     other = other.replace("@kernel", "@kernel(linked=True)")
     assert content_digest(made(linked)) != content_digest(made(other))
+
+
+def test_members_of_enumerations_count():
+    def member(**members):
+        kind = enum.Enum("Kind", members)
+        return made("def f(x): return x == K.A", K=kind)
+
+    assert content_digest(member(A=1, B=2)) != content_digest(member(A=2, B=1))
+
+
+def test_modules_of_the_package_are_not_known_by_their_names():
+    """What a kernel reads of one would be missing."""
+    with pytest.raises(UnknownContentError):
+        content_digest(made("def f(x): return x + M.A", M=remosplat_drake))
+    assert content_digest(made("def f(x): return M.sqrt(x)", M=np))
 
 
 def test_what_cannot_be_told_is_not_kept():

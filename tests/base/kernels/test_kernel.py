@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from collections import namedtuple
 from pathlib import Path
 from typing import NamedTuple
 
@@ -119,6 +120,26 @@ def test_arrays_of_all_layouts():
     low, high, copy = extremes(x)
     assert (low, high) == (0.0, 10.0)
     np.testing.assert_array_equal(copy, x)
+
+
+def test_named_tuples_whose_fields_change_places_are_told_apart():
+    """Numba's names of their types have the class and the types alone."""
+
+    def kinds_of(*names):
+        pair = namedtuple("Pair", names)
+        return types.NamedUniTuple(types.float64, 2, pair)
+
+    @kernel
+    def first(pair):
+        return pair.a
+
+    kinds = kinds_of("a", "b"), kinds_of("b", "a")
+    assert str(kinds[0]) == str(kinds[1])
+    files = {
+        first.variant((types.Tuple((kind, types.int64)),)).file
+        for kind in kinds
+    }
+    assert len(files | {first.variant((kind,)).file for kind in kinds}) == 4
 
 
 ELSEWHERE = """
