@@ -3,9 +3,10 @@
 import argparse
 import math
 import time
-from collections.abc import Callable
 from pathlib import Path
 from threading import current_thread, main_thread
+
+from rich.console import Console
 
 from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.diagram import build
@@ -146,9 +147,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.save_html or not arguments.headless:
         page = open_page(arguments)
         page.show(preparing("reading the scenario"))
+    preparation = _Preparation(page, arguments.headless, console)
     with (
         Progress(console) as progress,
-        compiling_shown(progress, scenario, _teller(page)),
+        compiling_shown(progress, scenario, preparation.tell),
     ):
         world = load_world(scenario)
         places = target_places(scenario, world)
@@ -165,8 +167,7 @@ def run(arguments: argparse.Namespace) -> int:
         with atomic_write(arguments.graphviz) as file:
             file.write(application.diagram.GetGraphvizString(max_depth=1))
     admission.announce(console)
-    if page is not None and not arguments.headless:
-        console.print(f"watch at [bold]{page.url}[/bold]")
+    preparation.say_address()
     if page is not None and application.supervisor is None:
         page.show(unsupervised())
     waits = not arguments.headless and is_held(arguments.hold)
@@ -207,15 +208,27 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if result.outcome == REACHED and is_recorded else 1
 
 
-def _teller(page: MeshcatPage | None) -> Callable[[str], None]:
-    """Returns what says on the page what is being done before the run."""
+class _Preparation:
+    """Says where the page is, and on it what is done before the run."""
 
-    def tell(text: str) -> None:
+    def __init__(
+        self, page: MeshcatPage | None, headless: bool, console: Console
+    ):
+        self._page, self._console = page, console
+        self._is_said = page is None or headless
+
+    def say_address(self) -> None:
+        """Says where the page is, once and for all."""
+        if self._page is not None and not self._is_said:
+            self._console.print(f"watch at [bold]{self._page.url}[/bold]")
+        self._is_said = True
+
+    def tell(self, text: str) -> None:
+        """Says what is being done."""
+        self.say_address()
         # Meshcat serves one thread; others compile, too.
-        if page is not None and current_thread() is main_thread():
-            page.show(preparing(text))
-
-    return tell
+        if self._page is not None and current_thread() is main_thread():
+            self._page.show(preparing(text))
 
 
 def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float | None:
