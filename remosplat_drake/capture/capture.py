@@ -36,6 +36,9 @@ class Capture:
         names: Names of the n views, as their files have them; empty: unknown.
         notes: What the reader doubts or has left out, one sentence each.
         up_W: Unit vector against gravity, if the file says so; None: unknown.
+        velocity_W: Angular velocity of each camera [rad/s], then the velocity
+            of its centre [m/s], in W, while its image was taken, shape (n, 6);
+            None: unknown.
 
     Raises:
         RemoSplatError: The arrays do not fit each other, or a view's pose is no
@@ -50,6 +53,7 @@ class Capture:
     names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     up_W: tuple[float, ...] | None = None
+    velocity_W: np.ndarray | None = None
 
     def __post_init__(self):
         n, height, width = self.depth.shape
@@ -63,6 +67,8 @@ class Capture:
             object.__setattr__(
                 self, "depth", np.where(self.hidden, 0, self.depth)
             )
+        if self.velocity_W is not None:
+            expected["velocity_W"] = (n, 6)
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise RemoSplatError(
@@ -103,6 +109,7 @@ class Capture:
         """Returns the views that a boolean mask or index array selects."""
         hidden = None if self.hidden is None else self.hidden[views]
         names = np.array(self.names, object)[views] if self.names else ()
+        velocity_W = self.velocity_W
         return dc.replace(
             self,
             K=self.K[views],
@@ -111,6 +118,19 @@ class Capture:
             depth=self.depth[views],
             hidden=hidden,
             names=tuple(names),
+            velocity_W=None if velocity_W is None else velocity_W[views],
+        )
+
+    def expressed_in(self, X_FW: np.ndarray) -> "Capture":
+        """Returns the capture in a frame F, given the pose of W in F (4, 4)."""
+        R_FW, velocity_F, up_F = X_FW[:3, :3], self.velocity_W, self.up_W
+        if velocity_F is not None:
+            velocity_F = velocity_F.reshape(-1, 2, 3) @ R_FW.T
+            velocity_F = velocity_F.reshape(-1, 6)
+        if up_F is not None:
+            up_F = tuple((R_FW @ up_F).tolist())
+        return dc.replace(
+            self, X_WC=X_FW @ self.X_WC, velocity_W=velocity_F, up_W=up_F
         )
 
     def with_depth(self, scale: float, offset: float) -> "Capture":

@@ -177,7 +177,7 @@ def _placed(
         path = resolve(arguments.capture_pose)
     elif not path.is_file():
         return capture
-    return dc.replace(capture, X_WC=read_matrix(path, (4, 4)) @ capture.X_WC)
+    return capture.expressed_in(read_matrix(path, (4, 4)))
 
 
 def print_report(console: Console, report: QualityReport):

@@ -77,8 +77,7 @@ class Floor:
 
     def aligned(self, capture: Capture) -> Capture:
         """Returns the capture with camera poses expressed in the frame F."""
-        X_FC = self.X_FW.GetAsMatrix4() @ capture.X_WC
-        return dc.replace(capture, X_WC=X_FC)
+        return capture.expressed_in(self.X_FW.GetAsMatrix4())
 
 
 def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:

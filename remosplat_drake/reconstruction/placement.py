@@ -55,11 +55,7 @@ class Placement:
         """Returns the capture with camera poses expressed in F."""
         if not self.moves:
             return capture
-        X_FC = self.X_FW.GetAsMatrix4() @ capture.X_WC
-        up_F = None
-        if capture.up_W is not None:
-            up_F = tuple(self.X_FW.rotation().matrix() @ capture.up_W)
-        return dc.replace(capture, X_WC=X_FC, up_W=up_F)
+        return capture.expressed_in(self.X_FW.GetAsMatrix4())
 
 
 def place(capture: Capture, up: str = AUTO) -> Placement:
