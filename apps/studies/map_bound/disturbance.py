@@ -43,6 +43,10 @@ class Disturbance:
         return ", ".join(word for word, is_so in words.items() if is_so)
 
 
+TURN = np.deg2rad(10)
+"""How much poses turn where they drift, as visual odometry does about as badly
+[rad/m]."""
+
 EXACT = Disturbance()
 
 NAMED = {
@@ -88,10 +92,9 @@ def disturbed(capture: Capture, what: Disturbance, seed: int) -> Capture:
     count = len(capture)
     turn = what.rotation * rng.standard_normal((count, 3))
     shift = what.position * rng.standard_normal((count, 3))
-    walk = _smooth_curve(count, rng)
-    shift = shift + what.drift * walk
-    # Ten degrees a metre, as visual odometry does about as badly.
-    turn = turn + np.deg2rad(10) * what.drift * _smooth_curve(count, rng)
+    part = np.linspace(0, 1, count)
+    shift = shift + what.drift * SmoothCurve.drawn(rng)(part)
+    turn = turn + TURN * what.drift * SmoothCurve.drawn(rng)(part)
     X_WC = capture.X_WC.copy()
     R = Rotation.from_rotvec(turn).as_matrix()
     X_WC[:, :3, :3] = R @ X_WC[:, :3, :3]
@@ -100,11 +103,26 @@ def disturbed(capture: Capture, what: Disturbance, seed: int) -> Capture:
     return dc.replace(capture, X_WC=X_WC, depth=depth)
 
 
-def _smooth_curve(count: int, rng: np.random.Generator) -> np.ndarray:
-    """A curve from the origin to a random unit vector, (count, 3)."""
-    time = np.linspace(0, 1, count)[:, None]
-    end = rng.standard_normal(3)
-    end /= np.linalg.norm(end)
-    bend = 0.3 * rng.standard_normal((2, 3))
-    waves = np.sin(np.pi * time * [1, 2])
-    return time * end + waves @ bend
+@dc.dataclass(frozen=True, eq=False)
+class SmoothCurve:
+    """A curve from the origin to a point.
+
+    Attributes:
+        end: The point, shape (3,).
+        bend: Amplitudes of its two waves, shape (2, 3).
+    """
+
+    end: np.ndarray
+    bend: np.ndarray
+
+    @staticmethod
+    def drawn(rng: np.random.Generator) -> "SmoothCurve":
+        """Draws a curve to a random unit vector."""
+        end = rng.standard_normal(3)
+        end /= np.linalg.norm(end)
+        return SmoothCurve(end, 0.3 * rng.standard_normal((2, 3)))
+
+    def __call__(self, part: np.ndarray) -> np.ndarray:
+        """Returns points after parts (n,) of the way, shape (n, 3)."""
+        part = part[:, None]
+        return part * self.end + np.sin(np.pi * part * [1, 2]) @ self.bend

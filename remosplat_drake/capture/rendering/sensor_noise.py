@@ -171,7 +171,7 @@ def noisy_depth(
         Shape (h, w) [m]; 0 where unknown.
     """
     incidence = _incidence(K, depth)
-    outline = _near_outline(depth)
+    outline = near_outline(depth)
     z = _with_jittered_outline(depth, outline, noise.outline_jitter, rng)
     known = (z > 0) & (z >= noise.min_range) & (z <= noise.max_range)
     known &= outline | (incidence <= noise.max_incidence)
@@ -201,11 +201,17 @@ def _incidence(K: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return np.arccos(np.clip(np.nan_to_num(cosine, nan=1.0), 0, 1))
 
 
-def _near_outline(depth: np.ndarray) -> np.ndarray:
-    """Which pixels are near a jump of the depth, (h, w).
+def near_outline(depth: np.ndarray) -> np.ndarray:
+    """Finds the pixels that are near a jump of the depth.
 
     On a plane 1/z is linear in the pixel, however steep the plane; a jump
     shows as a second difference.
+
+    Args:
+        depth: Depth z, shape (h, w) [m]; 0 where unknown.
+
+    Returns:
+        Shape (h, w), bool.
     """
     inverse = 1 / np.where(depth > 0, depth, np.inf)
     jump = np.zeros(depth.shape, bool)

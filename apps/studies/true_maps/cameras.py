@@ -1,0 +1,122 @@
+"""`Cameras`: how a carried camera really takes its images."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from apps.studies.true_maps.ray_casting import Hits, RayCaster
+from apps.studies.true_maps.walk import Walk
+from remosplat_drake.capture.undistortion import Distortion, distort
+
+WIDTH, HEIGHT = 320, 240
+"""Size of the images [pixels]."""
+
+FOCAL = WIDTH / 2 / np.tan(np.deg2rad(30))
+"""Focal length: 60 degrees from left to right [pixels]."""
+
+FAR = 8.0
+"""Nothing is seen beyond this depth [m]."""
+
+_ROUNDS = 12
+"""Steps in which a lens is inverted; the error shrinks to a tenth in each."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Cameras:
+    """n images of one camera that somebody carries.
+
+    Attributes:
+        walk: The camera's path.
+        time: When the middle row of each image is read, shape (n,) [s].
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        lens: Distortion of the lens.
+        readout: Time from the first row of an image to the last [s].
+    """
+
+    walk: Walk
+    time: np.ndarray
+    K: np.ndarray
+    lens: Distortion = Distortion()
+    readout: float = 0.0
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def X_WC(self) -> np.ndarray:
+        """Poses at which the middle rows are read, shape (n, 4, 4)."""
+        return self.walk.X_WC(self.time)
+
+    def rays(self, view: int) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the rays of a view's pixels, and where they start.
+
+        Returns:
+            Starts in W, shape (h, 1, 3) [m], and directions, shape (h, w, 3),
+            of unit depth.
+        """
+        X_WC = self.walk.X_WC(self._time_of_row(view, np.arange(HEIGHT) + 0.5))
+        u, v = np.meshgrid(np.arange(WIDTH) + 0.5, np.arange(HEIGHT) + 0.5)
+        seen = np.stack([u - self.K[0, 2], v - self.K[1, 2]], axis=-1)
+        seen /= [self.K[0, 0], self.K[1, 1]]
+        xy = self._undistorted(seen)
+        ray_C = np.concatenate([xy, np.ones((HEIGHT, WIDTH, 1))], axis=-1)
+        ray_W = ray_C @ X_WC[:, :3, :3].transpose(0, 2, 1)
+        return X_WC[:, None, :3, 3], ray_W
+
+    def project(self, view: int, p_W: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Finds the pixels of a view that see points, if nothing is before.
+
+        Args:
+            view: Index of the view.
+            p_W: The points, shape (n, 3) [m].
+
+        Returns:
+            Column, row [pixels, from the image's corner] and depth z [m] of
+            each; column and row are NaN behind the camera.
+        """
+        row = np.full(len(p_W), HEIGHT / 2)
+        # A row's pose decides which row it is; that settles at once.
+        for _ in range(1 if self.readout == 0 else 4):
+            X_WC = self.walk.X_WC(self._time_of_row(view, row))
+            p_C = np.einsum("nji,nj->ni", X_WC[:, :3, :3], p_W - X_WC[:, :3, 3])
+            z = np.where(p_C[:, 2] > 0, p_C[:, 2], np.nan)
+            xy = distort(self.lens, p_C[:, :2] / z[:, None])
+            u, v = (xy * [self.K[0, 0], self.K[1, 1]] + self.K[:2, 2]).T
+            row = np.clip(np.nan_to_num(v, nan=0.0), 0, HEIGHT)
+        return u, v, p_C[:, 2]
+
+    def images(self, caster: RayCaster) -> tuple[np.ndarray, ...]:
+        """Takes the images: rgb (n, h, w, 3), depth (n, h, w), 0 for none."""
+        rgb = np.empty((len(self), HEIGHT, WIDTH, 3), np.uint8)
+        depth = np.empty((len(self), HEIGHT, WIDTH), np.float32)
+        for view in range(len(self)):
+            p_W, ray_W = self.rays(view)
+            hits = caster.cast(p_W, ray_W)
+            depth[view] = known_depth(hits)
+            rgb[view] = caster.colors(
+                hits, p_W + ray_W * depth[view][..., None]
+            )
+        return rgb, depth
+
+    def _time_of_row(self, view: int, row: np.ndarray) -> np.ndarray:
+        return self.time[view] + self.readout * (row / HEIGHT - 0.5)
+
+    def _undistorted(self, seen: np.ndarray) -> np.ndarray:
+        """Points of the image plane that the lens shows at others."""
+        xy = seen
+        if self.lens != Distortion():
+            for _ in range(_ROUNDS):
+                xy = xy + seen - distort(self.lens, xy)
+        return xy
+
+
+def known_depth(hits: Hits) -> np.ndarray:
+    """Depths that a camera can tell [m]; 0 for none."""
+    return np.where(hits.z < FAR, hits.z, 0)
+
+
+def pinhole() -> np.ndarray:
+    """Returns the intrinsic matrix of the camera as it was built, (3, 3)."""
+    return np.array(
+        [[FOCAL, 0, WIDTH / 2], [0, FOCAL, HEIGHT / 2], [0, 0, 1.0]]
+    )

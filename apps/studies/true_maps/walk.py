@@ -1,0 +1,136 @@
+"""`Walk`: the path of a camera that a person carries around something.
+
+It is a function of time, so that images may show another moment than their
+poses tell, and rows of one image different moments.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from apps.studies.true_maps.scene import MeshScene
+
+RATE = 10.0
+"""Images per second [1/s]."""
+
+NEAREST, FARTHEST = 0.6, 1.6
+"""Range of the camera's distance from the focus [m]."""
+
+_FASTEST = 0.6
+"""Largest speed around the focus [m/s]."""
+
+_TREMOR = np.array([0.001, np.deg2rad(0.1)])
+"""How much a hand trembles: positions [m] and directions [rad]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Walk:
+    """A smooth walk around a point, to and fro, that looks at it.
+
+    Each row of `waves` is a sine: amplitude, frequency [Hz], phase [rad].
+
+    Attributes:
+        focus_W: The point, shape (3,) [m].
+        mean: Azimuth [rad], distance from the focus [m] and elevation [rad]
+            in the middle of the walk, shape (3,).
+        waves: How these three go, shape (3, k, 3).
+        look: How the point that is looked at leaves the focus along x, y and
+            z [m], and how the camera rolls [rad], shape (4, k, 3).
+    """
+
+    focus_W: np.ndarray
+    mean: np.ndarray
+    waves: np.ndarray
+    look: np.ndarray
+
+    def X_WC(self, time: np.ndarray) -> np.ndarray:
+        """Computes the camera's poses (OpenCV axes) at times (...) [s].
+
+        Returns:
+            Shape (..., 4, 4).
+        """
+        time = np.asarray(time, float)
+        azimuth, distance, elevation = (
+            mean + _sum(waves, time)
+            for mean, waves in zip(self.mean, self.waves, strict=True)
+        )
+        *aside, roll = (_sum(waves, time) for waves in self.look)
+        level = np.cos(elevation)
+        away_W = [
+            level * np.cos(azimuth),
+            level * np.sin(azimuth),
+            np.sin(elevation),
+        ]
+        X_WC = np.zeros((*time.shape, 4, 4))
+        X_WC[..., :3, 3] = self.focus_W
+        X_WC[..., :3, 3] += distance[..., None] * np.stack(away_W, axis=-1)
+        X_WC[..., 3, 3] = 1
+        z_W = self.focus_W + np.stack(aside, axis=-1) - X_WC[..., :3, 3]
+        z_W /= np.linalg.norm(z_W, axis=-1, keepdims=True)
+        x_W = np.cross(z_W, [0, 0, 1])
+        x_W /= np.linalg.norm(x_W, axis=-1, keepdims=True)
+        y_W = np.cross(z_W, x_W)
+        c, s = np.cos(roll)[..., None], np.sin(roll)[..., None]
+        axes = c * x_W + s * y_W, c * y_W - s * x_W, z_W
+        X_WC[..., :3, :3] = np.stack(axes, axis=-1)
+        return X_WC
+
+
+def draw_walk(
+    scene: MeshScene, seconds: float, rng: np.random.Generator
+) -> Walk:
+    """Draws a walk on the open side of a scene.
+
+    Args:
+        scene: The scene.
+        seconds: Length of the walk [s].
+        rng: Source of randomness.
+    """
+    half = 0.5 * (FARTHEST - NEAREST)
+    distance = rng.uniform(0.3, 1.0) * half
+    mean = np.array(
+        [
+            scene.open_to,
+            NEAREST + half + rng.uniform(-1, 1) * (half - distance),
+            np.deg2rad(rng.uniform(25, 40)),
+        ]
+    )
+    # From one end to the other and, at most, back again.
+    turns = rng.uniform(0.5, 1.0) / seconds
+    fastest = _FASTEST / (2 * np.pi * turns * mean[1])
+    azimuth = min(rng.uniform(0.6, 1.0) * scene.open_by, fastest)
+    mean[0] += rng.uniform(-1, 1) * (scene.open_by - azimuth)
+    slow = rng.uniform(0.6, 1.7, (2, 1)) / seconds
+    elevation = np.deg2rad(rng.uniform(5, 20))
+    phase = rng.uniform(0, 2 * np.pi, 2)
+    waves = [
+        [azimuth, turns, -np.pi / 2],
+        [distance, slow[0, 0], phase[0]],
+        [elevation, slow[1, 0], phase[1]],
+    ]
+    look = [[0.08, f, p] for f, p in _pairs(rng, 3, 0.15, 0.4)]
+    look += [[0.06, f, p] for f, p in _pairs(rng, 1, 0.15, 0.4)]
+    size = _TREMOR[[1, 0, 1]], [*3 * [_TREMOR[0]], _TREMOR[1]]
+    tremor = [
+        [[a, f, p] for a, (f, p) in zip(s, _pairs(rng, len(s), 1.5, 4.0))]
+        for s in size
+    ]
+    return Walk(
+        scene.focus_W,
+        mean,
+        np.stack([waves, tremor[0]], axis=1),
+        np.stack([look, tremor[1]], axis=1),
+    )
+
+
+def _pairs(
+    rng: np.random.Generator, count: int, slowest: float, fastest: float
+) -> np.ndarray:
+    """Frequencies [Hz] and phases [rad], shape (count, 2)."""
+    return rng.uniform([slowest, 0], [fastest, 2 * np.pi], (count, 2))
+
+
+def _sum(waves: np.ndarray, time: np.ndarray) -> np.ndarray:
+    amplitude, frequency, phase = waves.T
+    angle = 2 * np.pi * frequency * time[..., None] + phase
+    return (amplitude * np.sin(angle)).sum(axis=-1)
