@@ -6,7 +6,8 @@ from apps.studies.map_bound.case import Case, draw_case
 from apps.studies.map_bound.disturbance import NAMED, Disturbance, disturbed
 from apps.studies.map_bound.judge import Sight, random_queries
 from apps.studies.map_bound.report import coverage, exceeding_scenes
-from apps.studies.map_bound.trial import Errors, Result
+from apps.studies.map_bound.trial import Result
+from apps.studies.rigid_motion import CameraErrors
 from remosplat_drake.capture.rendering.sensor_noise import sensor_noise
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
@@ -42,7 +43,7 @@ def test_disturbances_are_as_large_as_they_say_and_repeat():
 
 
 def test_counting_is_by_scenes():
-    errors = Errors(0.0, 0.0, 0.0, 0.0)
+    errors = CameraErrors(0.0, 0.0, 0.0, 0.0)
 
     def result(exceeded: int, over: float) -> Result:
         return Result("", errors, errors, 100, exceeded, 0.0, over, 0.01)

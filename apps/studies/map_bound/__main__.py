@@ -15,15 +15,15 @@ from contextlib import closing
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import Progress
 
 from apps.studies.command_line import study_main
+from apps.studies.kept_trials import run_missing
 from apps.studies.map_bound import closed_loop
 from apps.studies.map_bound.case import Case, draw_case
 from apps.studies.map_bound.closed_loop import Aim
 from apps.studies.map_bound.disturbance import NAMED
 from apps.studies.map_bound.report import summary, table
-from apps.studies.map_bound.trial import Errors, Result, failed, run_trial
+from apps.studies.map_bound.trial import failed, restored, run_trial
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.benchmark.line_file import LineFile
 from remosplat_drake.benchmark.pool import Job, run_jobs
@@ -108,20 +108,12 @@ def run(arguments: argparse.Namespace) -> int:
     wanted = cases(arguments.split, arguments.first, arguments.count)
     if arguments.attacks:
         return _attack(wanted, arguments)
-    path = arguments.output / f"{arguments.split}.jsonl"
-    known = read_results(path)
-    missing = [case for case in wanted if case.key not in known]
-    running = run_jobs(
-        (Job(case, run_trial, failed) for case in missing), arguments.jobs
+    results = run_missing(
+        [Job(case, run_trial, failed) for case in wanted],
+        arguments.output / f"{arguments.split}.jsonl",
+        restored,
+        arguments.jobs,
     )
-    progress = Progress(console=Console(stderr=True), transient=True)
-    with LineFile(path) as file, closing(running), progress:
-        task = progress.add_task("reconstructing", total=len(missing))
-        for result in running:
-            file.append(json.dumps(dc.asdict(result)))
-            known[result.key] = result
-            progress.advance(task)
-    results = [known[case.key] for case in wanted]
     console = Console()
     console.print(table(results))
     for line in summary(results):
@@ -148,23 +140,6 @@ def _attack(wanted: list[Case], arguments: argparse.Namespace) -> int:
     for line in closed_loop.summary(attacks):
         console.print(line, highlight=False, soft_wrap=True)
     return 0
-
-
-def read_results(path: Path) -> dict[str, Result]:
-    """Reads the results of earlier runs, by key; errors are tried again.
-
-    Args:
-        path: A file of results, one a line; it need not exist.
-    """
-    results = {}
-    for line in path.read_text().splitlines() if path.is_file() else ():
-        fields = json.loads(line)
-        if fields["error"]:
-            continue
-        for name in ("before", "after"):
-            fields[name] = Errors(**fields[name])
-        results[fields["key"]] = Result(**fields)
-    return results
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -1,6 +1,7 @@
 """Judges a map by the truth: how far distances are too large, and where."""
 
 import dataclasses as dc
+from typing import Self
 
 import numpy as np
 
@@ -30,7 +31,8 @@ _WORST = 300
 _OWN = 0.005
 """Depth by which a view may miss a surface point that it sees [m]."""
 
-_NOTHING = 1.0  # A field that has nothing near has measured this [m].
+NOTHING = 1.0
+"""A field that has nothing near has measured this [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -75,16 +77,21 @@ class Queries:
         """Returns measured minus true distances, shape (n,) [m]."""
         count = len(self.p_W)
         measured = field.clearances(Spheres.at(self.p_W)).per_sphere(count)
-        return np.minimum(measured, _NOTHING) - self.distance
+        return np.minimum(measured, NOTHING) - self.distance
 
-    def well_seen(self) -> "Queries":
+    def well_seen(self) -> Self:
         """Returns the points whose nearest surface was seen well."""
-        keep = self.seen
-        return Queries(self.p_W[keep], self.distance[keep], keep[keep])
+        return self.selected(self.seen)
 
-    def joined(self, other: "Queries") -> "Queries":
+    def selected(self, keep: np.ndarray) -> Self:
+        """Returns the points that a mask (n,) selects."""
+        return type(self)(
+            *(getattr(self, field.name)[keep] for field in dc.fields(self))
+        )
+
+    def joined(self, other: Self) -> Self:
         """Returns these points, then another's."""
-        return Queries(
+        return type(self)(
             *(
                 np.concatenate([getattr(self, f.name), getattr(other, f.name)])
                 for f in dc.fields(self)

@@ -2,9 +2,9 @@
 
 import dataclasses as dc
 from time import perf_counter
+from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from apps.studies.map_bound.case import Case
 from apps.studies.map_bound.judge import (
@@ -12,6 +12,7 @@ from apps.studies.map_bound.judge import (
     random_queries,
     worst_queries,
 )
+from apps.studies.rigid_motion import CameraErrors, camera_errors
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.rendering.sensor_noise import sensor_noise
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
@@ -25,24 +26,6 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 QUERIES = 20_000
 """Number of random points at which a map is judged; fewer are of use."""
-
-
-@dc.dataclass(frozen=True)
-class Errors:
-    """How far poses and scale are from the truth.
-
-    Attributes:
-        position: Largest error of a camera's position in W [m].
-        shape: The same after the rigid motion that fits best: what no other
-            choice of W explains [m].
-        rotation: Largest error of a camera's rotation in W [rad].
-        scale: Error of the depth's scale.
-    """
-
-    position: float
-    shape: float
-    rotation: float
-    scale: float
 
 
 @dc.dataclass(frozen=True)
@@ -68,8 +51,8 @@ class Result:
     """
 
     key: str
-    before: Errors | None = None
-    after: Errors | None = None
+    before: CameraErrors | None = None
+    after: CameraErrors | None = None
     queries: int = 0
     exceeded: int = 0
     worst: float = np.nan
@@ -84,6 +67,13 @@ class Result:
 def failed(case: Case, error: str) -> Result:
     """Returns the result of a trial that failed."""
     return Result(case.key, error=error)
+
+
+def restored(fields: dict[str, Any]) -> Result:
+    """Returns the result that a line of a results' file holds."""
+    for name in ("before", "after"):
+        fields[name] = CameraErrors(**fields[name])
+    return Result(**fields)
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -138,16 +128,15 @@ def run_trial(case: Case) -> Result:
     queries = random_queries(sight, QUERIES, rng)
     queries = queries.joined(worst_queries(raw, sight, rng)).well_seen()
     over, excess = queries.over_estimates(raw), queries.over_estimates(careful)
+    true_X_WC, scale = sight.perfect.X_WC, case.disturbance.scale
     near = np.abs(mapped.splat.p_GK - sight.focus_W).max(axis=1) < 1
     assert mapped.splat.uncertainty is not None
     own = mapped.splat.uncertainty[near]
     return Result(
         key=case.key,
-        before=_errors(mapped.capture, sight.perfect, case.disturbance.scale),
-        after=_errors(
-            alignment.capture,
-            sight.perfect,
-            case.disturbance.scale * alignment.scale,
+        before=camera_errors(mapped.capture.X_WC, true_X_WC, scale),
+        after=camera_errors(
+            alignment.capture.X_WC, true_X_WC, scale * alignment.scale
         ),
         queries=len(over),
         exceeded=int((excess > 0).sum()),
@@ -157,19 +146,4 @@ def run_trial(case: Case) -> Result:
         looseness=tuple(np.percentile(-excess, [50, 90]).tolist()),
         medium=float(np.median(own)),
         seconds=mapped.seconds,
-    )
-
-
-def _errors(capture: Capture, perfect: Capture, scale: float) -> Errors:
-    p_W, true_W = capture.X_WC[:, :3, 3], perfect.X_WC[:, :3, 3]
-    turned = Rotation.align_vectors(
-        true_W - true_W.mean(axis=0), p_W - p_W.mean(axis=0)
-    )[0]
-    fitted = turned.apply(p_W - p_W.mean(axis=0)) + true_W.mean(axis=0)
-    R = capture.X_WC[:, :3, :3] @ perfect.X_WC[:, :3, :3].transpose(0, 2, 1)
-    return Errors(
-        position=float(np.linalg.norm(p_W - true_W, axis=1).max()),
-        shape=float(np.linalg.norm(fitted - true_W, axis=1).max()),
-        rotation=float(Rotation.from_matrix(R).magnitude().max()),
-        scale=scale - 1,
     )

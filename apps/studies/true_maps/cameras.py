@@ -36,7 +36,7 @@ class Cameras:
     walk: Walk
     time: np.ndarray
     K: np.ndarray
-    lens: Distortion = Distortion()
+    lens: Distortion = dc.field(default_factory=Distortion)
     readout: float = 0.0
 
     def __len__(self) -> int:
@@ -54,7 +54,7 @@ class Cameras:
             Starts in W, shape (h, 1, 3) [m], and directions, shape (h, w, 3),
             of unit depth.
         """
-        X_WC = self.walk.X_WC(self._time_of_row(view, np.arange(HEIGHT) + 0.5))
+        X_WC = self.poses(view, np.arange(HEIGHT) + 0.5)
         u, v = np.meshgrid(np.arange(WIDTH) + 0.5, np.arange(HEIGHT) + 0.5)
         seen = np.stack([u - self.K[0, 2], v - self.K[1, 2]], axis=-1)
         seen /= [self.K[0, 0], self.K[1, 1]]
@@ -77,7 +77,7 @@ class Cameras:
         row = np.full(len(p_W), HEIGHT / 2)
         # A row's pose decides which row it is; that settles at once.
         for _ in range(1 if self.readout == 0 else 4):
-            X_WC = self.walk.X_WC(self._time_of_row(view, row))
+            X_WC = self.poses(view, row)
             p_C = np.einsum("nji,nj->ni", X_WC[:, :3, :3], p_W - X_WC[:, :3, 3])
             z = np.where(p_C[:, 2] > 0, p_C[:, 2], np.nan)
             xy = distort(self.lens, p_C[:, :2] / z[:, None])
@@ -98,8 +98,15 @@ class Cameras:
             )
         return rgb, depth
 
-    def _time_of_row(self, view: int, row: np.ndarray) -> np.ndarray:
-        return self.time[view] + self.readout * (row / HEIGHT - 0.5)
+    def poses(self, view: int, row: np.ndarray) -> np.ndarray:
+        """Returns the poses at which rows (n,) of a view are read, (n, 4, 4).
+
+        Args:
+            view: Index of the view.
+            row: Where the rows are, from the image's upper edge [pixels].
+        """
+        late = self.readout * (row / HEIGHT - 0.5)
+        return self.walk.X_WC(self.time[view] + late)
 
     def _undistorted(self, seen: np.ndarray) -> np.ndarray:
         """Points of the image plane that the lens shows at others."""

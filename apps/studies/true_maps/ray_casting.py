@@ -41,6 +41,12 @@ class Nearest:
     part: np.ndarray
     normal_W: np.ndarray
 
+    def selected(self, keep: np.ndarray) -> "Nearest":
+        """Returns the points that a mask (n,) selects."""
+        return Nearest(
+            *(getattr(self, field.name)[keep] for field in dc.fields(self))
+        )
+
 
 class RayCaster:
     """Casts rays into a scene and measures distances to it.

@@ -112,7 +112,10 @@ def draw_walk(
     look += [[0.06, f, p] for f, p in _pairs(rng, 1, 0.15, 0.4)]
     size = _TREMOR[[1, 0, 1]], [*3 * [_TREMOR[0]], _TREMOR[1]]
     tremor = [
-        [[a, f, p] for a, (f, p) in zip(s, _pairs(rng, len(s), 1.5, 4.0))]
+        [
+            [a, f, p]
+            for a, (f, p) in zip(s, _pairs(rng, len(s), 1.5, 4.0), strict=True)
+        ]
         for s in size
     ]
     return Walk(

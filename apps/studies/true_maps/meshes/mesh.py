@@ -30,11 +30,14 @@ class Mesh:
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:
     """Returns all triangles of meshes as one mesh."""
-    starts = np.cumsum([0, *(len(mesh.p_WV) for mesh in meshes)])
+    starts = np.cumsum([0, *(len(mesh.p_WV) for mesh in meshes[:-1])])
     return Mesh(
         np.concatenate([mesh.p_WV for mesh in meshes]),
         np.concatenate(
-            [mesh.triangles + start for mesh, start in zip(meshes, starts)]
+            [
+                mesh.triangles + start
+                for mesh, start in zip(meshes, starts, strict=True)
+            ]
         ),
     )
 
@@ -101,7 +104,7 @@ def upright(
     return _closed(np.stack(rings, axis=-1))
 
 
-def curve(points: Sequence[Sequence[float]], count: int = 40) -> np.ndarray:
+def curve(points: Sequence[Sequence[float] | np.ndarray], count: int = 40) -> np.ndarray:
     """Rounds off a polygon: a Bézier curve, shape (count, 3) [m]."""
     p = np.asarray(points, float)[:, None]
     s = np.linspace(0, 1, count)[:, None]

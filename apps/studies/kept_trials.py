@@ -1,0 +1,74 @@
+"""Trials of a study whose results are kept, one a line, and not done again."""
+
+import dataclasses as dc
+import json
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import Progress
+
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.benchmark.line_file import LineFile
+from remosplat_drake.benchmark.pool import Job, run_jobs
+
+Restore = Callable[[dict[str, Any]], Any]
+"""Makes a result of the fields that a line holds."""
+
+
+def run_missing(
+    jobs: Sequence[Job], path: Path, restore: Restore, workers: int
+) -> list[Any]:
+    """Runs the jobs whose results a file lacks, and adds them to it.
+
+    Args:
+        jobs: All jobs; subjects and results have a `key`, results are data
+            classes with an `error` that is empty for none.
+        path: The file; it need not exist.
+        restore: Makes a result of a line's fields.
+        workers: Number of worker processes; 0 runs everything in this one.
+
+    Returns:
+        The results of all jobs, in their order.
+
+    Raises:
+        FileError: The file holds something else, or cannot be written.
+    """
+    known = read_results(path, restore)
+    missing = [job for job in jobs if job.subject.key not in known]
+    running = run_jobs(missing, workers)
+    progress = Progress(console=Console(stderr=True), transient=True)
+    with LineFile(path) as file, closing(running), progress:
+        task = progress.add_task("reconstructing", total=len(missing))
+        for result in running:
+            file.append(json.dumps(dc.asdict(result)))
+            known[result.key] = result
+            progress.advance(task)
+    return [known[job.subject.key] for job in jobs]
+
+
+def read_results(path: Path, restore: Restore) -> dict[str, Any]:
+    """Reads the results of earlier runs, by key; errors are tried again.
+
+    A line that a kill has torn is left out.
+
+    Args:
+        path: A file of results, one a line; it need not exist.
+        restore: Makes a result of a line's fields.
+
+    Raises:
+        FileError: The file holds something else.
+    """
+    results = {}
+    text = path.read_text() if path.is_file() else ""
+    for number, line in enumerate(text.split("\n")[:-1], start=1):
+        try:
+            fields = json.loads(line)
+            if not fields["error"]:
+                results[fields["key"]] = restore(fields)
+        except (ValueError, TypeError, KeyError) as error:
+            problem = f"line {number} is no result of this study"
+            raise FileError(path, problem) from error
+    return results

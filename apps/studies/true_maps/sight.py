@@ -1,0 +1,170 @@
+"""`Sight`: what the cameras of a case really saw, for judging only."""
+
+import dataclasses as dc
+
+import numpy as np
+
+from apps.studies.map_bound.judge import SEEN_BY
+from apps.studies.true_maps.cameras import HEIGHT, WIDTH
+from apps.studies.true_maps.case import Taken
+from apps.studies.true_maps.ray_casting import Nearest
+
+_STEEPEST = np.cos(np.deg2rad(78))
+"""Cosine of the largest angle of incidence at which a view sees a surface."""
+
+_OWN = 0.001
+"""Length by which a ray may end before the point that it is to reach [m]."""
+
+_LOOKS = 6
+"""Number of views, the nearest ones, that tell how wide a surface is."""
+
+_STEPS = 3
+"""Parts of a pixel in which that is measured."""
+
+_SLOPE = 6.0
+"""A surface goes on where its depth changes by no more than this times the way
+across: up to 80 degrees of incidence."""
+
+_ACROSS = np.deg2rad([0, 45, 90, 135])
+"""Directions in the image in which widths are measured [rad]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Surface:
+    """Surface points that pixels show.
+
+    Attributes:
+        p_W: The points, shape (n, 3) [m].
+        part: Index of the part that each is on, shape (n,).
+        p_WC: Where the rays of the pixels start, shape (n, 3) [m].
+    """
+
+    p_W: np.ndarray
+    part: np.ndarray
+    p_WC: np.ndarray
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Sight:
+    """The true geometry, the true cameras, and what the sensor delivered.
+
+    Attributes:
+        taken: The case's captures.
+    """
+
+    taken: Taken
+
+    @property
+    def focus_W(self) -> np.ndarray:
+        """Centre of the robot's workspace, shape (3,) [m]."""
+        return self.taken.scene.focus_W
+
+    def in_workspace(self, p_W: np.ndarray) -> np.ndarray:
+        """Which points (n, 3) are at most 1 m from the focus on each axis."""
+        return np.abs(p_W - self.focus_W).max(axis=1) < 1
+
+    def labels(self, part: np.ndarray) -> np.ndarray:
+        """Returns the labels of parts, given their indices (n,)."""
+        names = np.array([part.label for part in self.taken.scene.parts])
+        return names[part]
+
+    def surface(self, count: int, rng: np.random.Generator) -> Surface:
+        """Draws pixels that have a depth, and what they show of the workspace.
+
+        Args:
+            count: Number of pixels; not all of them show the workspace.
+            rng: Source of randomness.
+        """
+        taken, parts = self.taken, []
+        cameras = taken.cameras
+        each = -(-count // len(cameras))
+        for view in range(len(cameras)):
+            p_WC, ray_W = cameras.rays(view)
+            known = np.argwhere(taken.capture.depth[view] > 0)
+            row, column = rng.permutation(known)[:each].T
+            start_W, ray_W = p_WC[row, 0], ray_W[row, column]
+            hits = taken.caster.cast(start_W, ray_W)
+            met = hits.part >= 0
+            p_W = start_W[met] + ray_W[met] * hits.z[met, None]
+            keep = self.in_workspace(p_W)
+            parts.append((p_W[keep], hits.part[met][keep], start_W[met][keep]))
+        return Surface(*(np.concatenate(p) for p in zip(*parts, strict=True)))
+
+    def is_free_way(self, start_W: np.ndarray, end_W: np.ndarray) -> np.ndarray:
+        """Whether nothing is between points, both (n, 3) [m]; shape (n,)."""
+        way_W = end_W - start_W
+        hits = self.taken.caster.cast(start_W, way_W)
+        return hits.z * (length := _lengths(way_W)) > length - _OWN
+
+    def seen(self, surface: Nearest) -> tuple[np.ndarray, np.ndarray]:
+        """Tells which surface points views have seen, at least two each.
+
+        A view sees a point if nothing is before it, it is not seen too
+        steeply, and the sensor delivered a depth at its pixel.
+
+        Args:
+            surface: The points.
+
+        Returns:
+            Whether two views saw each point, shape (n,), and whether two did
+            to which the surface is at least a pixel wide there.
+        """
+        cameras, count = self.taken.cameras, len(surface.p_W)
+        depth = np.full((len(cameras), count), np.inf)
+        for view in range(len(cameras)):
+            depth[view] = self._seen_at(view, surface)
+        nearest = np.argsort(depth, axis=0)[:_LOOKS]
+        wide = np.zeros(count, int)
+        for views in nearest:
+            for view in np.unique(views):
+                rows = np.flatnonzero(
+                    (views == view) & np.isfinite(depth[view])
+                )
+                wide[rows] += self._is_wide(view, surface, rows)
+        seen = np.isfinite(depth).sum(axis=0) >= SEEN_BY
+        return seen, wide >= SEEN_BY
+
+    def _seen_at(self, view: int, surface: Nearest) -> np.ndarray:
+        """Depths at which a view sees points, (n,) [m]; inf: it does not."""
+        cameras, p_W = self.taken.cameras, surface.p_W
+        u, v, z = cameras.project(view, p_W)
+        inside = (u >= 0) & (u < WIDTH) & (v >= 0) & (v < HEIGHT)
+        rows = np.flatnonzero(inside)
+        pixel = v[rows].astype(int), u[rows].astype(int)
+        rows = rows[self.taken.capture.depth[view][pixel] > 0]
+        start_W = cameras.poses(view, v[rows])[:, :3, 3]
+        ray_W = p_W[rows] - start_W
+        cosine = np.abs((ray_W * surface.normal_W[rows]).sum(axis=1))
+        facing = cosine > _STEEPEST * _lengths(ray_W)
+        facing &= self.is_free_way(start_W, p_W[rows])
+        depth = np.full(len(p_W), np.inf)
+        depth[rows[facing]] = z[rows[facing]]
+        return depth
+
+    def _is_wide(
+        self, view: int, surface: Nearest, rows: np.ndarray
+    ) -> np.ndarray:
+        """Whether surfaces are a pixel wide at points, in all directions."""
+        cameras, p_W = self.taken.cameras, surface.p_W[rows]
+        _, v, z = cameras.project(view, p_W)
+        X_WC = cameras.poses(view, v)
+        pitch = z / cameras.K[0, 0]
+        step = np.arange(1, _STEPS + 1) / _STEPS
+        xy = np.stack([np.cos(_ACROSS), np.sin(_ACROSS)], axis=1)
+        # By direction, to either side, by step.
+        offset = np.stack([xy, -xy], axis=1)[:, :, None] * step[:, None]
+        shape = len(rows), *offset.shape[:-1]
+        axes_W = X_WC[:, :3, :2].transpose(0, 2, 1)
+        shift_W = (offset.reshape(-1, 2) @ axes_W) * pitch[:, None, None]
+        start_W = X_WC[:, None, :3, 3]
+        hits = self.taken.caster.cast(start_W, p_W[:, None] + shift_W - start_W)
+        across = np.tile(step, offset[..., 0].size // _STEPS) * pitch[:, None]
+        same = hits.part == surface.part[rows, None]
+        same &= np.abs(hits.z - 1) * z[:, None] < _SLOPE * across + _OWN
+        # How many steps it goes on to each side.
+        reach = same.reshape(shape).cumprod(axis=-1).sum(axis=-1)
+        return (reach.sum(axis=-1) >= _STEPS).all(axis=-1)
+
+
+def _lengths(v_W: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(v_W, axis=-1)
