@@ -4,33 +4,25 @@ from collections.abc import Sequence
 
 import numpy as np
 from rich.table import Table
-from scipy.stats import binomtest
 
+from apps.studies.counting import share_with_interval, upper_limit
 from apps.studies.map_bound.trial import Result
 
-_RESAMPLES = 2000
 
-
-def coverage(results: Sequence[Result], seed: int = 0) -> tuple[float, ...]:
+def coverage(
+    results: Sequence[Result], seed: int = 0
+) -> tuple[float, float, float]:
     """Computes how many distances are not too large, with an interval.
-
-    Distances of one scene hang together, so scenes are drawn anew, not
-    distances.
 
     Args:
         results: The trials that succeeded.
-        seed: Seed of the bootstrap.
+        seed: Seed of the bootstrap over scenes.
 
     Returns:
         The fraction of all distances, and the bounds of its 95 % interval.
     """
     counts = np.array([(r.queries - r.exceeded, r.queries) for r in results])
-    rng = np.random.default_rng(seed)
-    drawn = rng.integers(len(counts), size=(_RESAMPLES, len(counts)))
-    sums = counts[drawn].sum(axis=1)
-    low, high = np.percentile(sums[:, 0] / sums[:, 1], [2.5, 97.5])
-    kept, total = counts.sum(axis=0)
-    return kept / total, low, high
+    return share_with_interval(counts, seed)
 
 
 def exceeding_scenes(results: Sequence[Result]) -> tuple[int, float]:
@@ -40,12 +32,10 @@ def exceeding_scenes(results: Sequence[Result]) -> tuple[int, float]:
         results: The trials that succeeded.
 
     Returns:
-        Their number, and the upper limit of a 95 % interval (Clopper and
-        Pearson) of the probability.
+        Their number, and the upper limit of their probability.
     """
     count = sum(r.over > r.bound for r in results)
-    interval = binomtest(count, len(results)).proportion_ci(0.95, "exact")
-    return count, float(interval.high)
+    return count, upper_limit(count, len(results))
 
 
 def summary(results: Sequence[Result]) -> list[str]:

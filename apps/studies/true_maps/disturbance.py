@@ -120,11 +120,18 @@ PRESENT = 1 / 3
 """Probability of each kind of disturbance."""
 
 
+UNDISTURBED = 1 / 8
+"""Probability of a capture without any."""
+
+
 def draw_disturbance(rng: np.random.Generator) -> Disturbance:
     """Draws a disturbance: each kind is there in a third of all cases.
 
-    Sizes are uniform up to the largest; those with a sign go either way.
+    One case in eight has none. Sizes are uniform up to the largest; those with
+    a sign go either way.
     """
+    if rng.random() < UNDISTURBED:
+        return EXACT
 
     def upto(most: float) -> float:
         return float(most * rng.random() * (rng.random() < PRESENT))

@@ -104,7 +104,9 @@ def upright(
     return _closed(np.stack(rings, axis=-1))
 
 
-def curve(points: Sequence[Sequence[float] | np.ndarray], count: int = 40) -> np.ndarray:
+def curve(
+    points: Sequence[Sequence[float] | np.ndarray], count: int = 40
+) -> np.ndarray:
     """Rounds off a polygon: a Bézier curve, shape (count, 3) [m]."""
     p = np.asarray(points, float)[:, None]
     s = np.linspace(0, 1, count)[:, None]
