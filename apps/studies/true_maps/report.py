@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from rich.table import Table
-from scipy.stats import spearmanr
+from scipy.stats import rankdata
 
 from apps.studies.counting import share_with_interval, upper_limit
 from apps.studies.true_maps.trial import Result
@@ -97,8 +97,9 @@ def correlation(results: Sequence[Result]) -> float:
     """
     if len(results) < 3:
         return np.nan
-    truth = [r.all.worst for r in results if r.all]
-    return float(spearmanr([r.verdict for r in results], truth).statistic)
+    verdict = rankdata([r.verdict for r in results])
+    truth = rankdata([r.all.worst for r in results if r.all])
+    return float(np.corrcoef(verdict, truth)[0, 1])
 
 
 def _below(words: str, results: Sequence[Result]) -> str:
