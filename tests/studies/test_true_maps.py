@@ -21,13 +21,10 @@ from apps.studies.true_maps.cameras import (
     pinhole,
 )
 from apps.studies.true_maps.case import CLEARANCE, Case, Taken, draw_case
-from apps.studies.true_maps.disturbance import (
-    EXACT,
-    NAMED,
-    Disturbance,
+from apps.studies.true_maps.disturbance import EXACT, NAMED, Disturbance
+from apps.studies.true_maps.disturbed import (
     disturbed,
     true_cameras,
-    velocity,
     with_flying_pixels,
 )
 from apps.studies.true_maps.judge import (
@@ -46,6 +43,7 @@ from apps.studies.true_maps.scene import (
     draw_scene,
 )
 from apps.studies.true_maps.sight import Sight
+from apps.studies.true_maps.tracking import velocity_W
 from apps.studies.true_maps.trial import Result, restored, run_trial
 from apps.studies.true_maps.walk import RATE, Walk
 from remosplat_drake.reconstruction.surfels.surfels import (
@@ -279,7 +277,7 @@ def test_velocities_are_those_of_poses():
         return X
 
     np.testing.assert_allclose(
-        velocity(turning, np.array([1.0, 2.0])),
+        velocity_W(turning, np.array([1.0, 2.0])),
         np.tile([0, 0, 0.5, 2, 0, 0], (2, 1)),
         atol=1e-9,
     )
@@ -412,9 +410,11 @@ def test_verdicts_are_compared_with_the_truth():
     lines = report.summary(results)
     assert lines[0].startswith("4 of 5 trials")
     assert "99.000 %" in lines[1] and "worst by 4.0 mm" in lines[1]
-    assert "called safe below the true error: 1 of 4" in lines[3]
-    assert "of those that run the true error: 1 of 2" in lines[4]
-    assert "exact captures that run: 1 of 1" in lines[5]
+    assert lines[2].startswith("those to what is under a pixel wide")
+    assert lines[4].startswith("called safe below the true error: 1 of 4")
+    assert lines[5].startswith("of those that run: 1 of 2")
+    assert lines[6] == "exact captures that run: 1 of 1"
+    assert "leaf" in lines[7] and "of 400" in lines[7]
     assert report.table(results).row_count == 5
 
 

@@ -5,12 +5,8 @@ import dataclasses as dc
 import numpy as np
 
 from apps.studies.true_maps.cameras import Cameras, pinhole
-from apps.studies.true_maps.disturbance import (
-    Disturbance,
-    disturbed,
-    draw_disturbance,
-    true_cameras,
-)
+from apps.studies.true_maps.disturbance import Disturbance, draw_disturbance
+from apps.studies.true_maps.disturbed import disturbed, true_cameras
 from apps.studies.true_maps.ray_casting import RayCaster
 from apps.studies.true_maps.scene import MeshScene, draw_scene
 from apps.studies.true_maps.walk import RATE, Walk, draw_walk

@@ -7,6 +7,7 @@ from rich.table import Table
 from scipy.stats import rankdata
 
 from apps.studies.counting import share_with_interval, upper_limit
+from apps.studies.true_maps.judge import Excess
 from apps.studies.true_maps.trial import Result
 
 
@@ -71,14 +72,14 @@ def summary(results: Sequence[Result]) -> list[str]:
     lines = [f"{len(good)} of {len(results)} trials without an error"]
     if not good:
         return lines
-    counts = np.array([_kept(r) for r in good])
-    share, low, high = share_with_interval(counts)
     lines += [
-        f"distances not too large: {100 * share:.3f} %"
-        f" ({100 * low:.3f} to {100 * high:.3f}) of {counts[:, 1].sum()}, the"
-        f" worst by {_mm(max(r.all.worst for r in good if r.all))} mm",
+        _not_too_large("distances", [r.all for r in good if r.all]),
+        _not_too_large(
+            "those to what is under a pixel wide",
+            [r.thin for r in good if r.thin and r.thin.count],
+        ),
         f"rank correlation of verdict and truth: {correlation(good):.2f}",
-        _below("called safe below", good),
+        _below("called safe below the true error", good),
         _below("of those that run", [r for r in good if r.is_runnable]),
     ]
     exact = [r for r in good if not r.wrong]
@@ -102,34 +103,37 @@ def correlation(results: Sequence[Result]) -> float:
     return float(np.corrcoef(verdict, truth)[0, 1])
 
 
-def _below(words: str, results: Sequence[Result]) -> str:
-    if not results:
+def _not_too_large(words: str, found: Sequence[Excess]) -> str:
+    """How many distances are not too large, with an interval over captures."""
+    if not found:
         return f"{words}: none"
-    count = sum(r.is_below for r in results)
+    counts = np.array([(e.count - e.exceeded, e.count) for e in found])
+    share, low, high = share_with_interval(counts)
     return (
-        f"{words} the true error: {count} of {len(results)} (at most"
-        f" {100 * upper_limit(count, len(results)):.1f} %)"
+        f"{words} not too large: {100 * share:.3f} % ({100 * low:.3f} to"
+        f" {100 * high:.3f}) of {counts[:, 1].sum()}, the worst by"
+        f" {_mm(max(e.worst for e in found))} mm"
     )
 
 
-def _kept(result: Result) -> tuple[int, int]:
-    assert result.all is not None
-    return result.all.count - result.all.exceeded, result.all.count
+def _below(words: str, results: Sequence[Result]) -> str:
+    """How many verdicts are below the truth, and how many may be."""
+    if not results:
+        return f"{words}: none"
+    count = sum(r.is_below for r in results)
+    limit = upper_limit(count, len(results))
+    return f"{words}: {count} of {len(results)} (at most {100 * limit:.1f} %)"
 
 
 def _labels(results: Sequence[Result]) -> list[str]:
     """What is nearest, and how many distances to it are not too large."""
-    lines = []
-    for label in sorted({name for r in results for name in r.by_label}):
-        found = [r.by_label[label] for r in results if label in r.by_label]
-        count = sum(each.count for each in found)
-        kept = count - sum(each.exceeded for each in found)
-        worst = max(each.worst for each in found)
-        lines.append(
-            f"  {label}: {100 * kept / count:.3f} % of {count}, the worst by"
-            f" {_mm(worst)} mm"
+    return [
+        _not_too_large(
+            f"  {label}",
+            [r.by_label[label] for r in results if label in r.by_label],
         )
-    return lines
+        for label in sorted({name for r in results for name in r.by_label})
+    ]
 
 
 def _mm(length: float) -> str:

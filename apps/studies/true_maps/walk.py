@@ -19,7 +19,7 @@ NEAREST, FARTHEST = 0.6, 1.6
 _FASTEST = 0.6
 """Largest speed around the focus [m/s]."""
 
-_TREMOR = np.array([0.001, np.deg2rad(0.1)])
+_TREMOR = 0.001, float(np.deg2rad(0.1))
 """How much a hand trembles: positions [m] and directions [rad]."""
 
 
@@ -108,29 +108,28 @@ def draw_walk(
         [distance, slow[0, 0], phase[0]],
         [elevation, slow[1, 0], phase[1]],
     ]
-    look = [[0.08, f, p] for f, p in _pairs(rng, 3, 0.15, 0.4)]
-    look += [[0.06, f, p] for f, p in _pairs(rng, 1, 0.15, 0.4)]
-    size = _TREMOR[[1, 0, 1]], [*3 * [_TREMOR[0]], _TREMOR[1]]
-    tremor = [
-        [
-            [a, f, p]
-            for a, (f, p) in zip(s, _pairs(rng, len(s), 1.5, 4.0), strict=True)
-        ]
-        for s in size
-    ]
+    aside = _drawn([0.08, 0.08, 0.08, 0.06], 0.15, 0.4, rng)
+    place, angle = _TREMOR
+    shaken = _drawn([angle, place, angle], 1.5, 4.0, rng)
+    looked = _drawn([place, place, place, angle], 1.5, 4.0, rng)
     return Walk(
         scene.focus_W,
         mean,
-        np.stack([waves, tremor[0]], axis=1),
-        np.stack([look, tremor[1]], axis=1),
+        np.stack([waves, shaken], axis=1),
+        np.stack([aside, looked], axis=1),
     )
 
 
-def _pairs(
-    rng: np.random.Generator, count: int, slowest: float, fastest: float
+def _drawn(
+    amplitude: list[float],
+    slowest: float,
+    fastest: float,
+    rng: np.random.Generator,
 ) -> np.ndarray:
-    """Frequencies [Hz] and phases [rad], shape (count, 2)."""
-    return rng.uniform([slowest, 0], [fastest, 2 * np.pi], (count, 2))
+    """Waves of given amplitudes and random frequencies [Hz] and phases."""
+    size = len(amplitude), 2
+    rest = rng.uniform([slowest, 0], [fastest, 2 * np.pi], size)
+    return np.column_stack([amplitude, rest])
 
 
 def _sum(waves: np.ndarray, time: np.ndarray) -> np.ndarray:
