@@ -68,7 +68,7 @@ def read_results(path: Path, restore: Restore) -> dict[str, Any]:
             fields = json.loads(line)
             if not fields["error"]:
                 results[fields["key"]] = restore(fields)
-        except (ValueError, TypeError, KeyError) as error:
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
             problem = f"line {number} is no result of this study"
             raise FileError(path, problem) from error
     return results
