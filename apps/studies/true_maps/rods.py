@@ -17,7 +17,6 @@ from apps.studies.true_maps.meshes.mesh import box, tube
 from apps.studies.true_maps.ray_casting import RayCaster
 from apps.studies.true_maps.scene import MeshScene, parts_of
 from apps.studies.true_maps.walk import Walk
-from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.mapping.map_builder import build_map
@@ -86,13 +85,16 @@ class Setup:
         return _MIDDLE + np.array([0, across, 0])
 
     def scene(self) -> MeshScene:
-        """Makes the rods, and the wall."""
+        """Makes the rods on a board, and the wall."""
         half_W = _LENGTH / 2 * self.axis_W
         things: list[Thing] = []
         for number, diameter in enumerate(DIAMETERS):
             middle_W = self.middle_W(number)
             ends = np.array([middle_W - half_W, middle_W + half_W])
             things.append({"rod": tube(ends, diameter / 2)})
+        under = _MIDDLE[2] - _LENGTH / 2
+        board = box([-0.1, -0.4, under - 0.02], [0.1, 0.4, under])
+        things.append({"table": board})
         if self.before_wall:
             things.append({"wall": box([-_WALL - 0.1, -2, 0], [-_WALL, 2, 2])})
         return MeshScene(parts_of(things), _MIDDLE)
@@ -181,24 +183,15 @@ MAPS: dict[str, Callable[[Capture], DistanceField]] = {
 
 
 def measure(setup: Setup) -> Iterator[RodResult]:
-    """Makes all maps of a setup and asks them for distances to its rods.
-
-    A map that cannot be made knows of nothing.
-    """
+    """Makes all maps of a setup and asks them for distances to its rods."""
     capture = setup.capture()
     for name, make in MAPS.items():
-        try:
-            field = make(capture)
-        except RemoSplatError:
-            field = None
+        field = make(capture)
         for number, diameter in enumerate(DIAMETERS):
             p_W = setup.beside(number)
-            measured = np.full(len(p_W), NOTHING)
-            if field is not None:
-                measured = field.clearances(Spheres.at(p_W))
-                measured = measured.per_sphere(len(p_W)).clip(max=NOTHING)
+            measured = field.clearances(Spheres.at(p_W)).per_sphere(len(p_W))
             pixels = diameter / setup.pitch
-            over = float(measured.max() - BESIDE)
+            over = float(min(measured.max(), NOTHING) - BESIDE)
             yield RodResult(setup, name, diameter, pixels, over)
 
 
