@@ -12,6 +12,9 @@ _ROTATION_TOLERANCE = 1e-3
 _LARGEST = 1e9
 """No camera's pixels or metres are more; their squares are still numbers."""
 
+_MOTIONS = ("velocity_W", "acceleration_W")
+"""Fields of a capture that tell how its cameras moved."""
+
 MIN_VIEWS = 2
 """Least number of views of a capture; one shows one side of everything."""
 
@@ -39,6 +42,8 @@ class Capture:
         velocity_W: Angular velocity of each camera [rad/s], then the velocity
             of its centre [m/s], in W, while its image was taken, shape (n, 6);
             None: unknown.
+        acceleration_W: How fast these six numbers change, shape (n, 6); None:
+            unknown.
 
     Raises:
         RemoSplatError: The arrays do not fit each other, or a view's pose is no
@@ -54,6 +59,7 @@ class Capture:
     notes: tuple[str, ...] = ()
     up_W: tuple[float, ...] | None = None
     velocity_W: np.ndarray | None = None
+    acceleration_W: np.ndarray | None = None
 
     def __post_init__(self):
         n, height, width = self.depth.shape
@@ -67,8 +73,9 @@ class Capture:
             object.__setattr__(
                 self, "depth", np.where(self.hidden, 0, self.depth)
             )
-        if self.velocity_W is not None:
-            expected["velocity_W"] = (n, 6)
+        for name in _MOTIONS:
+            if getattr(self, name) is not None:
+                expected[name] = (n, 6)
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise RemoSplatError(
@@ -109,7 +116,6 @@ class Capture:
         """Returns the views that a boolean mask or index array selects."""
         hidden = None if self.hidden is None else self.hidden[views]
         names = np.array(self.names, object)[views] if self.names else ()
-        velocity_W = self.velocity_W
         return dc.replace(
             self,
             K=self.K[views],
@@ -118,20 +124,23 @@ class Capture:
             depth=self.depth[views],
             hidden=hidden,
             names=tuple(names),
-            velocity_W=None if velocity_W is None else velocity_W[views],
+            **{
+                name: motion[views]
+                for name in _MOTIONS
+                if (motion := getattr(self, name)) is not None
+            },
         )
 
     def expressed_in(self, X_FW: np.ndarray) -> "Capture":
         """Returns the capture in a frame F, given the pose of W in F (4, 4)."""
-        R_FW, velocity_F, up_F = X_FW[:3, :3], self.velocity_W, self.up_W
-        if velocity_F is not None:
-            velocity_F = velocity_F.reshape(-1, 2, 3) @ R_FW.T
-            velocity_F = velocity_F.reshape(-1, 6)
-        if up_F is not None:
-            up_F = tuple((R_FW @ up_F).tolist())
-        return dc.replace(
-            self, X_WC=X_FW @ self.X_WC, velocity_W=velocity_F, up_W=up_F
-        )
+        R_FW = X_FW[:3, :3]
+        up_F = self.up_W and tuple((R_FW @ self.up_W).tolist())
+        motions = {
+            name: (motion.reshape(-1, 2, 3) @ R_FW.T).reshape(-1, 6)
+            for name in _MOTIONS
+            if (motion := getattr(self, name)) is not None
+        }
+        return dc.replace(self, X_WC=X_FW @ self.X_WC, up_W=up_F, **motions)
 
     def with_depth(self, scale: float, offset: float) -> "Capture":
         """Returns the capture with depths scale * z + offset [m]."""

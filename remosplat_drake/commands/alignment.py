@@ -15,6 +15,7 @@ from remosplat_drake.reconstruction.alignment.alignment import (
     AlignmentConfig,
     align,
 )
+from remosplat_drake.reconstruction.alignment.camera_errors import CameraPrior
 from remosplat_drake.reconstruction.alignment.measured_length import Length
 from remosplat_drake.reconstruction.alignment.summary import (
     AlignmentSummary,
@@ -37,10 +38,10 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
     group.add_argument(
         "--depth-scale-std",
         type=float,
-        default=AlignmentConfig.depth_scale_std,
+        default=CameraPrior.scale,
         metavar="S",
         help="standard deviation of the sensor's scale, by its specification"
-        f" ({AlignmentConfig.depth_scale_std:g})",
+        f" ({CameraPrior.scale:g})",
     )
     group.add_argument(
         "--length",
@@ -77,7 +78,7 @@ def aligned(
     if arguments.align == "off":
         return None, None
     config = AlignmentConfig(
-        depth_scale_std=arguments.depth_scale_std,
+        camera=CameraPrior(scale=arguments.depth_scale_std),
         lengths=tuple(_length(values) for values in arguments.length),
         seed=arguments.seed,
     )

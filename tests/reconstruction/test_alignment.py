@@ -4,13 +4,26 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
+from scipy.spatial.transform import Rotation
 
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.capture.rendering.synthetic import render_capture
+from remosplat_drake.capture.undistortion import Distortion, distort
 from remosplat_drake.reconstruction.alignment import alignment
 from remosplat_drake.reconstruction.alignment.alignment import AlignmentConfig
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    COUNT,
+    DELAY,
+    FOCAL,
+    GROWTH,
+    K1,
+    SCALE,
+    TURN,
+    CameraPrior,
+)
 from remosplat_drake.reconstruction.alignment.cameras_file import (
     cameras_path,
     with_cameras,
@@ -28,6 +41,7 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
     difference,
     perturbed,
 )
+from remosplat_drake.reconstruction.alignment.residual_table import is_better
 from remosplat_drake.reconstruction.alignment.summary import (
     summarize_alignment,
 )
@@ -35,6 +49,10 @@ from remosplat_drake.reconstruction.alignment.view_stack import stack_views
 from remosplat_drake.scene.rmmi import read_scene
 
 FEW = AlignmentConfig(samples=250)
+
+
+ANGLES = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+"""Where the views of the orbit are on their circle [rad]."""
 
 
 def align(capture, config=FEW):
@@ -47,13 +65,12 @@ def orbit() -> Capture:
     scene = read_scene("models/scenes/table/scene.json").with_floor()
     assert scene.X_WE_target is not None
     focus = scene.X_WE_target.translation()
-    angles = np.linspace(0, 2 * np.pi, 16, endpoint=False)
     poses = [
         look_at(
             focus + np.array([1.3 * np.cos(a), 1.3 * np.sin(a), 0.5]),
             focus - [0, 0, 0.1],
         )
-        for a in angles
+        for a in ANGLES
     ]
     return render_capture(scene, poses, 320, 240)
 
@@ -75,7 +92,9 @@ def test_an_exact_capture_stays_as_it_is(orbit):
     assert sizes[:, :3].max() < np.deg2rad(0.01)
     assert sizes[:, 3:].max() < 3e-4
     assert result.groups == 1
-    assert result.scale_std < 0.002
+    assert not result.undone.any()
+    np.testing.assert_array_equal(result.capture.K, orbit.K)
+    assert result.deviations[SCALE] < 0.003
 
 
 def test_drift_is_found_and_the_first_views_hold_the_world(orbit):
@@ -112,7 +131,118 @@ def test_a_scale_next_to_none_is_left_and_expected(orbit):
     """Curved surfaces pretend as much."""
     result = align(orbit.with_depth(1.002, 0.0), FEW)
     assert (result.scale, result.offset) == (1.0, 0.0)
-    assert result.error[-2] == pytest.approx(-0.002, abs=5e-4)
+    assert result.error[-COUNT + SCALE] == pytest.approx(-0.002, abs=5e-4)
+
+
+def test_a_focal_length_three_percent_short_is_found(orbit):
+    K = orbit.K.copy()
+    K[:, [0, 1], [0, 1]] *= 0.97
+    result = align(dc.replace(orbit, K=K))
+    assert result.accepted
+    focal = 0.97 * (1 + result.undone[FOCAL])
+    assert focal == pytest.approx(1, abs=2e-3)
+    np.testing.assert_allclose(
+        result.capture.K[:, 0, 0], focal * orbit.K[:, 0, 0]
+    )
+
+
+def through_a_lens(capture: Capture, lens: Distortion) -> Capture:
+    """What a camera with a lens that shows less has in its images."""
+    height, width = capture.size
+    K = capture.K[0]
+    u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    focal, center = K[[0, 1], [0, 1]], K[:2, 2]
+    target = (np.stack([u, v], axis=-1) - center) / focal
+    xy = target.copy()
+    for _ in range(60):
+        xy += target - distort(lens, xy)
+    place = (xy * focal + center - 0.5)[..., ::-1].transpose(2, 0, 1)
+    depth = np.zeros_like(capture.depth)
+    for view, z in enumerate(capture.depth):
+        inverse = 1 / np.where(z > 0, z, np.inf)
+        smooth = map_coordinates(inverse, place, order=1, mode="nearest")
+        nearest = map_coordinates(inverse, place, order=0, mode="nearest")
+        surface = (nearest > 0) & (np.abs(smooth - nearest) < 0.02 * nearest)
+        depth[view][surface] = 1 / smooth[surface]
+    return dc.replace(capture, depth=depth)
+
+
+def test_the_distortion_of_a_lens_is_found(orbit):
+    result = align(through_a_lens(orbit, Distortion(k1=0.05)))
+    assert result.accepted
+    assert result.undone[K1] == pytest.approx(0.05, abs=0.005)
+
+
+@pytest.mark.parametrize("turn", [[1, 0, 0], [0.6, 0.6, 0.5]])
+def test_a_camera_that_is_turned_on_its_carrier_is_found(orbit, turn):
+    """A turn is a principal point that is off, but for the corners."""
+    X_CD = np.eye(4)
+    X_CD[:3, :3] = Rotation.from_rotvec(turn, degrees=True).as_matrix()
+    told = dc.replace(orbit, X_WC=orbit.X_WC @ np.linalg.inv(X_CD))
+    result = align(told)
+    assert result.accepted
+    found = np.rad2deg(result.undone[TURN : TURN + 3])
+    np.testing.assert_allclose(found, turn, atol=0.2)
+    # All that was found of it is in the poses.
+    left = difference(result.capture.X_WC, orbit.X_WC)[:, :3]
+    assert np.abs(left).max() < np.deg2rad(0.01)
+
+
+def test_an_error_that_grows_with_the_square_of_depth_is_found(orbit):
+    """What is told is z' with z' + 0.01 z'^2 = z."""
+    z = orbit.depth.astype(float)
+    wrong = (np.sqrt(1 + 0.04 * z) - 1) / 0.02
+    result = align(dc.replace(orbit, depth=wrong.astype(np.float32)))
+    assert result.accepted
+    assert result.undone[GROWTH] == pytest.approx(0.01, abs=0.002)
+
+
+def flown(orbit: Capture, delay: float) -> Capture:
+    """The orbit, flown at a changing speed, with poses of a time before."""
+    up = np.array([0, 0, 1.0])
+    axis = orbit.X_WC[:, :3, 3].mean(axis=0)
+    alpha = 0.5 * np.cos(2 * ANGLES)[:, None] * up
+    omega_then = (0.6 + 0.4 * np.sin(3 * ANGLES))[:, None] * up
+    omega = omega_then - delay * alpha
+    back = -delay * omega_then + delay**2 / 2 * alpha
+    turn = Rotation.from_rotvec(back).as_matrix()
+    arm = (turn @ (orbit.X_WC[:, :3, 3] - axis)[..., None])[..., 0]
+    X_WC = orbit.X_WC.copy()
+    X_WC[:, :3, :3] = turn @ orbit.X_WC[:, :3, :3]
+    X_WC[:, :3, 3] = axis + arm
+    v = np.cross(omega, arm)
+    a = np.cross(alpha, arm) + np.cross(omega, v)
+    return dc.replace(
+        orbit,
+        X_WC=X_WC,
+        velocity_W=np.concatenate([omega, v], axis=1),
+        acceleration_W=np.concatenate([alpha, a], axis=1),
+    )
+
+
+def test_a_delay_is_found(orbit):
+    result = align(flown(orbit, 0.08))
+    assert result.accepted
+    assert result.undone[DELAY] == pytest.approx(0.08, abs=0.01)
+    assert apart(result.capture, orbit) < 0.001
+
+
+def test_a_delay_that_is_taken_as_exact_stays_so(orbit):
+    """The poses take it on where they may."""
+    loose = OdometryNoise(0.01, 0, 0, 0, 0.02, 0, 0, 0)
+    camera = CameraPrior(delay=0)
+    config = dc.replace(FEW, camera=camera, odometry=loose)
+    assert align(flown(orbit, 0.04), config).undone[DELAY] == 0
+
+
+def test_points_without_a_surface_do_not_judge():
+    """Of a hundred points, 60 and then 55 have one, which is 2 mm nearer."""
+    before, after = np.full((2, 1, 100), np.nan)
+    before[0, :60], after[0, :55] = 0.003, 0.001
+    assert is_better(before, after)
+    assert not is_better(after, before)
+    after[0, 40:] = np.nan
+    assert not is_better(before, after)
 
 
 def test_a_measured_length_tells_the_scale_where_nothing_else_does(orbit):
@@ -123,11 +253,13 @@ def test_a_measured_length_tells_the_scale_where_nothing_else_does(orbit):
     p_C = Length((0, 0), pixels, 1.0).points_C(orbit)
     length = Length((0, 0), pixels, float(np.linalg.norm(p_C[1] - p_C[0])))
     loose = OdometryNoise(0.01, 0.01, 0.01, 0.01, 0.1, 0.1, 0.1, 0.1)
-    config = AlignmentConfig(0.05, 0.001, loose, samples=250)
-    assert align(large, config).scale_std > 0.01
+    camera = CameraPrior(scale=0.05, offset=0.001)
+    config = AlignmentConfig(camera, loose, samples=250)
+    assert align(large, config).deviations[SCALE] > 0.01
     told = align(large, dc.replace(config, lengths=(length,)))
-    assert told.scale * 1.03 == pytest.approx(1, abs=3 * told.scale_std)
-    assert told.scale_std < 0.01
+    doubt = told.deviations[SCALE]
+    assert told.scale * 1.03 == pytest.approx(1, abs=3 * doubt)
+    assert doubt < 0.01
 
 
 @pytest.mark.parametrize(
@@ -173,7 +305,7 @@ def test_on_a_blank_wall_nobody_knows_who_slid():
     error[:, 3:] = 0.01 * rng.standard_normal((12, 3))
     noise = OdometryNoise(0.001, 0, 0, 0, 0.01, 0, 0, 0)
     result = align(moved(wall, error), dc.replace(FEW, odometry=noise))
-    deviation = np.sqrt(np.diag(result.covariance)[:-2]).reshape(12, 6)
+    deviation = np.sqrt(np.diag(result.covariance)[:-COUNT]).reshape(12, 6)
     assert result.accepted
     assert deviation[:, 4:].min() > 0.007
     assert deviation[:, 3].max() < 0.006
@@ -194,15 +326,15 @@ def test_doubt_is_as_large_as_errors_are(orbit, seed):
     noisy = moved(dc.replace(orbit, depth=depth.astype(np.float32)), error)
     result = align(noisy, dc.replace(FEW, odometry=given))
     off = difference(orbit.X_WC, result.capture.X_WC).ravel()
-    deviation = np.sqrt(np.diag(result.covariance)[:-2])
-    ratio = (off - result.error[:-2]) / deviation
+    deviation = np.sqrt(np.diag(result.covariance)[:-COUNT])
+    ratio = (off - result.error[:-COUNT]) / deviation
     assert 0.1 < (ratio**2).mean() < 3
 
 
 def test_draws_scatter_as_the_covariance_has_it(orbit):
     result = align(orbit)
     draws = result.draws(200)
-    assert draws.shape == (200, 6 * len(orbit) + 2)
+    assert draws.shape == (200, 6 * len(orbit) + COUNT)
     spread = draws.std(axis=0) / np.sqrt(np.diag(result.covariance))
     assert 0.8 < np.median(spread) < 1.2
 
@@ -220,11 +352,12 @@ def test_the_evidence_tells_noise_and_drifts_apart(truth):
     n = 60
     root = np.linalg.cholesky(truth.covariance(n))
     x = root @ np.random.default_rng(0).standard_normal(6 * n)
-    H = np.zeros((6 * n + 2, 6 * n + 2))
+    H = np.eye(6 * n + COUNT)
     free = np.eye(n) - 1 / n
-    H[:-2, :-2] = 1e8 * np.kron(free, np.eye(6))
-    H[-2:, -2:] = np.eye(2)
-    found = estimate_noise(H, H @ np.append(x, [0, 0]), OdometryNoise())
+    H[: 6 * n, : 6 * n] = 1e8 * np.kron(free, np.eye(6))
+    h = H @ np.append(x, np.zeros(COUNT))
+    starts = OdometryNoise(), OdometryNoise.of_motions(x.reshape(n, 6))
+    found = estimate_noise(H, h, n, starts)
     kinds = ["white", "walk", "smooth"]
     largest = max(kinds, key=lambda name: getattr(truth, name))
     expected = getattr(truth, largest)
@@ -237,21 +370,43 @@ def test_the_evidence_tells_noise_and_drifts_apart(truth):
 
 def test_little_evidence_of_noise_is_no_evidence_of_none():
     """Ten poses, known to 5 mm by the data, that happen to be exact."""
-    H = np.diag([*np.full(60, 0.005**-2), 1.0, 1.0])
-    found = estimate_noise(H, np.zeros(62), OdometryNoise())
+    H = np.diag([*np.full(60, 0.005**-2), *np.ones(COUNT)])
+    h = np.zeros(len(H))
+    found = estimate_noise(H, h, 10, [OdometryNoise()])
     assert found.white < 1e-4
-    assert 0.0005 < plausible_noise(H, np.zeros(62), found).white < 0.005
+    assert 0.0005 < plausible_noise(H, h, 10, found).white < 0.005
+
+
+def test_the_best_of_several_starts_counts():
+    """The likeliest noise is found beside a start that leads nowhere."""
+    n, rng = 30, np.random.default_rng(1)
+    x = rng.normal(0, 0.02, 6 * n)
+    H = 1e6 * np.eye(6 * n)
+    poor = OdometryNoise(*np.full(8, 1e-9))
+    one = estimate_noise(H, H @ x, n, [poor], steps=1)
+    both = estimate_noise(H, H @ x, n, [poor, OdometryNoise()], steps=1)
+    costs = [
+        _cost(H, H @ x, n, np.array(dc.astuple(noise)))[0]
+        for noise in (one, both)
+    ]
+    assert costs[1] < costs[0] - 1
+
+
+def test_noise_is_guessed_from_what_poses_moved_by():
+    motion = np.tile([0.01, -0.01, 0.01, 0.03, 0.03, -0.03], (5, 1))
+    guess = dc.astuple(OdometryNoise.of_motions(motion))
+    np.testing.assert_allclose(guess, [0.01] * 4 + [0.03] * 4)
 
 
 def test_the_gradient_of_the_evidence_equals_differences():
     rng = np.random.default_rng(0)
-    root = rng.standard_normal((20, 20))
-    H, h = 100 * root @ root.T, 10 * rng.standard_normal(20)
+    root = rng.standard_normal((18 + COUNT, 18 + COUNT))
+    H, h = 100 * root @ root.T, 10 * rng.standard_normal(18 + COUNT)
     deviations = np.array([0.3, 0.2, 0.1, 0.2, 0.2, 0.4, 0.3, 0.1])
-    _, gradient = _cost(H, h, deviations)
+    _, gradient = _cost(H, h, 3, deviations)
     for kind in range(8):
         ends = [
-            _cost(H, h, deviations * np.exp(sign * np.eye(8)[kind]))[0]
+            _cost(H, h, 3, deviations * np.exp(sign * np.eye(8)[kind]))[0]
             for sign in (1e-5, -1e-5)
         ]
         numeric = (ends[0] - ends[1]) / 2e-5
@@ -286,7 +441,7 @@ def test_refined_cameras_are_kept_beside_the_splat(orbit, tmp_path):
     with pytest.raises(FileError, match="16 cameras, but the capture has 8"):
         with_cameras(large.select(np.arange(8)), splat)
     cameras_path(splat).write_text('{"X_WC": 3}')
-    with pytest.raises(FileError, match="must hold X_WC"):
+    with pytest.raises(FileError, match="must hold X_WC and 17 numbers"):
         with_cameras(large, splat)
     write_cameras(splat, None)
     assert with_cameras(large, splat) is large

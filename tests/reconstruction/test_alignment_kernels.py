@@ -1,11 +1,19 @@
 """Planes of depth images, residuals of pairs, and their derivatives."""
 
+import dataclasses as dc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plane_views import looking_down
 
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    COUNT,
+    NO_ERRORS,
+    SCALE,
+    CameraPrior,
+)
 from remosplat_drake.reconstruction.alignment.pair_kernel import (
     VALUES,
     associate,
@@ -28,7 +36,10 @@ from remosplat_drake.reconstruction.alignment.solver import (
     State,
     equations,
 )
-from remosplat_drake.reconstruction.alignment.view_stack import stack_views
+from remosplat_drake.reconstruction.alignment.view_stack import (
+    ViewStack,
+    stack_views,
+)
 
 K = np.array([[100.0, 0, 50], [0, 100, 40], [0, 0, 1]])
 GATE = 0.1
@@ -72,8 +83,12 @@ def planes_of(depth):
 
 
 @pytest.fixture(scope="module")
-def stack(scene_capture):
-    return stack_views(scene_capture, samples=60)
+def stack(scene_capture) -> ViewStack:
+    """Views whose cameras move, each in its own way."""
+    rng = np.random.default_rng(0)
+    velocity = rng.uniform(-0.5, 0.5, (len(scene_capture), 6))
+    moving = dc.replace(scene_capture, velocity_W=velocity)
+    return stack_views(moving, samples=60)
 
 
 def poses(capture, seed, size=0.01):
@@ -83,99 +98,152 @@ def poses(capture, seed, size=0.01):
     return perturbed(capture.X_WC, error)
 
 
-@given(seed=st.integers(0, 1000))
-@settings(max_examples=10)
-def test_residuals_equal_the_reference(scene_capture, stack, seed):
-    X = poses(scene_capture, seed)
+def some_errors(seed, known=True) -> np.ndarray:
+    """Errors of every kind, or none of a camera that is taken as exact."""
+    if not known:
+        return NO_ERRORS
+    rng = np.random.default_rng(seed)
+    return rng.normal(0, 0.3 * CameraPrior().deviations())
+
+
+def compared(stack, X, errors, a, b, i, out, arms) -> bool:
+    """What the kernel says of point i of view a in view b."""
     pose = np.ascontiguousarray(X[:, :3])
+    return associate(stack, pose, errors, a, b, i, GATE, 0.7, out, arms)
+
+
+@given(seed=st.integers(0, 1000), known=st.booleans())
+@settings(max_examples=10)
+def test_residuals_equal_the_reference(scene_capture, stack, seed, known):
+    X, errors = poses(scene_capture, seed), some_errors(seed, known)
     a, b = np.random.default_rng(seed).choice(len(X), 2, replace=False)
-    out, found = np.empty(VALUES), 0
+    out, arms = np.empty(VALUES), np.empty((2, len(errors), 3))
     for i in range(stack.count[a]):
-        arguments = (1.01, 0.003, (a, b), i, GATE, 0.7)
-        expected = compare(stack, X[a], X[b], *arguments)
-        hit = associate(stack, pose, 1.01, 0.003, a, b, i, GATE, 0.7, out)
+        expected = compare(stack, X[a], X[b], errors, (a, b), i, GATE, 0.7)
+        hit = compared(stack, X, errors, a, b, i, out, arms)
         assert hit == (expected is not None)
         if expected is None:
             continue
-        found += 1
-        e = residual(expected, X[a], X[b], 1.01, 0.003)
+        e = residual(expected, X[a], X[b], errors)
         assert out[0] == pytest.approx(e, abs=1e-9)
-        sigma = deviation(stack, expected, X[a], X[b], 1.01, 0.003, (a, b))
+        sigma = deviation(stack, expected, X[a], X[b], errors, (a, b))
         assert out[1] == pytest.approx(sigma, rel=1e-6)
+
+
+def derivatives(X, errors, out, arms, a, b) -> np.ndarray:
+    """Those of a residual by both poses and the shared errors, (12 + 17,)."""
+    normal, arm = out[2:5], out[5:8]
+    by_errors = arms[0] @ normal
+    by_errors[SCALE] -= out[0]
+    pair = np.concatenate([np.cross(arm, normal), normal, by_errors])
+    T = pair_expansion(X, np.array([[a, b]]), COUNT)[0]
+    return T @ pair / (1 + errors[SCALE])
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_derivatives_equal_differences(scene_capture, stack, seed):
-    """Of a small offset only the first order is meant: it is 0 here."""
-    X = poses(scene_capture, seed)
-    pose = np.ascontiguousarray(X[:, :3])
-    out, step, found = np.empty(VALUES), 1e-6, 0
+    """Of small errors only the first order is meant: they are 0 here."""
+    X, errors = poses(scene_capture, seed), np.zeros(COUNT)
+    errors[SCALE] = 0.02
+    out, arms = np.empty(VALUES), np.empty((2, COUNT, 3))
+    step, found = 1e-6, 0
     for a in range(len(X)):
         b = (a + 1 + seed) % len(X)
-        T = pair_expansion(X, np.array([[a, b]]))[0]
         for i in range(0, stack.count[a], 7):
-            at = compare(stack, X[a], X[b], 1.02, 0.0, (a, b), i, GATE, 0.7)
+            at = compare(stack, X[a], X[b], errors, (a, b), i, GATE, 0.7)
             if at is None:
                 continue
             found += 1
-            associate(stack, pose, 1.02, 0.0, a, b, i, GATE, 0.7, out)
-            numeric = np.empty(14)
-            for k in range(14):
+            compared(stack, X, errors, a, b, i, out, arms)
+            numeric = []
+            for unknown in step * np.eye(12 + COUNT):
                 ends = []
-                for sign in (step, -step):
-                    error, camera = np.zeros((len(X), 6)), np.zeros(2)
-                    if k < 12:
-                        error[(a, b)[k // 6], k % 6] = sign
-                    else:
-                        camera[k - 12] = sign
-                    Y = perturbed(X, error)
-                    ends.append(
-                        residual(at, Y[a], Y[b], 1.02 + camera[0], camera[1])
-                    )
-                numeric[k] = (ends[0] - ends[1]) / (2 * step)
-            np.testing.assert_allclose(T @ out[2:10], numeric, atol=1e-6)
+                for change in (unknown, -unknown):
+                    Y = perturbed(X[[a, b]], change[:12].reshape(2, 6))
+                    ends.append(residual(at, Y[0], Y[1], errors + change[12:]))
+                numeric.append((ends[0] - ends[1]) / (2 * step))
+            J = derivatives(X, errors, out, arms, a, b)
+            np.testing.assert_allclose(J, numeric, atol=1e-6)
     assert found > 10
 
 
-def test_equations_are_sums_of_both_directions(scene_capture, stack):
-    X = poses(scene_capture, 0)
-    pose = np.ascontiguousarray(X[:, :3])
-    pairs = np.array([[0, 1], [1, 2], [0, 3]])
-    H, tilts = np.empty((2, 3, 8, 8))
-    g, count = np.empty((3, 8)), np.empty(3)
-    stack = stack._replace(tilt=np.full(len(X), 0.1))
+def sums_of_pairs(stack, X, errors, pairs, spread, width):
+    """What `pair_equations` writes: H, g, tilts and count."""
+    size = 6 + len(errors)
+    H, tilts = np.empty((2, len(pairs), size, size))
+    g, count = np.empty((len(pairs), size)), np.empty(len(pairs))
     pair_equations(
-        stack, pose, 1.0, 0.0, pairs, GATE, 0.7, 2.0, 0.01, H, g, tilts, count
-    )
-    matrix, gradient = assemble(H, g, X, pairs)
+        stack, np.ascontiguousarray(X[:, :3]), errors, pairs, GATE, 0.7,
+        spread, width, H, g, tilts, count,
+    )  # fmt: skip
+    return H, g, tilts, count
+
+
+PAIRS = np.array([[0, 1], [1, 2], [0, 3]])
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_equations_are_sums_of_both_directions(scene_capture, stack, known):
+    X, errors = poses(scene_capture, 0), some_errors(0, known)
+    shared = len(errors)
+    scale = 1 + errors[SCALE] if known else 1.0
+    H, g, _, count = sums_of_pairs(stack, X, errors, PAIRS, 2.0, 0.01)
+    matrix, gradient = assemble(H, g, X, PAIRS)
     expected = np.zeros_like(matrix), np.zeros_like(gradient)
-    tilt = np.zeros((6, 6))
-    out, n = np.empty(VALUES), 0
-    for a, b in [*pairs, *pairs[:, ::-1]]:
-        T = pair_expansion(X, np.array([[a, b]]))[0]
-        rows = [*range(6 * a, 6 * a + 6), *range(6 * b, 6 * b + 6), -2, -1]
+    out, arms, n = np.empty(VALUES), np.empty((2, shared, 3)), 0
+    for a, b in [*PAIRS, *PAIRS[:, ::-1]]:
+        T = pair_expansion(X, np.array([[a, b]]), shared)[0]
+        rows = np.arange(6)
+        own = 6 * len(X) + np.arange(shared)
+        rows = np.concatenate([6 * a + rows, 6 * b + rows, own])
         for i in range(stack.count[a]):
-            if not associate(stack, pose, 1.0, 0.0, a, b, i, GATE, 0.7, out):
+            if not compared(stack, X, errors, a, b, i, out, arms):
                 continue
             n += 1
+            normal, by_errors = out[2:5], arms[0] @ out[2:5]
+            by_errors[:1] -= out[0]
+            pair = [np.cross(out[5:8], normal), normal, by_errors]
             J = np.zeros(len(gradient))
-            J[rows] = T @ out[2:10]
+            J[rows] = T @ np.concatenate(pair) / scale
             sigma = max(2 * out[1], 0.01 / 3)
             w = (1 + (out[0] / (3 * sigma)) ** 2) ** -2 / sigma**2
             expected[0][:] += w * np.outer(J, J)
             expected[1][:] += w * out[0] * J
-            if {a, b} == {0, 1}:
-                arm = out[10:13] + X[a, :3, 3] - X[0, :3, 3]
-                for tangent in np.linalg.svd(out[None, 5:8])[2][1:]:
-                    J = np.append(np.cross(arm, tangent), tangent)
-                    tilt += 0.01 * w * np.outer(J, J)
     assert n == count.sum() > 50
-    scale = np.abs(expected[0]).max()
-    np.testing.assert_allclose(matrix, expected[0], atol=1e-9 * scale)
-    scale = np.abs(expected[1]).max()
-    np.testing.assert_allclose(gradient, expected[1], atol=1e-9 * scale)
-    scale = np.abs(tilt).max()
-    np.testing.assert_allclose(tilts[0, :6, :6], tilt, atol=1e-6 * scale)
+    largest = np.abs(expected[0]).max()
+    np.testing.assert_allclose(matrix, expected[0], atol=1e-9 * largest)
+    largest = np.abs(expected[1]).max()
+    np.testing.assert_allclose(gradient, expected[1], atol=1e-9 * largest)
+
+
+@pytest.mark.parametrize("usual", [0.0, 0.1])
+@pytest.mark.parametrize("known", [True, False])
+def test_tilts_are_what_trembling_normals_add(
+    scene_capture, stack, known, usual
+):
+    """Every fourth point speaks for four, of both tangents of its normal."""
+    X, errors = poses(scene_capture, 0), some_errors(0, known)
+    stack = stack._replace(tilt=np.full(len(X), usual))
+    scale = 1 + errors[SCALE] if known else 1.0
+    _, _, tilts, _ = sums_of_pairs(stack, X, errors, PAIRS[:1], 2.0, 0.01)
+    expected = np.zeros_like(tilts[0])
+    out, arms = np.empty(VALUES), np.empty((2, len(errors), 3))
+    for a, b, sign in ((0, 1, 1), (1, 0, -1)):
+        for i in range(0, stack.count[a], 4):
+            if not compared(stack, X, errors, a, b, i, out, arms):
+                continue
+            sigma = max(2 * out[1], 0.01 / 3)
+            w = (1 + (out[0] / (3 * sigma)) ** 2) ** -2 / sigma**2
+            w *= max(usual**2, out[8])
+            arm = out[5:8] + X[a, :3, 3] - X[0, :3, 3]
+            for tangent in np.linalg.svd(out[None, 2:5])[2][1:]:
+                # The residual itself changes by far less than its derivatives.
+                pose = sign * np.append(np.cross(arm, tangent), tangent)
+                J = np.append(pose, arms[0] @ tangent) / scale
+                expected += 4 * w * np.outer(J, J)
+    largest = np.abs(expected).max()
+    assert largest > 0
+    np.testing.assert_allclose(tilts[0], expected, atol=1e-6 * largest)
 
 
 def test_a_wrong_normal_does_not_hold_a_view_that_slides():
@@ -193,20 +261,21 @@ def test_a_wrong_normal_does_not_hold_a_view_that_slides():
     assert sliding < 1
 
 
-def test_no_scale_of_a_world_fits_better_than_another(scene_capture, stack):
-    """Positions, scale and offset in common are a gauge: J gamma = 0."""
-    X = poses(scene_capture, 3)
-    pose = np.ascontiguousarray(X[:, :3])
-    pairs = np.array([[0, 1], [1, 2], [0, 3]])
-    H, tilts = np.empty((2, 3, 8, 8))
-    g, count = np.empty((3, 8)), np.empty(3)
-    pair_equations(
-        stack, pose, 1.02, 0.0, pairs, GATE, 0.7, 1.0, 0.01, H, g, tilts, count
-    )
-    matrix, gradient = assemble(H, g, X, pairs)
+@pytest.mark.parametrize("others", [0.0, 1.0])
+def test_no_scale_of_a_world_fits_better_than_another(
+    scene_capture, stack, others
+):
+    """Positions and errors that grow in common are a gauge: J gamma = 0."""
+    X, errors = poses(scene_capture, 3), others * some_errors(3)
+    errors[SCALE] = 0.02
+    H, g, _, _ = sums_of_pairs(stack, X, errors, PAIRS, 1.0, 0.01)
+    matrix, gradient = assemble(H, g, X, PAIRS)
     gauge = np.zeros((len(X), 6))
     gauge[:, 3:] = X[:, :3, 3]
-    gauge = np.append(gauge, [1.02, 0.0])
+    # Depth 1.02 z grows with the world, and so does what is added to it.
+    growing = errors.copy()
+    growing[SCALE] += 1
+    gauge = np.append(gauge, growing)
     assert abs(gradient @ gauge) < 1e-9 * np.abs(gradient).max()
     assert np.abs(matrix @ gauge).max() < 1e-9 * np.abs(matrix).max()
 

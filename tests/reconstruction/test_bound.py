@@ -6,6 +6,7 @@ from plane_views import looking_down
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.surfels.surfels import (
     Surfels,
@@ -51,8 +52,8 @@ def bounds(capture: Capture, errors: PoseErrors | None = None) -> np.ndarray:
 def rising(rise: np.ndarray) -> PoseErrors:
     """Draws in which the cameras are too low by rows of `rise`, (k, 2) [m]."""
     t_W = rise[:, :, None] * [0.0, 0, 1]
-    none = np.zeros(len(rise))
-    return PoseErrors(np.zeros_like(t_W), t_W, none, none)
+    none = np.zeros((len(rise), COUNT))
+    return PoseErrors(np.zeros_like(t_W), t_W, none)
 
 
 def test_exact_views_leave_the_pitch_of_their_pixels(capture):

@@ -4,9 +4,20 @@ import dataclasses as dc
 
 import numpy as np
 from plane_views import FOCAL, looking_down
-from scipy.spatial.transform import Rotation
 
 from remosplat_drake.capture.capture import back_project
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    CENTER_X,
+    COUNT,
+    DELAY,
+    GROWTH,
+    K1,
+    OFFSET,
+    SCALE,
+    SHIFT,
+    TURN,
+)
+from remosplat_drake.reconstruction.alignment.perturbation import perturbed
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
 from remosplat_drake.reconstruction.uncertainty.disc_errors import disc_errors
@@ -25,13 +36,13 @@ def disc_at(p_WK) -> GaussianSplat:
     )
 
 
-def errors(theta_W, t_W, scale=0.0, offset=0.0) -> PoseErrors:
+def errors(theta_W, t_W, camera: dict[int, float] | None = None) -> PoseErrors:
     """One draw: rows of `theta_W` and `t_W` are the cameras'."""
+    shared = np.zeros((1, COUNT))
+    for error, size in (camera or {}).items():
+        shared[0, error] = size
     return PoseErrors(
-        np.array([theta_W], float),
-        np.array([t_W], float),
-        np.array([scale]),
-        np.array([offset]),
+        np.array([theta_W], float), np.array([t_W], float), shared
     )
 
 
@@ -45,8 +56,14 @@ def test_each_error_of_one_camera_by_hand():
         # Turned about y, what is at x = 0.3 moves by -0.3 theta in z.
         (errors([[0, 0.01, 0]], none), -0.003),
         # Twice as deep is two metres below.
-        (errors(none, none, scale=0.01), -0.02),
-        (errors(none, none, offset=0.01), -0.01),
+        (errors(none, none, {SCALE: 0.01}), -0.02),
+        (errors(none, none, {OFFSET: 0.01}), -0.01),
+        (errors(none, none, {GROWTH: 0.01}), -0.04),
+        # What moves aside stays on its plane.
+        (errors(none, none, {CENTER_X: 0.01, K1: 0.1}), 0.0),
+        # The camera looks down: turned about its y, right of it comes nearer.
+        (errors(none, none, {TURN + 1: 0.01}), 0.003),
+        (errors(none, none, {SHIFT + 2: 0.01}), -0.01),
     ):
         moved, pitch = disc_errors(capture, splat, EXACT, draw)
         np.testing.assert_allclose(moved, [[expected]], atol=1e-9)
@@ -72,22 +89,46 @@ def test_what_no_view_sees_does_not_move():
 
 def test_small_errors_move_measured_points_as_promised():
     """Finite differences: the pixel's point under the altered camera."""
+    rng = np.random.default_rng(3)
     capture = looking_down(np.array([[0.1, -0.2, 1.5]]))
+    velocity = rng.uniform(-1, 1, (1, 6))
+    capture = dc.replace(capture, velocity_W=velocity)
     row, column = 30, 55
     p_W = capture.points_W(0)[row, column]
-    rng = np.random.default_rng(3)
     for _ in range(5):
         theta, t = 1e-5 * rng.standard_normal((2, 1, 3))
-        scale, offset = 1e-5 * rng.standard_normal(2)
-        X_WC = capture.X_WC[0].copy()
-        R = Rotation.from_rotvec(theta[0]).as_matrix()
-        X_WC[:3, :3] = R @ X_WC[:3, :3]
-        X_WC[:3, 3] += t[0]
+        scale, offset, center, delay = 1e-5 * rng.standard_normal(4)
+        X_WC = perturbed(capture.X_WC, np.concatenate([theta, t], axis=1))
+        X_WC = perturbed(X_WC, delay * velocity)[0]
+        K = capture.K[0].copy()
+        K[0, 2] += center * FOCAL
         depth = (1 + scale) * capture.depth[0].astype(float) + offset
-        altered = back_project(capture.K[0], depth, X_WC)[row, column]
-        draw = errors(theta, t, scale, offset)
-        moved, _ = disc_errors(capture, disc_at(p_W), EXACT, draw)
+        altered = back_project(K, depth, X_WC)[row, column]
+        camera = {SCALE: scale, OFFSET: offset, CENTER_X: center, DELAY: delay}
+        moved, _ = disc_errors(
+            capture, disc_at(p_W), EXACT, errors(theta, t, camera)
+        )
         np.testing.assert_allclose(moved[0, 0], altered[2] - p_W[2], atol=1e-8)
+
+
+def test_draws_of_an_alignment_are_sorted():
+    draws = np.arange(2.0 * (12 + COUNT)).reshape(2, -1)
+    both = PoseErrors.of_draws(draws)
+    np.testing.assert_array_equal(both.theta_W[0], [[0, 1, 2], [6, 7, 8]])
+    np.testing.assert_array_equal(both.t_W[0], [[3, 4, 5], [9, 10, 11]])
+    np.testing.assert_array_equal(both.camera[0], 12 + np.arange(COUNT))
+    one = both.of_views(np.array([False, True]))
+    np.testing.assert_array_equal(one.t_W, both.t_W[:, 1:])
+    np.testing.assert_array_equal(one.camera, both.camera)
+
+
+def test_in_another_frame_the_camera_errs_alike():
+    draw = errors([[0.1, 0.2, 0.3]], [[1, 2, 3]], {SCALE: 0.01})
+    R_FW = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    turned = draw.rotated(R_FW)
+    np.testing.assert_allclose(turned.theta_W, [[[-0.2, 0.1, 0.3]]])
+    np.testing.assert_allclose(turned.t_W, [[[-2, 1, 3]]])
+    np.testing.assert_array_equal(turned.camera, draw.camera)
 
 
 def test_draws_are_independent_columns():
@@ -95,9 +136,7 @@ def test_draws_are_independent_columns():
     two = PoseErrors(
         np.zeros((2, 1, 3)),
         np.array([[[0, 0, 0.01]], [[0, 0, -0.02]]]),
-        np.zeros(2),
-        np.zeros(2),
+        np.zeros((2, COUNT)),
     )
     moved, _ = disc_errors(capture, disc_at([0.0, 0, 0]), EXACT, two)
     np.testing.assert_allclose(moved, [[0.01, -0.02]], atol=1e-9)
-    assert dc.fields(two)[0].name == "theta_W"

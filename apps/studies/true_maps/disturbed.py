@@ -8,7 +8,11 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from apps.studies.true_maps.cameras import FAR, WIDTH, Cameras, pinhole
 from apps.studies.true_maps.disturbance import Disturbance
 from apps.studies.true_maps.ray_casting import RayCaster
-from apps.studies.true_maps.tracking import Tracker, velocity_W
+from apps.studies.true_maps.tracking import (
+    Tracker,
+    acceleration_W,
+    velocity_W,
+)
 from apps.studies.true_maps.walk import Walk
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.rendering.sensor_noise import (
@@ -63,6 +67,7 @@ def disturbed(
         rgb=rgb,
         depth=exact,
         velocity_W=velocity_W(tracker.X_WC, time),
+        acceleration_W=acceleration_W(tracker.X_WC, time),
     )
     capture = with_noise(capture, sensor_noise(what.sensor), seed)
     rng = np.random.default_rng([seed, 3])

@@ -8,12 +8,14 @@ from scipy.spatial.transform import Rotation
 from apps.studies.map_bound.disturbance import TURN, SmoothCurve
 from apps.studies.true_maps.disturbance import Disturbance
 from apps.studies.true_maps.walk import Walk
+from remosplat_drake.reconstruction.alignment.perturbation import difference
 
 _CLOSED = 0.8
 """Part of the walk after which a late loop is closed."""
 
-_STEP = 1e-4
-"""Time by which a pose is moved to find its velocity [s]."""
+_STEP, _LONG_STEP = 1e-4, 1e-2
+"""Times by which a pose is moved to find its velocity, and its acceleration
+[s]."""
 
 
 class Tracker:
@@ -100,7 +102,14 @@ def velocity_W(
         Shape (n, 6).
     """
     before, after = X_WC(time - _STEP), X_WC(time + _STEP)
-    R = after[:, :3, :3] @ before[:, :3, :3].transpose(0, 2, 1)
-    turned = Rotation.from_matrix(R).as_rotvec()
-    moved = after[:, :3, 3] - before[:, :3, 3]
-    return np.concatenate([turned, moved], axis=1) / (2 * _STEP)
+    return difference(after, before) / (2 * _STEP)
+
+
+def acceleration_W(
+    X_WC: Callable[[np.ndarray], np.ndarray], time: np.ndarray
+) -> np.ndarray:
+    """Returns how fast the velocities change; see `velocity_W`."""
+    before, after = (
+        velocity_W(X_WC, time + step) for step in (-_LONG_STEP, _LONG_STEP)
+    )
+    return (after - before) / (2 * _LONG_STEP)

@@ -16,6 +16,7 @@ from remosplat_drake.mapping.localization.keyframe_graph import (
     Keyframes,
     surface_equations,
 )
+from remosplat_drake.reconstruction.alignment.camera_errors import NO_ERRORS
 from remosplat_drake.reconstruction.alignment.pair_kernel import pair_residuals
 from remosplat_drake.reconstruction.alignment.solver import (
     Level,
@@ -261,7 +262,7 @@ def best_start(
         tried = X_WB.copy()
         tried[last, :2] += offset
         pair_residuals(
-            stack, State(keyframes.camera_poses(tried)).pose, 1.0, 0.0, pairs,
+            stack, State(keyframes.camera_poses(tried)).pose, NO_ERRORS, pairs,
             level.gate, level.least_cosine, _SEARCH_STRIDE, values,
         )  # fmt: skip
         hits = np.isfinite(values[..., 0]).sum()
@@ -288,7 +289,7 @@ def fit(
     stack, level = keyframes.stack, _WIDE
     values = np.empty((len(pairs), 2, stack.point.shape[1], 2))
     pair_residuals(
-        stack, State(keyframes.camera_poses(X_WB)).pose, 1.0, 0.0, pairs,
+        stack, State(keyframes.camera_poses(X_WB)).pose, NO_ERRORS, pairs,
         level.gate, level.least_cosine, 1, values,
     )  # fmt: skip
     distance = np.abs(values[..., 0])

@@ -144,7 +144,7 @@ def solve(
     for level in levels:
         at = State(keyframes.camera_poses(X_WB))
         pairs = choose_pairs(
-            stack, at.X_WC, 1.0, 0.0, level.gate, level.least_cosine, _PARTNERS
+            stack, at.X_WC, at.left, level.gate, level.least_cosine, _PARTNERS
         )
         spread = residual_spread(stack, at, pairs, level)
         for _ in range(level.steps):
@@ -186,7 +186,7 @@ def surface_equations(
     state = State(keyframes.camera_poses(X_WB))
     data = equations(keyframes.stack, state, pairs, level, spread, _CORRELATION)
     P = _planar(state.X_WC, X_WB)
-    return P.T @ data.H[:-2, :-2] @ P, P.T @ data.g[:-2]
+    return P.T @ data.H @ P, P.T @ data.g
 
 
 def motion_equations(

@@ -1,9 +1,9 @@
-"""`align`: poses, depth scale and offset, refined from the depth images.
+"""`align`: poses and the camera itself, refined from the depth images.
 
 Views that share surfaces, near and far from each other, must have them in one
-place. All poses, one scale and one offset of the depth are refined together by
-Gauss-Newton, point to plane, from coarse to fine, and held by what the given
-poses are: an odometry whose noise and drift the data themselves tell.
+place. All poses, and what all images err by (see `camera_errors`), are refined
+together by Gauss-Newton, point to plane, from coarse to fine, and held by what
+the given poses are: an odometry whose noise and drift the data themselves tell.
 """
 
 import dataclasses as dc
@@ -14,6 +14,17 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.alignment.camera_correction import (
+    corrected,
+    delay_of_motion,
+)
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    COUNT,
+    DELAY,
+    OFFSET,
+    SCALE,
+    CameraPrior,
+)
 from remosplat_drake.reconstruction.alignment.measured_length import (
     Length,
     add_length,
@@ -23,8 +34,12 @@ from remosplat_drake.reconstruction.alignment.odometry_prior import (
     estimate_noise,
     plausible_noise,
 )
+from remosplat_drake.reconstruction.alignment.pair_kernel import POSE
 from remosplat_drake.reconstruction.alignment.pair_selection import choose_pairs
-from remosplat_drake.reconstruction.alignment.perturbation import perturbed
+from remosplat_drake.reconstruction.alignment.perturbation import (
+    difference,
+    perturbed,
+)
 from remosplat_drake.reconstruction.alignment.residual_table import (
     ResidualRow,
     distances_of_pairs,
@@ -43,7 +58,6 @@ from remosplat_drake.reconstruction.alignment.solver import (
 )
 from remosplat_drake.reconstruction.alignment.view_stack import (
     SAMPLES,
-    ViewStack,
     stack_views,
 )
 
@@ -61,12 +75,31 @@ _CORRELATION = 10.0
 _HELD_OUT = 7
 """Every so many pairs, in order of their distance, only judge."""
 
-_UNTOLD = np.array([0.003, 0.003])
-"""Scale and offset [m] that are not told from none: noise hides that surfaces
-are curved, and the planes in their place lie too deep."""
+_ROUNDS = 3
+"""Most times that images are corrected and all is refined anew."""
+
+_UNTOLD = np.array(
+    [0.003, 0.003, 0.002, 0.002, 0.002, 0.003, 0.003, 0.01, 0.03]
+    + [0.005, 0.004]
+    + 3 * [np.deg2rad(0.1)]
+    + 3 * [0.002]
+)
+"""Errors of the camera that are not told from none: noise hides that surfaces
+are curved, and the planes in their place lie too deep. In the order of
+`camera_errors`."""
+
+_UNEXPLAINED = 0.2
+"""A delay is believed that leaves less than this part of the squares of all
+poses' errors."""
+
+_SIGNIFICANT = 3.0
+"""Standard deviations within which an error is not told from none."""
 
 _CONVERGED = 2e-6
 """Steps below end a level [rad, m]."""
+
+_EXACT = 1e-7
+"""Standard deviation of a number that is taken as exact."""
 
 
 @dc.dataclass(frozen=True)
@@ -74,9 +107,7 @@ class AlignmentConfig:
     """What is known before, and how much is compared.
 
     Attributes:
-        depth_scale_std: Standard deviation of the sensor's scale, as its
-            specification has it.
-        depth_offset_std: Standard deviation of the sensor's offset [m].
+        camera: What is known of the camera.
         odometry: Noise of the given poses; None: estimated.
         lengths: Measured lengths.
         partners: Views that each view is compared with, about.
@@ -84,8 +115,7 @@ class AlignmentConfig:
         seed: Seed of the choice of points.
     """
 
-    depth_scale_std: float = 0.02
-    depth_offset_std: float = 0.003
+    camera: CameraPrior = dc.field(default_factory=CameraPrior)
     odometry: OdometryNoise | None = None
     lengths: tuple[Length, ...] = ()
     partners: int = 16
@@ -98,17 +128,16 @@ class Alignment:
     """A capture whose views agree, and how well its cameras are known.
 
     The unknowns are theta_W [rad] and t_W [m] of each view, one after the
-    other, then scale and offset [m]: the true pose is exp(theta_W) R_WC,
-    p_WC + t_W, the true depth (1 + ds) z + do of the returned capture's z (to
-    first order).
+    other, then the k errors that all images share: the true pose is
+    exp(theta_W) R_WC, p_WC + t_W, and a true point is that of the returned
+    capture plus what `camera_errors` says (to first order).
 
     Attributes:
         capture: The refined capture, or the given one if it was not accepted.
-        scale: Factor by which measured depths were multiplied.
-        offset: What was added to them then [m].
+        undone: The errors of the camera that it was freed of, shape (k,).
         error: Expected value of the unknowns: 0 if accepted, else the
-            refinement that was not made, shape (6n + 2,).
-        covariance: Their covariance, shape (6n + 2, 6n + 2).
+            refinement that was not made, shape (6n + k,).
+        covariance: Their covariance, shape (6n + k, 6n + k).
         noise: Noise of the given poses.
         shared: How many residuals said as much as an independent one.
         rows: Residuals before and after by distance of the views; the same
@@ -118,8 +147,7 @@ class Alignment:
     """
 
     capture: Capture
-    scale: float
-    offset: float
+    undone: np.ndarray
     error: np.ndarray
     covariance: np.ndarray
     noise: OdometryNoise
@@ -129,20 +157,25 @@ class Alignment:
     accepted: bool
 
     @property
-    def scale_std(self) -> float:
-        """Standard deviation of the scale."""
-        return float(np.sqrt(self.covariance[-2, -2]))
+    def scale(self) -> float:
+        """Factor by which measured depths were multiplied."""
+        return 1 + float(self.undone[SCALE])
 
     @property
-    def offset_std(self) -> float:
-        """Standard deviation of the offset [m]."""
-        return float(np.sqrt(self.covariance[-1, -1]))
+    def offset(self) -> float:
+        """What was added to measured depths [m]."""
+        return float(self.undone[OFFSET])
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """Standard deviations of the camera's errors, shape (k,)."""
+        return np.sqrt(np.diag(self.covariance)[-COUNT:])
 
     def draws(self, count: int = 64, seed: int = 0) -> np.ndarray:
         """Draws errors of all unknowns from what is known of them.
 
         Returns:
-            Shape (count, 6n + 2).
+            Shape (count, 6n + k).
         """
         values, vectors = np.linalg.eigh(self.covariance)
         root = vectors * np.sqrt(np.maximum(values, 0))
@@ -155,7 +188,7 @@ def align(
     config: AlignmentConfig | None = None,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> Alignment:
-    """Refines poses, one depth scale and one depth offset of a capture.
+    """Refines the poses of a capture and what all its images err by.
 
     Args:
         capture: Posed RGB-D images; the order is that in which they were taken.
@@ -166,51 +199,53 @@ def align(
         FieldError: A measured length names no pixel with a depth.
     """
     config = config or AlignmentConfig()
-    stack = stack_views(capture, config.samples, config.seed)
-    start = State(capture.X_WC)
-    refinement = _Refinement(capture, stack, config)
+    refinement = _Refinement(capture, config)
+    before = refinement.stack
     result, state = refinement.run(report)
     pairs = refinement.pairs
     held_out = _held_out(state, pairs)
     if not held_out.any():
         held_out[:] = True
-    before = distances_of_pairs(stack, start, pairs)
-    after = distances_of_pairs(stack, state, pairs)
-    accepted = bool(config.lengths) or is_better(
-        before[held_out], after[held_out]
+    start = State(capture.X_WC, np.zeros(COUNT), np.zeros(COUNT))
+    old = distances_of_pairs(before, start, pairs)
+    image = corrected(capture, state.errors)
+    motion = difference(state.X_WC, refinement.given)
+    state = State(
+        perturbed(image.X_WC, motion), state.errors, state.errors.copy()
     )
-    rest = result.mean - state.unknowns(capture.X_WC)
+    stack = before
+    if state.errors.any():
+        stack = stack_views(image, config.samples, config.seed)
+    new = distances_of_pairs(stack, state, pairs)
+    accepted = bool(config.lengths) or is_better(old[held_out], new[held_out])
+    error = result.mean
     if accepted:
-        moved = dc.replace(capture, X_WC=state.X_WC)
-        capture = moved.with_depth(state.scale, state.offset)
-        error = rest
-    else:
-        error, after = result.mean, before
+        error = result.mean - state.unknowns(image.X_WC)
+        capture = dc.replace(image, X_WC=state.X_WC)
     return Alignment(
         capture=capture,
-        scale=state.scale if accepted else 1.0,
-        offset=state.offset if accepted else 0.0,
+        undone=state.errors if accepted else np.zeros(COUNT),
         error=error,
         covariance=result.covariance,
         noise=result.noise,
         shared=refinement.shared,
-        rows=residual_rows(state.X_WC, pairs, before, after),
+        rows=residual_rows(state.X_WC, pairs, old, new if accepted else old),
         groups=_groups(len(capture), pairs),
         accepted=accepted,
     )
 
 
 class _Refinement:
-    """The levels from coarse to fine, and what they carry along."""
+    """The rounds and levels from coarse to fine, and what they carry along."""
 
-    def __init__(
-        self, capture: Capture, stack: ViewStack, config: AlignmentConfig
-    ):
+    def __init__(self, capture: Capture, config: AlignmentConfig):
+        self.capture, self.config = capture, config
         self.given = capture.X_WC
-        self.stack, self.config = stack, config
+        self.stack = stack_views(capture, config.samples, config.seed)
         self.pairs = np.zeros((0, 2), np.int64)
         self.shared = 1.0
-        self._points_C = [length.points_C(capture) for length in config.lengths]
+        self._prior = config.camera.deviations()
+        self._expected = np.zeros(COUNT)
         self._noise = config.odometry or OdometryNoise()
         self._correlation = _CORRELATION
 
@@ -218,10 +253,46 @@ class _Refinement:
         self, report: Callable[[int, int], None]
     ) -> tuple[Posterior, State]:
         """Returns the solution and the state that it was linearised at."""
-        state, result = State(self.given), None
-        levels = (*COARSE, *FINE)
+        state = State(self.given, np.zeros(COUNT), np.zeros(COUNT))
+        levels, steps = (*COARSE, *FINE), len(COARSE) + _ROUNDS * len(FINE)
+        done = 0
+        for _ in range(_ROUNDS):
+            result, state = self._refined(state, levels, done, steps, report)
+            state, done = self._simplest(result, state), done + len(levels)
+            delay = self._taken_delay(state)
+            if not delay and (np.abs(state.left) <= 0.5 * _UNTOLD).all():
+                break
+            state, levels = self._corrected(state, delay), FINE
+        return self._doubted(result, state, FINE[-1]), state
+
+    def _taken_delay(self, state: State) -> float:
+        """The delay of the images that the poses have taken on [s].
+
+        A smooth walk makes a delay look like a smooth drift, and a drift is
+        cheap. But no drift follows the camera's velocity.
+        """
+        if not self._prior[DELAY]:
+            return 0.0
+        motion = difference(state.X_WC, self.given)
+        delay, left = delay_of_motion(self.capture, motion)
+        if abs(delay) < _UNTOLD[DELAY] or left > _UNEXPLAINED:
+            return 0.0
+        self._expected[DELAY] = state.errors[DELAY] + delay
+        self._prior[DELAY] = _UNTOLD[DELAY]
+        return delay
+
+    def _refined(
+        self,
+        state: State,
+        levels: tuple[Level, ...],
+        done: int,
+        steps: int,
+        report: Callable[[int, int], None],
+    ) -> tuple[Posterior, State]:
+        """The solution for the images as they are now, and its state."""
+        result = None
         for number, level in enumerate(levels):
-            report(number, len(levels))
+            report(done + number, steps)
             self._choose(state, level)
             used = self.pairs[~_held_out(state, self.pairs)]
             for iteration in range(level.steps):
@@ -235,24 +306,56 @@ class _Refinement:
                 result = self._solve(data, x, state)
                 step = result.mean - x
                 state = state.moved(step)
-                if np.abs(step[:-2]).max(initial=0.0) < _CONVERGED:
+                if np.abs(step).max(initial=0.0) < _CONVERGED:
                     break
         assert result is not None
-        state = self._simplest(result, state)
-        return self._doubted(result, state, levels[-1]), state
+        return result, state
+
+    def _corrected(self, state: State, delay: float) -> State:
+        """The state for images that are freed of what is known of them.
+
+        Args:
+            state: The state.
+            delay: What its poses have taken on of it [s].
+        """
+        errors = state.errors.copy()
+        errors[DELAY] += delay
+        motion = difference(state.X_WC, self.given)
+        if delay and self.capture.velocity_W is not None:
+            motion -= delay * self.capture.velocity_W
+        image = corrected(self.capture, errors)
+        self.given = image.X_WC
+        self.stack = stack_views(image, self.config.samples, self.config.seed)
+        return State(perturbed(self.given, motion), errors, errors.copy())
 
     def _simplest(self, result: Posterior, state: State) -> State:
-        """The state, without a scale and offset that are next to none.
+        """The state, without errors of the camera that are next to none.
 
-        The poses are then those that go with the depth as it was measured, by
-        the joint normal distribution of all unknowns.
+        The rest is what goes with them at zero, by the joint normal
+        distribution of all unknowns.
         """
-        found, C = result.mean[-2:], result.covariance
-        if self.config.lengths or np.linalg.norm(found / _UNTOLD) > 1:
+        if self.config.lengths:
             return state
-        gain = np.linalg.solve(C[-2:, -2:], C[-2:]).T
-        held = (result.mean - gain @ found)[:-2]
-        return State(perturbed(self.given, held.reshape(-1, 6)))
+        C, shared = result.covariance.copy(), POSE * len(self.given)
+        mean, none = result.mean.copy(), np.zeros(COUNT, bool)
+        while True:
+            deviation = np.sqrt(np.maximum(np.diag(C)[shared:], 0))
+            limit = np.maximum(_UNTOLD, _SIGNIFICANT * deviation)
+            ratio = np.where(none, np.inf, np.abs(mean[shared:]) / limit)
+            least = int(ratio.argmin())
+            if ratio[least] >= 1:
+                break
+            none[least] = True
+            at = shared + least
+            gain = C[:, at] / C[at, at]
+            mean -= gain * mean[at]
+            C -= np.outer(gain, C[at])
+            mean[at] = 0
+        return State(
+            perturbed(self.given, mean[:shared].reshape(-1, POSE)),
+            mean[shared:],
+            state.undone,
+        )
 
     def _doubted(
         self, result: Posterior, state: State, level: Level
@@ -264,13 +367,14 @@ class _Refinement:
         data, x = self._data(state, used, level), state.unknowns(self.given)
         known = self._known(x, state)
         H, g = data.H + known[0], data.g + known[1]
-        noise = plausible_noise(H, H @ x - g, result.noise)
-        doubt = posterior(data, x, noise, known).covariance
+        views = len(self.given)
+        noise = plausible_noise(H, H @ x - g, views, result.noise)
+        doubt = posterior(data, x, views, noise, known).covariance
         return dc.replace(result, covariance=doubt)
 
     def _choose(self, state: State, level: Level):
         self.pairs = choose_pairs(
-            self.stack, state.X_WC, state.scale, state.offset, level.gate,
+            self.stack, state.X_WC, state.left, level.gate,
             level.least_cosine, self.config.partners,
         )  # fmt: skip
 
@@ -281,21 +385,18 @@ class _Refinement:
         )
 
     def _known(self, x: np.ndarray, state: State) -> tuple:
-        """Matrix and gradient of the sensor's specification and lengths."""
+        """Matrix and gradient of what is known of the camera, and lengths."""
         H, g = np.zeros((len(x), len(x))), np.zeros(len(x))
-        deviations = self.config.depth_scale_std, self.config.depth_offset_std
-        for index, deviation in zip((-2, -1), deviations, strict=True):
-            H[index, index] = deviation**-2
-            g[index] = H[index, index] * x[index]
-        for length, p_C in zip(
-            self.config.lengths, self._points_C, strict=True
-        ):
-            add_length(length, p_C, state, H, g)
+        own = np.arange(len(x) - COUNT, len(x))
+        H[own, own] = np.maximum(self._prior, _EXACT) ** -2
+        g[own] = H[own, own] * (x[own] - self._expected)
+        for length in self.config.lengths:
+            add_length(length, self.capture, state, H, g)
         return H, g
 
     def _solve(self, data: Equations, x: np.ndarray, state: State) -> Posterior:
         known = self._known(x, state)
-        return posterior(data, x, self._noise, known)
+        return posterior(data, x, len(self.given), self._noise, known)
 
     def _learn(
         self, data: Equations, x: np.ndarray, state: State, noise_too: bool
@@ -309,7 +410,10 @@ class _Refinement:
             return
         H, g = self._known(x, state)
         H, g = H + data.H, g + data.g
-        self._noise = estimate_noise(H, H @ x - g, self._noise)
+        views = len(self.given)
+        motion = result.mean[: POSE * views].reshape(views, POSE)
+        starts = self._noise, OdometryNoise.of_motions(motion)
+        self._noise = estimate_noise(H, H @ x - g, views, starts)
 
 
 def _held_out(state: State, pairs: np.ndarray) -> np.ndarray:

@@ -11,6 +11,8 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import read_json_object
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.reconstruction.alignment.alignment import Alignment
+from remosplat_drake.reconstruction.alignment.camera_correction import corrected
+from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 
 
 def cameras_path(splat: Path) -> Path:
@@ -32,8 +34,7 @@ def write_cameras(splat: Path, alignment: Alignment | None):
         return
     poses = alignment.capture.X_WC[:, :3].reshape(-1, 12)
     content = {
-        "depth_scale": alignment.scale,
-        "depth_offset": alignment.offset,
+        "undone": alignment.undone.tolist(),
         "X_WC": [[round(x, 12) for x in row] for row in poses.tolist()],
     }
     write_atomically(path, json.dumps(content, indent=1) + "\n")
@@ -52,10 +53,9 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
     content = read_json_object(path)
     try:
         rows = np.array(content["X_WC"], float).reshape(-1, 3, 4)
-        scale = float(content["depth_scale"])
-        offset = float(content["depth_offset"])
+        undone = np.array(content["undone"], float).reshape(COUNT)
     except (KeyError, TypeError, ValueError) as error:
-        problem = "must hold X_WC, depth_scale and depth_offset"
+        problem = f"must hold X_WC and {COUNT} numbers in undone"
         raise FileError(path, problem) from error
     if len(rows) != len(capture):
         raise FileError(
@@ -65,4 +65,4 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
         )
     X_WC = np.tile(np.eye(4), (len(rows), 1, 1))
     X_WC[:, :3] = rows
-    return dc.replace(capture, X_WC=X_WC).with_depth(scale, offset)
+    return dc.replace(corrected(capture, undone), X_WC=X_WC)

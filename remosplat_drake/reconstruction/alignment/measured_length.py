@@ -6,6 +6,11 @@ import numpy as np
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    CARRIED,
+    displacements_of,
+)
+from remosplat_drake.reconstruction.alignment.pair_kernel import POSE
 from remosplat_drake.reconstruction.alignment.solver import State
 
 
@@ -59,7 +64,7 @@ class Length:
 
 def add_length(
     length: Length,
-    p_C: np.ndarray,
+    capture: Capture,
     state: State,
     H: np.ndarray,
     g: np.ndarray,
@@ -68,26 +73,31 @@ def add_length(
 
     Args:
         length: The length.
-        p_C: Its two points, as `Length.points_C` returns them.
-        state: Poses, scale and offset.
-        H: Matrix of all unknowns, shape (6n + 2, 6n + 2).
-        g: Gradient, shape (6n + 2,).
+        capture: The capture as it was given.
+        state: Poses and errors of its camera.
+        H: Matrix of all unknowns, shape (6n + k, 6n + k).
+        g: Gradient, shape (6n + k,).
     """
-    X = state.X_WC[list(length.views)]
-    stretch = state.scale + state.offset / p_C[:, 2]
-    raw = np.einsum("vij,vj->vi", X[:, :3, :3], p_C)
-    arm = raw * stretch[:, None]
-    ends = X[:, :3, 3] + arm
+    # The delay and the mount are in the poses, as far as they are undone.
+    errors = state.errors.copy()
+    errors[CARRIED] = state.left[CARRIED]
+    shared = POSE * len(state.X_WC)
+    ends, arms, shifts = [], [], []
+    for view, p_C in zip(length.views, length.points_C(capture), strict=True):
+        b_C = displacements_of(capture, view, p_C[None])[0]
+        R_WC = state.X_WC[view, :3, :3]
+        arms.append(R_WC @ (p_C + errors @ b_C))
+        shifts.append(b_C @ R_WC.T)
+        ends.append(state.X_WC[view, :3, 3] + arms[-1])
     apart = max(float(np.linalg.norm(ends[1] - ends[0])), 1e-9)
     along = (ends[1] - ends[0]) / apart
     J = np.zeros(len(g))
-    for sign, view, r, a, z in zip(
-        (-1, 1), length.views, raw, arm, p_C[:, 2], strict=True
+    for sign, view, arm, shift in zip(
+        (-1, 1), length.views, arms, shifts, strict=True
     ):
-        J[6 * view : 6 * view + 3] += sign * np.cross(a, along)
-        J[6 * view + 3 : 6 * view + 6] += sign * along
-        J[-2] += sign * (along @ r)
-        J[-1] += sign * (along @ r) / z
+        J[POSE * view : POSE * view + 3] += sign * np.cross(arm, along)
+        J[POSE * view + 3 : POSE * view + 6] += sign * along
+        J[shared:] += sign * (shift @ along)
     weight = length.deviation**-2
     H += weight * np.outer(J, J)
     g += weight * J * (apart - length.length)

@@ -20,6 +20,7 @@ which is maximised over the eight deviations.
 """
 
 import dataclasses as dc
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
@@ -33,7 +34,6 @@ _KINDS = 4
 LEAST = np.repeat([1e-6, 1e-5], _KINDS)
 MOST = np.repeat([0.5, 1.0], _KINDS)
 """Range of the eight deviations [rad, m]."""
-
 
 _REFUTED = 3.0
 """What makes the data e^3 times less likely is refuted."""
@@ -63,19 +63,33 @@ class OdometryNoise:
     steady: float = 0.05
     smooth: float = 0.05
 
+    @staticmethod
+    def of_motions(motion: np.ndarray) -> "OdometryNoise":
+        """Guesses deviations from errors of poses.
+
+        Args:
+            motion: theta_W and t_W of each view, shape (n, 6).
+        """
+        sizes = np.sqrt(np.square(motion).reshape(-1, 2, 3).mean(axis=(0, 2)))
+        return OdometryNoise(*np.repeat(sizes, _KINDS).tolist())
+
     def covariance(self, n: int) -> np.ndarray:
         """Returns the covariance of n views' errors, (6n, 6n)."""
-        turn = _kernels(n) * np.square(_values(self)[:_KINDS])[:, None, None]
-        shift = _kernels(n) * np.square(_values(self)[_KINDS:])[:, None, None]
-        return _spread(turn.sum(axis=0), shift.sum(axis=0))
+        return _spread(*self._both(n))
 
     def precision(self, n: int) -> np.ndarray:
         """Returns the inverse of `covariance`."""
-        turn = _kernels(n) * np.square(_values(self)[:_KINDS])[:, None, None]
-        shift = _kernels(n) * np.square(_values(self)[_KINDS:])[:, None, None]
-        return _spread(
-            np.linalg.inv(turn.sum(axis=0)), np.linalg.inv(shift.sum(axis=0))
-        )
+        turn, shift = self._both(n)
+        return _spread(np.linalg.inv(turn), np.linalg.inv(shift))
+
+    def log_determinant(self, n: int) -> float:
+        """Returns the logarithm of the determinant of `covariance`."""
+        return 3 * float(np.linalg.slogdet(self._both(n))[1].sum())
+
+    def _both(self, n: int) -> np.ndarray:
+        """Covariances of one coordinate of turns and of shifts, (2, n, n)."""
+        squares = np.square(_values(self)).reshape(2, _KINDS)
+        return np.einsum("sk,kij->sij", squares, _kernels(n))
 
 
 def _values(noise: OdometryNoise) -> np.ndarray:
@@ -101,29 +115,42 @@ def _spread(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
 
 
 def estimate_noise(
-    H: np.ndarray, h: np.ndarray, start: OdometryNoise, steps: int = 30
+    H: np.ndarray,
+    h: np.ndarray,
+    views: int,
+    starts: Sequence[OdometryNoise],
+    steps: int = 30,
 ) -> OdometryNoise:
     """Maximises the evidence over the deviations of given poses.
 
+    There may be several maxima: what the camera errs by explains some motions
+    of all poses at once, and noise that is thought to be large hides that.
+
     Args:
-        H: Matrix of data, scale and offset, shape (6n + 2, 6n + 2).
-        h: Their right side, shape (6n + 2,).
-        start: Deviations to start from.
+        H: Matrix of the data and of what is known of the camera, shape
+            (6n + k, 6n + k).
+        h: Their right side, shape (6n + k,).
+        views: Number n of views.
+        starts: Deviations to start from; the best end counts.
         steps: Largest number of steps.
     """
-    best = minimize(
-        lambda log: _cost(H, h, np.exp(log)),
-        np.log(np.clip(_values(start), 3 * LEAST, 0.5 * MOST)),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=list(zip(np.log(LEAST), np.log(MOST), strict=True)),
-        options={"maxiter": steps},
-    )
+    found = [
+        minimize(
+            lambda log: _cost(H, h, views, np.exp(log)),
+            np.log(np.clip(deviations, 3 * LEAST, 0.5 * MOST)),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=list(zip(np.log(LEAST), np.log(MOST), strict=True)),
+            options={"maxiter": steps},
+        )
+        for deviations in map(_values, starts)
+    ]
+    best = min(found, key=lambda one: one.fun)
     return OdometryNoise(*np.exp(best.x).tolist())
 
 
 def plausible_noise(
-    H: np.ndarray, h: np.ndarray, found: OdometryNoise
+    H: np.ndarray, h: np.ndarray, views: int, found: OdometryNoise
 ) -> OdometryNoise:
     """Returns the largest deviations that the evidence does not refute.
 
@@ -133,18 +160,20 @@ def plausible_noise(
     for as long as the evidence stays within `_REFUTED`.
 
     Args:
-        H: Matrix of data, scale and offset, shape (6n + 2, 6n + 2).
-        h: Their right side, shape (6n + 2,).
+        H: Matrix of the data and of what is known of the camera, shape
+            (6n + k, 6n + k).
+        h: Their right side, shape (6n + k,).
+        views: Number n of views.
         found: The likeliest deviations.
     """
     likeliest = _values(found)
-    limit = _cost(H, h, likeliest, value_only=True)[0] + _REFUTED
+    limit = _cost(H, h, views, likeliest, value_only=True)[0] + _REFUTED
     result = likeliest.copy()
     for kind in range(2 * _KINDS):
         trial = likeliest.copy()
         trial[kind] = max(trial[kind], 10 * LEAST[kind])
         while trial[kind] < MOST[kind]:
-            if _cost(H, h, trial, value_only=True)[0] > limit:
+            if _cost(H, h, views, trial, value_only=True)[0] > limit:
                 break
             result[kind] = trial[kind]
             trial[kind] *= 2
@@ -152,17 +181,20 @@ def plausible_noise(
 
 
 def _cost(
-    H: np.ndarray, h: np.ndarray, deviations: np.ndarray, value_only=False
+    H: np.ndarray,
+    h: np.ndarray,
+    n: int,
+    deviations: np.ndarray,
+    value_only: bool = False,
 ) -> tuple[float, np.ndarray]:
     """Minus ln p, and its derivatives by the deviations' logarithms."""
-    n = len(H) // 6
     inverse = OdometryNoise(*deviations).precision(n)
     P = H.copy()
-    P[:-2, :-2] += inverse
+    P[: 6 * n, : 6 * n] += inverse
     L = lower_factor(P)
     x = cho_solve((L, True), h)
     log_P = 2 * np.log(np.diag(L)).sum()
-    log_C = -np.linalg.slogdet(inverse)[1]
+    log_C = OdometryNoise(*deviations).log_determinant(n)
     value = 0.5 * (log_P + log_C - h @ x)
     gradient = np.zeros(2 * _KINDS)
     if value_only:
@@ -170,7 +202,7 @@ def _cost(
     # A = (C + H^-1)^-1 = C^-1 - C^-1 P^-1 C^-1 and alpha = C^-1 x, P = L L^T.
     padded = np.eye(len(H), len(inverse)) @ inverse
     half = solve_triangular(L, padded, lower=True, check_finite=False)
-    alpha = inverse @ x[:-2]
+    alpha = inverse @ x[: 6 * n]
     inner = inverse - half.T @ half - np.outer(alpha, alpha)
     inner = inner.reshape(n, 6, n, 6)
     kernels = _kernels(n)

@@ -1,11 +1,11 @@
 r"""Point-to-plane residuals of pairs of views, and their normal equations.
 
 A sampled point p of view a lies on the plane n . q = d that view b has at the
-pixel where it sees p. With depths s z + o in place of the measured z, and rays
-r = (x, y, 1) of the two pixels,
+pixel where it sees p. What all images err by, e_k, moves both by B e, see
+`camera_errors`, and the first of them is the depths' scale, s = 1 + e_1:
 
-    s e = n_W . (p_W - p_WB) - (s d + o n . r),
-    p_W = p_WA + R_WA r_A (s z + o).
+    s e = n_W . (p_W - p_WB) - (d + n . B_B e),
+    p_W = p_WA + R_WA (p + B_A e).
 
 Residuals are in units of the sensor: a smaller world has smaller ones, and
 would fit better and better. Every view errs by a rotation vector theta_W about
@@ -13,29 +13,42 @@ its own centre and a translation t_W of it, so
 
     s de/dtheta_A = (p_W - p_WA) x n,   s de/dt_A = n = -s de/dt_B,
     s de/dtheta_B = -(p_W - p_WB) x n,
-    de/dtheta_B = -de/dtheta_A + (p_WB - p_WA) x de/dt_A:
+    de/dtheta_B = -de/dtheta_A + (p_WB - p_WA) x de/dt_A,
+    s de/de_k = n_W . (R_WA b_Ak - R_WB b_Bk), less e for the scale:
 
-a pair knows of its relative pose only. Eight numbers an equation will do: the
-derivatives by theta_A, t_A, s and o; `pair_expansion` has the others.
+a pair knows of its relative pose only. So an equation has 6 + k numbers, the
+derivatives by theta_A, t_A and the shared errors; `pair_expansion` has the
+others. Each is n_W . g_j with a vector g_j of its own.
 
 `pair_reference` computes the same slowly and readably.
 """
 
 import numpy as np
+from numba import prange
 
-from remosplat_drake.base.kernels import numpy_helper, numpy_kernel
+from remosplat_drake.base.kernels import (
+    numpy_helper,
+    numpy_kernel,
+    parallel_kernel,
+)
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    add_displacements,
+)
 
-UNKNOWNS = 8
-"""theta_A, t_A, s, o."""
-
-VALUES = 14
+VALUES = 9
 """Numbers that `associate` has for each point."""
+
+POSE = 6
+"""Numbers of a pose's error, theta and t."""
 
 NEAR = 0.02
 """Least depth at which a view sees a point [m]."""
 
 FLOOR = 1e-4
 """Least standard deviation of a residual: what no model of noise has [m]."""
+
+_TREMBLING = 4
+"""Every so many equations tell what trembling normals add to all of them."""
 
 
 @numpy_helper
@@ -75,54 +88,76 @@ def _plane_at(stack, b, x, y):
     return float(plane[0]), float(plane[1]), float(plane[2]), float(plane[3])
 
 
+@numpy_helper
+def _displace(stack, view, x, y, z, out):
+    """Writes the displacements of a view's point by the shared errors."""
+    height = stack.step * stack.plane.shape[1]
+    add_displacements(
+        stack.camera[view], height, stack.velocity_C[view], x, y, z, out
+    )
+
+
 @numpy_kernel
-def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
+def associate(stack, pose, errors, a, b, i, gate, least_cosine, out, arms):
     """Compares point i of view a with view b.
 
     Args:
         stack: The `ViewStack`.
         pose: Poses X_WC, shape (n, 3, 4).
-        scale: Factor s of measured depths.
-        offset: Offset o that is added to them [m].
+        errors: What all images err by, shape (k,): `COUNT` numbers or none.
         a: Index of the point's view.
         b: Index of the view that it is compared with.
         i: Index of the point.
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
         out: Receives the residual [m], its standard deviation as far as known
-            [m], the derivatives by theta_A, t_A, s, o, the point from A's
-            centre in W [m], and the square of the difference of the views'
-            normals, shape (`VALUES`,).
+            [m], the normal n_W, the point from A's centre in W [m], and the
+            square of the difference of the views' normals, shape (`VALUES`,).
+        arms: Receives the vectors of the derivatives by the shared errors, in
+            W, shape (k, 3); room for those of two views, (2, k, 3).
 
     Returns:
         Whether view b has a like surface there.
     """
-    depth = stack.point[a, i, 2]
-    stretch = scale + offset / depth
-    ax, ay, az = _turned(
-        pose[a],
-        stack.point[a, i, 0] * stretch,
-        stack.point[a, i, 1] * stretch,
-        depth * stretch,
+    count = len(errors)
+    ax, ay, az = (
+        stack.point[a, i, 0],
+        stack.point[a, i, 1],
+        stack.point[a, i, 2],
     )
+    depth = az
+    px, py, pz = ax, ay, az
+    if count:
+        _displace(stack, a, ax / depth, ay / depth, depth, arms[0])
+        for k in range(count):
+            px += errors[k] * arms[0, k, 0]
+            py += errors[k] * arms[0, k, 1]
+            pz += errors[k] * arms[0, k, 2]
+    px, py, pz = _turned(pose[a], px, py, pz)
     x, y, z = _turned_back(
         pose[b],
-        ax + pose[a, 0, 3] - pose[b, 0, 3],
-        ay + pose[a, 1, 3] - pose[b, 1, 3],
-        az + pose[a, 2, 3] - pose[b, 2, 3],
+        px + pose[a, 0, 3] - pose[b, 0, 3],
+        py + pose[a, 1, 3] - pose[b, 1, 3],
+        pz + pose[a, 2, 3] - pose[b, 2, 3],
     )
     if z <= NEAR:
         return False
     x, y = x / z, y / z
-    px, py, pz, d = _plane_at(stack, b, x, y)
-    slope = px * x + py * y + pz  # n . r
+    lx, ly, lz, d = _plane_at(stack, b, x, y)
+    slope = lx * x + ly * y + lz  # n . r
     if d == 0 or slope > -1e-2:
         return False
-    e = z * slope - (scale * d + offset * slope)
     measured = d / slope
+    e = z * slope - d
+    if count:
+        _displace(stack, b, x, y, measured, arms[1])
+        for k in range(count):
+            e -= errors[k] * (
+                lx * arms[1, k, 0] + ly * arms[1, k, 1] + lz * arms[1, k, 2]
+            )
     if abs(e) > gate or abs(z - measured) > 3 * gate + 0.02:
         return False
-    nx, ny, nz = _turned(pose[b], px, py, pz)
+    nx, ny, nz = _turned(pose[b], lx, ly, lz)
     mx, my, mz = _turned(
         pose[a],
         stack.normal[a, i, 0],
@@ -132,33 +167,37 @@ def associate(stack, pose, scale, offset, a, b, i, gate, least_cosine, out):
     alike = nx * mx + ny * my + nz * mz
     if alike < least_cosine:
         return False
-    arm = nx * ax + ny * ay + nz * az
-    own = arm / stretch * depth * stack.deviation[a]
+    ax, ay, az = _turned(pose[a], ax, ay, depth)
+    own = (nx * ax + ny * ay + nz * az) * depth * stack.deviation[a]
     other = d * measured * stack.deviation[b]
+    scale = 1.0
+    if count:
+        scale += errors[0]
+        for k in range(count):
+            own_arm = _turned(
+                pose[a], arms[0, k, 0], arms[0, k, 1], arms[0, k, 2]
+            )
+            their = _turned(
+                pose[b], arms[1, k, 0], arms[1, k, 1], arms[1, k, 2]
+            )
+            for axis in range(3):
+                arms[0, k, axis] = own_arm[axis] - their[axis]
     out[0] = e / scale
     out[1] = np.sqrt(own * own + other * other + FLOOR * FLOOR)
-    out[2] = (ay * nz - az * ny) / scale
-    out[3] = (az * nx - ax * nz) / scale
-    out[4] = (ax * ny - ay * nx) / scale
-    out[5], out[6], out[7] = nx / scale, ny / scale, nz / scale
-    out[8] = (arm / stretch - d - e / scale) / scale
-    out[9] = (arm / (stretch * depth) - slope) / scale
-    out[10], out[11], out[12] = ax, ay, az
-    out[13] = max(2 * (1 - alike), 0.0)
+    out[2], out[3], out[4] = nx, ny, nz
+    out[5], out[6], out[7] = px, py, pz
+    out[8] = max(2 * (1 - alike), 0.0)
     return True
 
 
 @numpy_kernel
-def pair_residuals(
-    stack, pose, scale, offset, pairs, gate, least_cosine, stride, out
-):
+def pair_residuals(stack, pose, errors, pairs, gate, least_cosine, stride, out):
     """Writes the residuals of pairs and their deviations.
 
     Args:
         stack: The `ViewStack`.
         pose: Poses X_WC, shape (n, 3, 4).
-        scale: Factor of measured depths.
-        offset: Offset that is added to them [m].
+        errors: What all images err by, see `associate`.
         pairs: Indices of views (a, b), shape (m, 2).
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
@@ -167,23 +206,23 @@ def pair_residuals(
             of a in b and of b in a, shape (m, 2, s / stride, 2) [m]; NaN where
             there is none.
     """
-    values = np.empty(VALUES)
+    values, arms = np.empty(VALUES), np.empty((2, len(errors), 3))
     for k in range(len(pairs)):
         out[k] = np.nan
         for side in range(2):
             a, b = pairs[k, side], pairs[k, 1 - side]
             for i in range(0, stack.count[a], stride):
                 if associate(
-                    stack, pose, scale, offset, a, b, i, gate, least_cosine,
-                    values,
+                    stack, pose, errors, a, b, i, gate, least_cosine,
+                    values, arms,
                 ):  # fmt: skip
                     out[k, side, i // stride, 0] = values[0]
                     out[k, side, i // stride, 1] = values[1]
 
 
-@numpy_kernel
+@parallel_kernel
 def pair_equations(
-    stack, pose, scale, offset, pairs, gate, least_cosine, spread, width,
+    stack, pose, errors, pairs, gate, least_cosine, spread, width,
     H, g, tilts, count,
 ):  # fmt: skip
     """Sums normal equations H x = -g of each pair over both directions.
@@ -195,84 +234,103 @@ def pair_equations(
     Args:
         stack: The `ViewStack`.
         pose: Poses X_WC, shape (n, 3, 4).
-        scale: Factor of measured depths.
-        offset: Offset that is added to them [m].
+        errors: What all images err by, see `associate`.
         pairs: Indices of views (a, b), shape (m, 2).
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
         spread: Factor of the residuals' deviations.
         width: Least width of the robust weight [m].
-        H: Receives the matrices, shape (m, 8, 8); see `UNKNOWNS`.
-        g: Receives the gradients, shape (m, 8).
+        H: Receives the matrices, shape (m, 6 + k, 6 + k).
+        g: Receives the gradients, shape (m, 6 + k).
         tilts: Receives what the noise of the normals' direction adds to the
-            matrices, shape (m, 8, 8): that of view b's image, or by how much
-            the two views' normals differ, if that is more.
+            matrices, shape (m, 6 + k, 6 + k): that of view b's image, or by how
+            much the two views' normals differ, if that is more.
         count: Receives numbers of residuals, shape (m,).
     """
-    value = np.empty(VALUES)
-    for k in range(len(pairs)):
-        H[k] = 0
-        g[k] = 0
-        tilts[k] = 0
-        count[k] = 0
-        ex = pose[pairs[k, 1], 0, 3] - pose[pairs[k, 0], 0, 3]
-        ey = pose[pairs[k, 1], 1, 3] - pose[pairs[k, 0], 1, 3]
-        ez = pose[pairs[k, 1], 2, 3] - pose[pairs[k, 0], 2, 3]
-        for side in range(2):
-            a, b = pairs[k, side], pairs[k, 1 - side]
-            usual = stack.tilt[b] ** 2
-            for point in range(stack.count[a]):
-                if not associate(
-                    stack, pose, scale, offset, a, b, point, gate, least_cosine,
-                    value,
-                ):  # fmt: skip
-                    continue
-                if side == 1:
-                    # Derivatives by the first view's pose, not by this one's.
-                    value[2] += ey * value[7] - ez * value[6]
-                    value[3] += ez * value[5] - ex * value[7]
-                    value[4] += ex * value[6] - ey * value[5]
-                    for j in range(2, 8):
-                        value[j] = -value[j]
-                    value[10] += ex
-                    value[11] += ey
-                    value[12] += ez
-                sigma = max(spread * value[1], width / 3)
-                c = 3 * sigma
-                q = 1 + (value[0] / c) ** 2
-                w = 1 / (q * q * sigma * sigma)
-                for j in range(8):
-                    v = w * value[2 + j]
-                    g[k, j] += v * value[0]
-                    for i in range(j, 8):
-                        H[k, j, i] += v * value[2 + i]
-                _add_tilt(w * max(usual, value[13]), scale, value, tilts[k])
-                count[k] += 1
-        for j in range(8):
-            for i in range(j):
-                H[k, j, i] = H[k, i, j]
-                tilts[k, j, i] = tilts[k, i, j]
+    for k in prange(len(pairs)):
+        _add_pair(
+            stack, pose, errors, pairs[k], gate, least_cosine, spread, width,
+            H[k], g[k], tilts[k], count[k : k + 1],
+        )  # fmt: skip
 
 
 @numpy_helper
-def _add_tilt(w, scale, value, tilts):
-    """Adds w (G G^T - J J^T), the upper half, with J = G n, G = ([p] x, 1)."""
-    x, y, z = value[10], value[11], value[12]
+def _add_pair(
+    stack, pose, errors, pair, gate, least_cosine, spread, width,
+    H, g, tilts, count,
+):  # fmt: skip
+    """Sums one pair's equations."""
+    unknowns = POSE + len(errors)
+    value, arms = np.empty(VALUES), np.empty((2, len(errors), 3))
+    J, vectors = np.empty(unknowns), np.empty((unknowns, 3))
+    scale = 1.0
+    if len(errors):
+        scale += errors[0]
+    H[:], g[:], tilts[:], count[0] = 0, 0, 0, 0
+    for side in range(2):
+        a, b = pair[side], pair[1 - side]
+        usual = stack.tilt[b] ** 2
+        for point in range(stack.count[a]):
+            if not associate(
+                stack, pose, errors, a, b, point, gate, least_cosine,
+                value, arms,
+            ):  # fmt: skip
+                continue
+            sign = 1.0 if side == 0 else -1.0
+            # Derivatives by the first view's pose, whichever the point is of.
+            for axis in range(3):
+                value[5 + axis] += pose[a, axis, 3] - pose[pair[0], axis, 3]
+            _write_vectors(value, arms[0], sign, vectors)
+            for j in range(unknowns):
+                J[j] = (
+                    value[2] * vectors[j, 0]
+                    + value[3] * vectors[j, 1]
+                    + value[4] * vectors[j, 2]
+                ) / scale
+            sigma = max(spread * value[1], width / 3)
+            q = 1 + (value[0] / (3 * sigma)) ** 2
+            w = 1 / (q * q * sigma * sigma)
+            if point % _TREMBLING == 0:
+                trembling = _TREMBLING * w * max(usual, value[8])
+                _add_tilt(trembling, scale, J, vectors, tilts)
+            if len(errors):
+                J[POSE] -= value[0] / scale
+            for j in range(unknowns):
+                v = w * J[j]
+                g[j] += v * value[0]
+                for i in range(j, unknowns):
+                    H[j, i] += v * J[i]
+            count[0] += 1
+    for j in range(unknowns):
+        for i in range(j):
+            H[j, i] = H[i, j]
+            tilts[j, i] = tilts[i, j]
+
+
+@numpy_helper
+def _write_vectors(value, arms, sign, out):
+    """Writes the vectors g_j of a residual's derivatives."""
+    px, py, pz = sign * value[5], sign * value[6], sign * value[7]
+    out[:POSE] = 0
+    out[0, 1], out[0, 2] = -pz, py
+    out[1, 0], out[1, 2] = pz, -px
+    out[2, 0], out[2, 1] = -py, px
+    for axis in range(3):
+        out[3 + axis, axis] = sign
+    for k in range(len(arms)):
+        for axis in range(3):
+            out[POSE + k, axis] = arms[k, axis]
+
+
+@numpy_helper
+def _add_tilt(w, scale, J, vectors, tilts):
+    """Adds w (G G^T - J J^T), the upper half, with the rows g_j of G."""
     u = w / (scale * scale)
-    tilts[0, 0] += u * (y * y + z * z)
-    tilts[1, 1] += u * (x * x + z * z)
-    tilts[2, 2] += u * (x * x + y * y)
-    tilts[0, 1] -= u * x * y
-    tilts[0, 2] -= u * x * z
-    tilts[1, 2] -= u * y * z
-    tilts[0, 4] -= u * z
-    tilts[0, 5] += u * y
-    tilts[1, 3] += u * z
-    tilts[1, 5] -= u * x
-    tilts[2, 3] -= u * y
-    tilts[2, 4] += u * x
-    for j in range(6):
-        if j >= 3:
-            tilts[j, j] += u
-        for i in range(j, 6):
-            tilts[j, i] -= w * value[2 + j] * value[2 + i]
+    for j in range(len(J)):
+        for i in range(j, len(J)):
+            across = (
+                vectors[j, 0] * vectors[i, 0]
+                + vectors[j, 1] * vectors[i, 1]
+                + vectors[j, 2] * vectors[i, 2]
+            )
+            tilts[j, i] += u * across - w * J[j] * J[i]

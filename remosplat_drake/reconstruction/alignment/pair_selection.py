@@ -25,12 +25,12 @@ _BINS = 4
 
 
 @numpy_kernel
-def shared_fractions(stack, pose, scale, offset, gate, least_cosine, out):
+def shared_fractions(stack, pose, errors, gate, least_cosine, out):
     """Writes which part of the points of view a view b has, out[a, b].
 
     See `associate` for the arguments.
     """
-    values = np.empty(VALUES)
+    values, arms = np.empty(VALUES), np.empty((2, len(errors), 3))
     for a in range(len(stack.count)):
         stride = max(1, stack.count[a] // _POINTS)
         for b in range(len(stack.count)):
@@ -38,8 +38,8 @@ def shared_fractions(stack, pose, scale, offset, gate, least_cosine, out):
             for i in range(0, stack.count[a], stride):
                 tried += 1
                 if a != b and associate(
-                    stack, pose, scale, offset, a, b, i, gate, least_cosine,
-                    values,
+                    stack, pose, errors, a, b, i, gate, least_cosine, values,
+                    arms,
                 ):  # fmt: skip
                     hits += 1
             out[a, b] = hits / max(tried, 1)
@@ -48,8 +48,7 @@ def shared_fractions(stack, pose, scale, offset, gate, least_cosine, out):
 def choose_pairs(
     stack: ViewStack,
     X_WC: np.ndarray,
-    scale: float,
-    offset: float,
+    errors: np.ndarray,
     gate: float,
     least_cosine: float,
     partners: int,
@@ -59,8 +58,7 @@ def choose_pairs(
     Args:
         stack: The n views.
         X_WC: Their poses, shape (n, 4, 4).
-        scale: Factor of the measured depths.
-        offset: Offset that is added to them [m].
+        errors: What all their images err by, shape (k,).
         gate: Largest residual of a shared point [m].
         least_cosine: Least cosine between the normals of a shared point.
         partners: Number of partners that every view chooses, at most.
@@ -73,8 +71,7 @@ def choose_pairs(
     shared_fractions(
         stack,
         np.ascontiguousarray(X_WC[:, :3]),
-        scale,
-        offset,
+        errors,
         gate,
         least_cosine,
         shared,

@@ -1,7 +1,8 @@
 """Small errors of cameras: how they act, and what equations they enter.
 
 The unknowns of n views are theta_W and t_W of each view, one after the other,
-then the depths' scale s and offset o: 6 n + 2 numbers. A view's true pose is
+then the k errors that all images share, see `camera_errors`: 6 n + k numbers. A
+view's true pose is
 
     R_WC = exp(theta_W) R_given,   p_WC = p_given + t_W.
 """
@@ -28,19 +29,22 @@ def difference(X_WC: np.ndarray, given: np.ndarray) -> np.ndarray:
     return np.concatenate([theta, X_WC[:, :3, 3] - given[:, :3, 3]], axis=1)
 
 
-def pair_expansion(X_WC: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Returns the matrices T of dx_A, dx_B, s, o from a pair's derivatives.
+def pair_expansion(
+    X_WC: np.ndarray, pairs: np.ndarray, shared: int
+) -> np.ndarray:
+    """Returns the matrices T of dx_A, dx_B, e from a pair's derivatives.
 
     Args:
         X_WC: Poses, shape (n, 4, 4).
         pairs: Indices of views (a, b), shape (m, 2).
+        shared: Number k of errors that all images share.
 
     Returns:
-        Shape (m, 14, 8): J_14 = T J_8 for a residual's derivatives J_8 by
-        theta_A, t_A, s, o.
+        Shape (m, 12 + k, 6 + k): J = T J_pair for a residual's derivatives
+        J_pair by theta_A, t_A and the shared errors.
     """
     p_AB_W = X_WC[pairs[:, 1], :3, 3] - X_WC[pairs[:, 0], :3, 3]
-    T = np.zeros((len(pairs), 14, 8))
+    T = np.zeros((len(pairs), 12 + shared, 6 + shared))
     x, y, z = p_AB_W.T
     for i in range(3):
         T[:, i, i] = T[:, 3 + i, 3 + i] = 1
@@ -48,7 +52,8 @@ def pair_expansion(X_WC: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     T[:, 6, 4], T[:, 6, 5] = -z, y
     T[:, 7, 3], T[:, 7, 5] = z, -x
     T[:, 8, 3], T[:, 8, 4] = -y, x
-    T[:, 12, 6] = T[:, 13, 7] = 1
+    own = np.arange(shared)
+    T[:, 12 + own, 6 + own] = 1
     return T
 
 
@@ -58,16 +63,17 @@ def assemble(
     """Sums the pairs' equations to those of all unknowns.
 
     Args:
-        H: Matrices of the pairs, shape (m, 8, 8).
-        g: Gradients of the pairs, shape (m, 8).
+        H: Matrices of the pairs, shape (m, 6 + k, 6 + k).
+        g: Gradients of the pairs, shape (m, 6 + k).
         X_WC: Poses, shape (n, 4, 4).
         pairs: Indices of views (a, b), shape (m, 2).
 
     Returns:
-        Matrix (6n + 2, 6n + 2) and gradient (6n + 2,).
+        Matrix (6n + k, 6n + k) and gradient (6n + k,).
     """
-    T = pair_expansion(X_WC, pairs)
-    size = 6 * len(X_WC) + 2
+    shared = g.shape[1] - 6
+    T = pair_expansion(X_WC, pairs, shared)
+    size = 6 * len(X_WC) + shared
     matrix, gradient = np.zeros((size, size)), np.zeros(size)
     large = T @ H @ T.transpose(0, 2, 1)
     _add(large, (T @ g[:, :, None])[:, :, 0], pairs, matrix, gradient)
@@ -76,13 +82,15 @@ def assemble(
 
 @numpy_kernel
 def _add(H, g, pairs, matrix, gradient):
-    index = np.empty(14, np.int64)
+    unknowns = g.shape[1]
+    index = np.empty(unknowns, np.int64)
+    for i in range(12, unknowns):
+        index[i] = len(gradient) - unknowns + i
     for k in range(len(pairs)):
         for i in range(6):
             index[i] = 6 * pairs[k, 0] + i
             index[6 + i] = 6 * pairs[k, 1] + i
-        index[12], index[13] = len(gradient) - 2, len(gradient) - 1
-        for i in range(14):
+        for i in range(unknowns):
             gradient[index[i]] += g[k, i]
-            for j in range(14):
+            for j in range(unknowns):
                 matrix[index[i], index[j]] += H[k, i, j]

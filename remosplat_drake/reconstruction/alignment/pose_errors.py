@@ -4,34 +4,31 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
+
 
 @dc.dataclass(frozen=True, eq=False)
 class PoseErrors:
-    """k draws of the errors of n cameras' poses and of the depth.
+    """k draws of the errors of n cameras' poses and of the camera.
 
     The true place of what camera v measured at p_W is p_W + theta x (p_W -
-    p_WC) + t + scale (p_W - p_WC) + offset r, where r = (p_W - p_WC) / z is
-    the pixel's ray of unit depth.
+    p_WC) + t + the sum of e_k b_k, see `camera_errors`.
 
     Attributes:
         theta_W: Rotation vectors, shape (k, n, 3) [rad].
         t_W: Translations, shape (k, n, 3) [m].
-        scale: Errors of the depth's scale, shape (k,).
-        offset: Errors of the depth's offset, shape (k,) [m].
+        camera: What all images err by, shape (k, `COUNT`).
     """
 
     theta_W: np.ndarray
     t_W: np.ndarray
-    scale: np.ndarray
-    offset: np.ndarray
+    camera: np.ndarray
 
     @staticmethod
     def of_draws(draws: np.ndarray) -> "PoseErrors":
-        """Sorts draws of `Alignment.draws`, shape (k, 6n + 2)."""
-        motion = draws[:, :-2].reshape(len(draws), -1, 2, 3)
-        return PoseErrors(
-            motion[:, :, 0], motion[:, :, 1], draws[:, -2], draws[:, -1]
-        )
+        """Sorts draws of `Alignment.draws`, shape (k, 6n + `COUNT`)."""
+        motion = draws[:, :-COUNT].reshape(len(draws), -1, 2, 3)
+        return PoseErrors(motion[:, :, 0], motion[:, :, 1], draws[:, -COUNT:])
 
     def of_views(self, keep: np.ndarray) -> "PoseErrors":
         """Returns the errors of the cameras that a mask selects."""
@@ -49,4 +46,4 @@ class PoseErrors:
     def none(views: int) -> "PoseErrors":
         """Makes one draw of no error, for poses that are taken as exact."""
         nothing = np.zeros((1, views, 3))
-        return PoseErrors(nothing, nothing, np.zeros(1), np.zeros(1))
+        return PoseErrors(nothing, nothing, np.zeros((1, COUNT)))

@@ -32,7 +32,7 @@ def distances_of_pairs(
 
     Args:
         stack: The views.
-        state: Their poses, scale and offset.
+        state: Their poses and errors.
         pairs: Indices of views (a, b), shape (m, 2).
         stride: Every so many points are compared.
 
@@ -42,8 +42,8 @@ def distances_of_pairs(
     kept = -(-stack.point.shape[1] // stride)
     values = np.empty((len(pairs), 2, kept, 2))
     pair_residuals(
-        stack, state.pose, state.scale, state.offset, pairs, GATE,
-        LEAST_COSINE, stride, values,
+        stack, state.pose, state.left, pairs, GATE, LEAST_COSINE, stride,
+        values,
     )  # fmt: skip
     return np.abs(values[..., 0]).reshape(len(pairs), 2 * kept)
 
@@ -57,7 +57,7 @@ def residual_rows(
         X_WC: Poses, shape (n, 4, 4).
         pairs: Indices of views (a, b), shape (m, 2).
         before: What `distances_of_pairs` said at first, shape (m, k) [m].
-        after: What it says now; only points with both are counted.
+        after: What it says now; images may have changed since.
     """
     apart = np.linalg.norm(
         X_WC[pairs[:, 0], :3, 3] - X_WC[pairs[:, 1], :3, 3], axis=1
@@ -65,16 +65,16 @@ def residual_rows(
     rows = []
     for low, high in itertools.pairwise(DISTANCES):
         here = (apart >= low) & (apart < high)
-        both = np.isfinite(before[here]) & np.isfinite(after[here])
-        if not both.any():
+        old, new = before[here], after[here]
+        old, new = old[np.isfinite(old)], new[np.isfinite(new)]
+        if not (len(old) and len(new)):
             continue
-        old, new = before[here][both], after[here][both]
         rows.append(
             ResidualRow(
                 nearest=low,
                 farthest=min(high, float(apart[here].max())),
                 pairs=int(here.sum()),
-                points=int(both.sum()),
+                points=len(new),
                 median_before=float(np.median(old)),
                 high_before=float(np.percentile(old, 95)),
                 median_after=float(np.median(new)),
@@ -87,24 +87,23 @@ def residual_rows(
 def is_better(before: np.ndarray, after: np.ndarray) -> bool:
     """Whether pairs of views that the solution did not use agree better.
 
-    Points are compared that have a surface both times, and nearly as many must
-    have one as did; a distance counts up to 2 cm. Few pairs see what
-    contradicts a drift along a table, so there is no test of the mean: what
-    pairs gain must be a hundredth of their distances, and three times what
-    others lose.
+    Nearly as many points must have a surface as did; a distance counts up to
+    2 cm. Few pairs see what contradicts a drift along a table, so there is no
+    test of the mean: what pairs gain must be a hundredth of their distances,
+    and three times what others lose.
 
     Args:
         before: Distances of points of m held-out pairs, shape (m, k) [m].
         after: The same after the refinement.
     """
-    both = np.isfinite(before) & np.isfinite(after)
-    used = both.sum(axis=1) >= _LEAST_POINTS
-    points = both.sum(axis=1)[used]
+    both = before, after
+    counts = np.array([np.isfinite(each).sum(axis=1) for each in both])
+    used = counts.min(axis=0) >= _LEAST_POINTS
     means = [
-        np.where(both, np.fmin(values, _MOST), 0).sum(axis=1)[used] / points
-        for values in (before, after)
+        np.nansum(np.minimum(each[used], _MOST), axis=1) / count[used]
+        for each, count in zip(both, counts, strict=True)
     ]
     gain = means[0] - means[1]
     lost = np.maximum(-gain, 0).sum()
-    kept = np.isfinite(after).sum() > _KEPT * np.isfinite(before).sum()
+    kept = counts[1].sum() > _KEPT * counts[0].sum()
     return bool(kept and gain.sum() > max(2 * lost, 0.01 * means[0].sum()))

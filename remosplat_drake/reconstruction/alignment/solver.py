@@ -1,16 +1,17 @@
-"""Joint Gauss-Newton refinement of poses, depth scale and offset."""
+"""Joint Gauss-Newton refinement of poses and of what all images err by."""
 
 import dataclasses as dc
 
 import numpy as np
 from scipy.linalg import cho_solve
 
+from remosplat_drake.reconstruction.alignment.camera_errors import NO_ERRORS
 from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
 from remosplat_drake.reconstruction.alignment.odometry_prior import (
     OdometryNoise,
 )
 from remosplat_drake.reconstruction.alignment.pair_kernel import (
-    UNKNOWNS,
+    POSE,
     pair_equations,
     pair_residuals,
 )
@@ -57,30 +58,36 @@ class State:
 
     Attributes:
         X_WC: Poses, shape (n, 4, 4).
-        scale: Factor of the measured depths.
-        offset: Offset that is added to them [m].
+        errors: What all images err by, see `camera_errors`, shape (k,); none
+            are known of a camera that is taken as exact.
+        undone: Which part of these the images are free of, shape (k,).
     """
 
     X_WC: np.ndarray
-    scale: float = 1.0
-    offset: float = 0.0
+    errors: np.ndarray = dc.field(default_factory=NO_ERRORS.copy)
+    undone: np.ndarray = dc.field(default_factory=NO_ERRORS.copy)
 
     @property
     def pose(self) -> np.ndarray:
         """Poses as the kernels take them, (n, 3, 4)."""
         return np.ascontiguousarray(self.X_WC[:, :3])
 
+    @property
+    def left(self) -> np.ndarray:
+        """What is left to be undone of the images' errors, (k,)."""
+        return self.errors - self.undone
+
     def unknowns(self, given: np.ndarray) -> np.ndarray:
-        """Returns the deviation from given poses, scale 1 and offset 0."""
-        error = difference(self.X_WC, given).ravel()
-        return np.append(error, [self.scale - 1, self.offset])
+        """Returns the deviation from given poses and an exact camera."""
+        return np.append(difference(self.X_WC, given).ravel(), self.errors)
 
     def moved(self, step: np.ndarray) -> "State":
         """Returns the state after a step of all unknowns."""
+        poses = step[: POSE * len(self.X_WC)].reshape(-1, POSE)
         return State(
-            perturbed(self.X_WC, step[:-2].reshape(-1, 6)),
-            self.scale + step[-2],
-            self.offset + step[-1],
+            perturbed(self.X_WC, poses),
+            self.errors + step[POSE * len(self.X_WC) :],
+            self.undone,
         )
 
 
@@ -89,10 +96,10 @@ class Equations:
     """The data's normal equations at a state, and those of each pair.
 
     Attributes:
-        H: Matrix of all unknowns, shape (6n + 2, 6n + 2).
-        g: Gradient, shape (6n + 2,).
-        pair_H: Matrices of the pairs, shape (m, 8, 8).
-        pair_g: Gradients of the pairs, shape (m, 8).
+        H: Matrix of all unknowns, shape (6n + k, 6n + k).
+        g: Gradient, shape (6n + k,).
+        pair_H: Matrices of the pairs, shape (m, 6 + k, 6 + k).
+        pair_g: Gradients of the pairs, shape (m, 6 + k).
         count: Numbers of residuals, shape (m,).
         shared: How many residuals of a pair say as much as an independent
             one, shape (m,); H and g have been divided by it.
@@ -113,8 +120,8 @@ def residual_spread(
     kept = -(-stack.point.shape[1] // _STRIDE)
     values = np.empty((len(pairs), 2, kept, 2))
     pair_residuals(
-        stack, state.pose, state.scale, state.offset, pairs, level.gate,
-        level.least_cosine, _STRIDE, values,
+        stack, state.pose, state.left, pairs, level.gate, level.least_cosine,
+        _STRIDE, values,
     )  # fmt: skip
     ratio = np.abs(values[..., 0] / values[..., 1])
     ratio = ratio[np.isfinite(ratio)]
@@ -133,20 +140,19 @@ def equations(
 
     Args:
         stack: The views.
-        state: Their poses, scale and offset.
+        state: Their poses and errors.
         pairs: Indices of views (a, b), shape (m, 2).
         level: What counts.
         spread: What `residual_spread` says.
         correlation: What `estimate_correlation` says.
     """
-    m = len(pairs)
-    H, g = np.empty((m, UNKNOWNS, UNKNOWNS)), np.empty((m, UNKNOWNS))
+    m, unknowns = len(pairs), POSE + len(state.errors)
+    H, g = np.empty((m, unknowns, unknowns)), np.empty((m, unknowns))
     tilts, count = np.empty_like(H), np.empty(m)
     pair_equations(
         stack,
         state.pose,
-        state.scale,
-        state.offset,
+        state.left,
         pairs,
         level.gate,
         level.least_cosine,
@@ -168,7 +174,7 @@ def equations(
 def _without_tilts(
     H: np.ndarray, g: np.ndarray, tilts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Equations (m, 8, 8), (m, 8) less what noise of normals pretends to know.
+    """Equations of pairs less what noise of normals pretends to know.
 
     On a wall, normals that tremble seem to hold a view that slides: noise in
     J adds its variance to H = sum of J J^T. Directions of which most is that
@@ -204,8 +210,8 @@ class Posterior:
     """The unknowns given data and prior, to second order.
 
     Attributes:
-        mean: Deviation from the given poses, scale 1, offset 0, (6n + 2,).
-        covariance: Its covariance, shape (6n + 2, 6n + 2).
+        mean: Deviation from the given poses and an exact camera, (6n + k,).
+        covariance: Its covariance, shape (6n + k, 6n + k).
         noise: Noise of the given poses.
     """
 
@@ -217,6 +223,7 @@ class Posterior:
 def posterior(
     data: Equations,
     x: np.ndarray,
+    views: int,
     noise: OdometryNoise,
     known: tuple[np.ndarray, np.ndarray],
 ) -> Posterior:
@@ -224,13 +231,15 @@ def posterior(
 
     Args:
         data: The data's equations at x.
-        x: Deviation from the given poses, scale 1, offset 0, shape (6n + 2,).
+        x: Deviation from the given poses and an exact camera, (6n + k,).
+        views: Number n of views.
         noise: Noise of the given poses.
         known: Matrix and gradient of what else is known, at x.
     """
     H = data.H + known[0]
     h = H @ x - data.g - known[1]
-    H[:-2, :-2] += noise.precision(len(x) // 6)
+    poses = POSE * views
+    H[:poses, :poses] += noise.precision(views)
     factor = lower_factor(H), True
     covariance = cho_solve(factor, np.eye(len(H)), check_finite=False)
     return Posterior(covariance @ h, covariance, noise)
@@ -243,8 +252,9 @@ def estimate_correlation(
 
     Neighbouring pixels err alike, and so do all residuals of a pair whose
     images are bent. Were they independent, the pairs' own solutions would
-    miss the joint one by chi^2 = sum of g^T H^-1 g = 8 m less the number of
-    unknowns that the data determine.
+    miss the joint one by chi^2 = sum of g^T H^-1 g, which is the number of
+    what all pairs know by themselves less that of all unknowns that the data
+    determine.
 
     Args:
         data: Equations at the solution.

@@ -3,6 +3,11 @@
 import numpy as np
 
 from remosplat_drake.reconstruction.alignment.alignment import Alignment
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    COUNT,
+    OFFSET,
+    SCALE,
+)
 from remosplat_drake.reconstruction.alignment.perturbation import difference
 from remosplat_drake.reconstruction.report.alignment_summary import (
     AlignmentSummary,
@@ -16,14 +21,14 @@ def summarize_alignment(
     motion = difference(alignment.capture.X_WC, given)
     sizes = np.linalg.norm(motion.reshape(-1, 2, 3), axis=2)
     turned, moved = np.median(sizes, axis=0).tolist()
-    variances = np.diag(alignment.covariance)[:-2].reshape(-1, 6)
+    variances = np.diag(alignment.covariance)[:-COUNT].reshape(-1, 6)
     position_std = np.sqrt(variances[:, 3:].sum(axis=1))
     return AlignmentSummary(
         accepted=alignment.accepted,
         scale=alignment.scale,
-        scale_std=alignment.scale_std,
+        scale_std=float(alignment.deviations[SCALE]),
         offset=alignment.offset,
-        offset_std=alignment.offset_std,
+        offset_std=float(alignment.deviations[OFFSET]),
         moved=moved,
         turned=turned,
         position_std=float(np.median(position_std)),
@@ -38,7 +43,7 @@ def _words(alignment: Alignment, moved: float, turned: float) -> str:
         words = (
             f"Cameras were moved by {1e3 * moved:.1f} mm and"
             f" {np.rad2deg(turned):.2f} degrees (median); depth was multiplied"
-            f" by {alignment.scale:.4f} ± {alignment.scale_std:.4f}"
+            f" by {alignment.scale:.4f} ± {alignment.deviations[SCALE]:.4f}"
             f" and {1e3 * alignment.offset:+.1f} mm added."
         )
     else:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.alignment.camera_errors import velocity_C
 from remosplat_drake.reconstruction.alignment.plane_maps import (
     PlaneMap,
     plane_map,
@@ -20,6 +21,8 @@ class ViewStack(NamedTuple):
     Attributes:
         plane: The views' `PlaneMap.plane`, (n, rows, columns, 4), float32.
         camera: f_x, f_y, c_x, c_y of each view, (n, 4) [pixels].
+        velocity_C: Each camera's velocity in its own frame, angular and of its
+            centre, (n, 6) [rad/s, m/s]; 0 where unknown.
         step: Distance of the lattice's points [pixels].
         deviation: `PlaneMap.deviation` of each view, (n,) [1/m].
         tilt: `PlaneMap.tilt` of each view, (n,) [rad].
@@ -31,6 +34,7 @@ class ViewStack(NamedTuple):
 
     plane: np.ndarray
     camera: np.ndarray
+    velocity_C: np.ndarray
     step: int
     deviation: np.ndarray
     tilt: np.ndarray
@@ -49,6 +53,7 @@ def stack_views(
         planes = plane_map(capture.K[view], capture.depth[view])
         rng = np.random.default_rng([seed, view])
         put_view(stack, view, planes, rng)
+        stack.velocity_C[view] = velocity_C(capture, view)
     return stack
 
 
@@ -58,6 +63,7 @@ def empty_stack(n: int, size: tuple[int, int], samples: int) -> ViewStack:
     return ViewStack(
         plane=np.zeros((n, *shape.plane.shape), np.float32),
         camera=np.zeros((n, 4)),
+        velocity_C=np.zeros((n, 6)),
         step=shape.step,
         deviation=np.zeros(n),
         tilt=np.zeros(n),

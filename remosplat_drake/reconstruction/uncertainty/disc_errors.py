@@ -1,4 +1,4 @@
-"""How errors of poses, depth scale and offset move the discs of a splat.
+"""How errors of poses and of the camera move the discs of a splat.
 
 A disc lies at the weighted mean of what its views measured. So it moves by the
 weighted mean of how these move, each as its camera's error has it. Errors are
@@ -10,6 +10,11 @@ import numpy as np
 
 from remosplat_drake.base.kernels import numpy_kernel
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    COUNT,
+    add_displacements,
+    velocity_C,
+)
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -40,7 +45,7 @@ def disc_errors(
     """
     p_WK = np.array(splat_W.p_GK, float, order="C")
     normal_W = np.ascontiguousarray(splat_W.R_GK[:, :, 2])
-    count = len(errors.scale)
+    count = len(errors.camera)
     moved = np.zeros((len(splat_W), count))
     weight = np.zeros(len(splat_W))
     pitch = np.full(len(splat_W), np.inf)
@@ -54,8 +59,8 @@ def disc_errors(
             noise,
             np.ascontiguousarray(errors.theta_W[:, view]),
             np.ascontiguousarray(errors.t_W[:, view]),
-            errors.scale,
-            errors.offset,
+            np.ascontiguousarray(errors.camera),
+            velocity_C(capture, view),
             moved,
             weight,
             pitch,
@@ -73,15 +78,17 @@ def _add_view(
     noise,
     theta,
     t,
-    scale,
-    offset,
+    camera,
+    velocity,
     moved,
     total,
     pitch,
 ):
     """Adds a view's weighted displacements of each disc that it sees."""
     height, width = depth.shape
-    arm, ray = np.zeros(3), np.zeros(3)
+    arm, ray, n_C = np.zeros(3), np.zeros(3), np.zeros(3)
+    lens = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2]])
+    b_C, along_n = np.zeros((COUNT, 3)), np.zeros(COUNT)
     for i in range(len(p_WK)):
         for k in range(3):
             arm[k] = p_WK[i, k] - X_WC[k, 3]
@@ -105,10 +112,19 @@ def _add_view(
         ray[0] = arm[1] * n[2] - arm[2] * n[1]
         ray[1] = arm[2] * n[0] - arm[0] * n[2]
         ray[2] = arm[0] * n[1] - arm[1] * n[0]
-        for s in range(len(scale)):
-            shift = scale[s] * along + offset[s] * along / z
+        add_displacements(lens, height, velocity, x / z, y / z, z, b_C)
+        for k in range(3):
+            n_C[k] = X_WC[0, k] * n[0] + X_WC[1, k] * n[1] + X_WC[2, k] * n[2]
+        for e in range(COUNT):
+            along_n[e] = (
+                b_C[e, 0] * n_C[0] + b_C[e, 1] * n_C[1] + b_C[e, 2] * n_C[2]
+            )
+        for s in range(len(camera)):
+            shift = 0.0
             for k in range(3):
                 shift += theta[s, k] * ray[k] + t[s, k] * n[k]
+            for e in range(COUNT):
+                shift += camera[s, e] * along_n[e]
             moved[i, s] += weight * shift
         total[i] += weight
         pitch[i] = min(pitch[i], z / K[0, 0])

@@ -1,0 +1,227 @@
+"""`corrected`: a capture without the errors that all its images share."""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.undistortion import Distortion, distort
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    ASPECT,
+    CENTER_X,
+    CENTER_Y,
+    DELAY,
+    FOCAL,
+    GROWTH,
+    K1,
+    K2,
+    OFFSET,
+    READOUT,
+    SCALE,
+    SHIFT,
+    TURN,
+    velocity_C,
+)
+from remosplat_drake.reconstruction.alignment.perturbation import perturbed
+
+_ROUNDS = 4
+"""Where a pixel of the new image was in the old one is found by so many fixed
+point iterations: a row's motion depends on the depth that is found there."""
+
+_JUMP = 0.05
+"""Neighbours whose inverse depths differ by more than this part of them are of
+two surfaces."""
+
+_APART = 1.5
+"""A pixel that was found lies within so much of where its depth puts it, or
+nothing is known there: something hid it [pixels]."""
+
+
+def corrected(capture: Capture, errors: np.ndarray) -> Capture:
+    """Undoes what all images of a capture err by.
+
+    Focal lengths and principal points change, poses move by the delay and with
+    the camera on its carrier, depths follow their polynomial. Distortion and
+    read-out need new images: their pixels are picked from the old ones.
+
+    Args:
+        capture: Posed RGB-D images.
+        errors: The errors, see `camera_errors`, shape (`COUNT`,).
+    """
+    K = capture.K.astype(float)
+    focal_x = K[:, 0, 0].copy()
+    K[:, 0, 0] *= 1 + errors[FOCAL]
+    K[:, 1, 1] *= 1 + errors[FOCAL] + errors[ASPECT]
+    K[:, 0, 2] += errors[CENTER_X] * focal_x
+    K[:, 1, 2] += errors[CENTER_Y] * capture.K[:, 1, 1]
+    moved = dc.replace(_carried(capture, errors), K=K)
+    if errors[[K1, K2, READOUT]].any():
+        moved = _resampled(moved, errors)
+    z = moved.depth.astype(float)
+    z += errors[SCALE] * z + errors[OFFSET] + errors[GROWTH] * z * z
+    depth = np.where(moved.depth > 0, np.maximum(z, 0), 0)
+    return dc.replace(moved, depth=depth.astype(np.float32))
+
+
+def _carried(capture: Capture, errors: np.ndarray) -> Capture:
+    """The capture at the time of its images, on the right mount."""
+    delay = errors[DELAY]
+    moved, X_WC = capture, capture.X_WC.copy()
+    if capture.velocity_W is not None:
+        motion = delay * capture.velocity_W
+        if capture.acceleration_W is not None:
+            motion = motion + delay**2 / 2 * capture.acceleration_W
+            velocity_W = capture.velocity_W + delay * capture.acceleration_W
+            moved = dc.replace(capture, velocity_W=velocity_W)
+        X_WC = perturbed(X_WC, motion)
+    X_CD = np.eye(4)
+    turn = Rotation.from_rotvec(errors[TURN : TURN + 3])
+    X_CD[:3, :3] = turn.as_matrix()
+    X_CD[:3, 3] = errors[SHIFT : SHIFT + 3]
+    return dc.replace(moved, X_WC=X_WC @ X_CD)
+
+
+def delay_of_motion(
+    capture: Capture, motion: np.ndarray
+) -> tuple[float, float]:
+    """Finds the delay of the images that explains errors of poses best.
+
+    Rigid motions of the world and its scale say nothing of the camera.
+
+    Args:
+        capture: Posed RGB-D images.
+        motion: Errors theta_W and t_W of each pose, shape (n, 6).
+
+    Returns:
+        The delay, in least squares [s], and which part of the squares of the
+        errors it leaves; 0 and 1 where velocities are unknown.
+    """
+    count, p_WC = len(capture), capture.X_WC[:, :3, 3]
+    if capture.velocity_W is None:
+        return 0.0, 1.0
+    gauge = np.zeros((count, 6, 7))
+    for axis in range(3):
+        gauge[:, axis, axis] = gauge[:, 3 + axis, 3 + axis] = 1
+        gauge[:, 3:, axis] = np.cross(np.eye(3)[axis], p_WC)
+    gauge[:, 3:, 6] = p_WC
+    basis = np.linalg.qr(gauge.reshape(-1, 7))[0]
+    both = np.stack([motion.ravel(), capture.velocity_W.ravel()], axis=1)
+    error, velocity = (both - basis @ (basis.T @ both)).T
+    delay = (error @ velocity) / max(velocity @ velocity, 1e-30)
+    rest = np.square(error - delay * velocity).sum()
+    return float(delay), float(rest / max(error @ error, 1e-30))
+
+
+def _velocities(capture: Capture) -> np.ndarray:
+    """All cameras' velocities, each in its own frame, (n, 6)."""
+    return np.array([velocity_C(capture, i) for i in range(len(capture))])
+
+
+def _resampled(capture: Capture, errors: np.ndarray) -> Capture:
+    """The images of pinhole cameras whose rows are taken at one moment."""
+    hidden = capture.hidden
+    if hidden is None:
+        hidden = np.zeros(capture.depth.shape, bool)
+    rgb, depth = np.empty_like(capture.rgb), np.empty_like(capture.depth)
+    hidden = hidden.copy()
+    velocity = _velocities(capture)
+    for view in range(len(capture)):
+        row, column, z, lost = _sources(
+            capture.K[view], capture.depth[view], velocity[view], errors
+        )
+        rgb[view] = capture.rgb[view, row, column]
+        depth[view] = z
+        hidden[view] = hidden[view, row, column] | lost
+    return dc.replace(capture, rgb=rgb, depth=depth, hidden=hidden)
+
+
+def _sources(
+    K: np.ndarray, depth: np.ndarray, velocity: np.ndarray, errors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Where a new image's pixels were in the old one.
+
+    Args:
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        depth: Depth of the old image, shape (h, w) [m].
+        velocity: Velocity of the camera in C, shape (6,).
+        errors: The errors.
+
+    Returns:
+        Rows and columns in the old image, the new depth, and which pixels the
+        old image does not show, each of shape (h, w).
+    """
+    height, width = depth.shape
+    lens = Distortion(k1=errors[K1], k2=errors[K2])
+    focal, center = K[[0, 1], [0, 1]], K[:2, 2]
+    u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    xy = (np.stack([u, v], axis=-1) - center) / focal
+    ray = np.concatenate([xy, np.ones((height, width, 1))], axis=-1)
+
+    def place(z: np.ndarray, row: np.ndarray):
+        """Pixels of points in the old image, and how far these have moved."""
+        # A point stands still while the camera moves: in C it goes back.
+        p = z[..., None] * ray
+        time = errors[READOUT] * ((row + 0.5) / height - 0.5)[..., None]
+        motion = time * (velocity[3:] + np.cross(velocity[:3], p))
+        old = p - motion
+        there = distort(lens, old[..., :2] / old[..., 2:]) * focal + center
+        return there, motion[..., 2]
+
+    row = np.indices(depth.shape)[0]
+    z = _filled(depth)
+    there, column, found = np.zeros((height, width, 2)), row, depth
+    for _ in range(_ROUNDS):
+        there, moved = place(z, row)
+        column, row = _inside(depth, there)
+        found = _looked_up(depth, there)
+        z = np.where(found > 0, found + moved, z)
+    aside = np.abs(place(z, row)[0] - there).max(axis=-1)
+    outside = np.any((there < 0) | (there >= [width, height]), axis=-1)
+    unknown = outside | (aside > _APART) | (found <= 0)
+    return row, column, np.where(unknown, 0, z), outside
+
+
+def _inside(
+    depth: np.ndarray, there: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Column and row of the pixel that is nearest to each place, (h, w)."""
+    height, width = depth.shape
+    column, row = np.floor(there).astype(int).transpose(2, 0, 1)
+    return column.clip(0, width - 1), row.clip(0, height - 1)
+
+
+def _looked_up(depth: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """Depths at places of an image, (h, w) [m]; 0 where unknown.
+
+    On a plane 1/z is linear in the image, so it is interpolated between four
+    pixels of one surface. At an edge the nearest pixel is picked: a depth
+    between two surfaces belongs to neither.
+    """
+    height, width = depth.shape
+    column, row = _inside(depth, there)
+    picked = depth[row, column]
+    left, top = np.floor(there - 0.5).astype(int).transpose(2, 0, 1)
+    right_part, lower_part = (
+        there - 0.5 - np.stack([left, top], -1)
+    ).transpose(2, 0, 1)
+    inverse = 1 / np.where(depth > 0, depth, np.nan)
+    corners, weights = [], []
+    for i in (0, 1):
+        for j in (0, 1):
+            r, c = (top + i).clip(0, height - 1), (left + j).clip(0, width - 1)
+            corners.append(inverse[r, c])
+            down = lower_part if i else 1 - lower_part
+            weights.append(down * (right_part if j else 1 - right_part))
+    corners, weights = np.array(corners), np.array(weights)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        smooth = np.ptp(corners, axis=0) < _JUMP * corners.mean(axis=0)
+        between = 1 / (weights * corners).sum(axis=0)
+    return np.where(smooth, between, picked)
+
+
+def _filled(depth: np.ndarray) -> np.ndarray:
+    """Depths [m], with the median in place of those that are unknown."""
+    known = depth > 0
+    usual = float(np.median(depth[known])) if known.any() else 1.0
+    return np.where(known, depth, usual).astype(float)

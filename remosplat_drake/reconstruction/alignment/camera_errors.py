@@ -1,0 +1,169 @@
+r"""What all images of one camera err by alike, as displacements of points.
+
+A pixel's point in C lies at p = z r on its ray r = (x, y, 1). Each error e_k of
+the camera moves it by e_k b_k(p), to first order:
+
+    depth scale, offset, growth       b = p, r, z^2 r
+    focal length, f_y beside f_x      b = -(p_x, p_y, 0), -(0, p_y, 0)
+    principal point, in f_x and f_y   b = -(z, 0, 0), -(0, z, 0)
+    radial distortion k_1, k_2        b = -s (p_x, p_y, 0), -s^2 (p_x, p_y, 0),
+                                          s = x^2 + y^2
+    delay of the images               b = v + omega x p
+    read-out, from top to bottom      b = (row / height - 1/2) (v + omega x p)
+    the camera's pose on its carrier  b = e_i x p, e_i
+
+with the camera's own velocity v, omega in C. Where two views measure one
+surface, they must have it in one place: that is what tells the errors.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.base.kernels import numpy_helper, numpy_kernel
+from remosplat_drake.capture.capture import Capture
+
+SCALE, OFFSET, GROWTH, FOCAL, ASPECT, CENTER_X, CENTER_Y, K1, K2 = range(9)
+DELAY, READOUT, TURN, SHIFT = 9, 10, 11, 14
+COUNT = 17
+"""Indices of the errors in arrays; TURN and SHIFT are three numbers each."""
+
+CARRIED = np.array([DELAY, *range(TURN, COUNT)])
+"""Those errors that are of where the camera was, and not of its images."""
+
+NO_ERRORS = np.zeros(0)
+"""Of a camera that is taken as exact."""
+
+
+@dc.dataclass(frozen=True)
+class CameraPrior:
+    """Standard deviations of a camera's errors before its images are seen.
+
+    Zero takes a number as exact.
+
+    Attributes:
+        scale: Scale of the depth, as the sensor's specification has it.
+        offset: Offset of the depth [m].
+        growth: Growth of the depth's error with its square [1/m].
+        focal: Focal length, as a fraction of it.
+        aspect: Vertical focal length beside the horizontal one.
+        center: Principal point, as a fraction of the focal length.
+        distortion: Radial distortion k_1 and k_2 that is left.
+        delay: Time from a pose to its image [s].
+        readout: Time from the first row of an image to the last one [s].
+        turn: Rotation of the camera on its carrier, about each axis [rad].
+        shift: Position of the camera on its carrier, along each axis [m].
+    """
+
+    scale: float = 0.02
+    offset: float = 0.003
+    growth: float = 0.005
+    focal: float = 0.02
+    aspect: float = 0.003
+    center: float = 0.005
+    distortion: float = 0.03
+    delay: float = 0.05
+    readout: float = 0.02
+    turn: float = np.deg2rad(0.5)
+    shift: float = 0.003
+
+    def deviations(self) -> np.ndarray:
+        """Returns the standard deviation of each error, shape (`COUNT`,)."""
+        single = [self.scale, self.offset, self.growth, self.focal]
+        lens = [self.center, self.center, self.distortion, self.distortion]
+        times = [self.delay, self.readout]
+        mount = [self.turn] * 3 + [self.shift] * 3
+        return np.array([*single, self.aspect, *lens, *times, *mount])
+
+
+def velocity_C(capture: Capture, view: int) -> np.ndarray:
+    """Returns the velocity of a view's camera in its own frame C.
+
+    Returns:
+        Angular velocity, then that of its centre, shape (6,) [rad/s, m/s]; 0
+        where the capture does not know it.
+    """
+    if capture.velocity_W is None:
+        return np.zeros(6)
+    both = capture.velocity_W[view].reshape(2, 3)
+    return (both @ capture.X_WC[view, :3, :3]).ravel()
+
+
+@numpy_helper
+def add_displacements(camera, height, velocity_C, x, y, z, out):
+    """Writes b_k of a pixel's point, all of them or none.
+
+    Args:
+        camera: f_x, f_y, c_x, c_y of the view [pixels].
+        height: Height of its image [pixels].
+        velocity_C: Angular velocity of the camera, then the velocity of its
+            centre, in C, shape (6,) [rad/s, m/s].
+        x: Slope of the pixel's ray, to the right.
+        y: Slope of the pixel's ray, downwards.
+        z: Its depth [m].
+        out: Receives the displacements in C, shape (`COUNT`, 3) or (0, 3).
+    """
+    if len(out) == 0:
+        return
+    out[:] = 0
+    px, py = z * x, z * y
+    square = x * x + y * y
+    row = (camera[1] * y + camera[3]) / height - 0.5
+    for axis, p, r in ((0, px, x), (1, py, y), (2, z, 1.0)):
+        out[SCALE, axis] = p
+        out[OFFSET, axis] = r
+        out[GROWTH, axis] = z * z * r
+        if axis < 2:
+            out[FOCAL, axis] = -p
+            out[K1, axis] = -square * p
+            out[K2, axis] = -square * square * p
+        out[SHIFT + axis, axis] = 1
+    out[ASPECT, 1] = -py
+    out[CENTER_X, 0] = out[CENTER_Y, 1] = -z
+    out[TURN, 1], out[TURN, 2] = -z, py
+    out[TURN + 1, 0], out[TURN + 1, 2] = z, -px
+    out[TURN + 2, 0], out[TURN + 2, 1] = -py, px
+    for axis in range(3):
+        moving = velocity_C[3 + axis]
+        for k in range(3):
+            moving += velocity_C[k] * out[TURN + k, axis]
+        out[DELAY, axis] = moving
+        out[READOUT, axis] = row * moving
+
+
+@numpy_kernel
+def displacements(camera, height, velocity_C, p_C, out):
+    """Writes the displacements of points by each error of their camera.
+
+    Args:
+        camera: f_x, f_y, c_x, c_y of the view [pixels].
+        height: Height of its image [pixels].
+        velocity_C: Its velocity, see `add_displacements`.
+        p_C: The points, shape (n, 3) [m].
+        out: Receives the displacements in C, shape (n, `COUNT`, 3).
+    """
+    for i in range(len(p_C)):
+        z = p_C[i, 2]
+        x, y = p_C[i, 0] / z, p_C[i, 1] / z
+        add_displacements(camera, height, velocity_C, x, y, z, out[i])
+
+
+def displacements_of(
+    capture: Capture, view: int, p_C: np.ndarray
+) -> np.ndarray:
+    """Computes the displacements of points of one view.
+
+    Args:
+        capture: Posed RGB-D images.
+        view: Index of the view.
+        p_C: Points that it measured, in C, shape (n, 3) [m].
+
+    Returns:
+        The vectors b_k, in C, shape (n, `COUNT`, 3).
+    """
+    K = capture.K[view]
+    camera = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2]], float)
+    out = np.empty((len(p_C), COUNT, 3))
+    height, p_C = float(capture.size[0]), np.ascontiguousarray(p_C, float)
+    displacements(camera, height, velocity_C(capture, view), p_C, out)
+    return out
