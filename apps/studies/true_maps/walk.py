@@ -17,7 +17,7 @@ NEAREST, FARTHEST = 0.6, 1.6
 """Range of the camera's distance from the focus [m]."""
 
 _FASTEST = 0.6
-"""Largest speed around the focus [m/s]."""
+"""Largest speed around the focus, towards it, and up and down [m/s]."""
 
 _TREMOR = 0.001, float(np.deg2rad(0.1))
 """How much a hand trembles: positions [m] and directions [rad]."""
@@ -97,16 +97,17 @@ def draw_walk(
     )
     # From one end to the other and, at most, back again.
     turns = rng.uniform(0.5, 1.0) / seconds
-    fastest = _FASTEST / (2 * np.pi * turns * mean[1])
-    azimuth = min(rng.uniform(0.6, 1.0) * scene.open_by, fastest)
+    azimuth = rng.uniform(0.6, 1.0) * scene.open_by
+    azimuth = min(azimuth, _widest(turns) / mean[1])
     mean[0] += rng.uniform(-1, 1) * (scene.open_by - azimuth)
-    slow = rng.uniform(0.6, 1.7, (2, 1)) / seconds
+    slow = rng.uniform(0.6, 1.7, 2) / seconds
     elevation = np.deg2rad(rng.uniform(5, 20))
+    elevation = min(elevation, _widest(slow[1]) / mean[1])
     phase = rng.uniform(0, 2 * np.pi, 2)
     waves = [
         [azimuth, turns, -np.pi / 2],
-        [distance, slow[0, 0], phase[0]],
-        [elevation, slow[1, 0], phase[1]],
+        [min(distance, _widest(slow[0])), slow[0], phase[0]],
+        [elevation, slow[1], phase[1]],
     ]
     aside = _drawn([0.08, 0.08, 0.08, 0.06], 0.15, 0.4, rng)
     place, angle = _TREMOR
@@ -118,6 +119,11 @@ def draw_walk(
         np.stack([waves, shaken], axis=1),
         np.stack([aside, looked], axis=1),
     )
+
+
+def _widest(frequency: float) -> float:
+    """Amplitude of a wave [m] that is as fast as a hand may be."""
+    return _FASTEST / (2 * np.pi * frequency)
 
 
 def _drawn(
