@@ -93,8 +93,9 @@ class Sight:
     def is_free_way(self, start_W: np.ndarray, end_W: np.ndarray) -> np.ndarray:
         """Whether nothing is between points, both (n, 3) [m]; shape (n,)."""
         way_W = end_W - start_W
+        length = _lengths(way_W)
         hits = self.taken.caster.cast(start_W, way_W)
-        return hits.z * (length := _lengths(way_W)) > length - _OWN
+        return hits.z * length > length - _OWN
 
     def seen(self, surface: Nearest) -> tuple[np.ndarray, np.ndarray]:
         """Tells which surface points views have seen, at least two each.
