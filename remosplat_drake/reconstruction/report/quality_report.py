@@ -209,7 +209,8 @@ def file_digest(path: Path) -> str:
         FileError: The file cannot be read.
     """
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        with path.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
 

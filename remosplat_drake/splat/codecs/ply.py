@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
-from plyfile import PlyData, PlyElement, PlyParseError
+from plyfile import PlyData, PlyParseError
 
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.threads import blocks
 from remosplat_drake.splat.activation import (
     checked_splat,
     exponential,
@@ -77,7 +78,9 @@ def read_ply(path: str | Path, harmonics: bool = True) -> GaussianSplat:
     layout = _Layout(scales, rest, harmonics, _UNCERTAINTY[0] in names)
     arrays = in_blocks(
         len(vertices),
-        lambda rows: _activated(path, vertices[rows], layout).arrays(),
+        lambda rows: _activated(
+            path, _read(path, vertices, rows), layout
+        ).arrays(),
     )
     return GaussianSplat.restored(arrays)
 
@@ -142,10 +145,31 @@ def write_ply(
     Raises:
         FileError: The file cannot be written.
     """
+    columns = _raw(splat.select(slice(0, 0)), with_normals)
+    names = [name for block in columns for name in block]
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(splat)}",
+        *(f"property float {name}" for name in names),
+        "end_header\n",
+    ]
+    with atomic_write(Path(path), "wb") as stream:
+        stream.write("\n".join(header).encode())
+        for rows in blocks(len(splat), _BLOCK):
+            columns = _raw(splat.select(rows), with_normals)
+            table = np.concatenate(list(columns.values()), axis=1)
+            stream.write(table.astype("<f4").data)
+
+
+def _raw(
+    splat: GaussianSplat, with_normals: bool
+) -> dict[tuple[str, ...], np.ndarray]:
+    """The raw parameters of splats in INRIA's order, by the columns' names."""
     n = len(splat)
     harmonics = splat.sh_rest.transpose(0, 2, 1)
     rest = harmonics.reshape(n, 3 * splat.sh_rest.shape[1])
-    blocks = {
+    columns = {
         _POSITION: splat.p_GK,
         _NORMAL: np.zeros((n, 3)),
         _COLOR: (splat.colors - 0.5) / SH_C0,
@@ -157,15 +181,10 @@ def write_ply(
         _ROTATION: splat.quaternions,
     }
     if splat.uncertainty is not None:
-        blocks[_UNCERTAINTY] = splat.uncertainty[:, None]
+        columns[_UNCERTAINTY] = splat.uncertainty[:, None]
     if not with_normals:
-        del blocks[_NORMAL]
-    table = np.concatenate(list(blocks.values()), axis=1).astype("<f4")
-    names = [name for block in blocks for name in block]
-    rows = table.view([(name, "<f4") for name in names])[:, 0]
-    document = PlyData([PlyElement.describe(rows, "vertex")], byte_order="<")
-    with atomic_write(Path(path), "wb") as stream:
-        document.write(stream)
+        del columns[_NORMAL]
+    return columns
 
 
 def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
@@ -224,6 +243,19 @@ def _read_vertices(path: Path) -> np.ndarray:
     if not len(elements["vertex"]):
         raise FileError(path, "holds no splats")
     return elements["vertex"]
+
+
+def _read(path: Path, vertices: np.ndarray, rows: slice) -> np.ndarray:
+    """Some rows of the file's vertices.
+
+    Where these are mapped into memory, the rows are read from the file after
+    all: pages that were looked at stay, and would be all of it in the end.
+    """
+    if not isinstance(vertices, np.memmap):
+        return vertices[rows]
+    dtype, start = vertices.dtype, rows.start * vertices.dtype.itemsize
+    count = min(rows.stop, len(vertices)) - rows.start
+    return np.fromfile(path, dtype, count, offset=vertices.offset + start)
 
 
 def _open_ply(path: Path) -> IO:
