@@ -10,10 +10,12 @@ from remosplat_drake.base.threads import blocks, in_parallel
 from remosplat_drake.oracle.kernels.solid_records import (
     are_enclosed,
     fill_boxes,
-    fill_records,
-    scatter_rows,
+    open_solids,
+    pack_solids,
 )
+from remosplat_drake.oracle.kernels.wide_tree import widen
 from remosplat_drake.splat.bvh import (
+    LEAF_SIZE,
     BoundingVolumeHierarchy,
     hierarchy_of,
     round_outwards,
@@ -27,6 +29,9 @@ from remosplat_drake.splat.hierarchy_cache import (
 
 _NONE = np.zeros(0, np.float32)
 _NONE.flags.writeable = False  # As the arrays of a splat: one kernel for both.
+
+PACKED = 12
+"""Numbers of a packed splat."""
 
 _BLOCK = 1 << 12
 """Splats whose records stay in a core's cache until they are used."""
@@ -47,22 +52,23 @@ def prepare_solids(
         solved: Whether closest points are converged.
 
     Returns:
-        The `nodes` of a `BoundingVolumeHierarchy`, and in its leaf order the
-        splats' `records`, see `splat_records`, and their indices, `order`.
+        A hierarchy as `widen` makes it, `wide` and `children`, and in its leaf
+        order the splats' `records`, see `pack_solids`, and indices, `order`.
     """
     index = _opaque(splat_W, min_opacity)
     if not is_kept(len(index)):
         hierarchy = hierarchy_of(_boxes(splat_W, index, n_sigma, solved))
-        return _in_leaf_order(splat_W, index, n_sigma, hierarchy)
+        return _searched(splat_W, index, hierarchy)
     key = _key(splat_W, n_sigma, min_opacity, solved)
     hierarchy = kept_hierarchy(key, len(index))
     if hierarchy is not None:
-        prepared = _in_leaf_order(splat_W, index, n_sigma, hierarchy)
-        if _holds(hierarchy, prepared["records"], solved):
+        prepared = _searched(splat_W, index, hierarchy)
+        if _holds(hierarchy, prepared["records"], n_sigma, solved):
             return prepared
+        del prepared
     hierarchy = hierarchy_of(_boxes(splat_W, index, n_sigma, solved))
     keep_hierarchy(key, hierarchy)
-    return _in_leaf_order(splat_W, index, n_sigma, hierarchy)
+    return _searched(splat_W, index, hierarchy)
 
 
 def _key(
@@ -86,10 +92,7 @@ def _key(
 def splat_records(
     splat_W: GaussianSplat, min_opacity: float, n_sigma: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Packs splats into rows of 16 numbers, described in `nearest_splat`.
-
-    The axes of a splat come in the order of falling semi-axes; a disc's
-    normal stays last.
+    """Writes splats as rows of 16 numbers, described in `solid`.
 
     Returns:
         The rows, shape (N, 16), and the splats' rising indices, shape (N,).
@@ -106,7 +109,8 @@ def splat_records(
 
 def _opaque(splat_W: GaussianSplat, min_opacity: float) -> np.ndarray:
     """The indices of splats that are opaque enough."""
-    return np.flatnonzero(splat_W.opacities >= min_opacity)
+    opaque = np.flatnonzero(splat_W.opacities >= min_opacity)
+    return opaque.astype(np.int32)
 
 
 def _use_records(
@@ -115,26 +119,39 @@ def _use_records(
     n_sigma: float,
     use: Callable[[slice, np.ndarray], None],
 ) -> None:
-    """Packs splats block by block, and hands them on: `use(rows, records)`."""
-    uncertainty = splat_W.uncertainty
+    """Opens splats block by block, and hands them on: `use(rows, records)`."""
+    in_turn = np.arange(_BLOCK, dtype=np.int32)
 
     def work(share: slice) -> None:
+        packed = np.empty((_BLOCK, PACKED), np.float32)
         memory = np.empty((_BLOCK, 16))
         for start in range(share.start, share.stop, _BLOCK):
             rows = slice(start, min(start + _BLOCK, share.stop))
-            records = memory[: rows.stop - start]
-            fill_records(
-                index[rows],
-                splat_W.p_GK,
-                splat_W.quaternions,
-                splat_W.scales,
-                _NONE if uncertainty is None else uncertainty,
-                float(n_sigma),
-                records,
-            )
-            use(rows, records)
+            n = rows.stop - start
+            _pack(splat_W, index[rows], in_turn[:n], packed)
+            open_solids(packed[:n], float(n_sigma), memory[:n])
+            use(rows, memory[:n])
 
     in_parallel(work, blocks(len(index), _SHARE))
+
+
+def _pack(
+    splat_W: GaussianSplat,
+    index: np.ndarray,
+    places: np.ndarray,
+    packed: np.ndarray,
+) -> None:
+    """Packs some splats into rows at these places."""
+    uncertainty = splat_W.uncertainty
+    pack_solids(
+        index,
+        splat_W.p_GK,
+        splat_W.quaternions,
+        splat_W.scales,
+        _NONE if uncertainty is None else uncertainty,
+        places,
+        packed,
+    )
 
 
 def _boxes(
@@ -152,34 +169,44 @@ def _boxes(
     return table
 
 
-def _in_leaf_order(
+def _searched(
     splat_W: GaussianSplat,
     index: np.ndarray,
-    n_sigma: float,
     hierarchy: BoundingVolumeHierarchy,
 ) -> dict[str, np.ndarray]:
+    """What queries search: the wide hierarchy, and splats in its leaf order."""
+    wide, children = widen(hierarchy.nodes, hierarchy.links, LEAF_SIZE)
     # To read in the splats' order and write here and there is faster than the
-    # other way round: a record fills two cache lines.
+    # other way round.
     places = np.empty(len(index), np.int32)
-    places[hierarchy.order] = np.arange(len(index))
-    records = np.empty((len(index), 16))
+    places[hierarchy.order] = np.arange(len(index), dtype=np.int32)
+    records = np.empty((len(index), PACKED), np.float32)
 
-    def store(rows: slice, block: np.ndarray) -> None:
-        scatter_rows(block, places[rows], records)
+    def pack(rows: slice) -> None:
+        _pack(splat_W, index[rows], places[rows], records)
 
-    _use_records(splat_W, index, n_sigma, store)
+    in_parallel(pack, blocks(len(index), _SHARE))
     order = index[hierarchy.order]
-    return {"nodes": hierarchy.nodes, "records": records, "order": order}
+    return {
+        "wide": wide,
+        "children": children,
+        "records": records,
+        "order": order,
+    }
 
 
 def _holds(
-    hierarchy: BoundingVolumeHierarchy, records: np.ndarray, solved: bool
+    hierarchy: BoundingVolumeHierarchy,
+    records: np.ndarray,
+    n_sigma: float,
+    solved: bool,
 ) -> bool:
     """Whether every box holds what is below it."""
 
     def look(nodes: slice) -> bool:
         return are_enclosed(
             records,
+            float(n_sigma),
             solved,
             hierarchy.nodes,
             hierarchy.links,

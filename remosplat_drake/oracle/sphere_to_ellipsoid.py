@@ -15,13 +15,11 @@ from remosplat_drake.oracle.kernels.nearest_splat import (
     query,
     query_parallel,
 )
-from remosplat_drake.oracle.kernels.wide_tree import widen
 from remosplat_drake.oracle.prepared_solids import prepare_solids
 from remosplat_drake.oracle.question import asked_in_one, question
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import Maps, together
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
-from remosplat_drake.splat.bvh import LEAF_SIZE
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _ONE_AT_A_TIME = Lock()
@@ -104,16 +102,14 @@ class SphereToEllipsoidField(DistanceField):
                 lambda: prepare_solids(kept, n_sigma, min_opacity, solved),
                 lambda: splat_W.content_hash,
             )
-        nodes, records = prepared["nodes"], prepared["records"]
         for array in prepared.values():
             array.flags.writeable = False
-        wide, children = widen(nodes, nodes.view(np.int32), LEAF_SIZE)
-        self._nodes = nodes
         self._tree = SplatTree(
-            wide,
-            children,
-            records,
+            prepared["wide"],
+            prepared["children"],
+            prepared["records"],
             prepared["order"],
+            float(n_sigma),
             splat_W.is_surfel,
             CONVERGE if bisection_steps is None else bisection_steps,
         )
@@ -131,7 +127,8 @@ class SphereToEllipsoidField(DistanceField):
         """The arrays that took time to compute, for the constructor."""
         tree = self._tree
         return {
-            "nodes": self._nodes,
+            "wide": tree.wide,
+            "children": tree.children,
             "records": tree.records,
             "order": tree.order,
         }

@@ -29,7 +29,7 @@ class BoundingVolumeHierarchy:
             is node 0.
         links: The same memory as integers: links[i, 14 + side] is the child
             node, or negative for a leaf, whose boxes `leaf_range` tells.
-        order: Box indices in leaf order, shape (n,).
+        order: Box indices in leaf order, shape (n,), int32.
     """
 
     nodes: np.ndarray
@@ -77,7 +77,7 @@ def hierarchy_of(table: np.ndarray) -> BoundingVolumeHierarchy:
     places = table.view(np.int32)[:, 7]
     places[:] = np.arange(len(table))
     nodes = build_nodes(table)
-    return BoundingVolumeHierarchy.of(nodes, places.astype(np.int64))
+    return BoundingVolumeHierarchy.of(nodes, places.copy())
 
 
 def are_sound(nodes: np.ndarray, order: np.ndarray, n: int) -> bool:

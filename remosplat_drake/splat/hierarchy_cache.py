@@ -54,7 +54,7 @@ def kept_hierarchy(key: str, n: int) -> BoundingVolumeHierarchy | None:
         return None
     with contextlib.suppress(OSError):
         os.utime(path)  # It has been used.
-    return BoundingVolumeHierarchy.of(nodes, order.astype(np.int64))
+    return BoundingVolumeHierarchy.of(nodes, order)
 
 
 def keep_hierarchy(key: str, hierarchy: BoundingVolumeHierarchy) -> None:
@@ -66,7 +66,7 @@ def keep_hierarchy(key: str, hierarchy: BoundingVolumeHierarchy) -> None:
     """
     arrays = {
         "nodes": hierarchy.nodes,
-        "order": hierarchy.order.astype(np.int32),
+        "order": hierarchy.order,
     }
     # A cache that cannot be written is no reason to stop.
     with contextlib.suppress(FileError):

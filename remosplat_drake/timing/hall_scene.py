@@ -24,7 +24,7 @@ _COVER = 0.8
 _ROUGHNESS = 0.002
 """Standard deviation of the discs' places about a surface [m]."""
 
-_TURNS = np.sqrt(0.5) * np.array([[1, 0, 1, 0], [1, -1, 0, 0], [1.4142136, 0, 0, 0]])
+_TURNS = np.array([[1, 0, 1, 0], [1, -1, 0, 0], [1, 0, 0, 0]])
 """Quaternions wxyz that turn z to the axes x, y and z."""
 
 
@@ -83,9 +83,7 @@ def _faces() -> tuple[np.ndarray, np.ndarray]:
 
 def _sides(lower: np.ndarray, upper: np.ndarray) -> list[np.ndarray]:
     """The four upright faces of a box."""
-    return [
-        _side(lower, upper, axis, end) for axis in (0, 1) for end in (0, 1)
-    ]
+    return [_side(lower, upper, axis, end) for axis in (0, 1) for end in (0, 1)]
 
 
 def _side(

@@ -184,9 +184,9 @@ def test_what_others_have_prepared_is_not_used(path):
     """A hierarchy without boxes would lead past everything."""
     write_map(path, a_map())
     header, pieces = mutations.take_apart(path.read_bytes())
-    spoilt = bytes(len(pieces["field.nodes"]))
+    spoilt = bytes(len(pieces["field.wide"]))
     path.write_bytes(
-        mutations.with_sums(header, pieces | {"field.nodes": spoilt})
+        mutations.with_sums(header, pieces | {"field.wide": spoilt})
     )
     expected = a_map().field.clearances(SPHERES).distance
     answer = open_map(path).field.clearances(SPHERES).distance

@@ -187,7 +187,7 @@ def test_a_map_of_another_process_is_checked_and_written_anew(table, tmp_path):
     (ready,) = of_type(until_told(process), MapReady)
     assert ready.version == 2 and session.map_path(2).stat().st_ino != before
     scene_map = open_map(ready.path, ready.seal)
-    assert not scene_map.field.prepared["nodes"].flags.owndata
+    assert not scene_map.field.prepared["wide"].flags.owndata
     # What is damaged is told, and nothing has changed.
     path = session.map_path(1)
     data = bytearray(path.read_bytes())

@@ -5,6 +5,7 @@ import pytest
 
 from remosplat_drake.base import threads
 from remosplat_drake.oracle import prepared_solids
+from remosplat_drake.oracle.kernels.solid_records import open_solids
 from remosplat_drake.oracle.prepared_solids import (
     prepare_solids,
     splat_records,
@@ -63,7 +64,9 @@ def test_records_stand_in_leaf_order():
     records, index = splat_records(splat, 0.1, 1.0)
     place = np.searchsorted(index, prepared["order"])
     np.testing.assert_array_equal(index[place], prepared["order"])
-    np.testing.assert_array_equal(prepared["records"], records[place])
+    opened = np.empty((len(place), 16))
+    open_solids(prepared["records"], 1.0, opened)
+    np.testing.assert_array_equal(opened, records[place])
 
 
 def test_a_hierarchy_is_built_once(builds):

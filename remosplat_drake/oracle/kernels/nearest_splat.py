@@ -1,8 +1,8 @@
 """Nearest splat of many points: branch and bound in the hierarchy (numba).
 
-All kernels here work on plain arrays. A splat is a record of 16 numbers in
-leaf order: centre p_WK, the columns of R_WK sorted by falling semi-axis, the
-three semi-axes (the last 0 for a disc) and the splat's uncertainty.
+All kernels here work on plain arrays. The splats stand in leaf order, packed
+into 48 bytes each, see `pack_solids`: what a query reads of memory costs more
+than to open the few that may be the nearest, see `solid`.
 
 Uncertainty makes a splat that much nearer: what is looked for is the least
 distance minus uncertainty. The hierarchy's boxes are wider by it on all sides,
@@ -30,6 +30,12 @@ from remosplat_drake.oracle.kernels.near_children import (
     node_address,
     raised,
 )
+from remosplat_drake.oracle.kernels.solid_records import (
+    columns,
+    falling,
+    semi_axes,
+    solid,
+)
 from remosplat_drake.oracle.kernels.wide_tree import MOST_WAITING, WIDTH
 from remosplat_drake.signals.compiled_map import answers
 from remosplat_drake.splat.bvh import leaf_range
@@ -50,8 +56,9 @@ class SplatTree(NamedTuple):
     Attributes:
         wide: Boxes of the wide hierarchy, see `widen`.
         children: The numbers of its children.
-        records: Splats in leaf order, shape (N, 16).
+        records: Splats in leaf order, see `pack_solids`, shape (N, 12).
         order: Their indices in the splat, shape (N,).
+        n_sigma: Semi-axes in standard deviations.
         is_surfel: Whether the splats are discs, not ellipsoids.
         steps: Number of bisection steps, or CONVERGE.
     """
@@ -60,6 +67,7 @@ class SplatTree(NamedTuple):
     children: np.ndarray
     records: np.ndarray
     order: np.ndarray
+    n_sigma: float
     is_surfel: bool
     steps: int
 
@@ -97,8 +105,9 @@ def query_parallel(tree, spheres, answer):
 def query_every_splat(records, is_surfel, steps, spheres, answer):
     """Finds the nearest splat of every sphere by trying all pairs.
 
-    It is what `query` must equal. The records are sorted by splat index, so of
-    several nearest splats the first has the lowest one.
+    It is what `query` must equal. The records are those of `open_solids`,
+    sorted by splat index: of several nearest splats the first has the lowest
+    one.
     """
     for i in range(len(answer)):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])
@@ -137,7 +146,8 @@ def _query_range(tree, spheres, answer, start, stop):
         answer[i, 0] = best[1]
         if best[1] >= 0:
             place = best[1]
-            _write_answer(tree.records[place], p, best, answer[i])
+            splat = solid(tree.records[place], tree.n_sigma)
+            _write_answer(splat, p, best, answer[i])
 
 
 @helper
@@ -207,15 +217,19 @@ def _nearer(tree, place, p, floor, best):
     Of the best its distance less its uncertainty, its place, and the closest
     point in its frame.
     """
-    splat = tree.records[place]
-    if splat[2] < floor:
+    packed = tree.records[place]
+    if packed[2] < floor:
         return best
-    y, e = _in_splat_frame(splat, p)
+    d = p[0] - packed[0], p[1] - packed[1], p[2] - packed[2]
+    e, uncertainty = semi_axes(packed, tree.n_sigma), np.float64(packed[10])
     # Beside a large uncertainty, small distances are rounded to its digits.
-    if box_distance_squared(y, e) > _limit(best[0] + splat[15] * _ROUNDED_UP):
+    limit = _limit(best[0] + uncertainty * _ROUNDED_UP)
+    y = _along(columns(packed), d)
+    if box_distance_squared(y, e) > limit:
         return best
+    e, y = falling(e, y)
     distance, x = _closest_on_splat(y, e, tree.is_surfel, tree.steps)
-    distance -= splat[15]
+    distance -= uncertainty
     if distance < best[0]:
         return distance, place, x
     # A tie goes to the lowest index, whatever the order of the visits.
@@ -223,6 +237,17 @@ def _nearer(tree, place, p, floor, best):
     if tie and tree.order[place] < tree.order[best[1]]:
         return distance, place, x
     return best
+
+
+@helper
+def _along(axes, d):
+    """The parts of a vector along three axes."""
+    u, v, w = axes
+    return (
+        u[0] * d[0] + u[1] * d[1] + u[2] * d[2],
+        v[0] * d[0] + v[1] * d[1] + v[2] * d[2],
+        w[0] * d[0] + w[1] * d[1] + w[2] * d[2],
+    )
 
 
 @helper

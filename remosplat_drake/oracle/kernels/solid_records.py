@@ -10,10 +10,17 @@ import numpy as np
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.splat.bvh import leaf_range
 
+_INFINITE = np.float32(np.inf)
+
 
 @kernel
-def fill_records(index, p_WK, quaternions, scales, uncertainty, n_sigma, rows):
-    """Packs splats into rows of 16 numbers, described in `nearest_splat`.
+def pack_solids(index, p_WK, quaternions, scales, uncertainty, places, rows):
+    """Packs splats into rows of 12 numbers, in which queries search.
+
+    A row holds what the splat's file does, and loses nothing of it: centre
+    p_WK, quaternion wxyz, three standard deviations (the last 0 for a disc)
+    and the uncertainty. Last comes the radius of a ball around all of the
+    splat's box, in standard deviations.
 
     Args:
         index: The splats to pack, shape (n,).
@@ -21,70 +28,100 @@ def fill_records(index, p_WK, quaternions, scales, uncertainty, n_sigma, rows):
         quaternions: Their orientations wxyz, shape (N, 4).
         scales: Their standard deviations, shape (N, 2) or (N, 3) [m].
         uncertainty: Their uncertainty, shape (N,) [m]; empty for none.
-        n_sigma: Semi-axes in standard deviations.
-        rows: Filled in, shape (n, 16).
+        places: The row of each that is packed, shape (n,).
+        rows: Filled in at these places, shape (m, 12), single precision.
     """
     n_axes = scales.shape[1]
     for i in range(len(index)):
-        k = index[i]
+        k, row = index[i], rows[places[i]]
+        square = 0.0
         for j in range(3):
-            rows[i, j] = p_WK[k, j]
-        a = n_sigma * np.float64(scales[k, 0])
-        b = n_sigma * np.float64(scales[k, 1])
-        c = n_sigma * np.float64(scales[k, 2]) if n_axes == 3 else 0.0
-        # Falling semi-axes, of equal ones the first before the second.
-        first = 0 if a >= b and a >= c else (1 if b >= c else 2)
-        last = 2 if c <= a and c <= b else (1 if b <= a else 0)
-        middle = 3 - first - last
-        x, y, z = _columns(quaternions[k])
-        _axis(rows[i], 0, first, x, y, z, a, b, c)
-        _axis(rows[i], 1, middle, x, y, z, a, b, c)
-        _axis(rows[i], 2, last, x, y, z, a, b, c)
-        rows[i, 15] = uncertainty[k] if len(uncertainty) else 0.0
-
-
-@helper
-def _axis(row, place, which, x, y, z, a, b, c):
-    """Writes axis `which` and its length as the one in this place."""
-    if which == 0:
-        axis, length = x, a
-    elif which == 1:
-        axis, length = y, b
-    else:
-        axis, length = z, c
-    row[3 + 3 * place] = axis[0]
-    row[4 + 3 * place] = axis[1]
-    row[5 + 3 * place] = axis[2]
-    row[12 + place] = length
-
-
-@helper
-def _columns(wxyz):
-    """The columns of a quaternion's rotation matrix."""
-    w, x = np.float64(wxyz[0]), np.float64(wxyz[1])
-    y, z = np.float64(wxyz[2]), np.float64(wxyz[3])
-    # Unit quaternions of floats are off by 1e-7; rotations should not be.
-    length = math.sqrt(w * w + x * x + y * y + z * z)
-    w, x, y, z = w / length, x / length, y / length, z / length
-    return (
-        (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
-        (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
-        (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)),
-    )
+            row[j] = p_WK[k, j]
+            row[7 + j] = scales[k, j] if j < n_axes else 0.0
+            square += np.float64(row[7 + j]) ** 2
+        for j in range(4):
+            row[3 + j] = quaternions[k, j]
+        row[10] = uncertainty[k] if len(uncertainty) else 0.0
+        row[11] = np.nextafter(np.float32(math.sqrt(square)), _INFINITE)
 
 
 @kernel
-def scatter_rows(rows, places, others):
-    """Writes rows of 16 numbers to other places.
+def open_solids(packed, n_sigma, rows):
+    """Writes packed splats as rows of 16 numbers, described in `solid`.
 
     Args:
-        rows: Shape (n, 16).
-        places: Row of `others` for each, shape (n,).
-        others: Filled in at these places, shape (N, 16).
+        packed: The splats, as `pack_solids` packs them, shape (n, 12).
+        n_sigma: Semi-axes in standard deviations.
+        rows: Filled in, shape (n, 16), double precision.
     """
-    for i in range(len(rows)):
+    for i in range(len(packed)):
+        opened = solid(packed[i], n_sigma)
         for j in range(16):
-            others[places[i], j] = rows[i, j]
+            rows[i, j] = opened[j]
+
+
+@helper
+def solid(row, n_sigma):
+    """Opens a packed splat in double precision.
+
+    Args:
+        row: A row of `pack_solids`.
+        n_sigma: Semi-axes in standard deviations.
+
+    Returns:
+        Sixteen numbers: centre p_WK, the columns of R_WK sorted by falling
+        semi-axis, the three semi-axes (the last 0 for a disc) and the
+        uncertainty.
+    """
+    x, y, z = columns(row)
+    e, (x, y, z) = falling(semi_axes(row, n_sigma), (x, y, z))
+    p = np.float64(row[0]), np.float64(row[1]), np.float64(row[2])
+    return (*p, *x, *y, *z, *e, np.float64(row[10]))
+
+
+@helper
+def columns(row):
+    """The columns of the rotation matrix R_WK of a packed splat."""
+    w, x = np.float64(row[3]), np.float64(row[4])
+    y, z = np.float64(row[5]), np.float64(row[6])
+    # Unit quaternions of floats are off by 1e-7; rotations should not be.
+    s = 2.0 / (w * w + x * x + y * y + z * z)
+    xs, ys, zs = s * x, s * y, s * z
+    xx, yy, zz = x * xs, y * ys, z * zs
+    xy, xz, yz = x * ys, x * zs, y * zs
+    wx, wy, wz = w * xs, w * ys, w * zs
+    return (
+        (1 - (yy + zz), xy + wz, xz - wy),
+        (xy - wz, 1 - (xx + zz), yz + wx),
+        (xz + wy, yz - wx, 1 - (xx + yy)),
+    )
+
+
+@helper
+def semi_axes(row, n_sigma):
+    """The semi-axes of a packed splat, in the order of its own axes."""
+    return (
+        n_sigma * np.float64(row[7]),
+        n_sigma * np.float64(row[8]),
+        n_sigma * np.float64(row[9]),
+    )
+
+
+@helper
+def falling(e, others):
+    """Sorts semi-axes so that they fall, and what belongs to each with them.
+
+    Of equal ones the first stays before the second.
+    """
+    a, b, c = e
+    x, y, z = others
+    if b > a:
+        a, b, x, y = b, a, y, x
+    if c > b:
+        b, c, y, z = c, b, z, y
+        if b > a:
+            a, b, x, y = b, a, y, x
+    return (a, b, c), (x, y, z)
 
 
 @kernel
@@ -96,7 +133,7 @@ def fill_boxes(rows, solved, boxes):
     reaches beyond it to all sides.
 
     Args:
-        rows: The splats, as `fill_records` fills them, shape (n, 16).
+        rows: The splats, as `open_solids` writes them, shape (n, 16).
         solved: Whether closest points are converged.
         boxes: Filled in, shape (n, 7): lower corner, upper corner, height of
             the centre [m].
@@ -124,11 +161,12 @@ def _bound(row, solved, box):
 
 
 @kernel
-def are_enclosed(rows, solved, nodes, links, first, end) -> bool:
+def are_enclosed(packed, n_sigma, solved, nodes, links, first, end) -> bool:
     """Returns whether some nodes of a hierarchy hold what is below them.
 
     Args:
-        rows: The splats, as `fill_records` fills them, in leaf order.
+        packed: The splats in leaf order, as `pack_solids` packs them.
+        n_sigma: Semi-axes in standard deviations.
         solved: Whether closest points are converged.
         nodes: Nodes of a sound `BoundingVolumeHierarchy`.
         links: Its links.
@@ -147,7 +185,7 @@ def are_enclosed(rows, solved, nodes, links, first, end) -> bool:
                 continue
             a, b = leaf_range(link)
             for place in range(a, b):
-                _bound(rows[place], solved, box)
+                _bound(solid(packed[place], n_sigma), solved, box)
                 if not _holds(nodes[i], side, box):
                     return False
     return True
