@@ -8,12 +8,15 @@ from remosplat_drake.cockpit.messages import CockpitJob, Look, MapPicture
 from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.visualization.splat_view import MIN_OPACITY
+from remosplat_drake.visualization.splat_view import opaque
 from remosplat_drake.visualization.unseen_space import (
     frontier_mesh,
     merged,
     smoothed,
 )
+
+MOST_GAUSSIANS = 1_000_000
+"""Largest number of Gaussians that are drawn: those that cover most."""
 
 _AMBER, _VEIL, _SOLID = (255, 150, 30), (120, 90, 200), (150, 170, 175)
 _THIN = 1e-3
@@ -163,7 +166,7 @@ def draw_splat(
         name: Name of the node.
         splat: The splat, in the node's frame.
     """
-    shown = splat.select(splat.opacities >= MIN_OPACITY)
+    shown = opaque(splat, MOST_GAUSSIANS)
     scales = shown.scales
     if shown.is_surfel:
         thin = np.full((len(shown), 1), _THIN, np.float32)

@@ -188,17 +188,19 @@ def _surface_points(
     if not radius:
         raise RemoSplatError("no floor: the splats are all in one place")
     inner = np.flatnonzero(distance <= _MARGIN * radius)
-    axes = np.argsort(-splat.scales[inner], axis=1)[:, :2]
-    scales = np.take_along_axis(splat.scales[inner], axes, axis=1).astype(float)
     # What is larger than this is a blob, and covers no more than this.
-    scales = np.minimum(scales, 5 * _THICKNESS * radius)
-    weight = scales.prod(axis=1) * splat.opacities[inner]
-    chosen = rng.choice(len(inner), _SAMPLES, p=weight / weight.sum())
+    most = 5 * _THICKNESS * radius
+    largest = np.sort(splat.scales[inner], axis=1)[:, :-3:-1].astype(float)
+    weight = np.minimum(largest, most).prod(axis=1) * splat.opacities[inner]
+    kept = inner[rng.choice(len(inner), _SAMPLES, p=weight / weight.sum())]
+    # Only of these few: of a large splat all would be too much at once.
+    few = splat.select(kept)
+    axes = np.argsort(-few.scales, axis=1)[:, :2]
+    scales = np.take_along_axis(few.scales, axes, axis=1).astype(float)
+    offsets = np.minimum(scales, most) * rng.normal(size=(_SAMPLES, 2))
     p_K = np.zeros((_SAMPLES, 3))
-    offsets = scales[chosen] * rng.normal(size=(_SAMPLES, 2))
-    np.put_along_axis(p_K, axes[chosen], offsets, axis=1)
-    kept = inner[chosen]
-    return p_GK[kept] + np.einsum("nij,nj->ni", splat.R_GK[kept], p_K), radius
+    np.put_along_axis(p_K, axes, offsets, axis=1)
+    return p_GK[kept] + np.einsum("nij,nj->ni", few.R_GK, p_K), radius
 
 
 def _hypotheses(

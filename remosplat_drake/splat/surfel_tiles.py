@@ -62,6 +62,8 @@ def make_tiles(
             so that the page shows what the robot avoids.
     """
     if order is None:
+        # A map of a building is thinned first: it has too many to sort.
+        splat = largest(splat, MAX_SURFELS, min_opacity)
         p_GK = splat.p_GK.astype(float)
         order = build_hierarchy(p_GK, p_GK, p_GK[:, 2]).order
     order = order[splat.opacities[order] >= min_opacity]
@@ -121,13 +123,29 @@ def polygon_faces(count: int, sides: int) -> np.ndarray:
     return faces
 
 
-def largest(splat: GaussianSplat, count: int) -> GaussianSplat:
-    """Returns at most `count` splats, those of largest area times opacity."""
-    if len(splat) <= count:
-        return splat
-    two = np.sort(splat.scales, axis=1)[:, -2:]
-    cover = two[:, 0] * two[:, 1] * splat.opacities
-    return splat.select(np.sort(np.argsort(-cover, kind="stable")[:count]))
+def largest(
+    splat: GaussianSplat, count: int, min_opacity: float = 0.0
+) -> GaussianSplat:
+    """Returns at most `count` splats, those of largest area times opacity.
+
+    Of splats that cover equally much the first ones are taken. The splats keep
+    their order.
+
+    Args:
+        splat: The splats.
+        count: Greatest number of those that are returned.
+        min_opacity: Fainter splats are left out.
+    """
+    is_shown = splat.opacities >= min_opacity
+    if np.count_nonzero(is_shown) > count:
+        two = np.sort(splat.scales, axis=1)[:, -2:]
+        cover = two[:, 0] * two[:, 1] * splat.opacities
+        cover[~is_shown] = -1.0
+        least = np.partition(cover, -count)[-count]
+        is_shown = cover > least
+        ties = np.flatnonzero(cover == least)
+        is_shown[ties[: count - np.count_nonzero(is_shown)]] = True
+    return splat if is_shown.all() else splat.select(is_shown)
 
 
 def _tile(splat: GaussianSplat, n_sigma: float) -> SurfelTile:

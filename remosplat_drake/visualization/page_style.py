@@ -25,6 +25,7 @@ TOPICS = (
     "log",
     "target",
     "map",
+    "splat",
     "controller",
     "guidance",
     "traces",

@@ -24,6 +24,9 @@ _POINT_RADIUS = 0.006  # [m]
 class SplatView:
     """Draws a splat once; a button steps through surfels, points and off.
 
+    Of a splat that is too large for a browser the discs that cover most are
+    drawn, and the page says how many of how many.
+
     Args:
         page: The page to draw on.
         splat: The splat in its frame G.
@@ -43,6 +46,8 @@ class SplatView:
             instanced = InstancedSplat(shown, N_SIGMA)
             meshcat.SetObject(SURFELS, instanced.surfels())
             meshcat.SetObject(POINTS, instanced.points(_POINT_RADIUS))
+        if len(shown) == MAX_SURFELS < len(splat):
+            page.set_status(shown_of(len(shown), len(splat)), "splat")
         page.add_toggle(
             Toggle(
                 meshcat,
@@ -51,6 +56,16 @@ class SplatView:
                 states=[[SURFELS], [POINTS], []],
             )
         )
+
+
+def shown_of(shown: int, count: int) -> str:
+    """Says that a page does not show all splats.
+
+    Args:
+        shown: Number of splats that it shows.
+        count: Number of splats that there are.
+    """
+    return f"{shown:,} of {count:,} splats shown"
 
 
 def draw_surfels(
@@ -71,4 +86,4 @@ def draw_surfels(
 
 def opaque(splat: GaussianSplat, count: int) -> GaussianSplat:
     """Returns the splats worth drawing, at most `count` of them."""
-    return largest(splat.select(splat.opacities >= MIN_OPACITY), count)
+    return largest(splat, count, MIN_OPACITY)

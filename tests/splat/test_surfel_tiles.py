@@ -4,6 +4,8 @@ import copy
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from remosplat_drake.base.colors import linear_rgb
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -70,6 +72,32 @@ def test_largest_keeps_what_covers_most():
     kept = largest(splat, 2)
     np.testing.assert_array_equal(kept.p_GK, splat.p_GK[[1, 2]])
     assert largest(splat, 4) is splat
+    kept = largest(splat, 4, min_opacity=0.5)
+    np.testing.assert_array_equal(kept.p_GK, splat.p_GK[:3])
+
+
+def test_of_equal_splats_the_first_are_kept():
+    kept = largest(make_splat([[0.2, 0.1]] * 3 + [[0.2, 0.3]]), 3)
+    np.testing.assert_array_equal(kept.p_GK[:, 0], [0, 3, 9])
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.sampled_from([2, 3]))
+def test_largest_are_those_of_a_sorted_list(seed, count, n_scales):
+    rng = np.random.default_rng(seed)
+    splat = make_splat(
+        rng.choice([0.1, 0.2, 0.3], (10, n_scales)), rng.choice([0.2, 0.9], 10)
+    )
+    faint = np.float32(0.5)
+    by_cover = sorted(
+        (i for i in range(10) if splat.opacities[i] >= faint),
+        key=lambda i: (
+            -np.prod(np.sort(splat.scales[i])[-2:]) * splat.opacities[i],
+            i,
+        ),
+    )
+    kept = largest(splat, count, 0.5)
+    expected = splat.select(np.sort(by_cover[:count]).astype(int))
+    np.testing.assert_array_equal(kept.p_GK, expected.p_GK)
 
 
 def scattered(n: int, **changes) -> GaussianSplat:

@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.visualization import splat_view
 from remosplat_drake.visualization.page_style import toggle
 from remosplat_drake.visualization.splat_view import (
     POINTS,
@@ -45,3 +46,12 @@ def test_faint_splats_are_not_drawn(page):
     assert len(opaque(splat, 10)) == 2
     SplatView(page, splat.select(np.array([0])))
     assert page.meshcat._GetPackedObject(SURFELS) == b""
+
+
+def test_a_page_says_how_many_splats_it_shows(page, monkeypatch):
+    monkeypatch.setattr(splat_view, "MAX_SURFELS", 2)
+    splat = make_splat([[0.1, 0.1]] * 3)
+    SplatView(page, splat.select(slice(0, 2)))
+    assert "splat" not in page.status
+    SplatView(page, splat)
+    assert page.status["splat"] == "2 of 3 splats shown"
