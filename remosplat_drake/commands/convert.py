@@ -4,15 +4,23 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+from pydrake.math import RigidTransform
 
+from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
+from remosplat_drake.commands.splat_cleaning import (
+    add_cleaning_arguments,
+    check_cleaning,
+    cleaned,
+)
 from remosplat_drake.commands.splat_placement import (
     add_placement_arguments,
     check_placement,
-    placed,
+    find_placement,
 )
 from remosplat_drake.commands.tables import open_console
+from remosplat_drake.splat.cleaning.junk_page import junk_page, page_path
 from remosplat_drake.splat.codecs.conversion_error import conversion_error
 from remosplat_drake.splat.formats import (
     FORMATS,
@@ -29,6 +37,7 @@ EXAMPLES = """
 remosplat convert kitchen.ply kitchen.spz
 remosplat convert kitchen.ply kitchen.sog --crop -2 -2 0 2 2 2
 remosplat convert phone.ply kitchen.ply --scale 0.37 --align floor --up 0 1 0
+remosplat convert phone.ply kitchen.ply --clean --guide --length 4.2
 """
 """What `--help` ends with."""
 
@@ -62,11 +71,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=_MODELS,
         help="what a checkpoint holds, if its name does not tell",
     )
+    add_cleaning_arguments(parser)
     add_placement_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Converts the file, and prints what was done and lost."""
+    check_cleaning(arguments)
     check_placement(arguments)
     target = format_of_name(arguments.output)
     source = resolve(arguments.source)
@@ -74,12 +85,25 @@ def run(arguments: argparse.Namespace) -> int:
     console = open_console(highlight=False, soft_wrap=True)
     title = format_of_file(source).title
     console.print(f"{source}: {title}, {_description(splat)}")
+    whole, junk = splat, None
+    if arguments.clean:
+        splat, junk = cleaned(splat, arguments, source, console)
     if arguments.crop is not None:
         splat = _cropped(splat, arguments.crop)
-    splat = placed(splat, arguments, console)
+    X_FG, scale = find_placement(splat, arguments, console)
+    if X_FG is not None or scale != 1:
+        splat = splat.transformed(X_FG or RigidTransform(), scale)
     if arguments.surfels:
         splat = flattened(splat)
     target.write(arguments.output, splat)
+    if junk is not None:
+        page = page_path(arguments.output)
+        p_FK = scale * whole.p_GK.astype(float)
+        if X_FG is not None:
+            p_FK = X_FG.multiply(p_FK.T).T
+        name = arguments.output.name
+        write_atomically(page, junk_page(junk, p_FK, name, X_FG is not None))
+        console.print(f"{page}: what was removed, seen from two sides")
     console.print(f"{arguments.output}: {target.title}, {_description(splat)}")
     if splat.is_surfel and not target.keeps_surfels:
         console.print(

@@ -12,6 +12,14 @@ from remosplat_drake.commands.flags import (
     check_positive,
     flag_name,
 )
+from remosplat_drake.commands.splat_guide import (
+    add_guide_arguments,
+    check_guide,
+    guided,
+    scaled_pose,
+    turn_in_words,
+    words_of_floor,
+)
 from remosplat_drake.reconstruction.splat_floor import (
     SplatFloor,
     find_splat_floor,
@@ -37,8 +45,8 @@ def add_placement_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "unit and frame",
         "What these flags say is in A's own coordinates, as a viewer of A shows"
-        " them. In this order the splat is cropped, scaled, set upright and"
-        " made of surfels.",
+        " them. In this order the splat is cleaned, cropped, scaled, set"
+        " upright and made of surfels.",
     )
     scale = group.add_mutually_exclusive_group()
     scale.add_argument(
@@ -75,6 +83,7 @@ def add_placement_arguments(parser: argparse.ArgumentParser) -> None:
         " files of COLMAP, 0 1 0 in many of phones (default: the side of the"
         " floor on which most of the splat is)",
     )
+    add_guide_arguments(group)
 
 
 def check_placement(arguments: argparse.Namespace) -> None:
@@ -84,6 +93,7 @@ def check_placement(arguments: argparse.Namespace) -> None:
         FieldError: A number is not finite or enormous, a scale or points are
             unusable, or `--up` has no length or nothing to do.
     """
+    check_guide(arguments)
     check_positive("convert", arguments, "scale")
     for name in ("scale_by", "align_points", "up"):
         check_finite("convert", arguments, name)
@@ -100,15 +110,25 @@ def check_placement(arguments: argparse.Namespace) -> None:
     _frame(arguments)
 
 
-def placed(
+def find_placement(
     splat_G: GaussianSplat, arguments: argparse.Namespace, console: Console
-) -> GaussianSplat:
-    """Scales a splat and sets it upright as the flags say, and says so.
+) -> tuple[RigidTransform | None, float]:
+    """Finds where the flags put a splat, and says so.
+
+    Args:
+        splat_G: The splat, as its file has it.
+        arguments: The command line.
+        console: Where it is said.
+
+    Returns:
+        The pose X_FG of the splat's frame, None where that stays as it is, and
+        metres per unit.
 
     Raises:
-        RemoSplatError: There is no clear floor, or a splat's numbers would be
-            too small or too large.
+        RemoSplatError: There is no clear floor.
     """
+    if arguments.guide:
+        return guided(splat_G, arguments.length, console)
     scale = _scale(arguments)
     if scale is not None:
         console.print(f"Scaled by {scale:.6g}: {_size(splat_G, scale)}.")
@@ -116,14 +136,12 @@ def placed(
     X_FG = _frame(arguments)
     if arguments.align is not None:
         floor = _floor(splat_G, arguments.up)
-        X_FG = _scaled(floor.X_FG, scale)
-        console.print(_words_of_floor(floor, X_FG))
+        X_FG = scaled_pose(floor.X_FG, scale)
+        console.print(words_of_floor(floor, X_FG))
     elif X_FG is not None:
-        X_FG = _scaled(X_FG, scale)
+        X_FG = scaled_pose(X_FG, scale)
         console.print(_words_of_points(splat_G, X_FG, scale))
-    if X_FG is None and scale == 1:
-        return splat_G
-    return splat_G.transformed(X_FG or RigidTransform(), scale)
+    return X_FG, scale
 
 
 def _scale(arguments: argparse.Namespace) -> float | None:
@@ -167,37 +185,18 @@ def _floor(splat_G: GaussianSplat, up_G: list[float] | None) -> SplatFloor:
         raise FieldError("convert", "--align", problem) from error
 
 
-def _words_of_floor(floor: SplatFloor, X_FG: RigidTransform) -> str:
-    return (
-        f"Floor: {100 * floor.share:.0f} % of the splat's surface, with"
-        f" {100 * floor.beneath:.1f} % beneath it. {_turn(X_FG)}, and moved by"
-        f" {X_FG.translation()[2]:.3f} m in height; z is up, and the floor"
-        " z = 0."
-    )
-
-
 def _words_of_points(
     splat_G: GaussianSplat, X_FG: RigidTransform, scale: float
 ) -> str:
     z_F = splat_G.p_GK @ (scale * X_FG.rotation().matrix()[2])
     above = float((z_F + X_FG.translation()[2] > 0).mean())
     words = (
-        f"{_turn(X_FG)}, onto the three points; z is up, and the first one the"
-        f" origin. {100 * above:.0f} % of the splats are above."
+        f"{turn_in_words(X_FG)}, onto the three points; z is up, and the first"
+        f" one the origin. {100 * above:.0f} % of the splats are above."
     )
     if above < 0.5:
         words += " Were the points clockwise, seen from above?"
     return words
-
-
-def _scaled(X_FG: RigidTransform, scale: float) -> RigidTransform:
-    """The pose of a frame that was found in A's unit, in metres."""
-    return RigidTransform(X_FG.rotation(), scale * X_FG.translation())
-
-
-def _turn(X_FG: RigidTransform) -> str:
-    tilt = np.arccos(np.clip(X_FG.rotation().matrix()[2, 2], -1, 1))
-    return f"A's z axis is turned by {np.degrees(tilt):.1f} degrees"
 
 
 def _size(splat: GaussianSplat, scale: float) -> str:

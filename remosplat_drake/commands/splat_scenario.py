@@ -53,6 +53,12 @@ _HINT = (
     " ...}}')"
 )
 
+_UNSEEN = (
+    "nobody knows which space the cameras of this splat saw, so that all counts"
+    " as free where there is no splat; `remosplat reconstruct` writes that"
+    " beside a splat that it makes of a capture"
+)
+
 
 def load_given(
     spec: str | None,
@@ -152,6 +158,8 @@ def _made_up(
         write_atomically(save, named)
         keeps = f"it is in {save}"
     _say(console, f"no scenario given: {_words(task, robot)}; {keeps}")
+    if seen_file(scenario) is None:
+        _say(console, _UNSEEN)
     return scenario
 
 

@@ -1,0 +1,111 @@
+"""Flags that remove junk from a splat, and what they do."""
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+
+from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.progress import Progress
+from remosplat_drake.commands.tables import print_table
+from remosplat_drake.splat.cleaning.junk import Junk, find_junk
+from remosplat_drake.splat.cleaning.junk_page import UNBOUNDED, junk_table
+from remosplat_drake.splat.cleaning.views import (
+    TRANSFORMS,
+    Views,
+    read_views,
+)
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+_LEAST_SEEN = 0.5
+"""Least fraction of a splat that its own cameras look at."""
+
+
+def add_cleaning_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the flags that remove junk."""
+    group = parser.add_argument_group(
+        "cleaning",
+        "What other programs train holds splats that are no surface. These"
+        " flags remove them before all else, and write B.clean.html, which"
+        " shows them. What touches a large part of the scene stays, unless it"
+        " is nearly transparent or far too large.",
+    )
+    group.add_argument(
+        "--clean",
+        action="store_true",
+        help="remove faint splats, giants, needles, sky and floaters",
+    )
+    group.add_argument(
+        "--views",
+        type=Path,
+        metavar="TRANSFORMS",
+        help="cameras of the training, for --clean: a transforms.json in A's"
+        f" coordinates (default: the {TRANSFORMS} beside A, if it fits)",
+    )
+
+
+def check_cleaning(arguments: argparse.Namespace) -> None:
+    """Checks the flags by themselves, before a file is read.
+
+    Raises:
+        FieldError: `--views` has nothing to do.
+    """
+    if arguments.views is not None and not arguments.clean:
+        problem = "tells --clean what was seen; give both"
+        raise FieldError("convert", "--views", problem)
+
+
+def cleaned(
+    splat: GaussianSplat,
+    arguments: argparse.Namespace,
+    source: Path,
+    console: Console,
+) -> tuple[GaussianSplat, Junk]:
+    """Removes junk from a splat, and says how much of what kind.
+
+    Args:
+        splat: The splat, as its file has it.
+        arguments: The command line.
+        source: The splat's file.
+        console: Where it is said.
+
+    Returns:
+        What is left, and what was removed.
+
+    Raises:
+        RemoSplatError: The cameras are unusable, or nothing is left.
+    """
+    views = _views(splat, arguments, source, console)
+    with Progress(console) as progress:
+        junk = find_junk(splat, views, progress.report)
+    if not junk.is_kept.any():
+        raise FieldError("convert", "--clean", "leaves no splats")
+    print_table(console, junk_table(junk))
+    console.print(UNBOUNDED)
+    return splat.select(junk.is_kept), junk
+
+
+def _views(
+    splat: GaussianSplat,
+    arguments: argparse.Namespace,
+    source: Path,
+    console: Console,
+) -> Views | None:
+    """The cameras that the flag names, or else those beside the splat."""
+    beside = source.parent / TRANSFORMS
+    path = arguments.views or (beside if beside.is_file() else None)
+    if path is None:
+        return None
+    views = read_views(path)
+    seen = views.seen_share(splat.p_GK)
+    if seen >= _LEAST_SEEN:
+        console.print(f"{path}: {len(views)} cameras tell what was seen.")
+        return views
+    problem = (
+        f"its cameras look at {100 * seen:.0f} % of the splats; is the splat in"
+        " another frame or unit?"
+    )
+    if arguments.views is not None:
+        raise FileError(path, problem)
+    console.print(f"{path}: not used: {problem}")
+    return None

@@ -1,0 +1,179 @@
+"""`remosplat convert --guide`: proposes what is up, the floor and the scale."""
+
+import argparse
+
+import numpy as np
+from pydrake.math import RigidTransform
+from rich.console import Console
+
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.commands.flags import check_positive, flag_name
+from remosplat_drake.reconstruction.splat_floor import (
+    SplatFloor,
+    find_splat_floor,
+)
+from remosplat_drake.splat.gaussian_splat import (
+    LARGEST_SCALE,
+    LEAST_SCALE,
+    GaussianSplat,
+)
+
+_OUTSIDE = 0.02
+"""Fraction of the splats at each end of a side that count as outliers."""
+
+_DIRECTIONS = 90
+"""Number of directions along the floor in which a side is measured."""
+
+_SAME = np.cos(np.deg2rad(15.0))
+"""Cosine of the angle between two directions that are one."""
+
+
+def add_guide_arguments(group: argparse._ArgumentGroup) -> None:
+    """Declares the flags of the guide."""
+    group.add_argument(
+        "--guide",
+        action="store_true",
+        help="find what is up, and the floor, without other flags, set the"
+        " splat upright on it, and print the flags that do the same",
+    )
+    group.add_argument(
+        "--length",
+        type=float,
+        metavar="L",
+        help="true length of the scene's longest side along the floor [m],"
+        " from which --guide finds the scale",
+    )
+
+
+def check_guide(arguments: argparse.Namespace) -> None:
+    """Checks the guide's flags by themselves.
+
+    Raises:
+        FieldError: The guide is told what it is to find, or there is a length
+            without it, or one that is not positive.
+    """
+    if arguments.length is not None and not arguments.guide:
+        problem = "tells --guide how long the scene is; give both"
+        raise FieldError("convert", "--length", problem)
+    for name in ("scale", "scale_by", "align", "align_points", "up"):
+        if arguments.guide and getattr(arguments, name) is not None:
+            problem = f"finds this by itself; give it or {flag_name(name)}"
+            raise FieldError("convert", "--guide", problem)
+    check_positive("convert", arguments, "length")
+
+
+def guided(
+    splat_G: GaussianSplat, length: float | None, console: Console
+) -> tuple[RigidTransform, float]:
+    """Finds what is up, the floor and the scale, and says how to say it again.
+
+    Args:
+        splat_G: The splat, as its file has it.
+        length: True length of its longest side along the floor [m]; None if
+            nobody has measured it, and the unit stays what it is.
+        console: Where it is said.
+
+    Returns:
+        The pose X_FG of the splat's frame in that of the floor [m], and metres
+        per unit.
+
+    Raises:
+        FieldError: There is no floor, or the scale would be extreme.
+    """
+    floor, others = _best_floor(splat_G)
+    side = _longest_side(splat_G, floor)
+    scale = 1.0 if length is None else length / side
+    if not LEAST_SCALE <= scale <= LARGEST_SCALE:
+        problem = f"would scale by {scale:g}; valid: {LEAST_SCALE:g} to"
+        raise FieldError("convert", "--length", f"{problem} {LARGEST_SCALE:g}")
+    X_FG = scaled_pose(floor.X_FG, scale)
+    console.print(words_of_floor(floor, X_FG))
+    for up_G in others:
+        console.print(f"It may be another plane, too: --up {_numbers(up_G)}.")
+    flags = f"--align floor --up {_numbers(_up(floor))}"
+    if length is None:
+        console.print(
+            f"The longest side along the floor is {side:.4g} units of A long."
+            " Nobody knows how long a unit is: --length says how many metres"
+            " this side has. Until then a unit counts as a metre."
+        )
+    else:
+        flags += f" --scale {scale:.6g}"
+        console.print(
+            f"The longest side along the floor, {side:.4g} units of A, is"
+            f" {length:g} m: scaled by {scale:.6g}."
+        )
+    console.print(f"The same again: {flags}")
+    return X_FG, scale
+
+
+def _best_floor(
+    splat_G: GaussianSplat,
+) -> tuple[SplatFloor, list[np.ndarray]]:
+    """The most convincing floor, and what would be up with others.
+
+    Where no plane is convincing by itself, the axes are tried for up.
+    """
+    try:
+        return find_splat_floor(splat_G), []
+    except RemoSplatError as error:
+        problem = str(error)
+    floors: list[SplatFloor] = []
+    for up_G in (*np.eye(3), *-np.eye(3)):
+        try:
+            floor = find_splat_floor(splat_G, up_G)
+        except RemoSplatError:
+            continue
+        if all(_up(floor) @ _up(other) < _SAME for other in floors):
+            floors.append(floor)
+    if not floors:
+        raise FieldError(
+            "convert",
+            "--guide",
+            f"{problem}; --align-points tells three points on the floor",
+        )
+    floors.sort(key=lambda floor: floor.beneath - floor.share)
+    return floors[0], [_up(floor) for floor in floors[1:]]
+
+
+def _up(floor: SplatFloor) -> np.ndarray:
+    """The direction in G that a floor says is up."""
+    return floor.X_FG.rotation().matrix()[2]
+
+
+def _longest_side(splat_G: GaussianSplat, floor: SplatFloor) -> float:
+    """The largest width of a splat along the floor, in its own unit."""
+    p_F = splat_G.p_GK @ floor.X_FG.rotation().matrix()[:2].T
+    angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    ends = (
+        np.quantile(
+            p_F @ [np.cos(angle), np.sin(angle)], (_OUTSIDE, 1 - _OUTSIDE)
+        )
+        for angle in angles
+    )
+    return float(max(upper - lower for lower, upper in ends))
+
+
+def _numbers(values: np.ndarray) -> str:
+    return " ".join(f"{value:.4f}" for value in values)
+
+
+def words_of_floor(floor: SplatFloor, X_FG: RigidTransform) -> str:
+    """Says what was found, and what it does to a splat."""
+    height = X_FG.translation()[2]
+    return (
+        f"Floor: {100 * floor.share:.0f} % of the splat's surface, with"
+        f" {100 * floor.beneath:.1f} % beneath it. {turn_in_words(X_FG)}, and"
+        f" moved by {height:.3f} m in height; z is up, and the floor z = 0."
+    )
+
+
+def scaled_pose(X_FG: RigidTransform, scale: float) -> RigidTransform:
+    """The pose of a frame that was found in A's unit, in metres."""
+    return RigidTransform(X_FG.rotation(), scale * X_FG.translation())
+
+
+def turn_in_words(X_FG: RigidTransform) -> str:
+    """Says how far A's z axis is turned."""
+    tilt = np.arccos(np.clip(X_FG.rotation().matrix()[2, 2], -1, 1))
+    return f"A's z axis is turned by {np.degrees(tilt):.1f} degrees"

@@ -1,0 +1,1 @@
+"""What does not belong into a splat that another program has trained."""

@@ -1,0 +1,140 @@
+"""Groups of splats that touch each other, by a graph of near neighbours."""
+
+import dataclasses as dc
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from remosplat_drake.base.threads import blocks, num_threads
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+NEIGHBOURS = 12
+"""Number of neighbours to which a splat may be linked."""
+
+REACH = 3.0
+"""How far a splat counts as being there, in standard deviations: two whose
+reaches meet are linked."""
+
+_BLOCK = 1 << 13
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Neighbours:
+    """The nearest neighbours of n splats, by their centres, nearest first.
+
+    Attributes:
+        index: Their indices, shape (n, k), int32; n where there is none.
+        distance: How far away they are, shape (n, k), single precision; inf
+            where there is none.
+    """
+
+    index: np.ndarray
+    distance: np.ndarray
+
+
+def find_neighbours(p_GK: np.ndarray, count: int = NEIGHBOURS) -> Neighbours:
+    """Finds the nearest neighbours of points among themselves.
+
+    Args:
+        p_GK: The points, shape (n, 3).
+        count: Number k of neighbours.
+    """
+    n = len(p_GK)
+    index = np.full((n, count), n, np.int32)
+    distance = np.full((n, count), np.inf, np.float32)
+    tree, workers = KDTree(p_GK), num_threads()
+    for rows in blocks(n, _BLOCK):
+        found = tree.query(p_GK[rows], count + 1, workers=workers)
+        far, near = map(np.asarray, found)
+        # Where points coincide, a point may not be its own first neighbour.
+        own = near == np.arange(rows.start, rows.stop)[:, None]
+        own[~own.any(axis=1), -1] = True
+        index[rows] = near[~own].reshape(-1, count)
+        distance[rows] = far[~own].reshape(-1, count)
+    return Neighbours(index, distance)
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Groups:
+    """Which splats hang together.
+
+    Attributes:
+        label: Number of the group of each splat, shape (n,).
+        size: Number of splats in each group, shape (m,).
+    """
+
+    label: np.ndarray
+    size: np.ndarray
+
+    @property
+    def largest(self) -> int:
+        """Number of the group of most splats."""
+        return int(self.size.argmax())
+
+    def least(self, values: np.ndarray) -> np.ndarray:
+        """Returns the least of the splats' values in each group, (m,)."""
+        least = np.full(len(self.size), np.inf)
+        np.minimum.at(least, self.label, values)
+        return least
+
+    def greatest(self, values: np.ndarray) -> np.ndarray:
+        """Returns the greatest of the splats' values in each group, (m,)."""
+        return -self.least(-values)
+
+
+def find_groups(
+    splat: GaussianSplat, neighbours: Neighbours | None = None
+) -> Groups:
+    """Finds which splats touch each other, directly or through others.
+
+    Two neighbours touch if their shapes of `REACH` standard deviations meet
+    along the line between the centres: a disc reaches far along its plane, and
+    not at all along its normal. So a chain of small splats is one group.
+
+    Args:
+        splat: At least one splat.
+        neighbours: Their neighbours; None finds them.
+    """
+    n = len(splat)
+    if neighbours is None:
+        neighbours = find_neighbours(splat.p_GK)
+    firsts, seconds = [], []
+    for rows in blocks(n, _BLOCK):
+        i, j = _touching(splat, neighbours, rows)
+        firsts.append(i)
+        seconds.append(j)
+    i, j = np.concatenate(firsts), np.concatenate(seconds)
+    graph = coo_array((np.ones(len(i), np.bool_), (i, j)), (n, n))
+    _, label = connected_components(graph, directed=False)
+    return Groups(label, np.bincount(label))
+
+
+def _touching(
+    splat: GaussianSplat, neighbours: Neighbours, rows: slice
+) -> tuple[np.ndarray, np.ndarray]:
+    """The pairs of some splats and neighbours that touch."""
+    j, distance = neighbours.index[rows], neighbours.distance[rows]
+    size = np.append(splat.scales.max(axis=1), 0.0)
+    reach = REACH * (size[rows, None] + size[j])
+    # No splat reaches farther than its largest axis, in any direction.
+    row, column = np.nonzero(distance <= reach)
+    i, j = rows.start + row, j[row, column]
+    d_G = (splat.p_GK[j] - splat.p_GK[i]).astype(float)
+    length = np.linalg.norm(d_G, axis=1)
+    u_G = d_G / np.maximum(length, np.finfo(float).tiny)[:, None]
+    touches = length <= REACH * (
+        _extent(splat, i, u_G) + _extent(splat, j, u_G)
+    )
+    return i[touches].astype(np.int32), j[touches]
+
+
+def _extent(
+    splat: GaussianSplat, index: np.ndarray, u_G: np.ndarray
+) -> np.ndarray:
+    """Half the width of some splats along unit vectors, one sigma each."""
+    chosen = splat.select(index)
+    along = np.einsum("nij,ni->nj", chosen.R_GK, u_G)
+    scaled = along[:, : chosen.scales.shape[1]] * chosen.scales
+    return np.linalg.norm(scaled, axis=1)

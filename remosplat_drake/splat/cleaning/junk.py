@@ -1,0 +1,248 @@
+"""What in a splat is no surface, by what the splat shows itself.
+
+Splats that other programs train show floaters, sky and giants, which hold no
+surface and make distances too small. What is removed by mistake makes them too
+large, and that is worse. So what touches a large part of the scene stays,
+however thin, unless it is nearly transparent or far too large to be a part of
+a surface.
+
+All lengths are relative to the splat's own: the unit of such files is unknown.
+"""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+
+from remosplat_drake.splat.cleaning.groups import (
+    Groups,
+    Neighbours,
+    find_groups,
+    find_neighbours,
+)
+from remosplat_drake.splat.cleaning.views import Views
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+KEPT = "kept"
+FAINT, GIANT, NEEDLE = "faint", "giant", "needle"
+SKY, FLOATER, BEFORE, UNSEEN = "sky", "floater", "before a camera", "unseen"
+
+REASONS = {
+    FAINT: "nearly transparent: an opacity below 0.05",
+    GIANT: "too large for a surface, for the scene or beside its neighbours",
+    NEEDLE: "thin and far longer than its neighbours",
+    SKY: "beyond a gap around the scene that is as wide as the scene",
+    FLOATER: "one of few that touch nothing else",
+    BEFORE: "part of a small thing right before a camera",
+    UNSEEN: "part of a small thing that no camera looks at",
+}
+"""Why splats are removed, in the order in which it is asked."""
+
+LEAST_OPACITY = 0.05
+"""Splats of less are faint: half of what the distance oracle ignores."""
+
+_GIANT = 0.3
+"""Largest standard deviation of a part of a surface, as a share of the
+scene's radius, or of the splat's distance from its middle if that is more."""
+
+_LARGE = 0.1
+"""The same share, from which on a splat is compared with its neighbours."""
+
+_BESIDE = 12.0
+"""How many times as large as its neighbours' median such a giant is."""
+
+_NEEDLE, _LONGER = 15.0, 10.0
+"""A needle's length over its width, and over its neighbours' median length."""
+
+_ORDINARY = 20.0
+"""Splats up to so many times the median size tell how large the scene is."""
+
+_GAP = 2.0
+"""What is this many times as far away as the scene reaches is beyond it."""
+
+FEW = 30
+"""A group of fewer splats is no part of the scene if it touches nothing."""
+
+_PART = 0.05
+"""Share of the splats of a part that cameras may contradict."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Junk:
+    """What is to be removed from a splat of N Gaussians.
+
+    Attributes:
+        reason: Index into `names` for each splat, shape (N,), uint8; 0 is
+            `KEPT`.
+        middle: Middle of what is kept, in G, shape (3,).
+        radius: How far that reaches from there, but for a hundredth.
+        has_views: Whether the cameras were known.
+    """
+
+    reason: np.ndarray
+    middle: np.ndarray
+    radius: float
+    has_views: bool
+
+    names = (KEPT, *REASONS)
+
+    @property
+    def is_kept(self) -> np.ndarray:
+        """Which splats are no junk, shape (N,)."""
+        return self.reason == 0
+
+    def counts(self) -> dict[str, int]:
+        """Returns how many splats are removed for each reason.
+
+        What only cameras tell is left out where they are not known.
+        """
+        counts = np.bincount(self.reason, minlength=len(self.names)).tolist()
+        asked = dict(zip(REASONS, counts[1:], strict=True))
+        if not self.has_views:
+            del asked[BEFORE], asked[UNSEEN]
+        return asked
+
+
+def find_junk(
+    splat: GaussianSplat,
+    views: Views | None = None,
+    on_stage: Callable[[str], None] = lambda what: None,
+) -> Junk:
+    """Finds faint splats, giants, needles, sky and floaters.
+
+    With views also what stands right before a camera, and what no camera looks
+    at, as far as it touches nothing large.
+
+    Args:
+        splat: At least one splat in G, in any unit.
+        views: The cameras that the splat was trained from, if they are known.
+        on_stage: Called with what is done next.
+    """
+    reason = np.zeros(len(splat), np.uint8)
+
+    def mark(index: np.ndarray, which: np.ndarray, name: str) -> np.ndarray:
+        """Marks some of the splats that are left, and returns the others."""
+        reason[index[which]] = Junk.names.index(name)
+        return index[~which]
+
+    left = np.arange(len(splat))
+    left = mark(left, splat.opacities < LEAST_OPACITY, FAINT)
+    if len(left):
+        on_stage("comparing neighbours")
+        left = _mark_shapes(splat, left, mark)
+    if len(left):
+        on_stage("finding what hangs together")
+        left = _mark_groups(splat, left, views, mark)
+    p_GK = splat.p_GK[left if len(left) else slice(None)].astype(float)
+    middle = np.median(p_GK, axis=0)
+    distance = np.linalg.norm(p_GK - middle, axis=1)
+    radius = float(np.quantile(distance, 0.99))
+    return Junk(reason, middle, radius, views is not None)
+
+
+def _mark_shapes(splat: GaussianSplat, left: np.ndarray, mark) -> np.ndarray:
+    """Marks giants and needles; returns what is left."""
+    part = splat.select(left)
+    size = part.scales.max(axis=1)
+    middle, reach = _extent(part, size)
+    neighbours = find_neighbours(part.p_GK)
+    beside = _beside(size, neighbours)
+    distance = np.linalg.norm(part.p_GK - middle, axis=1)
+    least = np.maximum(reach, distance)
+    # What lies amid its neighbours is large beside them, and what lies apart
+    # from them may be all that there is of a wall.
+    is_amid = neighbours.distance[:, -1] <= size
+    is_huge = size > _GIANT * least
+    is_thin = size > _NEEDLE * np.sort(part.scales, axis=1)[:, -2]
+    is_needle = ~is_huge & is_thin & is_amid & (size > _LONGER * beside)
+    is_giant = (size > _LARGE * least) & (size > _BESIDE * beside) & is_amid
+    is_giant = is_huge | (is_giant & ~is_needle)
+    rest = mark(left, is_giant, GIANT)
+    return mark(rest, is_needle[~is_giant], NEEDLE)
+
+
+def _extent(part: GaussianSplat, size: np.ndarray) -> tuple[np.ndarray, float]:
+    """Middle and reach of the scene, as splats of ordinary size tell them."""
+    ordinary = part.select(size <= _ORDINARY * np.median(size))
+    groups = find_groups(ordinary)
+    p_GK = ordinary.p_GK.astype(float)
+    middle, distance = _from_middle(p_GK, groups)
+    _, reach = _scene(groups, distance)
+    return middle, reach
+
+
+def _beside(size: np.ndarray, neighbours: Neighbours) -> np.ndarray:
+    """The median size of each splat's neighbours, shape (n,)."""
+    known = np.append(size, np.nan)
+    sizes = known[neighbours.index]
+    if np.isnan(sizes).all(axis=1).any():
+        return np.full(len(size), np.inf)  # A single splat has no neighbours.
+    return np.nanmedian(sizes, axis=1)
+
+
+def _mark_groups(
+    splat: GaussianSplat, left: np.ndarray, views: Views | None, mark
+) -> np.ndarray:
+    """Marks sky, floaters and what cameras contradict; returns the rest."""
+    part = splat.select(left)
+    groups = find_groups(part)
+    p_GK = part.p_GK.astype(float)
+    _, distance = _from_middle(p_GK, groups)
+    is_scene, _ = _scene(groups, distance)
+    is_sky = ~is_scene[groups.label]
+    is_few = (groups.size < FEW) & (groups.size < groups.size.max())
+    is_floater = ~is_sky & is_few[groups.label]
+    before = unseen = np.zeros(len(left), bool)
+    if views is not None:
+        is_part = groups.size < _PART * len(left)
+        asked = np.flatnonzero(is_part[groups.label] & ~is_sky & ~is_floater)
+        before, unseen = _contradicted(p_GK, groups, asked, views)
+    for name, which in (
+        (SKY, is_sky),
+        (FLOATER, is_floater),
+        (BEFORE, before),
+        (UNSEEN, unseen),
+    ):
+        mark(left, which, name)
+    return left[~(is_sky | is_floater | before | unseen)]
+
+
+def _from_middle(
+    p_GK: np.ndarray, groups: Groups
+) -> tuple[np.ndarray, np.ndarray]:
+    """The middle of the largest group, and all distances from there."""
+    middle = np.median(p_GK[groups.label == groups.largest], axis=0)
+    return middle, np.linalg.norm(p_GK - middle, axis=1)
+
+
+def _scene(groups: Groups, distance: np.ndarray) -> tuple[np.ndarray, float]:
+    """Which groups lie this side of the gap around the scene, and its reach.
+
+    From the largest group outwards: what begins within `_GAP` times the reach
+    of all before belongs to the scene. Small groups do not extend it, or a few
+    strays would lead to the sky.
+    """
+    nearest, farthest = groups.least(distance), groups.greatest(distance)
+    is_large = groups.size >= FEW
+    is_large[groups.largest] = True
+    reach = farthest[groups.largest]
+    for group in np.flatnonzero(is_large)[np.argsort(nearest[is_large])]:
+        if nearest[group] > _GAP * reach:
+            break
+        reach = max(reach, farthest[group])
+    return nearest <= _GAP * reach, float(reach)
+
+
+def _contradicted(
+    p_GK: np.ndarray, groups: Groups, asked: np.ndarray, views: Views
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which splats lie in parts before a camera, and in parts unseen."""
+    n, label = len(p_GK), groups.label[asked]
+    scene_G = p_GK[groups.label == groups.largest]
+    is_seen, is_before = views.look(p_GK[asked], scene_G)
+    seen = np.bincount(label, is_seen, len(groups.size))
+    before = np.bincount(label, is_before, len(groups.size))
+    in_before, in_unseen = np.zeros(n, bool), np.zeros(n, bool)
+    in_before[asked] = (before > 0.5 * groups.size)[label]
+    in_unseen[asked] = (seen == 0)[label]
+    return in_before, in_unseen & ~in_before
