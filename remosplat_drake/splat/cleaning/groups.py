@@ -90,8 +90,9 @@ def find_groups(
     """Finds which splats touch each other, directly or through others.
 
     Two neighbours touch if their shapes of `REACH` standard deviations meet
-    along the line between the centres: a disc reaches far along its plane, and
-    not at all along its normal. So a chain of small splats is one group.
+    along the line between the centres: a needle reaches far along its axis, and
+    not at all across. A disc counts as a ball. So a chain of small splats is
+    one group, however these are turned.
 
     Args:
         splat: At least one splat.
@@ -133,8 +134,13 @@ def _touching(
 def _extent(
     splat: GaussianSplat, index: np.ndarray, u_G: np.ndarray
 ) -> np.ndarray:
-    """Half the width of some splats along unit vectors, one sigma each."""
+    """Half the width of some splats along unit vectors, one sigma each.
+
+    It is the second axis at least: of a thin wire, normals are what training
+    finds last.
+    """
     chosen = splat.select(index)
     along = np.einsum("nij,ni->nj", chosen.R_GK, u_G)
     scaled = along[:, : chosen.scales.shape[1]] * chosen.scales
-    return np.linalg.norm(scaled, axis=1)
+    second = np.sort(chosen.scales, axis=1)[:, -2]
+    return np.maximum(np.linalg.norm(scaled, axis=1), second)

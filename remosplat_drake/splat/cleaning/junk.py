@@ -114,7 +114,8 @@ def find_junk(
     at, as far as it touches nothing large.
 
     Args:
-        splat: At least one splat in G, in any unit.
+        splat: At least one splat in G, in any unit. Of fewer than `FEW` that
+            are not faint nothing can be told.
         views: The cameras that the splat was trained from, if they are known.
         on_stage: Called with what is done next.
     """
@@ -127,10 +128,10 @@ def find_junk(
 
     left = np.arange(len(splat))
     left = mark(left, splat.opacities < LEAST_OPACITY, FAINT)
-    if len(left):
+    if len(left) >= FEW:
         on_stage("comparing neighbours")
         left = _mark_shapes(splat, left, mark)
-    if len(left):
+    if len(left) >= FEW:
         on_stage("finding what hangs together")
         left = _mark_groups(splat, left, views, mark)
     p_GK = splat.p_GK[left if len(left) else slice(None)].astype(float)
@@ -175,8 +176,6 @@ def _beside(size: np.ndarray, neighbours: Neighbours) -> np.ndarray:
     """The median size of each splat's neighbours, shape (n,)."""
     known = np.append(size, np.nan)
     sizes = known[neighbours.index]
-    if np.isnan(sizes).all(axis=1).any():
-        return np.full(len(size), np.inf)  # A single splat has no neighbours.
     return np.nanmedian(sizes, axis=1)
 
 
