@@ -1,8 +1,8 @@
 """Nearest splat of many points: branch and bound in the hierarchy (numba).
 
 All kernels here work on plain arrays. The splats stand in leaf order, packed
-into 48 bytes each, see `pack_solids`: what a query reads of memory costs more
-than to open the few that may be the nearest, see `solid`.
+into 48 bytes each, see `pack_solids`, or maps of buildings would not fit into
+memory. Those that may be the nearest are opened, see `solid`.
 
 Uncertainty makes a splat that much nearer: what is looked for is the least
 distance minus uncertainty. The hierarchy's boxes are wider by it on all sides,
@@ -223,7 +223,12 @@ def _nearer(tree, place, p, floor, best):
     d = p[0] - packed[0], p[1] - packed[1], p[2] - packed[2]
     e, uncertainty = semi_axes(packed, tree.n_sigma), np.float64(packed[10])
     # Beside a large uncertainty, small distances are rounded to its digits.
-    limit = _limit(best[0] + uncertainty * _ROUNDED_UP)
+    reach = max(best[0] + uncertainty * _ROUNDED_UP, 0.0)
+    # A ball tells most of those that are too far away, without being opened.
+    ball = reach + tree.n_sigma * np.float64(packed[11])
+    if d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > _limit(ball):
+        return best
+    limit = _limit(reach)
     y = _along(columns(packed), d)
     if box_distance_squared(y, e) > limit:
         return best
