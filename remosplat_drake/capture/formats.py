@@ -1,18 +1,27 @@
 """`read_capture`: posed RGB-D images from any file or folder we know.
 
-A format is what it looks for, whether it recognises a path, an iterator over
-its frames, and notes about what those leave out. Adding one is a module and a
-line here.
+A format is what it looks for, whether it recognises a path, what reads its
+poses and images, and notes about what those leave out. Adding one is a module
+and a line here.
 """
 
 import dataclasses as dc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
 from remosplat_drake.base.reading import reads_file
-from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.capture import Capture, check_camera
 from remosplat_drake.capture.frames import Frame, assemble
+from remosplat_drake.capture.keyframes import (
+    Keyframes,
+    choose_keyframes,
+    looks_of_view,
+    sharpness,
+)
+from remosplat_drake.capture.motion import camera_velocities
 from remosplat_drake.capture.readers import (
     nerfstudio,
     record3d,
@@ -21,6 +30,10 @@ from remosplat_drake.capture.readers import (
     trajectory_log,
     tum,
 )
+from remosplat_drake.capture.recording import Recording
+
+Report = Callable[[str, int, int], None]
+"""Called with what is read, how many frames of it are, and how many will be."""
 
 
 @dc.dataclass(frozen=True)
@@ -31,7 +44,7 @@ class Format:
         looks_for: What the format looks for in a path, in words.
         recognises: Function that returns whether a path is of this format, by
             what it holds.
-        read_frames: Function that iterates over every n-th frame of a path.
+        open_recording: Function that reads the poses of a path.
         notes: Function that tells what the frames of a path leave out.
         up_W: Unit vector against gravity in the world of all captures of this
             format; None where it documents none.
@@ -39,7 +52,7 @@ class Format:
 
     looks_for: str
     recognises: Callable[[Path], bool]
-    read_frames: Callable[[Path, int], Iterator[Frame]]
+    open_recording: Callable[[Path], Recording]
     notes: Callable[[Path], list[str]]
     up_W: tuple[float, ...] | None = None
 
@@ -48,7 +61,7 @@ FORMATS = {
     name: Format(
         module.LOOKS_FOR,
         module.recognises,
-        module.read_frames,
+        module.open_recording,
         module.notes,
         getattr(module, "UP_W", None),
     )
@@ -67,7 +80,39 @@ FORMATS = {
 """
 
 
-@reads_file
+@dc.dataclass(frozen=True)
+class ReadingConfig:
+    """How a capture is read.
+
+    Attributes:
+        stride: Only every so many frames are looked at.
+        keyframes: Largest number of frames that are read in full; of more than
+            these, `choose_keyframes` chooses. 0 reads all.
+        max_depth: Largest depth that is trusted; deeper pixels become unknown
+            [m].
+        max_size: Largest width or height; larger images are shrunk to it
+            [pixels].
+
+    Raises:
+        FieldError: A number is out of its range.
+    """
+
+    stride: int = 1
+    keyframes: int = 0
+    max_depth: float | None = None
+    max_size: int | None = None
+
+    def __post_init__(self):
+        for name in ("stride", "max_depth", "max_size"):
+            value = getattr(self, name)
+            if value is not None and not value > 0:
+                raise FieldError("read_capture", name, "must be positive")
+        if self.keyframes < 0:
+            raise FieldError(
+                "read_capture", "keyframes", "must not be negative"
+            )
+
+
 def read_capture(
     path: str | Path,
     format: str | None = None,
@@ -97,14 +142,37 @@ def read_capture(
         RemoSplatError: A pose is no rigid transform; the error names the frame.
         MissingExtraError: A reader's package is not installed.
     """
+    config = ReadingConfig(stride, 0, max_depth, max_size)
+    return read_keyframes(path, format, config)[0]
+
+
+@reads_file
+def read_keyframes(
+    path: str | Path,
+    format: str | None,
+    config: ReadingConfig,
+    report: Report = lambda what, done, total: None,
+) -> tuple[Capture, Keyframes | None]:
+    """Reads the frames of a capture that show all of it.
+
+    The poses of all frames are read first. The depth images, which are small,
+    are looked at once to choose frames by; only chosen frames are read in full,
+    in one pass.
+
+    Args:
+        path: A file or folder.
+        format: A name of `FORMATS`; None detects it by the content.
+        config: Which frames are looked at, how many are read, and how.
+        report: Called with the progress, see `Report`.
+
+    Returns:
+        The capture as `read_capture` describes it, and how its frames were
+        chosen; None if they are all.
+
+    Raises:
+        RemoSplatError: As in `read_capture`.
+    """
     path = Path(path).expanduser()
-    for name, value in (
-        ("stride", stride),
-        ("max_depth", max_depth),
-        ("max_size", max_size),
-    ):
-        if value is not None and not value > 0:
-            raise FieldError("read_capture", name, "must be positive")
     name = detect_format(path) if format is None else format
     if name not in FORMATS:
         raise FieldError(
@@ -112,13 +180,62 @@ def read_capture(
         )
     if not path.exists():
         raise FileError(path, "no such file or folder")
-    frames = FORMATS[name].read_frames(path, stride)
-    capture = assemble(path, frames, max_depth=max_depth, max_size=max_size)
-    return dc.replace(
+    recording = FORMATS[name].open_recording(path)
+    velocity_W = _velocities(recording)
+    wanted: Sequence[int] = range(0, len(recording), config.stride)
+    keyframes = None
+    if 0 < config.keyframes < len(wanted):
+        keyframes = _choose(path, recording, wanted, velocity_W, config, report)
+        wanted = [wanted[i] for i in keyframes.chosen.tolist()]
+    taken: list[int] = []
+
+    def frames() -> Iterator[Frame]:
+        for i, frame in recording.read_frames(wanted):
+            report("reading frames", len(taken), len(wanted))
+            taken.append(i)
+            yield frame
+
+    capture = assemble(
+        path, frames(), max_depth=config.max_depth, max_size=config.max_size
+    )
+    velocity_W = velocity_W[taken]
+    capture = dc.replace(
         capture,
         notes=tuple(FORMATS[name].notes(path)),
         up_W=FORMATS[name].up_W,
+        velocity_W=velocity_W if np.isfinite(velocity_W).all() else None,
     )
+    return capture, keyframes
+
+
+def _velocities(recording: Recording) -> np.ndarray:
+    """The cameras' velocities, (n, 6); NaN where they are unknown."""
+    if recording.times is None:
+        return np.full((len(recording), 6), np.nan)
+    return camera_velocities(recording.times, recording.X_WC)
+
+
+def _choose(
+    path: Path,
+    recording: Recording,
+    wanted: Sequence[int],
+    velocity_W: np.ndarray,
+    config: ReadingConfig,
+    report: Report,
+) -> Keyframes:
+    """Looks at all depth images at a small size, and chooses frames."""
+    looks, sharp = [], []
+    for i, image in recording.read_depths(wanted):
+        report("choosing keyframes", len(looks), len(wanted))
+        K, X_WC, depth = image.K, recording.X_WC[i], image.depth
+        check_camera(f"{path}: {image.name}", K, X_WC)
+        if config.max_depth is not None:
+            depth = np.where(depth > config.max_depth, 0, depth)
+        known = depth[depth > 0]
+        usual = float(np.median(known)) if len(known) else 1.0
+        looks.append(looks_of_view(K, depth, X_WC))
+        sharp.append(sharpness(velocity_W[i], float(K[0, 0]), usual))
+    return choose_keyframes(looks, np.array(sharp), config.keyframes)
 
 
 def detect_format(path: Path) -> str:

@@ -6,8 +6,11 @@ unpacked, and whatever a decoder dislikes becomes a `FileError`.
 
 import struct
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -65,6 +68,18 @@ def read_depth(source: Source, unit: float) -> np.ndarray:
 def read_levels(source: Source) -> np.ndarray:
     """Reads the numbers 0..255 of a mask or confidence image, shape (h, w)."""
     return np.asarray(_read_image(source).convert("L"))
+
+
+def read_size(source: Source) -> tuple[int, int]:
+    """Reads the height and width of an image file, but not its pixels.
+
+    Raises:
+        FileError: The file is missing, damaged or too large.
+        MissingExtraError: Pillow is not installed.
+    """
+    with _opened(source) as image:
+        width, height = image.size
+    return height, width
 
 
 def shrink_colors(rgb: np.ndarray, size: tuple[int, int]) -> np.ndarray:
@@ -126,16 +141,23 @@ def _read_image(
     source: Source, expected: str = "", modes: tuple[str, ...] = ()
 ):
     """A decoded Pillow image, of one of the modes if some are given."""
+    with _opened(source) as image:
+        if modes and image.mode not in modes:
+            raise FileError(
+                str(source), f"expected {expected}, got mode {image.mode}"
+            )
+        image.load()
+        return image
+
+
+@contextmanager
+def _opened(source: Source) -> Iterator[Any]:
+    """A Pillow image of which the header has been read and checked."""
     image = image_module()
     try:
         with source.open("rb") as file, image.open(file) as opened:
             check_pixel_count(source, *opened.size)
-            if modes and opened.mode not in modes:
-                raise FileError(
-                    str(source), f"expected {expected}, got mode {opened.mode}"
-                )
-            opened.load()
-            return opened
+            yield opened
     except FileNotFoundError as error:
         raise FileError(str(source), "no such file") from error
     except (

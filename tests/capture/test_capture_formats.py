@@ -1,6 +1,7 @@
 """Captures written as other programs do are read back as they were."""
 
 import dataclasses as dc
+import json
 import shutil
 
 import capture_writers as writers
@@ -9,7 +10,14 @@ import pytest
 
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.formats import FORMATS, detect_format, read_capture
+from remosplat_drake.capture.formats import (
+    FORMATS,
+    ReadingConfig,
+    detect_format,
+    read_capture,
+    read_keyframes,
+)
+from remosplat_drake.capture.motion import camera_velocities
 
 pytest.importorskip("PIL")
 pytest.importorskip("av")
@@ -149,6 +157,98 @@ def test_names_the_valid_formats(capture, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["stride", "max_depth", "max_size"])
-def test_refuses_senseless_options(name, tmp_path):
+def test_refuses_senseless_options(name):
     with pytest.raises(FieldError, match=f"{name}: must be positive"):
-        read_capture(tmp_path, **{name: 0})
+        ReadingConfig(**{name: 0})
+
+
+def copies(capture: Capture, count: int) -> Capture:
+    """Each view of a capture so many times, one after the other."""
+    return capture.select(np.repeat(np.arange(len(capture)), count))
+
+
+@every_format
+def test_keyframes_are_read_as_they_are(written, capture):
+    """Of four views three, whichever; none of them differs from the file's."""
+    _, path = written
+    every = read_capture(path)
+    few, keyframes = read_keyframes(path, None, ReadingConfig(keyframes=3))
+    assert keyframes is not None and len(few) == len(keyframes.chosen) == 3
+    expected = every.select(keyframes.chosen)
+    np.testing.assert_array_equal(few.X_WC, expected.X_WC)
+    np.testing.assert_array_equal(few.rgb, expected.rgb)
+    np.testing.assert_array_equal(few.depth, expected.depth)
+    assert few.names == expected.names
+    # As many as there are need no choice.
+    assert read_keyframes(path, None, ReadingConfig(keyframes=4))[1] is None
+
+
+@pytest.mark.parametrize("name", list(writers.WRITERS))
+def test_keyframes_leave_out_what_shows_the_same(name, capture, tmp_path):
+    path = tmp_path / ("scan.r3d" if name == "record3d" else "scan")
+    writers.WRITERS[name](path, copies(capture, 3))
+    config = ReadingConfig(keyframes=6)
+    few, keyframes = read_keyframes(path, None, config)
+    assert keyframes is not None and keyframes.missed == 0
+    assert {i // 3 for i in keyframes.chosen.tolist()} == set(range(4))
+    expected = capture.X_WC[keyframes.chosen // 3]
+    np.testing.assert_allclose(few.X_WC, expected, atol=1e-9)
+    # Among every fourth one there is one of each view.
+    few, keyframes = read_keyframes(path, None, ReadingConfig(4, 2))
+    assert keyframes is not None and keyframes.frames == 3
+
+
+TIMED = {
+    "stray-scanner": lambda path: None,
+    "record3d": lambda path: None,
+    "record3d-export": lambda path: None,
+    "nerfstudio": lambda path: add_times(path),
+    "tum": lambda path: hurry(path),
+}
+"""Formats that tell times, and what makes a writer's frames follow soon."""
+
+
+def add_times(folder):
+    """What NeRFCapture writes."""
+    path = folder / "transforms.json"
+    document = json.loads(path.read_text())
+    for i, frame in enumerate(document["frames"]):
+        frame["timestamp"] = 1e4 + i / 60
+    path.write_text(json.dumps(document))
+
+
+def hurry(folder):
+    """Frames of a second become those of a sixtieth."""
+    for name in ("rgb", "depth", "groundtruth"):
+        path = folder / f"{name}.txt"
+        rows = [line.split() for line in path.read_text().splitlines()[1:]]
+        lines = [
+            f"{float(time) / 60!r} {' '.join(rest)}" for time, *rest in rows
+        ]
+        path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize("name", list(writers.WRITERS))
+def test_velocities_come_from_the_poses_of_all_frames(name, capture, tmp_path):
+    """At 60 frames a second; those of keyframes are not between keyframes."""
+    path = tmp_path / ("scan.r3d" if name == "record3d" else "scan")
+    writers.WRITERS[name](path, capture)
+    if name not in TIMED:
+        assert read_capture(path).velocity_W is None
+        return
+    TIMED[name](path)
+    times = np.arange(4) / 60
+    expected = camera_velocities(times, capture.X_WC)
+    again = read_capture(path, stride=2)
+    assert again.velocity_W is not None
+    np.testing.assert_allclose(again.velocity_W, expected[[0, 2]], rtol=1e-6)
+
+
+def test_a_video_that_stops_early_is_used_to_its_end(capture, tmp_path):
+    """Frames that only the odometry has are not chosen."""
+    writers.write_stray_scanner(tmp_path, copies(capture, 2))
+    writers.write_video(tmp_path / "rgb.mp4", copies(capture, 2).rgb[:5])
+    assert len(read_capture(tmp_path)) == 5
+    few, keyframes = read_keyframes(tmp_path, None, ReadingConfig(keyframes=3))
+    assert keyframes is not None and keyframes.frames == 5
+    assert len(few) == 3

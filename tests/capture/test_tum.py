@@ -6,7 +6,7 @@ import pytest
 
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.formats import read_capture
-from remosplat_drake.capture.readers.tum import associate, interpolate_pose
+from remosplat_drake.capture.readers.tum import associate, interpolate_poses
 
 pytest.importorskip("PIL")
 
@@ -22,13 +22,13 @@ def test_pose_between_two_by_hand():
     """Half way between no turn and a half turn about z is a quarter turn."""
     times = np.array([10.0, 12.0])
     poses = np.array([[0, 0, 0, 0, 0, 0, 1], [2, 4, 6, 0, 0, 1, 0.0]])
-    X_WC = interpolate_pose(times, poses, 11.0)
+    X_WC = interpolate_poses(times, poses, np.array([11.0]))[0]
     np.testing.assert_allclose(X_WC[:3, 3], [1, 2, 3])
     # Either way round is half of a half turn.
     np.testing.assert_allclose(
         np.abs(X_WC[:2, :2]), [[0, 1], [1, 0]], atol=1e-9
     )
-    after = interpolate_pose(times, poses, 99.0)
+    after = interpolate_poses(times, poses, np.array([99.0]))[0]
     np.testing.assert_allclose(after[:3, 3], [2, 4, 6])
 
 

@@ -16,7 +16,7 @@ to metres; `applied_transform` only turned the world, so it is left alone.
 import dataclasses as dc
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,13 +25,18 @@ from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
 from remosplat_drake.base.strict_json import as_number, shown
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.frames import Frame, scale_intrinsics
+from remosplat_drake.capture.frames import (
+    Frame,
+    sample_nearest,
+    scale_intrinsics,
+)
 from remosplat_drake.capture.images import (
     check_announced_size,
     image_module,
     read_colors,
     read_depth,
     read_levels,
+    read_size,
 )
 from remosplat_drake.capture.readers.image_lists import (
     images_in,
@@ -39,6 +44,7 @@ from remosplat_drake.capture.readers.image_lists import (
 )
 from remosplat_drake.capture.readers.poses import OPENGL_FROM_OPENCV
 from remosplat_drake.capture.readers.text_files import read_json
+from remosplat_drake.capture.recording import DepthImage, Recording
 from remosplat_drake.capture.undistortion import Distortion
 
 DEPTH_UNIT = 1e-3
@@ -77,12 +83,12 @@ def recognises(path: Path) -> bool:
     return path.name == TRANSFORMS or (path / TRANSFORMS).is_file()
 
 
-def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Reads every `stride`-th frame.
+def open_recording(path: Path) -> Recording:
+    """Reads the document of a folder.
 
     Raises:
-        FileError: A file is missing or unreadable.
-        FieldError: A field is missing or unusable.
+        FileError: The document is missing or unreadable.
+        FieldError: It holds no list of frames.
     """
     if path.name != TRANSFORMS:
         path = path / TRANSFORMS
@@ -90,8 +96,36 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
     frames = document.get("frames")
     if not isinstance(frames, list) or not frames:
         raise FieldError(str(path), "frames", "expected a list of frames")
-    for i in range(0, len(frames), stride):
-        yield read_frame(path, document, i)
+
+    def read_depths(
+        chosen: Sequence[int],
+    ) -> Iterator[tuple[int, DepthImage]]:
+        for i in chosen:
+            yield i, _read_depth_image(_fields(path, document, i))
+
+    def read_frames(chosen: Sequence[int]) -> Iterator[tuple[int, Frame]]:
+        for i in chosen:
+            yield i, read_frame(path, document, i)
+
+    entries = [_entry(path, document, i) for i in range(len(frames))]
+    X_WC = np.array([pose for pose, _ in entries])
+    times = np.array([time for _, time in entries])
+    return Recording(
+        X_WC, read_depths, read_frames, None if np.isnan(times).all() else times
+    )
+
+
+def _entry(path: Path, document: dict, i: int) -> tuple[np.ndarray, float]:
+    """Pose and time of a frame; NaN for what is missing or unusable.
+
+    Frames that are not read may hold anything.
+    """
+    try:
+        fields = _fields(path, document, i)
+        X_WC, time = _pose(fields), _time(fields)
+    except FieldError:
+        return np.full((4, 4), np.nan), np.nan
+    return X_WC, np.nan if time is None else time
 
 
 def notes(path: Path) -> list[str]:
@@ -129,10 +163,7 @@ def read_frame(path: Path, document: dict, i: int) -> Frame:
         FileError: A file is missing or unreadable.
         FieldError: A field is missing or unusable.
     """
-    frame = document["frames"][i]
-    if not isinstance(frame, dict):
-        raise FieldError(str(path), f"frames[{i}]", "expected an object")
-    return _read_frame(_Fields(path, document, frame, f"frames[{i}]"))
+    return _read_frame(_fields(path, document, i))
 
 
 @dc.dataclass(frozen=True)
@@ -184,25 +215,59 @@ class _Fields:
         return FieldError(str(self.path), f"{self.name}.{key}", problem)
 
 
+def _fields(path: Path, document: dict, i: int) -> _Fields:
+    frame = document["frames"][i]
+    if not isinstance(frame, dict):
+        raise FieldError(str(path), f"frames[{i}]", "expected an object")
+    return _Fields(path, document, frame, f"frames[{i}]")
+
+
 def _read_frame(fields: _Fields) -> Frame:
     _check_camera_model(fields)
     rgb = read_colors(fields.file("file_path"))
-    hidden = None
-    if fields.frame.get("mask_path") is not None:
-        hidden = read_levels(fields.file("mask_path")) < 128
     lens = {
         field.name: fields.within(field.name, 0.0, -1e6, 1e6)
         for field in dc.fields(Distortion)
     }
     return Frame(
-        name=f"{fields.name} ({fields.frame['file_path']})",
+        name=_name(fields),
         K=_intrinsics(fields, rgb.shape[:2]),
         X_WC=_pose(fields),
         rgb=rgb,
         depth=_read_depth(fields),
-        hidden=hidden,
+        hidden=_read_hidden(fields),
         distortion=Distortion(**lens),
+        time=_time(fields),
     )
+
+
+def _read_depth_image(fields: _Fields) -> DepthImage:
+    """The depth of a frame, as its lens has bent it."""
+    _check_camera_model(fields)
+    color_size = read_size(fields.file("file_path"))
+    depth, hidden = _read_depth(fields), _read_hidden(fields)
+    if hidden is not None:
+        size = depth.shape[0], depth.shape[1]
+        depth = np.where(sample_nearest(hidden, size), np.float32(0), depth)
+    K = _intrinsics(fields, color_size)
+    return DepthImage.of_color_camera(_name(fields), K, color_size, depth)
+
+
+def _name(fields: _Fields) -> str:
+    return f"{fields.name} ({fields.frame['file_path']})"
+
+
+def _time(fields: _Fields) -> float | None:
+    """When a frame was taken [s], which NeRFCapture's documents tell."""
+    if "timestamp" not in fields.frame:
+        return None
+    return fields.number("timestamp")
+
+
+def _read_hidden(fields: _Fields) -> np.ndarray | None:
+    if fields.frame.get("mask_path") is None:
+        return None
+    return read_levels(fields.file("mask_path")) < 128
 
 
 def _read_depth(fields: _Fields) -> np.ndarray:

@@ -17,7 +17,8 @@ says: unlike ARKit's own, it does not know gravity.
 import dataclasses as dc
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -39,11 +40,15 @@ from remosplat_drake.capture.readers.poses import (
     poses_from_quaternions,
 )
 from remosplat_drake.capture.readers.text_files import as_matrix, read_json
+from remosplat_drake.capture.recording import DepthImage, Recording
 
 SUFFIX = ".r3d"
 """Suffix of the app's archives."""
 MAX_MEMBER_BYTES = 64_000_000
 """Largest size of a file in an archive [bytes]."""
+
+MAX_RATE = 1000.0
+"""Greatest number of frames that a capture claims to have a second [1/s]."""
 
 LOOKS_FOR = (
     f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
@@ -78,22 +83,62 @@ def recognises(path: Path) -> bool:
     return path.suffix.lower() == SUFFIX
 
 
-def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Reads every `stride`-th frame.
+def open_recording(path: Path) -> Recording:
+    """Reads the metadata of a capture.
 
     Raises:
         FileError: A file is missing, unreadable or too large.
         FieldError: A field of the metadata is unusable.
         MissingExtraError: lzfse or OpenEXR is not installed.
     """
+    with _opened(path) as (root, layout):
+        metadata_path = root / layout.metadata
+        where = str(metadata_path)
+        metadata = read_json(metadata_path)
+        size = _size(where, metadata, "h", "w")
+        X_WC = _poses(where, metadata)
+        K = _intrinsics(where, metadata, len(X_WC))
+        times = _times(where, metadata, len(X_WC))
+
+    def read_depths(
+        chosen: Sequence[int],
+    ) -> Iterator[tuple[int, DepthImage]]:
+        with _opened(path) as (root, layout):
+            for i in chosen:
+                name = layout.color.format(i)
+                depth = _read_depth(root, layout, i, metadata)
+                yield i, DepthImage.of_color_camera(name, K[i], size, depth)
+
+    def read_frames(chosen: Sequence[int]) -> Iterator[tuple[int, Frame]]:
+        with _opened(path) as (root, layout):
+            for i in chosen:
+                name = layout.color.format(i)
+                rgb = read_colors(root / name)
+                yield (
+                    i,
+                    Frame(
+                        name=name,
+                        K=scale_intrinsics(K[i], size, rgb.shape[:2]),
+                        X_WC=X_WC[i],
+                        rgb=rgb,
+                        depth=_read_depth(root, layout, i, metadata),
+                        time=None if times is None else float(times[i]),
+                    ),
+                )
+
+    return Recording(X_WC, read_depths, read_frames, times)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[Source, _Layout]]:
+    """Where the files of a capture are, and their layout."""
     if path.is_dir():
-        layout = _EXPORT if _EXPORT.found_in(path) else _ARCHIVE
-        yield from _read_frames(path, layout, stride)
+        yield path, _EXPORT if _EXPORT.found_in(path) else _ARCHIVE
         return
     try:
         with zipfile.ZipFile(path) as archive:
             _check_members(path, archive)
-            yield from _read_frames(zipfile.Path(archive), _ARCHIVE, stride)
+            yield zipfile.Path(archive), _ARCHIVE
     except (
         OSError,
         zipfile.BadZipFile,
@@ -105,46 +150,19 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
 
 def notes(path: Path) -> list[str]:
     """Returns what a reader should know of a capture beside its frames."""
-    if path.is_dir():
-        layout = _EXPORT if _EXPORT.found_in(path) else _ARCHIVE
-        return _notes(path, layout)
-    with zipfile.ZipFile(path) as archive:
-        return _notes(zipfile.Path(archive), _ARCHIVE)
-
-
-def _notes(root: Source, layout: _Layout) -> list[str]:
-    count = len(_poses(layout.metadata, read_json(root / layout.metadata)))
-    folder, pattern = layout.color.split("/")
-    suffix = pattern.removeprefix("{}")
-    stems = [
-        file.name.removesuffix(suffix)
-        for file in (root / folder).iterdir()
-        if file.name.endswith(suffix)
-    ]
+    with _opened(path) as (root, layout):
+        count = len(_poses(layout.metadata, read_json(root / layout.metadata)))
+        folder, pattern = layout.color.split("/")
+        suffix = pattern.removeprefix("{}")
+        stems = [
+            file.name.removesuffix(suffix)
+            for file in (root / folder).iterdir()
+            if file.name.endswith(suffix)
+        ]
     numbers = sorted(int(stem) for stem in stems if stem.isdecimal())
     names = [layout.color.format(number) for number in numbers]
     used = {layout.color.format(i) for i in range(count)}
     return note_left_out(names, used, "a pose")
-
-
-def _read_frames(root: Source, layout: _Layout, stride: int) -> Iterator[Frame]:
-    metadata_path = root / layout.metadata
-    where = str(metadata_path)
-    metadata = read_json(metadata_path)
-    height, width = _size(where, metadata, "h", "w")
-    X_WC = _poses(where, metadata)
-    K = _intrinsics(where, metadata, len(X_WC))
-    for i in range(0, len(X_WC), stride):
-        color_file = layout.color.format(i)
-        rgb = read_colors(root / color_file)
-        depth = _read_depth(root, layout, i, metadata)
-        yield Frame(
-            name=color_file,
-            K=scale_intrinsics(K[i], (height, width), rgb.shape[:2]),
-            X_WC=X_WC[i],
-            rgb=rgb,
-            depth=depth,
-        )
 
 
 def _check_members(path: Path, archive: zipfile.ZipFile):
@@ -193,6 +211,26 @@ def _intrinsics(where: str, metadata: dict, count: int) -> np.ndarray:
         return K
     columns = as_matrix(Path(where), [metadata.get("K")], (1, 9))
     return np.tile(columns.reshape(3, 3).T, (count, 1, 1))
+
+
+def _times(where: str, metadata: dict, count: int) -> np.ndarray | None:
+    """Times of the frames, (n,) [s]; older files tell only how many a second.
+
+    None if the metadata tell neither.
+    """
+    times = metadata.get("frameTimestamps")
+    if times:
+        if not isinstance(times, list) or len(times) != count:
+            problem = f"expected {count} times"
+            raise FieldError(where, "frameTimestamps", problem)
+        return as_matrix(Path(where), [times], (1, count))[0]
+    if "fps" not in metadata:
+        return None
+    rate = as_number(where, "fps", metadata["fps"])
+    if not 0 < rate <= MAX_RATE:
+        problem = f"must be from 0 to {MAX_RATE:g}"
+        raise FieldError(where, "fps", problem)
+    return np.arange(count) / rate
 
 
 def _table(where: str, metadata: dict, key: str, width: int) -> np.ndarray:

@@ -6,20 +6,21 @@ camera-to-world (OpenCV axes). Depth is in millimetres, 0 or 65535 where there
 is none, and has to be registered to colour: the camera is that of both.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.frames import Frame
-from remosplat_drake.capture.images import read_colors, read_depth
+from remosplat_drake.capture.images import read_colors, read_depth, read_size
 from remosplat_drake.capture.readers.image_lists import (
     in_natural_order,
     note_left_out,
 )
 from remosplat_drake.capture.readers.intrinsics import find_intrinsics
 from remosplat_drake.capture.readers.text_files import read_matrix
+from remosplat_drake.capture.recording import DepthImage, Recording
 
 DEPTH_UNIT = 1e-3
 """Length of one step of a depth image [m]."""
@@ -36,23 +37,39 @@ def recognises(path: Path) -> bool:
     return next(path.glob(f"frame-*{_POSE}"), None) is not None
 
 
-def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Reads every `stride`-th frame.
+def open_recording(path: Path) -> Recording:
+    """Reads the poses of a folder.
 
     Raises:
         FileError: A file is missing or unreadable.
     """
     K = find_intrinsics(path, path.resolve().parent)
-    for pose in _poses(path)[::stride]:
-        name = pose.name.removesuffix(_POSE)
-        depth = read_depth(path / f"{name}.depth.png", DEPTH_UNIT)
-        yield Frame(
-            name=name,
-            K=K,
-            X_WC=read_matrix(pose, (4, 4)),
-            rgb=read_colors(_color_file(path, name)),
-            depth=np.where(depth >= np.float32(_NO_DEPTH), 0, depth),
-        )
+    poses = _poses(path)
+    names = [pose.name.removesuffix(_POSE) for pose in poses]
+    X_WC = np.array([read_matrix(pose, (4, 4)) for pose in poses])
+
+    def read_depths(
+        chosen: Sequence[int],
+    ) -> Iterator[tuple[int, DepthImage]]:
+        for i in chosen:
+            size = read_size(_color_file(path, names[i]))
+            depth = _read_depth(path, names[i])
+            yield i, DepthImage.of_color_camera(names[i], K, size, depth)
+
+    def read_frames(chosen: Sequence[int]) -> Iterator[tuple[int, Frame]]:
+        for i in chosen:
+            yield (
+                i,
+                Frame(
+                    name=names[i],
+                    K=K,
+                    X_WC=X_WC[i],
+                    rgb=read_colors(_color_file(path, names[i])),
+                    depth=_read_depth(path, names[i]),
+                ),
+            )
+
+    return Recording(X_WC.reshape(-1, 4, 4), read_depths, read_frames)
 
 
 def notes(path: Path) -> list[str]:
@@ -67,6 +84,11 @@ def notes(path: Path) -> list[str]:
 
 def _poses(path: Path) -> list[Path]:
     return in_natural_order(list(path.glob(f"frame-*{_POSE}")))
+
+
+def _read_depth(path: Path, name: str) -> np.ndarray:
+    depth = read_depth(path / f"{name}.depth.png", DEPTH_UNIT)
+    return np.where(depth >= np.float32(_NO_DEPTH), 0, depth)
 
 
 def _color_file(path: Path, name: str) -> Path:

@@ -2,14 +2,17 @@
 
 `rgb.mp4` is the colour video, `depth/NNNNNN.png` are millimetres and
 `confidence/NNNNNN.png` ARKit's levels. `odometry.csv` has a row for each
-frame: number, position, quaternion and, in newer versions, the camera at the
-video's size (`fx, fy, cx, cy`); older ones have one `camera_matrix.csv`. The
-app writes poses with OpenCV axes into ARKit's world, whose y axis points up.
+frame: time, number, position, quaternion and, in newer versions, the camera at
+the video's size (`fx, fy, cx, cy`); older ones have one `camera_matrix.csv`.
+The app writes poses with OpenCV axes into ARKit's world, whose y axis points
+up.
 """
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +30,7 @@ from remosplat_drake.capture.readers.image_lists import (
 )
 from remosplat_drake.capture.readers.poses import poses_from_quaternions
 from remosplat_drake.capture.readers.text_files import read_matrix, read_text
+from remosplat_drake.capture.recording import DepthImage, Recording
 
 DEPTH_UNIT = 1e-3
 """Length of one step of a depth image [m]."""
@@ -50,8 +54,8 @@ def recognises(path: Path) -> bool:
     return (path / VIDEO).is_file() and (path / ODOMETRY).is_file()
 
 
-def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Reads every `stride`-th frame.
+def open_recording(path: Path) -> Recording:
+    """Reads the poses of a folder.
 
     The app may stop its video a few frames before its odometry; those are
     left out.
@@ -71,16 +75,41 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
     numbers = _columns(odometry, rows, ("frame",))[:, 0]
     if not np.isfinite(numbers).all():
         raise FileError(odometry, "frame numbers must be finite")
-    wanted = {int(numbers[i]): i for i in range(0, len(rows), stride)}
-    for number, rgb in _video_frames(path / VIDEO, set(wanted)):
-        i = wanted[number]
-        yield Frame(
-            name=f"frame {number:06d}",
-            K=K[i],
-            X_WC=X_WC[i],
-            rgb=rgb,
-            depth=_read_depth(path, number),
-        )
+    times = _times(odometry, rows)
+    numbers = numbers.astype(int).tolist()
+    names = [f"frame {number:06d}" for number in numbers]
+
+    def read_depths(
+        chosen: Sequence[int],
+    ) -> Iterator[tuple[int, DepthImage]]:
+        height, width, count = _video_extent(path / VIDEO)
+        for i in chosen:
+            if not count or numbers[i] < count:
+                depth = _read_depth(path, numbers[i])
+                yield (
+                    i,
+                    DepthImage.of_color_camera(
+                        names[i], K[i], (height, width), depth
+                    ),
+                )
+
+    def read_frames(chosen: Sequence[int]) -> Iterator[tuple[int, Frame]]:
+        wanted = {numbers[i]: i for i in chosen}
+        for number, rgb in _video_frames(path / VIDEO, wanted):
+            i = wanted[number]
+            yield (
+                i,
+                Frame(
+                    name=names[i],
+                    K=K[i],
+                    X_WC=X_WC[i],
+                    rgb=rgb,
+                    depth=_read_depth(path, number),
+                    time=None if times is None else float(times[i]),
+                ),
+            )
+
+    return Recording(X_WC, read_depths, read_frames, times)
 
 
 def notes(path: Path) -> list[str]:
@@ -116,6 +145,13 @@ def _columns(
         raise FileError(path, f"expected numbers: {error}") from error
 
 
+def _times(path: Path, rows: list[dict]) -> np.ndarray | None:
+    """Times of the rows, (n,) [s], which the oldest versions do not tell."""
+    if "timestamp" not in rows[0]:
+        return None
+    return _columns(path, rows, ("timestamp",))[:, 0]
+
+
 def _intrinsics(path: Path, rows: list[dict]) -> np.ndarray:
     """K at the video's size, (n, 3, 3)."""
     if all(name in rows[0] for name in _CAMERA):
@@ -138,10 +174,30 @@ def _read_depth(path: Path, number: int) -> np.ndarray:
     return depth
 
 
+def _video_extent(path: Path) -> tuple[int, int, int]:
+    """Height and width of a video, and its number of frames; 0: unknown."""
+    with _opened_video(path) as video:
+        stream = video.streams.video[0]
+        return stream.height, stream.width, stream.frames
+
+
 def _video_frames(
-    path: Path, wanted: set[int]
+    path: Path, wanted: Collection[int]
 ) -> Iterator[tuple[int, np.ndarray]]:
     """Numbers and colours (h, w, 3) of some of a video's frames, in order."""
+    last = max(wanted, default=-1)
+    with _opened_video(path) as video:
+        video.streams.video[0].thread_type = "AUTO"
+        for number, image in enumerate(video.decode(video=0)):
+            if number in wanted:
+                yield number, image.to_ndarray(format="rgb24")
+            if number >= last:
+                return
+
+
+@contextmanager
+def _opened_video(path: Path) -> Iterator[Any]:
+    """A video of a known codec and a size that can be decoded."""
     try:
         import av
     except ImportError as error:
@@ -156,8 +212,6 @@ def _video_frames(
                 raise FileError(path, "holds no video that can be decoded")
             camera = streams[0].codec_context
             check_pixel_count(path, camera.width, camera.height)
-            for number, image in enumerate(video.decode(video=0)):
-                if number in wanted:
-                    yield number, image.to_ndarray(format="rgb24")
+            yield video
     except (av.FFmpegError, UnicodeDecodeError) as error:
         raise FileError(path, f"unreadable video: {error}") from error

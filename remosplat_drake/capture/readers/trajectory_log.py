@@ -6,20 +6,21 @@ of their own and are counted in the order of their numbers. Depth is in
 millimetres. A camera file lies beside (Open3D's JSON or a 3x3 matrix).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.frames import Frame
-from remosplat_drake.capture.images import read_colors, read_depth
+from remosplat_drake.capture.images import read_colors, read_depth, read_size
 from remosplat_drake.capture.readers.image_lists import (
     images_in,
     note_left_out,
 )
 from remosplat_drake.capture.readers.intrinsics import find_intrinsics
 from remosplat_drake.capture.readers.text_files import as_matrix, read_rows
+from remosplat_drake.capture.recording import DepthImage, Recording
 
 DEPTH_UNIT = 1e-3
 """Length of one step of a depth image [m]."""
@@ -36,8 +37,8 @@ def recognises(path: Path) -> bool:
     return any((path / log).is_file() for log in _LOGS)
 
 
-def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Reads every `stride`-th frame of the trajectory.
+def open_recording(path: Path) -> Recording:
+    """Reads the trajectory of a folder.
 
     Raises:
         FileError: A file is missing or unreadable.
@@ -50,18 +51,41 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
         raise FileError(
             path, f"{len(colors)} colour but {len(depths)} depth images"
         )
-    for index, X_WC in read_log(log)[::stride]:
+    entries = read_log(log)
+    X_WC = np.array([pose for _, pose in entries])
+
+    def number(i: int) -> tuple[int, str]:
+        index = entries[i][0]
         if not 0 <= index < len(colors):
             raise FileError(
                 log, f"frame {index}: there are {len(colors)} images"
             )
-        yield Frame(
-            name=f"frame {index} ({colors[index].name})",
-            K=K,
-            X_WC=X_WC,
-            rgb=read_colors(colors[index]),
-            depth=read_depth(depths[index], DEPTH_UNIT),
-        )
+        return index, f"frame {index} ({colors[index].name})"
+
+    def read_depths(
+        chosen: Sequence[int],
+    ) -> Iterator[tuple[int, DepthImage]]:
+        for i in chosen:
+            index, name = number(i)
+            size = read_size(colors[index])
+            depth = read_depth(depths[index], DEPTH_UNIT)
+            yield i, DepthImage.of_color_camera(name, K, size, depth)
+
+    def read_frames(chosen: Sequence[int]) -> Iterator[tuple[int, Frame]]:
+        for i in chosen:
+            index, name = number(i)
+            yield (
+                i,
+                Frame(
+                    name=name,
+                    K=K,
+                    X_WC=X_WC[i],
+                    rgb=read_colors(colors[index]),
+                    depth=read_depth(depths[index], DEPTH_UNIT),
+                ),
+            )
+
+    return Recording(X_WC, read_depths, read_frames)
 
 
 def notes(path: Path) -> list[str]:

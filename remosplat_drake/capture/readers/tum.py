@@ -11,7 +11,7 @@ need a file beside the lists.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.capture.frames import Frame
-from remosplat_drake.capture.images import read_colors, read_depth
+from remosplat_drake.capture.images import read_colors, read_depth, read_size
 from remosplat_drake.capture.readers.image_lists import note_left_out
 from remosplat_drake.capture.readers.intrinsics import (
     find_intrinsics,
@@ -27,6 +27,7 @@ from remosplat_drake.capture.readers.intrinsics import (
 )
 from remosplat_drake.capture.readers.poses import shortened
 from remosplat_drake.capture.readers.text_files import as_matrix, read_rows
+from remosplat_drake.capture.recording import DepthImage, Recording
 from remosplat_drake.capture.undistortion import Distortion
 
 DEPTH_UNIT = 1 / 5000
@@ -58,8 +59,8 @@ def recognises(path: Path) -> bool:
     return all((path / name).is_file() for name in _FILES)
 
 
-def read_frames(path: Path, stride: int) -> Iterator[Frame]:
-    """Reads every `stride`-th frame with colour, depth and a pose.
+def open_recording(path: Path) -> Recording:
+    """Reads the lists of a folder: all frames with colour, depth and a pose.
 
     Raises:
         FileError: A file is missing or unreadable.
@@ -74,15 +75,35 @@ def read_frames(path: Path, stride: int) -> Iterator[Frame]:
             path,
             f"no colour, depth and pose within {TOLERANCE} s of each other",
         )
-    for color, depth in pairs[::stride]:
-        yield Frame(
-            name=color_files[color],
-            K=K,
-            X_WC=interpolate_pose(pose_times, poses, float(depth_times[depth])),
-            rgb=read_colors(path / color_files[color]),
-            depth=read_depth(path / depth_files[depth], DEPTH_UNIT),
-            distortion=distortion,
-        )
+    names = [color_files[color] for color, _ in pairs]
+    depths = [path / depth_files[depth] for _, depth in pairs]
+    times = depth_times[[depth for _, depth in pairs]]
+    X_WC = interpolate_poses(pose_times, poses, times)
+
+    def read_depths(
+        chosen: Sequence[int],
+    ) -> Iterator[tuple[int, DepthImage]]:
+        for i in chosen:
+            size = read_size(path / names[i])
+            depth = read_depth(depths[i], DEPTH_UNIT)
+            yield i, DepthImage.of_color_camera(names[i], K, size, depth)
+
+    def read_frames(chosen: Sequence[int]) -> Iterator[tuple[int, Frame]]:
+        for i in chosen:
+            yield (
+                i,
+                Frame(
+                    name=names[i],
+                    K=K,
+                    X_WC=X_WC[i],
+                    rgb=read_colors(path / names[i]),
+                    depth=read_depth(depths[i], DEPTH_UNIT),
+                    distortion=distortion,
+                    time=float(times[i]),
+                ),
+            )
+
+    return Recording(X_WC, read_depths, read_frames, times)
 
 
 def notes(path: Path) -> list[str]:
@@ -123,29 +144,25 @@ def associate(
     return np.where(np.abs(others[nearest] - times) <= tolerance, nearest, -1)
 
 
-def interpolate_pose(
-    times: np.ndarray, poses: np.ndarray, time: float
+def interpolate_poses(
+    times: np.ndarray, poses: np.ndarray, wanted: np.ndarray
 ) -> np.ndarray:
     """Interpolates a trajectory; before and after it, the pose is constant.
 
     Args:
         times: Sorted times of the rows, shape (n,) [s].
         poses: Rows `tx ty tz qx qy qz qw`, shape (n, 7).
-        time: Time of the wanted pose [s].
+        wanted: Times of the wanted poses, shape (m,) [s].
 
     Returns:
-        The pose, shape (4, 4).
+        The poses, shape (m, 4, 4).
     """
-    after = int(np.searchsorted(times, time).clip(1, len(times) - 1))
-    rows = slice(after - 1, after + 1)
-    time = float(np.clip(time, times[after - 1], times[after]))
-    X_WC = np.eye(4)
-    X_WC[:3, :3] = Slerp(times[rows], Rotation.from_quat(poses[rows, 3:]))(
-        time
-    ).as_matrix()
-    X_WC[:3, 3] = [
-        np.interp(time, times[rows], poses[rows, axis]) for axis in range(3)
-    ]
+    wanted = np.clip(wanted, times[0], times[-1])
+    X_WC = np.tile(np.eye(4), (len(wanted), 1, 1))
+    turns = Slerp(times, Rotation.from_quat(poses[:, 3:]))
+    X_WC[:, :3, :3] = turns(wanted).as_matrix()
+    for axis in range(3):
+        X_WC[:, axis, 3] = np.interp(wanted, times, poses[:, axis])
     return X_WC
 
 

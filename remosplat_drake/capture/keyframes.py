@@ -1,0 +1,175 @@
+"""`choose_keyframes`: the few frames of a long capture that show all of it.
+
+A hand-held camera takes each surface dozens of times from next to the same
+place. Here surfaces are cut into voxels, and frames are chosen one by one:
+each is the one whose image adds most to what those before have seen (the
+greedy covering of Nemhauser, Wolsey and Fisher, 1978). A voxel's first views
+add most, and views from new directions more than others. What a blurred frame
+adds counts for less.
+"""
+
+import dataclasses as dc
+import heapq
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from remosplat_drake.capture.capture import back_project
+from remosplat_drake.capture.frames import sample_nearest, scale_intrinsics
+
+VOXEL = 0.1
+"""Edge of the voxels that surfaces are cut into [m]."""
+
+EXPOSURE = 1 / 60
+"""Time for which a phone or an RGB-D camera exposes an image indoors [s]."""
+
+_COARSE = 64
+"""Largest width and height of the depth images that are looked at [pixels]."""
+
+_WORTH = 0.5
+"""Each view of a voxel adds this part of what the one before has added, of
+which the first adds 1: many views average noise, but few must come first."""
+
+_BLURRED_WORTH = 0.1
+"""What an image counts for that is all blurred: of two that show the same, the
+sharp one is chosen, but a surface is not left out for a blur."""
+
+_DIRECTION_WORTH = 0.5
+"""What the first view of a voxel from a direction adds to that."""
+
+_AXIS_BITS, _DIRECTION_BITS = 19, 5
+"""A look is a whole number: indices along three axes, and a direction."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Keyframes:
+    """The frames that were chosen, and what the rest would add.
+
+    Attributes:
+        chosen: Their positions among all frames, ascending, shape (k,).
+        frames: Number of all frames.
+        missed: Fraction of the voxels that any frame has seen, but no chosen
+            one, nor any of their 26 neighbours: where a surface trembles, it
+            is in one or another voxel.
+    """
+
+    chosen: np.ndarray
+    frames: int
+    missed: float
+
+    @property
+    def words(self) -> str:
+        """One sentence that says how many frames are used."""
+        return (
+            f"{len(self.chosen)} of {self.frames} frames are used; of all that"
+            f" was seen, {100 * self.missed:.1f} % is in others only"
+        )
+
+
+def looks_of_view(
+    K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
+) -> np.ndarray:
+    """Finds which voxels a depth image shows, and from which direction.
+
+    Args:
+        K: Intrinsic matrix, shape (3, 3) [pixels].
+        depth: Depth z in C, shape (h, w) [m]; 0 where unknown.
+        X_WC: Camera pose (OpenCV axes), shape (4, 4).
+
+    Returns:
+        Numbers of voxel and direction, ascending, each once. The direction is
+        one of 24: its largest component, and the signs of all three.
+    """
+    height, width = depth.shape
+    shrink = max(height, width, _COARSE) / _COARSE
+    size = max(1, round(height / shrink)), max(1, round(width / shrink))
+    K = scale_intrinsics(K, (height, width), size)
+    p_W = back_project(K, sample_nearest(depth, size), X_WC).reshape(-1, 3)
+    p_W = p_W[np.isfinite(p_W[:, 0])]
+    most = 1 << (_AXIS_BITS - 1)
+    cell = np.floor(p_W / VOXEL).clip(-most, most - 1).astype(np.int64) + most
+    ray_W = p_W - X_WC[:3, 3]
+    signs = (ray_W > 0) @ np.array([1, 2, 4])
+    look = 8 * np.abs(ray_W).argmax(axis=1) + signs
+    for axis in range(3):
+        look += cell[:, axis] << (_DIRECTION_BITS + axis * _AXIS_BITS)
+    return np.unique(look)
+
+
+def sharpness(velocity_W: np.ndarray, focal: float, depth: float) -> float:
+    """Judges how little an image is blurred by the camera's motion.
+
+    Args:
+        velocity_W: Angular velocity [rad/s] and velocity of the camera's
+            centre [m/s], shape (6,); NaN if unknown.
+        focal: Focal length [pixels].
+        depth: Usual depth of what the image shows [m].
+
+    Returns:
+        1 for a still or unknown camera, 1/2 for a blur of one pixel, and less
+        with the square of it.
+    """
+    turning, moving = np.linalg.norm(velocity_W.reshape(2, 3), axis=1)
+    blur = EXPOSURE * focal * (turning + moving / depth)
+    return float(1 / (1 + blur**2)) if np.isfinite(blur) else 1.0
+
+
+def choose_keyframes(
+    looks: Sequence[np.ndarray], sharp: np.ndarray, most: int
+) -> Keyframes:
+    """Chooses frames that together have seen what all frames have.
+
+    Args:
+        looks: What `looks_of_view` finds in each of n frames.
+        sharp: What `sharpness` says of each, shape (n,).
+        most: Largest number of frames that are chosen.
+    """
+    n = len(looks)
+    every = np.concatenate([*looks, np.zeros(0, np.int64)])
+    kinds, look = np.unique(every, return_inverse=True)
+    voxels, voxel_of_look = np.unique(
+        kinds >> _DIRECTION_BITS, return_inverse=True
+    )
+    starts = np.cumsum([len(numbers) for numbers in looks])[:-1]
+    directions = np.split(look, starts)
+    places = [np.unique(voxel_of_look[look]) for look in directions]
+    views = np.zeros(len(voxels), np.int64)
+    is_seen = np.zeros(len(kinds), bool)
+    worth = _BLURRED_WORTH + (1 - _BLURRED_WORTH) * sharp
+
+    def gain(i: int) -> float:
+        fresh = np.count_nonzero(~is_seen[directions[i]])
+        more = float((_WORTH ** views[places[i]]).sum())
+        return float(worth[i]) * (more + _DIRECTION_WORTH * fresh)
+
+    # Gains only fall, so that one which is still the largest is the largest
+    # of all; of equal ones the first frame's is.
+    waiting = [(-np.inf, i) for i in range(n)]
+    chosen: list[int] = []
+    while waiting and len(chosen) < most:
+        _, i = waiting[0]
+        now = gain(i)
+        if now <= 0:
+            heapq.heappop(waiting)
+        elif len(waiting) == 1 or (-now, i) <= min(waiting[1:3]):
+            heapq.heappop(waiting)
+            chosen.append(i)
+            views[places[i]] += 1
+            is_seen[directions[i]] = True
+        else:
+            heapq.heapreplace(waiting, (-now, i))
+    if not chosen:  # No frame has a depth, which is refused elsewhere.
+        chosen = list(range(min(n, most)))
+    return Keyframes(
+        np.array(sorted(chosen), np.int64), n, _missed(voxels, views > 0)
+    )
+
+
+def _missed(voxels: np.ndarray, is_seen: np.ndarray) -> float:
+    """Which part of the voxels is not seen, and has no seen neighbour."""
+    missed = voxels[~is_seen]
+    for x, y, z in product((-1, 0, 1), repeat=3):
+        step = x + (y << _AXIS_BITS) + (z << 2 * _AXIS_BITS)
+        missed = missed[~np.isin(missed + step, voxels[is_seen])]
+    return len(missed) / max(len(voxels), 1)

@@ -1,0 +1,51 @@
+"""How fast a camera moved while its images were taken."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+LONGEST_STEP = 0.2
+"""Neighbouring frames that are as far apart tell no velocity [s]."""
+
+
+def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
+    """Computes a camera's velocities from its poses, by central differences.
+
+    A frame that follows a gap, or precedes one, has the velocity towards its
+    one neighbour.
+
+    Args:
+        times: Times of n frames in any order, shape (n,) [s].
+        X_WC: Their camera poses, shape (n, 4, 4).
+
+    Returns:
+        Angular velocities in W [rad/s], then velocities of the camera's centre
+        in W [m/s], shape (n, 6); NaN for a frame that has no usable pose, or
+        none of whose neighbours is nearer than `LONGEST_STEP`.
+    """
+    velocity_W = np.full((len(times), 6), np.nan)
+    order = np.argsort(times, kind="stable")
+    order = order[_usable(times, X_WC)[order]]
+    if len(order) < 2:
+        return velocity_W
+    t, X_WC = times[order], X_WC[order]
+    step = np.diff(t)
+    joined = (step > 0) & (step < LONGEST_STEP)
+    index = np.arange(len(order))
+    before = index - np.concatenate([[False], joined])
+    after = index + np.concatenate([joined, [False]])
+    known = after > before
+    before, after = before[known], after[known]
+    elapsed = (t[after] - t[before])[:, None]
+    R_WA = Rotation.from_matrix(X_WC[after, :3, :3])
+    R_WB = Rotation.from_matrix(X_WC[before, :3, :3])
+    turned_W = (R_WA * R_WB.inv()).as_rotvec()
+    moved_W = X_WC[after, :3, 3] - X_WC[before, :3, 3]
+    velocity_W[order[known]] = np.hstack([turned_W, moved_W]) / elapsed
+    return velocity_W
+
+
+def _usable(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
+    """Which frames have a time and a pose that can be differentiated, (n,)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        turns = np.linalg.det(X_WC[:, :3, :3])
+        return np.isfinite(times + turns + X_WC.sum(axis=(1, 2))) & (turns > 0)
