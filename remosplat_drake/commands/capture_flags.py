@@ -1,14 +1,31 @@
 """The flags that name a capture, and what reads it."""
 
 import argparse
+import dataclasses as dc
 
+from rich.console import Console
+
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.capture.formats import FORMATS, read_capture
+from remosplat_drake.capture.formats import (
+    FORMATS,
+    ReadingConfig,
+    Report,
+    read_keyframes,
+)
+from remosplat_drake.commands.flags import check_positive
 
 TRUTH = "truth.json"
 """Name of the file with a rendered capture's true geometry, an RMMI file beside
 its images."""
+
+KEYFRAMES = 150
+"""Largest number of frames that are used unless told: with so many, a map is
+made in minutes."""
+
+_MOST_MISSED = 0.01
+"""Part of what was seen that may be in unused frames only, without a doubt."""
 
 
 def add_capture_arguments(parser: argparse.ArgumentParser):
@@ -25,6 +42,14 @@ def add_capture_arguments(parser: argparse.ArgumentParser):
         "--stride", type=int, default=1, help="use every so many frames (1)"
     )
     parser.add_argument(
+        "--keyframes",
+        type=int,
+        default=KEYFRAMES,
+        metavar="N",
+        help="of more frames, use the N that together have seen most, sharp"
+        f" ones first; 0 uses all ({KEYFRAMES})",
+    )
+    parser.add_argument(
         "--max-depth",
         type=float,
         metavar="Z",
@@ -38,16 +63,48 @@ def add_capture_arguments(parser: argparse.ArgumentParser):
     )
 
 
-def captured(arguments: argparse.Namespace) -> Capture:
-    """Reads the capture that the flags name.
+def check_capture_arguments(command: str, arguments: argparse.Namespace):
+    """Checks the flags for reading a capture, before any work starts.
 
     Raises:
-        RemoSplatError: The capture cannot be read.
+        FieldError: A number is out of its range.
     """
-    return read_capture(
-        resolve(arguments.capture),
-        arguments.format,
-        stride=arguments.stride,
-        max_depth=arguments.max_depth,
-        max_size=arguments.max_size,
+    check_positive(command, arguments, "stride", "max_depth", "max_size")
+    if arguments.keyframes < 0:
+        raise FieldError(command, "--keyframes", "must not be negative")
+
+
+def captured(
+    arguments: argparse.Namespace,
+    console: Console,
+    report: Report = lambda what, done, total: None,
+) -> Capture:
+    """Reads the capture that the flags name, or its keyframes.
+
+    Args:
+        arguments: The command's flags.
+        console: Where it is told how many frames are used, if not all are.
+        report: Called with the progress.
+
+    Returns:
+        The capture; its notes say if its frames miss much of what was seen.
+
+    Raises:
+        RemoSplatError: The capture cannot be read, or a flag is unusable.
+    """
+    config = ReadingConfig(
+        arguments.stride,
+        arguments.keyframes,
+        arguments.max_depth,
+        arguments.max_size,
     )
+    path = resolve(arguments.capture)
+    capture, keyframes = read_keyframes(path, arguments.format, config, report)
+    if keyframes is None:
+        return capture
+    words = f"keyframes: {keyframes.words}"
+    console.print(words, soft_wrap=True, highlight=False)
+    if keyframes.missed > _MOST_MISSED:
+        note = f"{words} (--keyframes N uses more)"
+        return dc.replace(capture, notes=(*capture.notes, note))
+    return capture

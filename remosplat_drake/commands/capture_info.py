@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.base.atomic_file import check_writable
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.base.table import Table
 from remosplat_drake.capture.checks.findings import list_frames
@@ -19,8 +20,8 @@ from remosplat_drake.commands.capture_admission import tell_findings
 from remosplat_drake.commands.capture_flags import (
     add_capture_arguments,
     captured,
+    check_capture_arguments,
 )
-from remosplat_drake.commands.flags import check_positive
 from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.tables import open_console, print_table
 
@@ -48,15 +49,16 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 def run(arguments: argparse.Namespace) -> int:
     """Reads, checks and describes the capture."""
-    numbers = ("stride", "max_depth", "max_size")
-    check_positive("capture-info", arguments, *numbers)
+    check_capture_arguments("capture-info", arguments)
     if arguments.picture:
         check_writable(arguments.picture)
     console = open_console(stderr=arguments.json)
     path = resolve(arguments.capture)
     arguments.format = arguments.format or detect_format(path)
-    capture = captured(arguments)
-    inspection = inspect_capture(capture)
+    with Progress(console, "reading the capture") as progress:
+        capture = captured(arguments, console, progress.report)
+        progress.report("inspecting the capture")
+        inspection = inspect_capture(capture)
     if arguments.json:
         print_json(_document(path, arguments.format, inspection))
     else:

@@ -66,9 +66,10 @@ def prepare_capture(
     Raises:
         RemoSplatError: The capture or a flag is unusable.
     """
-    with Progress(console, "reading the capture"):
-        capture = captured(arguments)
+    with Progress(console, "reading the capture") as progress:
+        capture = captured(arguments, console, progress.report)
         check_reconstructible(capture)
+        progress.report("inspecting the capture")
         capture, warnings = admitted(capture, arguments, console)
     alignment, summary = aligned(capture, arguments, console)
     if alignment is not None:

@@ -25,6 +25,7 @@ from remosplat_drake.commands.capture_admission import (
 from remosplat_drake.commands.capture_flags import (
     add_capture_arguments,
     captured,
+    check_capture_arguments,
 )
 from remosplat_drake.commands.flags import (
     check_finite,
@@ -113,8 +114,8 @@ def add_arguments(parser: argparse.ArgumentParser):
 
 def run(arguments: argparse.Namespace) -> int:
     """Writes the report and its page, and prints the numbers."""
-    numbers = ("held_out", "reach", "points", "stride", "max_depth", "max_size")
-    check_positive("quality", arguments, *numbers)
+    check_capture_arguments("quality", arguments)
+    check_positive("quality", arguments, "held_out", "reach", "points")
     check_finite("quality", arguments, "focus")
     check_seed("quality", arguments)
     check_inspection_arguments(arguments)
@@ -129,7 +130,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.focus is not None:
         workspace = Workspace.around(np.array(arguments.focus), arguments.reach)
     with Progress(console, "reading the capture") as progress:
-        capture, warnings = admitted(captured(arguments), arguments, console)
+        capture = captured(arguments, console, progress.report)
+        progress.report("inspecting the capture")
+        capture, warnings = admitted(capture, arguments, console)
         refined = with_cameras(capture, splat_path)
         if refined is not capture:
             warnings = after_alignment(warnings, refined)

@@ -17,7 +17,11 @@ from remosplat_drake.commands.capture_admission import (
     add_inspection_arguments,
     check_inspection_arguments,
 )
-from remosplat_drake.commands.capture_flags import TRUTH, add_capture_arguments
+from remosplat_drake.commands.capture_flags import (
+    TRUTH,
+    add_capture_arguments,
+    check_capture_arguments,
+)
 from remosplat_drake.commands.flags import (
     check_finite,
     check_positive,
@@ -202,8 +206,8 @@ def _suggest(
 
 
 def _check(arguments: argparse.Namespace):
-    numbers = ("count", "steps", "stride", "held_out", "max_depth", "max_size")
-    check_positive("reconstruct", arguments, *numbers)
+    check_capture_arguments("reconstruct", arguments)
+    check_positive("reconstruct", arguments, "count", "steps", "held_out")
     check_finite("reconstruct", arguments, "focus")
     check_seed("reconstruct", arguments)
     check_alignment(arguments)
