@@ -18,8 +18,15 @@ from rich.text import Text
 
 T = TypeVar("T")
 
-PERIOD = 10.0
-"""Time between two lines where there is no terminal [s]."""
+BEGUN = 1.0
+"""Where there is no terminal, a stage gets its first line at this age [s]: what
+is over sooner needs none."""
+
+PERIOD = 30.0
+"""It gets another line so long after the one before [s]."""
+
+_STEP, _LEAST_PERIOD = 0.1, 5.0
+"""Or when this fraction more is done, but not sooner than so [s]."""
 
 _BAR = 30
 """Width of a bar [columns]."""
@@ -45,6 +52,7 @@ class Stage:
     estimate: Callable[[], tuple[float, float]] | None = None
     start: float = dc.field(default_factory=monotonic)
     _shown: float = dc.field(default=0.0, init=False)
+    _told: tuple[float, float] | None = dc.field(default=None, init=False)
 
     def __post_init__(self):
         self._first = self.done
@@ -70,12 +78,27 @@ class Stage:
             said += f", about {_duration(left)} left"
         return self._shown, said
 
+    def line(self) -> str:
+        """Returns a line of a log, and remembers when it was told."""
+        fraction, said = self.state()
+        self._told = monotonic(), fraction or 0.0
+        return f"{self.what}: {said}"
+
+    def is_line_due(self) -> bool:
+        """Whether a log is to have another line about the stage."""
+        if self._told is None:
+            return monotonic() - self.start >= BEGUN
+        time, fraction = self._told
+        since, more = monotonic() - time, (self.state()[0] or 0.0) - fraction
+        return since >= PERIOD or (since >= _LEAST_PERIOD and more >= _STEP)
+
 
 class Progress:
     """Shows the stage of a job: a bar, its steps, and the time that it takes.
 
-    In a terminal this is a line that vanishes at the end. Elsewhere, a line
-    goes to stderr every ten seconds. Nothing is shown before the first report.
+    In a terminal this is a line that vanishes at the end. Elsewhere, lines go
+    to stderr: one for each stage that takes a while, and more of a long one.
+    Nothing is shown before the first report.
 
     Example:
         >>> from rich.console import Console
@@ -164,14 +187,15 @@ class Progress:
 
     def print_line(self) -> None:
         """Prints a line at once where there is no terminal."""
-        if self._live is None and self.stage is not None:
-            _, said = self.stage.state()
+        stage = self.stage
+        if self._live is None and stage is not None:
             with suppress(OSError):  # Nothing reads it any more.
-                print(f"{self.stage.what}: {said}", file=sys.stderr, flush=True)
+                print(stage.line(), file=sys.stderr, flush=True)
 
     def _print_lines(self) -> None:
-        while not self._ended.wait(PERIOD):
-            self.print_line()
+        while not self._ended.wait(min(BEGUN, PERIOD) / 2):
+            if self.stage is not None and self.stage.is_line_due():
+                self.print_line()
 
     def _row(self) -> RenderableType:
         if self.stage is None:

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from remosplat_drake.base import progress
 from remosplat_drake.base.progress import Stage
 
 JOB = """
@@ -15,7 +16,7 @@ import sys
 from rich.console import Console
 from remosplat_drake.base import progress
 
-progress.PERIOD = 0.01
+progress.BEGUN = progress.PERIOD = 0.01
 with progress.Progress(Console(stderr=sys.argv[1:] == ["stderr"])) as shown:
     input()
     shown.report("reading")
@@ -86,6 +87,29 @@ def test_a_bar_in_a_terminal():
         text = read_until(terminal, "done")
         assert re.search(r"\x1b\[2K\s*done", text)  # The line has vanished.
     os.close(terminal)
+
+
+def test_lines_are_few(monkeypatch):
+    """The first at one second; then for a tenth more, or after half a minute.
+
+    The times are those of a clock that the test moves.
+    """
+    now = [100.0]
+    monkeypatch.setattr(progress, "monotonic", lambda: now[0])
+    stage = Stage("fitting", 0, 100, start=now[0])
+    told = []
+    for second in range(120):
+        now[0] = 100.0 + second
+        stage.done = {0: 0, 1: 5, 2: 15, 3: 40}.get(second, 45)
+        if stage.is_line_due():
+            told.append((second, stage.line().split(",")[0]))
+    assert told == [
+        (1, "fitting: 5 of 100"),
+        (6, "fitting: 45 of 100"),
+        (36, "fitting: 45 of 100"),
+        (66, "fitting: 45 of 100"),
+        (96, "fitting: 45 of 100"),
+    ]
 
 
 def test_it_never_goes_back():

@@ -79,6 +79,7 @@ def test_a_picture_shows_the_robot_and_its_spheres(rendering, three_link):
 
 
 def test_a_pipe_hears_how_far_it_is(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(progress, "BEGUN", 0.001)
     monkeypatch.setattr(progress, "PERIOD", 0.001)
     source, out = write_toy(tmp_path), tmp_path / "made"
     flags = ["--no-scenario", "--out", str(out), *COARSE]

@@ -149,6 +149,7 @@ def test_a_splat_safe_from_272_mm_on_does_not_run_at_21(written, capsys):
 
 @pytest.mark.smoke
 def test_floor_and_untrained_discs(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(progress, "BEGUN", 0.001)
     monkeypatch.setattr(progress, "PERIOD", 0.001)
     output = tmp_path / "splat.ply"
     flags = ["--device", "none", "--count", "500", "--floor"]
