@@ -75,6 +75,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]):
 
 
 @pytest.fixture(scope="session", autouse=True)
+def no_progress_lines() -> Iterator[None]:
+    """A busy computer adds no lines to what commands say on stderr."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("remosplat_drake.base.progress.BEGUN", np.inf)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def equal_niceness() -> Iterator[None]:
     """Processes beside a loop do not wait until no other test wants to run."""
     with pytest.MonkeyPatch.context() as patch:

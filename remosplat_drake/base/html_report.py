@@ -99,7 +99,11 @@ def new_plot(width: float, height: float) -> tuple[Any, Any]:
 
 def to_svg(figure: Any) -> str:
     """Writes a figure of matplotlib's as SVG that goes into a page."""
+    from matplotlib import rc_context
+
     text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
+    # Names of parts are hashes; those of the same figure are the same.
+    with rc_context({"svg.hashsalt": "remosplat"}):
+        figure.savefig(text, format="svg", metadata={"Date": None})
     # Without the XML header, which has no place inside a page.
     return text.getvalue()[text.getvalue().index("<svg") :]

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
+from remosplat_drake.base.kept_stages import NOTHING_KEPT, KeptStages
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.capture.capture import Capture, check_camera
 from remosplat_drake.capture.frames import Frame, assemble
@@ -152,6 +153,7 @@ def read_keyframes(
     format: str | None,
     config: ReadingConfig,
     report: Report = lambda what, done, total: None,
+    stages: KeptStages = NOTHING_KEPT,
 ) -> tuple[Capture, Keyframes | None]:
     """Reads the frames of a capture that show all of it.
 
@@ -164,6 +166,7 @@ def read_keyframes(
         format: A name of `FORMATS`; None detects it by the content.
         config: Which frames are looked at, how many are read, and how.
         report: Called with the progress, see `Report`.
+        stages: Where the choice is kept.
 
     Returns:
         The capture as `read_capture` describes it, and how its frames were
@@ -185,7 +188,14 @@ def read_keyframes(
     wanted: Sequence[int] = range(0, len(recording), config.stride)
     keyframes = None
     if 0 < config.keyframes < len(wanted):
-        keyframes = _choose(path, recording, wanted, velocity_W, config, report)
+        keyframes = stages.kept(
+            "keyframes",
+            Keyframes,
+            [_stamps(path), recording.X_WC, velocity_W, config],
+            lambda: _choose(
+                path, recording, wanted, velocity_W, config, report
+            ),
+        )
         wanted = [wanted[i] for i in keyframes.chosen.tolist()]
     taken: list[int] = []
 
@@ -206,6 +216,13 @@ def read_keyframes(
         velocity_W=velocity_W if np.isfinite(velocity_W).all() else None,
     )
     return capture, keyframes
+
+
+def _stamps(path: Path) -> list[tuple[str, int, int]]:
+    """Name, size and time of each file of a capture, which tell of changes."""
+    files = sorted(path.rglob("*")) if path.is_dir() else [path]
+    stats = [(str(file), file.stat()) for file in files if file.is_file()]
+    return [(name, stat.st_size, stat.st_mtime_ns) for name, stat in stats]
 
 
 def _velocities(recording: Recording) -> np.ndarray:

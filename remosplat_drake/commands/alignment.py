@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.kept_stages import KeptStages
 from remosplat_drake.base.progress import Progress
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.commands.flags import check_positive
@@ -72,7 +73,10 @@ def check_alignment(arguments: argparse.Namespace):
 
 
 def aligned(
-    capture: Capture, arguments: argparse.Namespace, console: Console
+    capture: Capture,
+    arguments: argparse.Namespace,
+    console: Console,
+    stages: KeptStages,
 ) -> tuple[Alignment | None, AlignmentSummary | None]:
     """Refines a capture as the flags say, and prints what that did."""
     if arguments.align == "off":
@@ -84,7 +88,12 @@ def aligned(
     )
     what = "aligning the views"
     with Progress(console, what) as progress:
-        alignment = align(capture, config, partial(progress.report, what))
+        alignment = stages.kept(
+            "refined cameras",
+            Alignment,
+            [capture, config],
+            lambda: align(capture, config, partial(progress.report, what)),
+        )
     summary = summarize_alignment(alignment, capture.X_WC)
     print_alignment(console, summary)
     return alignment, summary

@@ -6,6 +6,7 @@ import dataclasses as dc
 from rich.console import Console
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.kept_stages import NOTHING_KEPT, KeptStages
 from remosplat_drake.base.resources import resolve
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.formats import (
@@ -78,13 +79,16 @@ def captured(
     arguments: argparse.Namespace,
     console: Console,
     report: Report = lambda what, done, total: None,
+    stages: KeptStages = NOTHING_KEPT,
 ) -> Capture:
     """Reads the capture that the flags name, or its keyframes.
 
     Args:
         arguments: The command's flags.
-        console: Where it is told how many frames are used, if not all are.
+        console: Where it is told how many frames are used, if not all are and
+            they miss little.
         report: Called with the progress.
+        stages: Where the choice of frames is kept.
 
     Returns:
         The capture; its notes say if its frames miss much of what was seen.
@@ -99,12 +103,14 @@ def captured(
         arguments.max_size,
     )
     path = resolve(arguments.capture)
-    capture, keyframes = read_keyframes(path, arguments.format, config, report)
+    capture, keyframes = read_keyframes(
+        path, arguments.format, config, report, stages
+    )
     if keyframes is None:
         return capture
+    if keyframes.missed > _MOST_MISSED:
+        note = f"{keyframes.words} (--keyframes N uses more)"
+        return dc.replace(capture, notes=(*capture.notes, note))
     words = f"keyframes: {keyframes.words}"
     console.print(words, soft_wrap=True, highlight=False)
-    if keyframes.missed > _MOST_MISSED:
-        note = f"{words} (--keyframes N uses more)"
-        return dc.replace(capture, notes=(*capture.notes, note))
     return capture

@@ -7,6 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.kept_stages import KeptStages
 from remosplat_drake.base.progress import Progress
 from remosplat_drake.capture.capture import Capture, check_reconstructible
 from remosplat_drake.commands.alignment import aligned
@@ -55,23 +56,24 @@ class PreparedCapture:
 
 
 def prepare_capture(
-    arguments: argparse.Namespace, console: Console
+    arguments: argparse.Namespace, console: Console, stages: KeptStages
 ) -> PreparedCapture:
     """Reads, inspects, refines and places the capture of a command line.
 
     Args:
         arguments: The command's flags.
         console: Where progress, and what was found, are shown.
+        stages: Where the choice of frames and the refinement are kept.
 
     Raises:
         RemoSplatError: The capture or a flag is unusable.
     """
     with Progress(console, "reading the capture") as progress:
-        capture = captured(arguments, console, progress.report)
+        capture = captured(arguments, console, progress.report, stages)
         check_reconstructible(capture)
         progress.report("inspecting the capture")
         capture, warnings = admitted(capture, arguments, console)
-    alignment, summary = aligned(capture, arguments, console)
+    alignment, summary = aligned(capture, arguments, console, stages)
     if alignment is not None:
         capture = alignment.capture
         warnings = after_alignment(warnings, capture)

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.kept_stages import KeptStages
 from remosplat_drake.base.progress import Progress
 from remosplat_drake.commands.alignment import (
     add_alignment_arguments,
@@ -67,6 +68,7 @@ from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
 )
 from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.splat.formats import format_of_name, write_splat
 
 _LEAST_COUNT = 100
@@ -152,10 +154,28 @@ def run(arguments: argparse.Namespace) -> int:
     _check(arguments)
     device = choose_device(arguments.device)
     console = open_console()
-    prepared = prepare_capture(arguments, console)
+    with KeptStages(stages_path(arguments.output), console.print) as stages:
+        _run(arguments, device, console, stages)
+    return 0
+
+
+def stages_path(splat: Path) -> Path:
+    """Returns the folder in which an interrupted reconstruction is kept."""
+    return splat.with_suffix(".unfinished")
+
+
+def _run(
+    arguments: argparse.Namespace,
+    device: str,
+    console: Console,
+    stages: KeptStages,
+):
+    prepared = prepare_capture(arguments, console, stages)
     capture = prepared.capture
     held_out = np.arange(len(capture)) % arguments.held_out == 0
-    result = _reconstruct(prepared, device, held_out, arguments, console)
+    result = _reconstruct(
+        prepared, device, held_out, arguments, console, stages
+    )
     write_splat(arguments.output, result.splat)
     console.print(
         f"{len(result.splat)} splats in {result.seconds:.0f} s:"
@@ -165,11 +185,15 @@ def run(arguments: argparse.Namespace) -> int:
     write_cameras(arguments.output, prepared.alignment)
     with Progress(console, "finding what was seen"):
         box = seen_box(capture, prepared.workspace)
-        coverage = find_seen_space(capture, result.splat, *box)
+        coverage = stages.kept(
+            "seen space",
+            Coverage,
+            [capture, result.splat, box],
+            lambda: find_seen_space(capture, result.splat, *box),
+        )
         write_seen_space(arguments.output, coverage)
     report = _report(result, prepared, held_out, arguments, console)
     _suggest(result, prepared, report, arguments, console)
-    return 0
 
 
 def _suggest(
@@ -234,6 +258,7 @@ def _check(arguments: argparse.Namespace):
         cameras_path(splat),
         seen_path(splat),
         scenario_path(splat),
+        stages_path(splat) / "any",
     ):
         check_writable(path)
 
@@ -244,27 +269,38 @@ def _reconstruct(
     held_out: np.ndarray,
     arguments: argparse.Namespace,
     console: Console,
+    stages: KeptStages,
 ) -> Reconstruction:
     """Runs the pipeline under a progress bar; Ctrl-C keeps the training."""
     focus = arguments.focus
+    initialisation = InitialisationConfig(
+        method=arguments.initialisation,
+        count=arguments.count,
+        focus=None if focus is None else np.array(focus),
+        random_points=arguments.random_points,
+        seed=arguments.seed,
+    )
+    steps, seed = arguments.steps, arguments.seed
     with Progress(console, "starting") as progress:
-        return reconstruct(
-            prepared.capture,
-            device,
-            initialisation=InitialisationConfig(
-                method=arguments.initialisation,
-                count=arguments.count,
-                focus=None if focus is None else np.array(focus),
-                random_points=arguments.random_points,
-                seed=arguments.seed,
+        return stages.kept(
+            "splat",
+            Reconstruction,
+            [
+                *(prepared.capture, prepared.errors, held_out),
+                *(device, initialisation, steps, seed),
+            ],
+            lambda: reconstruct(
+                prepared.capture,
+                device,
+                initialisation=initialisation,
+                steps=steps,
+                seed=seed,
+                held_out=held_out,
+                bounded=True,
+                errors=prepared.errors,
+                checkpoint=arguments.output.with_suffix(".training.pt"),
+                report=progress.report,
             ),
-            steps=arguments.steps,
-            seed=arguments.seed,
-            held_out=held_out,
-            bounded=True,
-            errors=prepared.errors,
-            checkpoint=arguments.output.with_suffix(".training.pt"),
-            report=progress.report,
         )
 
 

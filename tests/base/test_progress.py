@@ -95,6 +95,7 @@ def test_lines_are_few(monkeypatch):
     The times are those of a clock that the test moves.
     """
     now = [100.0]
+    monkeypatch.setattr(progress, "BEGUN", 1.0)
     monkeypatch.setattr(progress, "monotonic", lambda: now[0])
     stage = Stage("fitting", 0, 100, start=now[0])
     told = []

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from remosplat_drake.capture.keyframes import (
@@ -134,7 +134,6 @@ def worth(frames: list[np.ndarray], picked: tuple[int, ...]) -> float:
     return halves + 0.5 * len(seen)
 
 
-@settings(deadline=None)
 @given(toy_captures(), st.integers(1, 7))
 def test_nearly_as_good_as_the_best_of_all_choices(frames, most):
     """The greedy choice is worth at least 1 - 1/e of the best one."""
@@ -148,7 +147,6 @@ def test_nearly_as_good_as_the_best_of_all_choices(frames, most):
     assert worth(frames, picked) >= (1 - np.exp(-1)) * best - 1e-9
 
 
-@settings(deadline=None)
 @given(toy_captures(), st.integers(1, 7))
 def test_as_one_that_compares_all_frames_each_time(frames, most):
     picked: list[int] = []

@@ -1,0 +1,137 @@
+"""`KeptStages`: what a long job has finished, for when it is interrupted.
+
+Each finished stage is a file of arrays in one folder, with a digest of all
+that its result depends on. A job that is started again takes what is still
+true from there. At the end the folder goes.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from shutil import rmtree
+from types import TracebackType
+from typing import Self, TypeVar
+
+import numpy as np
+
+from remosplat_drake.base.array_file import (
+    FileKind,
+    open_arrays,
+    write_arrays,
+)
+from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.base.flat_values import digest, flatten, restore
+from remosplat_drake.base.version import __version__
+
+KIND = FileKind("finished stage", b"RSSTAGE\n", 1)
+
+SUFFIX = ".stage"
+"""Ending of the names of such files."""
+
+T = TypeVar("T")
+
+
+class KeptStages:
+    """The finished stages of a job; a context that a job is done in.
+
+    When the job is done, or ends in an error that the user has to correct, the
+    folder is removed. When it is interrupted, the folder stays.
+
+    Example:
+        >>> import dataclasses as dc
+        >>> from pathlib import Path
+        >>> from tempfile import TemporaryDirectory
+        >>> from remosplat_drake.base.kept_stages import KeptStages
+        >>> @dc.dataclass
+        ... class Sum:
+        ...     total: int
+        >>> with TemporaryDirectory() as folder:
+        ...     with KeptStages(Path(folder) / "job", print) as stages:
+        ...         a = stages.kept("sum", Sum, [1, 2], lambda: Sum(1 + 2))
+        ...         b = stages.kept("sum", Sum, [1, 2], lambda: Sum(0))
+        sum: finished before, and kept
+        >>> a.total, b.total
+        (3, 3)
+    """
+
+    def __init__(
+        self,
+        folder: Path | None,
+        tell: Callable[[str], object] = lambda words: None,
+    ):
+        """Looks at nothing yet.
+
+        Args:
+            folder: Where stages are kept, which need not exist; None keeps
+                none.
+            tell: Told in one line which stages are taken from before, and
+                which cannot be.
+        """
+        self._folder, self._tell = folder, tell
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        is_over = kind is None or issubclass(kind, RemoSplatError)
+        if is_over and self._folder is not None:
+            rmtree(self._folder, ignore_errors=True)
+
+    def kept(
+        self, name: str, kind: type[T], inputs: object, make: Callable[[], T]
+    ) -> T:
+        """Returns the result of a stage: from before, or else made and kept.
+
+        Args:
+            name: Name of the stage, also of its file.
+            kind: Dataclass of the result; see `flat_values` for what it may
+                hold.
+            inputs: All that the result depends on, of the same kinds.
+            make: Function that makes the result.
+
+        Raises:
+            FileError: The result cannot be written.
+        """
+        if self._folder is None:
+            return make()
+        path = self._folder / (name.replace(" ", "_") + SUFFIX)
+        key = digest([__version__, name, inputs])
+        try:
+            result = _load(path, kind, key)
+        except RemoSplatError as problem:
+            self._tell(f"{name}: begun afresh, for {problem}")
+            result = None
+        if result is not None:
+            self._tell(f"{name}: finished before, and kept")
+            return result
+        text, arrays = flatten(make())
+        arrays = {n: np.ascontiguousarray(a) for n, a in arrays.items()}
+        write_arrays(path, KIND, {"key": key, "value": text}, arrays)
+        # As it would be read: of another layout, sums might differ in a bit.
+        return restore(kind, text, arrays)
+
+
+NOTHING_KEPT = KeptStages(None)
+"""For jobs that are done from the start each time."""
+
+
+def _load(path: Path, kind: type[T], key: str) -> T | None:
+    """A result, None where there is no file.
+
+    Raises:
+        RemoSplatError: The file is damaged, or of another job.
+    """
+    if not path.exists():
+        return None
+    file = open_arrays(path, KIND, None)
+    if file.document.text("key") != key:
+        raise FileError(path, "is of another input, or of other flags")
+    arrays = {name: file.array(name) for name in file.names()}
+    try:
+        return restore(kind, file.document.text("value"), arrays)
+    except (LookupError, TypeError, ValueError) as error:
+        raise FileError(path, "is of another version") from error
