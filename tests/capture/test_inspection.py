@@ -1,11 +1,12 @@
 """Numbers of a rendered capture, and a warning for each thing broken."""
 
 import dataclasses as dc
+import re
 
 import numpy as np
 import pytest
 
-from remosplat_drake.capture.checks.findings import list_frames
+from remosplat_drake.capture.checks.findings import INTRINSICS, list_frames
 from remosplat_drake.capture.checks.inspection import inspect_capture
 from remosplat_drake.capture.formats import read_capture
 
@@ -45,12 +46,51 @@ def test_missing_depth_is_told(scene_capture):
     assert text == "only 0.0 % of the pixels have a depth"
 
 
-def test_intrinsics_of_another_size(scene_capture):
+@pytest.mark.parametrize("scale", [8.0, 1 / 3])
+def test_intrinsics_of_another_size(scene_capture, scale):
+    """One line says it, and about how much smaller or larger those are."""
     K = scene_capture.K.copy()
-    K[:, :2] *= 8
+    K[:, :2] *= scale
+    wrong = dc.replace(scene_capture, K=K)
+    found = [f for f in inspect_capture(wrong).defects if f.name == INTRINSICS]
+    assert len(found) == 1
+    (factor,) = re.findall(r"about ([\d.]+) times", found[0].problem)
+    assert float(factor) == pytest.approx(scale, rel=0.02)
+    assert "give the intrinsics for the images' own size" in found[0].problem
+
+
+def test_intrinsics_of_turned_images(scene_capture):
+    K = scene_capture.K.copy()
+    K[:, [0, 1], 2] = K[:, [1, 0], 2]
     text = warnings_of(scene_capture, K=K)
-    assert "fields of view" in text
-    assert "principal point" in text
+    assert "that of images turned by 90 degrees is: exchange c_x" in text
+
+
+def test_a_principal_point_that_nothing_explains(scene_capture):
+    K = scene_capture.K.copy()
+    K[:, 0, 2] += 30
+    text = warnings_of(scene_capture, K=K)
+    assert "lies 25 % of the image's size off its centre: give" in text
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_focal_lengths_that_differ_as_the_sides_do(scene_capture, axis):
+    """Of 120 x 90 images one is 4 / 3 of the other."""
+    K = scene_capture.K.copy()
+    K[:, axis, axis] *= 4 / 3
+    text = warnings_of(scene_capture, K=K)
+    assert "differ as the images' sides do (120 x 90)" in text
+    assert "correct f_x and f_y" in text
+    # Half of that is no such mistake.
+    K[:, axis, axis] *= (3 / 4) ** 0.5
+    text = warnings_of(scene_capture, K=K)
+    assert "differ as the images' sides do" not in text
+
+
+def test_focal_lengths_of_another_size(scene_capture):
+    K = scene_capture.K.copy()
+    K[:, [0, 1], [0, 1]] *= 8
+    assert "fields of view" in warnings_of(scene_capture, K=K)
 
 
 def test_a_wrong_frame_and_wrong_poses_are_told(scene_capture):

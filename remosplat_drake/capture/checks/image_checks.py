@@ -31,6 +31,12 @@ _MAX_OFF_CENTRE = 0.15
 """Largest distance of a principal point from the image's centre, as a
 fraction of the image's size."""
 
+_ALIKE = 0.1
+"""Part by which numbers may differ that the same mistake explains."""
+
+_SQUARE = 0.1
+"""Logarithm of an image's sides' ratio that is next to a square's."""
+
 _DEPTH_RANGE = (0.1, 10.0)
 """Median depths of what a robot works in [m]."""
 
@@ -66,24 +72,54 @@ def judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[Finding]:
         fov_deg: Median horizontal and vertical field of view, shape (2,)
             [deg].
     """
-    findings = []
+    height, width = capture.size
+    K = np.median(capture.K, axis=0)
+    size, focal, center = np.array([width, height]), K[[0, 1], [0, 1]], K[:2, 2]
+    off = np.abs(center / size - 0.5).max()
+    if off > _MAX_OFF_CENTRE:
+        return [_judge_centre(center, size, float(off))]
     low, high = _FOV_RANGE
-    ask = ": are the intrinsics those of images of another size?"
+    findings = []
     if not (low < fov_deg.min() and fov_deg.max() < high):
         problem = (
             f"fields of view of {fov_deg[0]:.0f} x {fov_deg[1]:.0f} degrees"
-            f" are implausible ({low:.0f} to {high:.0f} are usual){ask}"
+            f" are implausible ({low:.0f} to {high:.0f} are usual): are the"
+            " focal lengths those of images of another size?"
         )
         findings.append(Finding(INTRINSICS, problem))
-    height, width = capture.size
-    off = np.median(capture.K[:, :2, 2], axis=0) / (width, height) - 0.5
-    if np.abs(off).max() > _MAX_OFF_CENTRE:
+    stretch, aspect = focal[0] / focal[1], width / height
+    if abs(np.log(aspect)) > _SQUARE and (
+        abs(abs(np.log(stretch)) - abs(np.log(aspect))) < _ALIKE
+    ):
         problem = (
-            f"the principal point lies {100 * np.abs(off).max():.0f} % of the"
-            f" image's size off its centre{ask}"
+            f"the focal lengths {focal[0]:.0f} and {focal[1]:.0f} differ as the"
+            f" images' sides do ({width} x {height}), but pixels are square:"
+            " one of them is scaled by the wrong side, or both are swapped;"
+            " correct f_x and f_y in the file"
         )
         findings.append(Finding(INTRINSICS, problem))
     return findings
+
+
+def _judge_centre(center: np.ndarray, size: np.ndarray, off: float) -> Finding:
+    """What explains that a principal point is far from the images' centre."""
+    problem = (
+        f"the principal point lies {100 * off:.0f} % of the image's size off"
+        " its centre"
+    )
+    # Principal points are some per cent off, so this mends nothing.
+    scales = 2 * center / size
+    scale = float(scales.mean())
+    if np.abs(scales - scale).max() < _ALIKE * abs(scale):
+        problem += f", where that of images about {scale:.2g} times as large is"
+    elif np.abs(2 * center / size[::-1] - 1).max() < _ALIKE:
+        problem += (
+            ", where that of images turned by 90 degrees is: exchange c_x and"
+            " c_y, and f_x and f_y, in the file"
+        )
+        return Finding(INTRINSICS, problem)
+    problem += ": give the intrinsics for the images' own size"
+    return Finding(INTRINSICS, problem)
 
 
 def judge_depth(capture: Capture, median: float) -> list[Finding]:
