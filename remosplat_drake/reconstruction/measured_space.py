@@ -5,11 +5,14 @@ evidence that surfaces, floaters and free space are judged by where nobody
 knows the true geometry.
 """
 
+from functools import partial
+
 import numpy as np
 from scipy.ndimage import minimum_filter
 from scipy.spatial import KDTree
 
 from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.threads import blocks, in_parallel
 from remosplat_drake.capture.capture import Capture
 
 _MAX_SAMPLES = 4_000_000
@@ -18,6 +21,9 @@ _MAX_SAMPLES = 4_000_000
 _NOISE_DEPTH = 2.0
 """Beyond this depth the noise of depth cameras, which triangulate, grows with
 the square of the depth [m]."""
+
+_BLOCK = 50_000
+"""Points that a thread takes at a time."""
 
 _DRAWS = 20
 """Tries to find free points before giving up."""
@@ -117,7 +123,8 @@ def thinned(p_W: np.ndarray, passes: int = 2) -> np.ndarray:
         tree = KDTree(p_W)
         # In parts, for the sake of memory.
         parts = np.array_split(p_W, max(1, len(p_W) // 50_000))
-        p_W = np.concatenate([_onto_mean(part, tree) for part in parts])
+        moved = in_parallel(partial(_onto_mean, tree=tree), parts)
+        p_W = np.concatenate(moved)
     return p_W
 
 
@@ -127,9 +134,9 @@ def _onto_mean(p_W: np.ndarray, tree: KDTree) -> np.ndarray:
     weight = np.isfinite(offset).astype(float)
     around = tree.data[np.minimum(near, tree.n - 1)]
     total = weight.sum(axis=1, keepdims=True)
-    mean = (weight[..., None] * around).sum(axis=1) / total
+    mean = (weight[:, None] @ around)[:, 0] / total
     centered = (around - mean[:, None]) * weight[..., None]
-    covariance = np.einsum("nki,nkj->nij", centered, centered)
+    covariance = centered.transpose(0, 2, 1) @ centered
     normal = np.linalg.eigh(covariance)[1][:, :, 0]
     height = ((mean - p_W) * normal).sum(axis=1, keepdims=True)
     return np.where(total >= _MIN_NEIGHBORS, p_W + height * normal, p_W)
@@ -155,11 +162,17 @@ def times_looked_through(
     Returns:
         Numbers of views, shape (n,).
     """
-    count = np.zeros(len(p_W), np.int64)
-    for view, depth in enumerate(capture.depth):
-        front = nearest_around(depth)
-        count += is_behind(capture, view, front, p_W, margin, pitch)
-    return count
+    fronts = in_parallel(nearest_around, capture.depth)
+
+    def counted(rows: slice) -> np.ndarray:
+        count = np.zeros(len(p_W[rows]), np.int64)
+        near = None if pitch is None else pitch[rows]
+        for view, front in enumerate(fronts):
+            count += is_behind(capture, view, front, p_W[rows], margin, near)
+        return count
+
+    counts = in_parallel(counted, blocks(len(p_W), _BLOCK))
+    return np.concatenate([np.zeros(0, np.int64), *counts])
 
 
 def is_behind(

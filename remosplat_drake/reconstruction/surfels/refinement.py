@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.threads import blocks, in_parallel
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.reconstruction.surfels.seen_through import (
     drop_floaters,
@@ -29,6 +30,7 @@ from remosplat_drake.reconstruction.surfels.surfel_gathering import (
     GRID,
     PLANE_SUMS,
     DepthNoise,
+    DepthView,
     Patches,
     gather_planes,
     gather_votes,
@@ -51,6 +53,9 @@ _LEAST_NOISE = 1e-4
 
 _CHUNK = 30_000
 """Surfels whose votes are in memory at a time: 47 MB."""
+
+_PIECE = 5_000
+"""Surfels that a thread takes at a time."""
 
 
 @dc.dataclass
@@ -160,7 +165,7 @@ def _sweep(
     colors = np.zeros((len(surfels), COLOR_SUMS))
     for i in range(len(capture)):
         view = make_view(capture, i)
-        gather_planes(patches, view, noise, tolerance, planes, colors)
+        _share(gather_planes, patches, view, noise, tolerance, planes, colors)
         progress.step()
     weight = planes[:, 0]
     seen = weight > 0
@@ -217,14 +222,15 @@ def _cut_to_shape(
     """Discs that end at edges, without those that views look through."""
     patches = _patches(surfels, config)
     parts = [
-        _extents(
+        part
+        for rows in blocks(len(surfels), _CHUNK)
+        for part in _extents(
             capture,
-            Patches(*(array[first : first + _CHUNK] for array in patches)),
+            Patches(*(array[rows] for array in patches)),
             noise,
             tolerance,
             progress,
         )
-        for first in range(0, len(surfels), _CHUNK)
     ]
     extents = Extents(
         *(
@@ -253,13 +259,36 @@ def _extents(
     noise: DepthNoise,
     tolerance: float,
     progress: _Progress,
-) -> Extents:
+) -> list[Extents]:
+    """The extents of patches, piece by piece."""
     solid, free = np.zeros((2, len(patches.p_WK), GRID, GRID), np.float32)
     for i in range(len(capture)):
         view = make_view(capture, i)
-        gather_votes(patches, view, noise, tolerance, solid, free)
+        _share(gather_votes, patches, view, noise, tolerance, solid, free)
         progress.step()
-    return find_extents(solid, free, patches.radius)
+    return in_parallel(
+        lambda rows: find_extents(
+            solid[rows], free[rows], patches.radius[rows]
+        ),
+        blocks(len(solid), _PIECE),
+    )
+
+
+def _share(
+    gather: Callable[..., object],
+    patches: Patches,
+    view: DepthView,
+    noise: DepthNoise,
+    tolerance: float,
+    *sums: np.ndarray,
+):
+    """Lets threads gather, each the sums of other patches."""
+
+    def gather_piece(rows: slice):
+        own = Patches(*(array[rows] for array in patches))
+        gather(own, view, noise, tolerance, *(array[rows] for array in sums))
+
+    in_parallel(gather_piece, blocks(len(patches.p_WK), _PIECE))
 
 
 def _patches(surfels: Surfels, config: RefinementConfig) -> Patches:
