@@ -80,6 +80,7 @@ def captured(
     console: Console,
     report: Report = lambda what, done, total: None,
     stages: KeptStages = NOTHING_KEPT,
+    counting: str | None = None,
 ) -> Capture:
     """Reads the capture that the flags name, or its keyframes.
 
@@ -89,6 +90,8 @@ def captured(
             they miss little.
         report: Called with the progress.
         stages: Where the choice of frames is kept.
+        counting: The flag, if one is given, that names frames by their numbers,
+            which keyframes would change.
 
     Returns:
         The capture; its notes say if its frames miss much of what was seen.
@@ -108,6 +111,13 @@ def captured(
     )
     if keyframes is None:
         return capture
+    if counting is not None:
+        raise FieldError(
+            "reconstruct",
+            "--keyframes",
+            f"would renumber the frames that {counting} names; use all of them"
+            f" (0), or at most {arguments.keyframes} by --stride",
+        )
     if keyframes.missed > _MOST_MISSED:
         note = f"{keyframes.words} (--keyframes N uses more)"
         return dc.replace(capture, notes=(*capture.notes, note))

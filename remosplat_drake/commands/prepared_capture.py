@@ -69,7 +69,10 @@ def prepare_capture(
         RemoSplatError: The capture or a flag is unusable.
     """
     with Progress(console, "reading the capture") as progress:
-        capture = captured(arguments, console, progress.report, stages)
+        counting = "--length" if arguments.length else None
+        capture = captured(
+            arguments, console, progress.report, stages, counting
+        )
         check_reconstructible(capture)
         progress.report("inspecting the capture")
         capture, warnings = admitted(capture, arguments, console)

@@ -46,6 +46,22 @@ def test_what_it_found_as_json(folder, capsys):
     assert document["findings"] == document["wrong_frames"] == []
 
 
+def test_it_judges_the_keyframes(scene_capture, folder, capsys):
+    """Eleven of twelve miss next to nothing; of two, it is said what."""
+    flags = ["capture-info", str(folder), "--keyframes"]
+    assert main([*flags, "11"]) == 0
+    text = said(capsys)
+    assert "keyframes: 11 of 12 frames are used; of all that was seen" in text
+    assert "11 of 120x90 pixels" in text
+    assert main([*flags, "2", "--json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    assert document["frames"] == 2
+    problems = [finding["problem"] for finding in document["findings"]]
+    assert any("(--keyframes N uses more)" in words for words in problems)
+    assert main([*flags, "0"]) == 0
+    assert "12 of 120x90 pixels" in said(capsys)
+
+
 def test_world_to_camera_poses_are_named(scene_capture, tmp_path, capsys):
     inverse = np.linalg.inv(scene_capture.X_WC)
     write_capture(tmp_path, dc.replace(scene_capture, X_WC=inverse))

@@ -180,6 +180,11 @@ def test_floor_and_untrained_discs(folder, tmp_path, capsys, monkeypatch):
         (["--count", "99"], "--count: must be at least 100"),
         (["--seed", "-1"], "--seed: must not be negative"),
         (["--stride", "0"], "--stride: must be positive"),
+        (["--keyframes", "-1"], "--keyframes: must not be negative"),
+        (
+            ["--keyframes", "9", "--length", *"0 9 9 1 9 9 1".split()],
+            "--keyframes: would renumber the frames that --length names",
+        ),
         (["--focus", "0", "nan", "0"], "--focus: must be finite"),
         (["--focus", "50", "0", "0"], "--focus: is far from all"),
         (["--random-points", "2"], "random_points: must be 0 or at least 4"),
