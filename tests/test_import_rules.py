@@ -21,6 +21,8 @@ HEAVY = {"torch", "gsplat", "open3d", "pyrealsense2"}
 """Optional packages that are imported inside functions."""
 
 OPTIONAL = HEAVY | {
+    "pytorch_msssim",
+    "skimage",
     "trimesh",
     "rtbdata",
     "matplotlib",

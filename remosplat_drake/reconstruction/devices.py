@@ -15,6 +15,9 @@ AUTO, CUDA, CPU, NONE = "auto", "cuda", "cpu", "none"
 DEVICES = (AUTO, CUDA, CPU, NONE)
 """All devices that a user may name."""
 
+_TRAINING = ("torch", "gsplat", "pytorch_msssim")
+"""Packages that training needs, of the extra `gpu`."""
+
 
 def choose_device(name: str) -> str:
     """Returns the device that a name stands for, never `AUTO`.
@@ -30,7 +33,7 @@ def choose_device(name: str) -> str:
         )
     if name in (CPU, NONE):
         return name
-    has_torch = all(map(importlib.util.find_spec, ("torch", "gsplat")))
+    has_torch = all(map(importlib.util.find_spec, _TRAINING))
     if has_torch:
         import torch
 

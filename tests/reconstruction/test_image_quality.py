@@ -1,4 +1,4 @@
-"""PSNR by hand, SSIM against the one that training uses."""
+"""PSNR and SSIM by hand, and the SSIM that training uses."""
 
 import numpy as np
 import pytest
@@ -25,13 +25,21 @@ def test_psnr_by_hand():
 
 def test_ssim_equals_the_one_of_training(images):
     torch = pytest.importorskip("torch")
-    from remosplat_drake.reconstruction.training import losses
+    from pytorch_msssim import ssim
 
-    batches = (torch.tensor(image)[None] for image in images)
-    expected = losses.structural_similarity(*batches)
+    batches = (torch.tensor(x).permute(2, 0, 1)[None] for x in images)
+    expected = ssim(*batches, data_range=1.0)
     assert structural_similarity(*images) == pytest.approx(
-        expected.item(), abs=1e-9
+        expected.item(), abs=1e-6
     )
+
+
+def test_ssim_of_even_images_by_hand():
+    """Without texture, only the luminance's factor is left."""
+    dark, light = np.full((11, 12, 3), 0.2), np.full((11, 12, 3), 0.6)
+    expected = (2 * 0.2 * 0.6 + 1e-4) / (0.2**2 + 0.6**2 + 1e-4)
+    assert structural_similarity(dark, light) == pytest.approx(expected)
+    assert np.isnan(structural_similarity(dark[1:], light[1:]))
 
 
 def test_equal_images_have_ssim_one(images):

@@ -1,14 +1,16 @@
 """Image quality: PSNR and SSIM of two colour images, without hidden pixels.
 
-The SSIM is the one that training maximises (`losses.structural_similarity`),
-without torch.
+Training maximises the same SSIM on torch's tensors, see `photometric_loss`.
 """
 
 import numpy as np
-from scipy.ndimage import correlate1d, maximum_filter
+from scipy.ndimage import maximum_filter
 
-_SIGMA, _REACH = 1.5, 5  # Of the Gaussian window (Wang et al. 2004) [px].
-_C1, _C2 = 0.01**2, 0.03**2
+from remosplat_drake.base.system_libraries import import_optional
+
+_SIGMA, _REACH = 1.5, 5
+"""Standard deviation and half width of SSIM's window (Wang et al., 2004)
+[pixels]."""
 
 
 def psnr(
@@ -38,7 +40,8 @@ def structural_similarity(
 ) -> float:
     """Computes the mean SSIM of two images (Wang et al., 2004).
 
-    A pixel counts when its whole window of 11 x 11 pixels does.
+    A pixel counts when its whole window of 11 x 11 pixels does and lies within
+    the image.
 
     Args:
         image: The rendered image, shape (h, w, 3), in [0, 1].
@@ -47,33 +50,32 @@ def structural_similarity(
 
     Returns:
         At most 1, which equal images have; NaN if no pixel counts.
+
+    Raises:
+        MissingExtraError: scikit-image is not installed.
     """
-    similarity = _similarity_map(image.astype(float), target.astype(float))
+    if min(image.shape[:2]) <= 2 * _REACH:
+        return float("nan")
+    metrics = import_optional(
+        "skimage.metrics", "comparing images", "reconstruction"
+    )
+    _, similarity = metrics.structural_similarity(
+        image.astype(float),
+        target.astype(float),
+        gaussian_weights=True,
+        sigma=_SIGMA,
+        use_sample_covariance=False,
+        data_range=1.0,
+        channel_axis=-1,
+        full=True,
+    )
+    inner = slice(_REACH, -_REACH), slice(_REACH, -_REACH)
+    similarity = similarity[inner]
     if hidden is not None:
-        reached = maximum_filter(hidden, 2 * _REACH + 1)
+        reached = maximum_filter(hidden, 2 * _REACH + 1)[inner]
         similarity = similarity[np.logical_not(reached)]
     return float(similarity.mean()) if similarity.size else float("nan")
 
 
 def _squares(image: np.ndarray, target: np.ndarray) -> np.ndarray:
     return (image.astype(float) - target.astype(float)) ** 2
-
-
-def _similarity_map(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    mean_a, mean_b = _blur(a), _blur(b)
-    var_a = _blur(a * a) - mean_a**2
-    var_b = _blur(b * b) - mean_b**2
-    covariance = _blur(a * b) - mean_a * mean_b
-    return ((2 * mean_a * mean_b + _C1) * (2 * covariance + _C2)) / (
-        (mean_a**2 + mean_b**2 + _C1) * (var_a + var_b + _C2)
-    )
-
-
-def _blur(x: np.ndarray) -> np.ndarray:
-    """Gaussian means over windows, black beyond the border."""
-    offset = np.arange(-_REACH, _REACH + 1)
-    window = np.exp(-(offset**2) / (2 * _SIGMA**2))
-    window /= window.sum()
-    for axis in (0, 1):
-        x = correlate1d(x, window, axis, mode="constant")
-    return x

@@ -8,7 +8,7 @@ through the point that was measured there.
 """
 
 import torch
-import torch.nn.functional as F
+from pytorch_msssim import ssim
 from torch import Tensor
 
 from remosplat_drake.reconstruction.training.discs import Discs
@@ -27,34 +27,10 @@ def photometric_loss(rendered: Rendered, views: Views) -> Tensor:
     image = rendered.image
     target = torch.where(views.shown[..., None], views.rgb, image.detach())
     l1 = (image - target).abs().mean()
-    return 0.8 * l1 + 0.2 * (1 - structural_similarity(image, target))
-
-
-def structural_similarity(a: Tensor, b: Tensor) -> Tensor:
-    """Computes the mean SSIM of images (Wang et al., 2004).
-
-    Args:
-        a: Images, shape (v, h, w, 3), in [0, 1].
-        b: The images to compare them with, of the same shape.
-    """
-    offset = torch.arange(11, device=a.device, dtype=a.dtype) - 5
-    window = torch.exp(-(offset**2) / (2 * 1.5**2))
-    window = (window / window.sum()).repeat(3, 1)
-
-    def blur(x: Tensor) -> Tensor:
-        x = F.conv2d(x, window[:, None, None, :], padding=(0, 5), groups=3)
-        return F.conv2d(x, window[:, None, :, None], padding=(5, 0), groups=3)
-
-    a, b = a.permute(0, 3, 1, 2), b.permute(0, 3, 1, 2)
-    mean_a, mean_b = blur(a), blur(b)
-    var_a = blur(a * a) - mean_a**2
-    var_b = blur(b * b) - mean_b**2
-    covariance = blur(a * b) - mean_a * mean_b
-    c1, c2 = 0.01**2, 0.03**2
-    ssim = ((2 * mean_a * mean_b + c1) * (2 * covariance + c2)) / (
-        (mean_a**2 + mean_b**2 + c1) * (var_a + var_b + c2)
+    similarity = ssim(
+        image.permute(0, 3, 1, 2), target.permute(0, 3, 1, 2), data_range=1.0
     )
-    return ssim.mean()
+    return 0.8 * l1 + 0.2 * (1 - similarity)
 
 
 def ray_splat_depth(discs: Discs, views: Views, median: Tensor) -> Tensor:
