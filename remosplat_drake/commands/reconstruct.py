@@ -1,9 +1,11 @@
 """`remosplat reconstruct`: a splat from an RGB-D capture."""
 
 import argparse
+import dataclasses as dc
 from pathlib import Path
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from rich.console import Console
 
 from remosplat_drake.base.atomic_file import check_writable
@@ -46,7 +48,11 @@ from remosplat_drake.reconstruction.alignment.cameras_file import (
     write_cameras,
 )
 from remosplat_drake.reconstruction.devices import AUTO, DEVICES, choose_device
-from remosplat_drake.reconstruction.pipeline import Reconstruction, reconstruct
+from remosplat_drake.reconstruction.pipeline import (
+    Reconstruction,
+    check_refinable,
+    reconstruct,
+)
 from remosplat_drake.reconstruction.placement import FLOOR
 from remosplat_drake.reconstruction.report.assessment import assess
 from remosplat_drake.reconstruction.report.quality_report import (
@@ -144,6 +150,12 @@ def add_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "--steps", type=int, default=500, help="of training, at most (500)"
     )
+    parser.add_argument(
+        "--refine-cameras",
+        action="store_true",
+        help="train poses, focal lengths, principal point and the depths' curve"
+        " of the cameras as well; needs a CUDA device",
+    )
     parser.add_argument("--seed", type=int, default=0)
     add_alignment_arguments(parser)
     add_inspection_arguments(parser)
@@ -153,6 +165,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Writes the splat, its report and a scenario of it."""
     _check(arguments)
     device = choose_device(arguments.device)
+    check_refinable(device, arguments.refine_cameras)
     console = open_console()
     with KeptStages(stages_path(arguments.output), console.print) as stages:
         _run(arguments, device, console, stages)
@@ -171,18 +184,19 @@ def _run(
     stages: KeptStages,
 ):
     prepared = prepare_capture(arguments, console, stages)
-    capture = prepared.capture
-    held_out = np.arange(len(capture)) % arguments.held_out == 0
+    held_out = np.arange(len(prepared.capture)) % arguments.held_out == 0
     result = _reconstruct(
         prepared, device, held_out, arguments, console, stages
     )
+    capture = result.capture
+    prepared = dc.replace(prepared, capture=capture)
     write_splat(arguments.output, result.splat)
     console.print(
         f"{len(result.splat)} splats in {result.seconds:.0f} s:"
         f" {arguments.output}"
     )
     write_pose(prepared.placement, arguments.output)
-    write_cameras(arguments.output, prepared.alignment)
+    _write_cameras(result, prepared, arguments)
     with Progress(console, "finding what was seen"):
         box = seen_box(capture, prepared.workspace)
         coverage = stages.kept(
@@ -194,6 +208,23 @@ def _run(
         write_seen_space(arguments.output, coverage)
     report = _report(result, prepared, held_out, arguments, console)
     _suggest(result, prepared, report, arguments, console)
+
+
+def _write_cameras(
+    result: Reconstruction,
+    prepared: PreparedCapture,
+    arguments: argparse.Namespace,
+):
+    """Keeps cameras that were refined, in the frame of the capture's files."""
+    alignment, depth = prepared.alignment, result.depth
+    if alignment is not None and alignment.accepted:
+        depth = depth(Polynomial([alignment.offset, alignment.scale]))
+    elif not arguments.refine_cameras:
+        write_cameras(arguments.output, None)
+        return
+    X_WF = prepared.placement.X_FW.inverse().GetAsMatrix4()
+    refined_W = result.capture.expressed_in(X_WF)
+    write_cameras(arguments.output, refined_W, depth)
 
 
 def _suggest(
@@ -288,6 +319,7 @@ def _reconstruct(
             [
                 *(prepared.capture, prepared.errors, held_out),
                 *(device, initialisation, steps, seed),
+                arguments.refine_cameras,
             ],
             lambda: reconstruct(
                 prepared.capture,
@@ -295,6 +327,7 @@ def _reconstruct(
                 initialisation=initialisation,
                 steps=steps,
                 seed=seed,
+                refine_cameras=arguments.refine_cameras,
                 held_out=held_out,
                 bounded=True,
                 errors=prepared.errors,

@@ -1,22 +1,27 @@
 """`reconstruct`: from a capture to a splat that knows how wrong it may be.
 
 Surfels are laid on the measured surfaces, refined against all depth images on
-the CPU, and, where there is a CUDA device, trained on colours and depth. Then
-discs are laid on what is left bare, and each gets a bound on its error.
+the CPU, and, where there is a CUDA device, trained on colours and depth, with
+the cameras as unknowns if that is asked for. Then discs are laid on what is
+left bare, and each gets a bound on its error.
 """
 
 import dataclasses as dc
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.capture.capture import (
     MIN_VIEWS,
     Capture,
     check_reconstructible,
 )
+from remosplat_drake.reconstruction.alignment.cameras_file import GIVEN_DEPTH
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.devices import (
     AUTO,
@@ -43,6 +48,9 @@ from remosplat_drake.reconstruction.surfels.surfels import (
 from remosplat_drake.reconstruction.uncertainty.bound import bound_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
+if TYPE_CHECKING:
+    from remosplat_drake.reconstruction.training.training import Trained
+
 _MARGIN_PER_SCATTER = 4.0
 """How much farther than a surface scatters free space begins."""
 
@@ -59,11 +67,16 @@ class Reconstruction:
             its discs if that was asked for.
         method: How the splat was made, in words.
         seconds: Wall-clock time that it took [s].
+        capture: The capture that the splat fits: the given one, or that with
+            refined cameras.
+        depth: Its depth [m], as a polynomial in the given one.
     """
 
     splat: GaussianSplat
     method: str
     seconds: float
+    capture: Capture
+    depth: Polynomial
 
 
 def reconstruct(
@@ -77,6 +90,7 @@ def reconstruct(
     errors: PoseErrors | None = None,
     steps: int = 500,
     seed: int = 0,
+    refine_cameras: bool = False,
     held_out: np.ndarray | None = None,
     checkpoint: Path | None = None,
     report: Report = lambda stage, done, total: None,
@@ -96,6 +110,8 @@ def reconstruct(
             takes poses and depths as exact.
         steps: Largest number of training steps.
         seed: Seed of the order of the images in training.
+        refine_cameras: Whether training takes poses, lens and depth curve of
+            the cameras as unknowns, too; needs a CUDA device.
         held_out: Which views are not trained on but decide when training stops,
             shape (n,), bool.
         checkpoint: File in which training keeps its state; removed at the end.
@@ -105,6 +121,7 @@ def reconstruct(
         RemoSplatError: The capture or a setting is unusable.
     """
     device = choose_device(device)
+    check_refinable(device, refine_cameras)
     check_reconstructible(capture, MIN_VIEWS if surfels is None else 1)
     start = time.perf_counter()
     if held_out is None:
@@ -115,6 +132,7 @@ def reconstruct(
         surfels = initialise(seen, initialisation)
     report("surfels", 1, 1)
     method = f"{len(surfels)} surfels on {len(seen)} views"
+    depth = GIVEN_DEPTH
     if device == NONE:
         splat = splat_of_surfels(surfels)
     else:
@@ -126,16 +144,38 @@ def reconstruct(
         )
         method += ", refined on the CPU"
     if device == CUDA:
-        splat, trained = _train(
-            capture, splat, steps, seed, held_out, checkpoint, report
-        )
-        method += f", trained by gsplat 2DGS on CUDA for {trained} steps"
+        trained = _train(
+            capture, splat, steps, seed, refine_cameras, held_out, checkpoint,
+            report,
+        )  # fmt: skip
+        splat, capture, depth = trained.splat, trained.capture, trained.depth
+        seen = capture.select(~held_out)
+        steps = trained.progress.step
+        method += f", trained by gsplat 2DGS on CUDA for {steps} steps"
+        if refine_cameras:
+            method += " with its cameras as unknowns"
     if bounded:
         report("bounding", 0, 1)
         errors = None if errors is None else errors.of_views(~held_out)
         splat = bound_splat(seen, splat, errors).bounded_W
         report("bounding", 1, 1)
-    return Reconstruction(splat, method, time.perf_counter() - start)
+    seconds = time.perf_counter() - start
+    return Reconstruction(splat, method, seconds, capture, depth)
+
+
+def check_refinable(device: str, refine_cameras: bool):
+    """Checks that cameras can be unknowns, before any work starts.
+
+    Args:
+        device: What `choose_device` has returned.
+        refine_cameras: Whether they shall be.
+
+    Raises:
+        FieldError: They shall be, but nothing is trained on this device.
+    """
+    if refine_cameras and device != CUDA:
+        problem = f"needs training, on a CUDA device; this is on: {device}"
+        raise FieldError("reconstruct", "--refine-cameras", problem)
 
 
 def _train(
@@ -143,11 +183,12 @@ def _train(
     start: GaussianSplat,
     steps: int,
     seed: int,
+    refine_cameras: bool,
     held_out: np.ndarray,
     checkpoint: Path | None,
     report: Report,
-) -> tuple[GaussianSplat, int]:
-    """The trained splat and the number of steps it took."""
+) -> "Trained":
+    """The trained splat and its cameras."""
     # Imported here: torch takes seconds, and need not be installed.
     from remosplat_drake.reconstruction.training.training import (
         TrainingConfig,
@@ -161,11 +202,16 @@ def _train(
     trained = train_without_holes(
         capture,
         start,
-        TrainingConfig(steps=steps, seed=seed, margin=margin),
+        TrainingConfig(
+            steps=steps,
+            seed=seed,
+            margin=margin,
+            refine_cameras=refine_cameras,
+        ),
         held_out=held_out,
         checkpoint=checkpoint,
         report=lambda p: report("training", p.step, p.steps),
     )
     if checkpoint is not None:
         checkpoint.unlink(missing_ok=True)
-    return trained.splat, trained.progress.step
+    return trained

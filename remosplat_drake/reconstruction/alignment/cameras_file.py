@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,6 @@ from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import read_json_object
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.reconstruction.alignment.alignment import Alignment
 from remosplat_drake.reconstruction.alignment.camera_correction import corrected
 from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 
@@ -20,22 +20,28 @@ def cameras_path(splat: Path) -> Path:
     return splat.with_suffix(".cameras.json")
 
 
-def write_cameras(splat: Path, alignment: Alignment | None):
+def write_cameras(
+    splat: Path,
+    refined_W: Capture | None,
+    undone: Sequence[np.ndarray] = (),
+):
     """Keeps refined cameras beside a splat; removes what is out of date.
 
     Args:
         splat: Path of the splat's file.
-        alignment: The alignment; None, or one that was not accepted, leaves the
-            capture's own cameras.
+        refined_W: The capture with refined cameras, in its own frame W; None
+            leaves the capture's own cameras.
+        undone: Errors of the camera that it was freed of, one correction after
+            the other, shape (`COUNT`,) each; see `camera_errors`.
     """
     path = cameras_path(splat)
-    if alignment is None or not alignment.accepted:
+    if refined_W is None:
         path.unlink(missing_ok=True)
         return
-    poses = alignment.capture.X_WC[:, :3].reshape(-1, 12)
+    poses = refined_W.X_WC[:, :3].reshape(-1, 12)
     content = {
-        "undone": alignment.undone.tolist(),
-        "X_WC": [[round(x, 12) for x in row] for row in poses.tolist()],
+        "undone": [errors.tolist() for errors in undone],
+        "X_WC": np.round(poses, 12).tolist(),
     }
     write_atomically(path, json.dumps(content, indent=1) + "\n")
 
@@ -53,16 +59,19 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
     content = read_json_object(path)
     try:
         rows = np.array(content["X_WC"], float).reshape(-1, 3, 4)
-        undone = np.array(content["undone"], float).reshape(COUNT)
+        undone = np.array(content["undone"], float).reshape(-1, COUNT)
     except (KeyError, TypeError, ValueError) as error:
-        problem = f"must hold X_WC and {COUNT} numbers in undone"
+        problem = f"must hold X_WC and rows of {COUNT} numbers in undone"
         raise FileError(path, problem) from error
     if len(rows) != len(capture):
         raise FileError(
             path,
             f"has {len(rows)} cameras, but the capture has {len(capture)} views"
-            " (read it with the stride that the splat was made with)",
+            " (read it with the stride and the keyframes that the splat was"
+            " made with)",
         )
+    for errors in undone:
+        capture = corrected(capture, errors)
     X_WC = np.tile(np.eye(4), (len(rows), 1, 1))
     X_WC[:, :3] = rows
-    return dc.replace(corrected(capture, undone), X_WC=X_WC)
+    return dc.replace(capture, X_WC=X_WC)

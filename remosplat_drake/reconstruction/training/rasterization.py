@@ -61,8 +61,8 @@ def rasterize(discs: Discs, views: Views) -> Rendered:
         scales=F.pad(discs.scales, (0, 1), value=1.0),
         opacities=discs.opacity,
         colors=colors.expand(v, n, 4).contiguous(),
-        viewmats=views.X_CW,
-        Ks=views.K,
+        viewmats=_viewmats(views),
+        Ks=views.K.detach(),
         width=width,
         height=height,
         near_plane=NEAR,
@@ -75,3 +75,15 @@ def rasterize(discs: Discs, views: Views) -> Rendered:
         alpha[..., 0],
         torch.where(has_median, median, NO_DISC),
     )
+
+
+def _viewmats(views: Views) -> Tensor:
+    """The poses X_CW, with the gradients by K as well.
+
+    gsplat has gradients by `viewmats` but none by `Ks`. It uses both as the
+    product K X_CW = K_0 (K_0⁻¹ K) X_CW only; K_0 has the value of K, and what
+    is in brackets is 1, but not constant.
+    """
+    K = views.K
+    one = torch.linalg.solve_triangular(K.detach(), K, upper=True)
+    return torch.cat([one @ views.X_CW[:, :3], views.X_CW[:, 3:]], dim=1)

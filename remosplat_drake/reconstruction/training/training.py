@@ -14,13 +14,19 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from numpy.polynomial import Polynomial
 from torch import Tensor
 
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.alignment.cameras_file import GIVEN_DEPTH
 from remosplat_drake.reconstruction.surfels.seen_through import fill_holes
 from remosplat_drake.reconstruction.training import losses
+from remosplat_drake.reconstruction.training.cameras import (
+    CameraDeviations,
+    Cameras,
+)
 from remosplat_drake.reconstruction.training.discs import Discs
 from remosplat_drake.reconstruction.training.rasterization import (
     Rasterizer,
@@ -54,8 +60,21 @@ class TrainingConfig:
     opacity_rate: float = 3e-2
     # Learning rate of the colours.
     color_rate: float = 5e-3
-    # Fraction to which the centres' learning rate falls, to hold what is found.
+    # Fraction to which the learning rates of centres and cameras fall, to hold
+    # what is found.
     final_rate: float = 0.01
+    # Whether poses, lens and depth curve of the cameras are unknowns, too.
+    refine_cameras: bool = False
+    # Step at which cameras begin to move: colours must have settled.
+    camera_start: int = 30
+    # Learning rate of poses [standard deviations a step].
+    pose_rate: float = 0.05
+    # Learning rate of lens and depth curve [standard deviations a step].
+    lens_rate: float = 0.02
+    # Weight of `Cameras.prior`.
+    prior_weight: float = 1e-4
+    # What is known of the cameras' errors.
+    deviations: CameraDeviations = dc.field(default_factory=CameraDeviations)
     # Weight of `depth_loss`; that of `photometric_loss` is 1.
     depth_weight: float = 10.0
     # Weight of the distance to the surface in `disc_losses`.
@@ -105,10 +124,14 @@ class Trained:
     Attributes:
         splat: The splat in the capture's world frame.
         progress: Progress at the end of training.
+        capture: The capture, with refined cameras if they were unknowns.
+        depth: Its depth [m], as a polynomial in the given one.
     """
 
     splat: GaussianSplat
     progress: Progress
+    capture: Capture
+    depth: Polynomial
 
 
 def train(
@@ -155,7 +178,7 @@ def train(
                 training.save(checkpoint)
         if report is not None and training.progress.step % 10 == 0:
             report(training.progress)
-    return Trained(training.discs.splat(config.min_opacity), training.progress)
+    return training.result()
 
 
 def train_without_holes(
@@ -166,7 +189,8 @@ def train_without_holes(
     Arguments are those of `train`; see `fill_holes`.
     """
     trained = train(capture, start, *arguments, **options)
-    return dc.replace(trained, splat=fill_holes(capture, trained.splat, start))
+    splat = fill_holes(trained.capture, trained.splat, start)
+    return dc.replace(trained, splat=splat)
 
 
 class _Training:
@@ -182,17 +206,19 @@ class _Training:
         rasterizer: Rasterizer,
     ):
         self._config, self._rasterizer = config, rasterizer
+        self._capture = capture
         if held_out is None:
             held_out = np.zeros(len(capture), bool)
-        self._views = Views.of_capture(capture.select(~held_out), device)
-        self._held_out = None
-        if held_out.any():
-            self._held_out = Views.of_capture(capture.select(held_out), device)
+        self._views = Views.of_capture(capture, device)
+        self._trained = np.flatnonzero(~held_out)
+        self._held_out = np.flatnonzero(held_out)
         self._identity = _identity(capture, start, config, held_out)
         self._order = np.random.default_rng(config.seed)
         self.discs = Discs(start, config.scale_limits).to(device)
+        self.cameras = Cameras(capture.X_WC, config.deviations, ~held_out)
+        self.cameras.to(device)
         self._optimizer = torch.optim.Adam(
-            _rates(self.discs, config), eps=1e-15
+            _rates(self.discs, self.cameras, config), eps=1e-15
         )
         self.progress = Progress(0, config.steps, math.nan, math.nan)
         self._least, self._idle = math.inf, 0
@@ -208,37 +234,66 @@ class _Training:
     def step(self):
         """One step of Adam on a few views."""
         config, step = self._config, self.progress.step
-        decay = config.final_rate ** (step / config.steps)
-        self._optimizer.param_groups[0]["lr"] = config.center_rate * decay
-        chosen = self._order.choice(
-            len(self._views), min(config.batch, len(self._views)), False
-        )
-        loss = self._loss(self._views[torch.as_tensor(chosen)])
+        self._set_rates(config.final_rate ** (step / config.steps))
+        moving = config.refine_cameras and step >= config.camera_start
+        self.cameras.requires_grad_(moving)
+        loss = self._loss(self._choose(self._trained, config.batch))
         self._optimizer.zero_grad(set_to_none=True)
         loss.backward()
+        if moving and len(self._held_out):
+            self._follow()
         self._optimizer.step()
         self.discs.clamp()
+        if moving:
+            self.cameras.hold_frame()
         # Reading the loss waits for the device; do so only when it is shown.
         shown = loss.item() if (step + 1) % 10 == 0 else self.progress.loss
         self.progress = dc.replace(self.progress, step=step + 1, loss=shown)
 
+    def _follow(self):
+        """Lets the pose of a held-out view follow the discs.
+
+        It moves neither them nor the lens: they must not know its image.
+        """
+        poses = self.cameras.poses
+        loss = self._loss(self._choose(self._held_out, 1))
+        assert poses.grad is not None
+        poses.grad += torch.autograd.grad(loss, poses)[0]
+
+    def _choose(self, views: np.ndarray, count: int) -> Tensor:
+        return torch.as_tensor(
+            self._order.choice(views, min(count, len(views)), False)
+        )
+
+    def _set_rates(self, decay: float):
+        for group in self._optimizer.param_groups:
+            if "first_lr" in group:
+                group["lr"] = group["first_lr"] * decay
+
     @torch.no_grad()
     def look(self):
         """Measures the held-out views' loss and whether it still falls."""
-        if self._held_out is None:
+        if not len(self._held_out):
             return
-        each = [
-            self._loss(self._held_out[torch.tensor([i])]).item()
-            for i in range(len(self._held_out))
-        ]
+        each = [self._loss(torch.tensor([i])).item() for i in self._held_out]
         loss = float(np.mean(each))
         self.progress = dc.replace(self.progress, held_out=loss)
         gained = loss < self._least * (1 - self._config.least_gain)
         self._least = min(loss, self._least)
         self._idle = 0 if gained else self._idle + 1
 
-    def _loss(self, views: Views) -> Tensor:
-        config, discs = self._config, self.discs
+    def result(self) -> Trained:
+        """The splat as it is now, and the cameras that it fits."""
+        splat = self.discs.splat(self._config.min_opacity)
+        if not self._config.refine_cameras:
+            return Trained(splat, self.progress, self._capture, GIVEN_DEPTH)
+        capture = self.cameras.capture(self._capture)
+        return Trained(splat, self.progress, capture, self.cameras.depth_curve)
+
+    def _loss(self, index: Tensor) -> Tensor:
+        config, discs, views = self._config, self.discs, self._views[index]
+        if config.refine_cameras:
+            views = self.cameras.corrected(views, index)
         rendered = self._rasterizer(discs, views)
         surface, normal, free_space = losses.disc_losses(
             discs, views, config.margin
@@ -252,6 +307,7 @@ class _Training:
             + config.free_space_weight * free_space
             + config.coverage_weight * losses.coverage_loss(rendered, views)
             + config.haze_weight * losses.haze_loss(discs)
+            + config.prior_weight * self.cameras.prior(index)
         )
 
     def save(self, path: Path):
@@ -261,6 +317,7 @@ class _Training:
             {
                 "identity": self._identity,
                 "discs": self.discs.state_dict(),
+                "cameras": self.cameras.state_dict(),
                 "optimizer": self._optimizer.state_dict(),
                 "order": self._order.bit_generator.state,
                 "progress": dc.asdict(self.progress),
@@ -286,20 +343,32 @@ class _Training:
                 " remove it to start afresh",
             )
         self.discs.load_state_dict(state["discs"])
+        self.cameras.load_state_dict(state["cameras"])
         self._optimizer.load_state_dict(state["optimizer"])
         self._order.bit_generator.state = state["order"]
         self.progress = Progress(**state["progress"])
         self._least, self._idle = state["least"], state["idle"]
 
 
-def _rates(discs: Discs, config: TrainingConfig) -> list[dict]:
-    """Adam's parameter groups; the centres come first."""
+def _rates(
+    discs: Discs, cameras: Cameras, config: TrainingConfig
+) -> list[dict]:
+    """Adam's parameter groups; those with a first rate slow down."""
+    steady = (
+        (discs.quaternions, config.rotation_rate),
+        (discs.log_scales, config.scale_rate),
+        (discs.logits, config.opacity_rate),
+        (discs.colors, config.color_rate),
+    )
+    slowing = (
+        (discs.p_WK, config.center_rate),
+        (cameras.poses, config.pose_rate),
+        (cameras.lens, config.lens_rate),
+        (cameras.depth, config.lens_rate),
+    )
     return [
-        {"params": [discs.p_WK], "lr": config.center_rate},
-        {"params": [discs.quaternions], "lr": config.rotation_rate},
-        {"params": [discs.log_scales], "lr": config.scale_rate},
-        {"params": [discs.logits], "lr": config.opacity_rate},
-        {"params": [discs.colors], "lr": config.color_rate},
+        *({"params": [x], "lr": rate} for x, rate in steady),
+        *({"params": [x], "lr": rate, "first_lr": rate} for x, rate in slowing),
     ]
 
 

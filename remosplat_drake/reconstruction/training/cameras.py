@@ -1,0 +1,178 @@
+"""`Cameras`: small errors of the cameras, as unknowns of the training.
+
+A view's true pose is R_WC = exp(theta_W) R_given, p_WC = p_given + t_W, as in
+`alignment.perturbation`. All views have one lens, a matrix L by which pixels
+are K L r for a ray r = (x, y, 1), and one curve of the depth,
+z = offset + (1 + scale) z_given + growth z_given².
+"""
+
+import dataclasses as dc
+
+import numpy as np
+import torch
+from numpy.polynomial import Polynomial
+from torch import Tensor, nn
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.alignment.cameras_file import (
+    with_depth_curve,
+)
+from remosplat_drake.reconstruction.alignment.perturbation import perturbed
+from remosplat_drake.reconstruction.training.views import Views
+
+
+@dc.dataclass(frozen=True)
+class CameraDeviations:
+    """Standard deviations of cameras' errors before the images are seen.
+
+    Zero takes a number as exact.
+
+    Attributes:
+        turn: Rotation of a view, about each axis [rad].
+        shift: Position of a view, along each axis [m].
+        focal: Focal lengths, as a fraction of them.
+        center: Principal point, as a fraction of the focal lengths.
+        scale: Scale of the depth.
+        offset: Offset of the depth [m].
+        growth: Growth of the depth's error with its square [1/m].
+    """
+
+    turn: float = 0.01
+    shift: float = 0.01
+    focal: float = 0.02
+    center: float = 0.005
+    scale: float = 0.02
+    offset: float = 0.003
+    growth: float = 0.005
+
+
+class Cameras(nn.Module):
+    """The errors of the cameras of v views, all zero at first.
+
+    Parameters are in units of their standard deviations: one learning rate
+    suits millimetres, pixels and angles, and the prior is a sum of squares.
+
+    Args:
+        X_WC: Given poses, shape (v, 4, 4).
+        deviations: What is known of the errors.
+        trained: The views that hold W, see `hold_frame`, shape (v,), bool.
+
+    Attributes:
+        poses: theta_W and t_W of each view, (v, 6).
+        lens: Logarithms of the growth of f_x and f_y, then the shift of the
+            principal point in units of f_x and f_y, (4,).
+        depth: Scale, offset and growth of the depth, (3,).
+    """
+
+    def __init__(
+        self,
+        X_WC: np.ndarray,
+        deviations: CameraDeviations,
+        trained: np.ndarray,
+    ):
+        super().__init__()
+        d = deviations
+        self.poses = nn.Parameter(torch.zeros(len(X_WC), 6))
+        self.lens = nn.Parameter(torch.zeros(4))
+        self.depth = nn.Parameter(torch.zeros(3))
+        p_WC = X_WC[:, :3, 3]
+        for name, values in (
+            ("_pose_units", [d.turn] * 3 + [d.shift] * 3),
+            ("_lens_units", [d.focal] * 2 + [d.center] * 2),
+            ("_depth_units", [d.scale, d.offset, d.growth]),
+            ("_arms", p_WC - p_WC[trained].mean(axis=0)),
+        ):
+            values = torch.tensor(values, dtype=torch.float32)
+            self.register_buffer(name, values, persistent=False)
+        self.register_buffer("_trained", torch.tensor(trained), False)
+
+    @property
+    def motion(self) -> Tensor:
+        """theta_W [rad] and t_W [m] of each view, shape (v, 6)."""
+        return self.poses * self._pose_units
+
+    @property
+    def L(self) -> Tensor:
+        """What the lens does to rays before K makes pixels of them, (3, 3)."""
+        fx, fy, x, y = (self.lens * self._lens_units).unbind()
+        zero, one = torch.zeros_like(fx), torch.ones_like(fx)
+        rows = (fx.exp(), zero, x), (zero, fy.exp(), y), (zero, zero, one)
+        return torch.stack([torch.stack(row) for row in rows])
+
+    @property
+    def depth_curve(self) -> Polynomial:
+        """The true depth [m], as a polynomial in the given one."""
+        scale, offset, growth = self._depth_errors().tolist()
+        return Polynomial([offset, 1 + scale, growth])
+
+    def corrected(self, views: Views, index: Tensor) -> Views:
+        """Returns views with their true cameras, differentiable in all errors.
+
+        Args:
+            views: k views with the given cameras.
+            index: Which of the v views they are, shape (k,).
+        """
+        theta_W, t_W = self.motion[index].split(3, dim=-1)
+        R_CW, p_CW = views.X_CW[:, :3, :3], views.X_CW[:, :3, 3:]
+        p_WC = t_W[..., None] - R_CW.mT @ p_CW
+        R_CW = R_CW @ torch.linalg.matrix_exp(_cross(-theta_W))
+        X_CW = torch.cat([R_CW, -R_CW @ p_WC], dim=-1)
+        return dc.replace(
+            views,
+            X_CW=torch.cat([X_CW, views.X_CW[:, 3:]], dim=1),
+            K=views.K @ self.L,
+            depth=self._true_depth(views.depth),
+            front=self._true_depth(views.front),
+        )
+
+    def prior(self, index: Tensor) -> Tensor:
+        """Computes the mean -log p of the errors of some views.
+
+        The lens and the depth count for one of the v views.
+
+        Args:
+            index: The views, shape (k,).
+        """
+        common = (self.lens**2).sum() + (self.depth**2).sum()
+        each = (self.poses[index] ** 2).sum(dim=-1).mean()
+        return 0.5 * (each + common / len(self.poses))
+
+    @torch.no_grad()
+    def hold_frame(self):
+        """Takes from the poses what turns, moves or scales all trained views.
+
+        Discs that do the same fit as well, so no image tells it. The scale of
+        the given positions is that of the map: a smaller world would have
+        smaller losses.
+        """
+        self.poses -= self.poses[self._trained].mean(dim=0)
+        arms, t_W = self._arms[self._trained], self.poses[self._trained, 3:]
+        scale = (arms * t_W).sum() / (arms**2).sum().clamp(min=1e-12)
+        self.poses[:, 3:] -= scale * self._arms
+
+    @torch.no_grad()
+    def capture(self, given: Capture) -> Capture:
+        """Returns the capture of all v views with their true cameras."""
+        motion, L = (x.cpu().double().numpy() for x in (self.motion, self.L))
+        return dc.replace(
+            with_depth_curve(given, self.depth_curve),
+            X_WC=perturbed(given.X_WC, motion),
+            K=given.K @ L,
+        )
+
+    def _depth_errors(self) -> Tensor:
+        return self.depth * self._depth_units
+
+    def _true_depth(self, z: Tensor) -> Tensor:
+        """Depths, where they are known; 0 and inf stay what they are."""
+        scale, offset, growth = self._depth_errors()
+        known = (z > 0) & z.isfinite()
+        z_known = torch.where(known, z, 0)
+        true = offset + (1 + scale) * z_known + growth * z_known**2
+        return torch.where(known, true.clamp(min=0), z)
+
+
+def _cross(v: Tensor) -> Tensor:
+    """The matrices [v×] of vectors (..., 3), shape (..., 3, 3)."""
+    axes = torch.eye(3, dtype=v.dtype, device=v.device)
+    return torch.linalg.cross(v[..., None, :], axes).mT
