@@ -191,23 +191,20 @@ def _train(
     """The trained splat and its cameras."""
     # Imported here: torch takes seconds, and need not be installed.
     from remosplat_drake.reconstruction.training.training import (
+        CAMERA_TRAINING,
         TrainingConfig,
         train_without_holes,
     )
 
+    config = CAMERA_TRAINING if refine_cameras else TrainingConfig()
     # Where views disagree, a surface must not be taken for free space.
     few = capture.select(np.arange(0, len(capture), -(-len(capture) // 16)))
     surface_W = measured_points(few, *np.array([[-np.inf], [np.inf]]))
-    margin = TrainingConfig.margin + _MARGIN_PER_SCATTER * scatter(surface_W)
+    margin = config.margin + _MARGIN_PER_SCATTER * scatter(surface_W)
     trained = train_without_holes(
         capture,
         start,
-        TrainingConfig(
-            steps=steps,
-            seed=seed,
-            margin=margin,
-            refine_cameras=refine_cameras,
-        ),
+        dc.replace(config, steps=steps, seed=seed, margin=margin),
         held_out=held_out,
         checkpoint=checkpoint,
         report=lambda p: report("training", p.step, p.steps),

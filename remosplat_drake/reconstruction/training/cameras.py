@@ -173,6 +173,6 @@ class Cameras(nn.Module):
 
 
 def _cross(v: Tensor) -> Tensor:
-    """The matrices [v×] of vectors (..., 3), shape (..., 3, 3)."""
+    """The matrices [v×] of vectors (k, 3), shape (k, 3, 3)."""
     axes = torch.eye(3, dtype=v.dtype, device=v.device)
-    return torch.linalg.cross(v[..., None, :], axes).mT
+    return torch.linalg.cross(v[:, None], axes[None]).mT

@@ -16,6 +16,7 @@ from remosplat_drake.reconstruction.training.views import Views
 
 _LEAST_ALPHA, _MOST_ALPHA = 1 / 255, 0.99
 _LEAST_TRANSMITTANCE = 1e-4
+_LEAST_SLOPE = 1e-6
 _FILTER = 2.0
 """Inverse variance of the screen-space filter (2DGS paper) [1/pixel²]."""
 
@@ -68,11 +69,13 @@ def _squared_radius(
 ) -> Tensor:
     """u² + v² where the rays meet the discs' planes, (pixels, discs)."""
     normal = R_CK[..., 2]
-    z = (p_CK * normal).sum(-1) / (rays @ normal.T)
+    slope = rays @ normal.T
+    # Where a ray runs along a disc, not even the gradient may be infinite.
+    meets = slope.abs() > _LEAST_SLOPE
+    z = (p_CK * normal).sum(-1) / torch.where(meets, slope, 1)
     offset = z[..., None] * rays[:, None] - p_CK
     uv = torch.einsum("pki,kij->pkj", offset, R_CK[..., :2]) / scales
-    squared = (uv**2).sum(-1)
-    return torch.where(torch.isfinite(squared) & (z > 0), squared, 1e9)
+    return torch.where(meets & (z > 0), (uv**2).sum(-1), 1e9)
 
 
 def _squared_pixels(p_CK: Tensor, K: Tensor, rays: Tensor) -> Tensor:

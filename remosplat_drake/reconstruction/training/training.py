@@ -66,11 +66,11 @@ class TrainingConfig:
     # Whether poses, lens and depth curve of the cameras are unknowns, too.
     refine_cameras: bool = False
     # Step at which cameras begin to move: colours must have settled.
-    camera_start: int = 30
+    camera_start: int = 10
     # Learning rate of poses [standard deviations a step].
-    pose_rate: float = 0.05
+    pose_rate: float = 0.2
     # Learning rate of lens and depth curve [standard deviations a step].
-    lens_rate: float = 0.02
+    lens_rate: float = 0.1
     # Weight of `Cameras.prior`.
     prior_weight: float = 1e-4
     # What is known of the cameras' errors.
@@ -97,6 +97,11 @@ class TrainingConfig:
     patience: int = 3
     # Fraction by which a look must lower the held-out loss to be progress.
     least_gain: float = 0.01
+
+
+CAMERA_TRAINING = TrainingConfig(refine_cameras=True, batch=8, center_rate=2e-4)
+"""Settings for cameras as unknowns: more views tell a common lens better, and
+the cameras' errors are in the discs, which have to move with them."""
 
 
 @dc.dataclass(frozen=True)
