@@ -20,6 +20,7 @@ from remosplat_drake.capture.readers.nerfstudio import write_capture
 from remosplat_drake.commands.main import main
 from remosplat_drake.commands.suggested_entry import suggested_entry
 from remosplat_drake.commands.suggested_scenario import write_scenario
+from remosplat_drake.reconstruction.alignment.cameras_file import with_cameras
 from remosplat_drake.reconstruction.report.quality_report import (
     pose_path,
     read_report,
@@ -189,6 +190,10 @@ def test_floor_and_untrained_discs(folder, tmp_path, capsys, monkeypatch):
         (["--focus", "50", "0", "0"], "--focus: is far from all"),
         (["--random-points", "2"], "random_points: must be 0 or at least 4"),
         (["--held-out", "1"], "--held-out"),
+        (
+            ["--refine-cameras", "--device", "cpu"],
+            "--refine-cameras: needs training",
+        ),
         (["--max-depth", "0.01"], "depth"),
         (["--floor", "--truth", "a.json"], "--truth"),
         (["--format", "tum"], "intrinsics"),
@@ -236,6 +241,25 @@ def test_training_on_cuda(folder, tmp_path):
     flags = ["--count", "3000", "--steps", "50", "--held-out", "4"]
     assert reconstruct(folder, output, "--device", "cuda", *flags) == 0
     assert "trained by gsplat" in read_report(output).method
+
+
+@pytest.mark.gpu
+def test_cameras_are_trained_on_cuda_and_kept(folder, tmp_path):
+    if not torch_sees_cuda():
+        pytest.skip("needs a CUDA device")
+    output = tmp_path / "trained.ply"
+    size = ["--count", "3000", "--steps", "50", "--held-out", "4"]
+    flags = ["--device", "cuda", "--refine-cameras", "--up", "floor"]
+    assert reconstruct(folder, output, *size, *flags) == 0
+    report = read_report(output)
+    assert "with its cameras as unknowns" in report.method
+    given = read_capture(folder)
+    refined = with_cameras(given, output)
+    assert not np.array_equal(refined.K, given.K)
+    # With the cameras beside the splat, its images look as they did.
+    assert main(["quality", str(output), str(folder), "--held-out", "4"]) == 0
+    again = read_report(output)
+    assert again.images.psnr == pytest.approx(report.images.psnr, abs=0.01)
 
 
 def test_where_up_is_unknown_there_is_no_scenario(

@@ -183,6 +183,28 @@ def test_what_fades_on_a_surface_is_put_back_and_a_floater_is_not(
     assert (np.abs(back[:, 2]) < 0.1).all()
 
 
+def test_a_ray_along_a_disc_leaves_gradients_finite():
+    """The middle column of pixels looks along the disc's plane x = 0."""
+    splat = GaussianSplat(
+        p_GK=np.array([[0.0, 0, 1]]),
+        quaternions=np.array([[np.sqrt(0.5), 0, np.sqrt(0.5), 0]]),
+        scales=np.full((1, 2), 0.1),
+        opacities=np.array([0.8]),
+        colors=np.ones((1, 3)),
+    )
+    camera = Capture(
+        K=np.array([[[20.0, 0, 5.5], [0, 20, 5.5], [0, 0, 1]]]),
+        X_WC=np.eye(4)[None],
+        rgb=np.zeros((1, 11, 11, 3), np.uint8),
+        depth=np.ones((1, 11, 11), np.float32),
+    )
+    discs = Discs(splat, (0.5, 2.0))
+    views = Views.of_capture(camera, "cpu")
+    rasterize_reference(discs, views).image.sum().backward()
+    for values in (discs.p_WK, discs.quaternions, discs.log_scales):
+        assert values.grad is not None and values.grad.isfinite().all()
+
+
 @pytest.mark.skipif(HAS_CUDA, reason="there is a CUDA device")
 def test_without_cuda_it_says_so(capture, start):
     with pytest.raises(RemoSplatError, match="CUDA"):
