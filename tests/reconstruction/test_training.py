@@ -184,17 +184,19 @@ def test_what_fades_on_a_surface_is_put_back_and_a_floater_is_not(
 
 
 def test_a_ray_along_a_disc_leaves_gradients_finite():
-    """The middle column of pixels looks along the disc's plane x = 0."""
+    """The camera looks along x, its middle row of pixels never meets z = 1."""
     splat = GaussianSplat(
-        p_GK=np.array([[0.0, 0, 1]]),
-        quaternions=np.array([[np.sqrt(0.5), 0, np.sqrt(0.5), 0]]),
+        p_GK=np.array([[1.0, 0, 1]]),
+        quaternions=np.array([[1.0, 0, 0, 0]]),
         scales=np.full((1, 2), 0.1),
         opacities=np.array([0.8]),
         colors=np.ones((1, 3)),
     )
+    X_WC = np.eye(4)
+    X_WC[:3, :3] = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
     camera = Capture(
-        K=np.array([[[20.0, 0, 5.5], [0, 20, 5.5], [0, 0, 1]]]),
-        X_WC=np.eye(4)[None],
+        K=np.array([[[5.0, 0, 5.5], [0, 5, 5.5], [0, 0, 1]]]),
+        X_WC=X_WC[None],
         rgb=np.zeros((1, 11, 11, 3), np.uint8),
         depth=np.ones((1, 11, 11), np.float32),
     )
