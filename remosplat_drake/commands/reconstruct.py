@@ -5,7 +5,6 @@ import dataclasses as dc
 from pathlib import Path
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from rich.console import Console
 
 from remosplat_drake.base.atomic_file import check_writable
@@ -216,15 +215,17 @@ def _write_cameras(
     arguments: argparse.Namespace,
 ):
     """Keeps cameras that were refined, in the frame of the capture's files."""
-    alignment, depth = prepared.alignment, result.depth
-    if alignment is not None and alignment.accepted:
-        depth = depth(Polynomial([alignment.offset, alignment.scale]))
-    elif not arguments.refine_cameras:
+    undone = []
+    if prepared.alignment is not None and prepared.alignment.accepted:
+        undone.append(prepared.alignment.undone)
+    if arguments.refine_cameras:
+        undone.append(result.undone)
+    if not undone:
         write_cameras(arguments.output, None)
         return
     X_WF = prepared.placement.X_FW.inverse().GetAsMatrix4()
     refined_W = result.capture.expressed_in(X_WF)
-    write_cameras(arguments.output, refined_W, depth)
+    write_cameras(arguments.output, refined_W, undone)
 
 
 def _suggest(

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.capture.capture import (
@@ -21,7 +20,7 @@ from remosplat_drake.capture.capture import (
     Capture,
     check_reconstructible,
 )
-from remosplat_drake.reconstruction.alignment.cameras_file import GIVEN_DEPTH
+from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.devices import (
     AUTO,
@@ -69,14 +68,15 @@ class Reconstruction:
         seconds: Wall-clock time that it took [s].
         capture: The capture that the splat fits: the given one, or that with
             refined cameras.
-        depth: Its depth [m], as a polynomial in the given one.
+        undone: Errors of the camera that training freed it of, see
+            `camera_errors`, shape (`COUNT`,).
     """
 
     splat: GaussianSplat
     method: str
     seconds: float
     capture: Capture
-    depth: Polynomial
+    undone: np.ndarray
 
 
 def reconstruct(
@@ -132,7 +132,7 @@ def reconstruct(
         surfels = initialise(seen, initialisation)
     report("surfels", 1, 1)
     method = f"{len(surfels)} surfels on {len(seen)} views"
-    depth = GIVEN_DEPTH
+    undone = np.zeros(COUNT)
     if device == NONE:
         splat = splat_of_surfels(surfels)
     else:
@@ -148,7 +148,7 @@ def reconstruct(
             capture, splat, steps, seed, refine_cameras, held_out, checkpoint,
             report,
         )  # fmt: skip
-        splat, capture, depth = trained.splat, trained.capture, trained.depth
+        splat, capture, undone = trained.splat, trained.capture, trained.undone
         seen = capture.select(~held_out)
         steps = trained.progress.step
         method += f", trained by gsplat 2DGS on CUDA for {steps} steps"
@@ -160,7 +160,7 @@ def reconstruct(
         splat = bound_splat(seen, splat, errors).bounded_W
         report("bounding", 1, 1)
     seconds = time.perf_counter() - start
-    return Reconstruction(splat, method, seconds, capture, depth)
+    return Reconstruction(splat, method, seconds, capture, undone)
 
 
 def check_refinable(device: str, refine_cameras: bool):

@@ -434,14 +434,14 @@ def test_refined_cameras_are_kept_beside_the_splat(orbit, tmp_path):
     splat = tmp_path / "table.ply"
     large = orbit.with_depth(1.02, 0.0)
     result = align(large)
-    write_cameras(splat, result)
+    write_cameras(splat, result.capture, [result.undone])
     again = with_cameras(large, splat)
     np.testing.assert_allclose(again.X_WC, result.capture.X_WC, atol=1e-11)
     np.testing.assert_allclose(again.depth, result.capture.depth, rtol=1e-6)
     with pytest.raises(FileError, match="16 cameras, but the capture has 8"):
         with_cameras(large.select(np.arange(8)), splat)
     cameras_path(splat).write_text('{"X_WC": 3}')
-    with pytest.raises(FileError, match="must hold X_WC and 17 numbers"):
+    with pytest.raises(FileError, match="must hold X_WC and rows of 17 numbers"):
         with_cameras(large, splat)
     write_cameras(splat, None)
     assert with_cameras(large, splat) is large

@@ -10,12 +10,19 @@ import dataclasses as dc
 
 import numpy as np
 import torch
-from numpy.polynomial import Polynomial
 from torch import Tensor, nn
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.reconstruction.alignment.cameras_file import (
-    with_depth_curve,
+from remosplat_drake.reconstruction.alignment.camera_correction import corrected
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    ASPECT,
+    CENTER_X,
+    CENTER_Y,
+    COUNT,
+    FOCAL,
+    GROWTH,
+    OFFSET,
+    SCALE,
 )
 from remosplat_drake.reconstruction.alignment.perturbation import perturbed
 from remosplat_drake.reconstruction.training.views import Views
@@ -100,10 +107,15 @@ class Cameras(nn.Module):
         return torch.stack([torch.stack(row) for row in rows])
 
     @property
-    def depth_curve(self) -> Polynomial:
-        """The true depth [m], as a polynomial in the given one."""
-        scale, offset, growth = self._depth_errors().tolist()
-        return Polynomial([offset, 1 + scale, growth])
+    def errors(self) -> np.ndarray:
+        """What all images err by, see `camera_errors`, shape (`COUNT`,)."""
+        fx, fy, x, y = (self.lens * self._lens_units).tolist()
+        errors = np.zeros(COUNT)
+        errors[[SCALE, OFFSET, GROWTH]] = self._depth_errors().tolist()
+        errors[FOCAL] = np.expm1(fx)
+        errors[ASPECT] = np.exp(fy) - np.exp(fx)
+        errors[[CENTER_X, CENTER_Y]] = x, y
+        return errors
 
     def corrected(self, views: Views, index: Tensor) -> Views:
         """Returns views with their true cameras, differentiable in all errors.
@@ -153,12 +165,9 @@ class Cameras(nn.Module):
     @torch.no_grad()
     def capture(self, given: Capture) -> Capture:
         """Returns the capture of all v views with their true cameras."""
-        motion, L = (x.cpu().double().numpy() for x in (self.motion, self.L))
-        return dc.replace(
-            with_depth_curve(given, self.depth_curve),
-            X_WC=perturbed(given.X_WC, motion),
-            K=given.K @ L,
-        )
+        motion = self.motion.cpu().double().numpy()
+        moved = dc.replace(given, X_WC=perturbed(given.X_WC, motion))
+        return corrected(moved, self.errors)
 
     def _depth_errors(self) -> Tensor:
         return self.depth * self._depth_units

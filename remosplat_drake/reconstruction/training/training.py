@@ -14,13 +14,12 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from numpy.polynomial import Polynomial
 from torch import Tensor
 
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.reconstruction.alignment.cameras_file import GIVEN_DEPTH
+from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 from remosplat_drake.reconstruction.surfels.seen_through import fill_holes
 from remosplat_drake.reconstruction.training import losses
 from remosplat_drake.reconstruction.training.cameras import (
@@ -130,13 +129,14 @@ class Trained:
         splat: The splat in the capture's world frame.
         progress: Progress at the end of training.
         capture: The capture, with refined cameras if they were unknowns.
-        depth: Its depth [m], as a polynomial in the given one.
+        undone: Errors of the camera that it was freed of, see
+            `camera_errors`, shape (`COUNT`,); 0 where none was an unknown.
     """
 
     splat: GaussianSplat
     progress: Progress
     capture: Capture
-    depth: Polynomial
+    undone: np.ndarray
 
 
 def train(
@@ -291,9 +291,9 @@ class _Training:
         """The splat as it is now, and the cameras that it fits."""
         splat = self.discs.splat(self._config.min_opacity)
         if not self._config.refine_cameras:
-            return Trained(splat, self.progress, self._capture, GIVEN_DEPTH)
+            return Trained(splat, self.progress, self._capture, np.zeros(COUNT))
         capture = self.cameras.capture(self._capture)
-        return Trained(splat, self.progress, capture, self.cameras.depth_curve)
+        return Trained(splat, self.progress, capture, self.cameras.errors)
 
     def _loss(self, index: Tensor) -> Tensor:
         config, discs, views = self._config, self.discs, self._views[index]
