@@ -40,7 +40,7 @@ The machine that runs the tests may be busy. What a late tick does is the
 supervisor's business, and tested there.
 """
 
-PROGRESS = r"[\w ]+: (\d+ (s|min)|\d+ of \d+(, about \d+ (s|min) left)?)$"
+PROGRESS = r"[\w -]+: (\d+ (s|min)|\d+ of \d+(, about \d+ (s|min) left)?)$"
 """A line that says how far a program is, where there is no terminal."""
 
 SAY_STARTED = "SAY_STARTED"

@@ -15,11 +15,18 @@ from remosplat_drake.oracle.map_summary import (
     summarize_solids,
     summarize_splat,
 )
-from remosplat_drake.oracle.oracle_config import GroundTruth, OracleMaker
+from remosplat_drake.oracle.oracle_config import (
+    DepthRasterization,
+    GroundTruth,
+    OracleMaker,
+)
 from remosplat_drake.reconstruction.report.quality_report import (
+    DEPTH_VIEWS,
+    ELLIPSOIDS,
     MAP_ERROR_MARGIN,
     QualityReport,
     read_report,
+    remaining_of,
     report_path,
 )
 from remosplat_drake.robot.reach import arm_reach, shoulder
@@ -285,9 +292,10 @@ def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
         oracle: The oracle that looks at it.
     """
     subtracts = getattr(oracle, "uncertainty", "") == "subtract"
-    if report.uncertainty and subtracts:
-        return report.remaining_error
-    return report.map_error
+    if not (report.uncertainty and subtracts):
+        return report.map_error
+    looks = isinstance(oracle, DepthRasterization)
+    return remaining_of(report, DEPTH_VIEWS if looks else ELLIPSOIDS)
 
 
 def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:

@@ -22,7 +22,10 @@ from remosplat_drake.capture.keyframes import (
     looks_of_view,
     sharpness,
 )
-from remosplat_drake.capture.motion import camera_velocities
+from remosplat_drake.capture.motion import (
+    camera_accelerations,
+    camera_velocities,
+)
 from remosplat_drake.capture.readers import (
     nerfstudio,
     record3d,
@@ -208,14 +211,20 @@ def read_keyframes(
     capture = assemble(
         path, frames(), max_depth=config.max_depth, max_size=config.max_size
     )
-    velocity_W = velocity_W[taken]
+    acceleration_W = _accelerations(recording, velocity_W)
     capture = dc.replace(
         capture,
         notes=tuple(FORMATS[name].notes(path)),
         up_W=FORMATS[name].up_W,
-        velocity_W=velocity_W if np.isfinite(velocity_W).all() else None,
+        velocity_W=_if_known(velocity_W[taken]),
+        acceleration_W=_if_known(acceleration_W[taken]),
     )
     return capture, keyframes
+
+
+def _if_known(motion: np.ndarray) -> np.ndarray | None:
+    """The numbers of all frames, or None where one of them is unknown."""
+    return motion if np.isfinite(motion).all() else None
 
 
 def _stamps(path: Path) -> list[tuple[str, int, int]]:
@@ -230,6 +239,13 @@ def _velocities(recording: Recording) -> np.ndarray:
     if recording.times is None:
         return np.full((len(recording), 6), np.nan)
     return camera_velocities(recording.times, recording.X_WC)
+
+
+def _accelerations(recording: Recording, velocity_W: np.ndarray) -> np.ndarray:
+    """How fast the velocities change, (n, 6); NaN where it is unknown."""
+    if recording.times is None:
+        return np.full((len(recording), 6), np.nan)
+    return camera_accelerations(recording.times, velocity_W)
 
 
 def _choose(

@@ -1,10 +1,13 @@
-"""How fast a camera moved while its images were taken."""
+"""How a camera moved while its images were taken."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 LONGEST_STEP = 0.2
 """Neighbouring frames that are as far apart tell no velocity [s]."""
+
+ACCELERATION_SPAN = 0.1
+"""Time to either side by which velocities are compared [s]."""
 
 
 def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
@@ -42,6 +45,44 @@ def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
     moved_W = X_WC[after, :3, 3] - X_WC[before, :3, 3]
     velocity_W[order[known]] = np.hstack([turned_W, moved_W]) / elapsed
     return velocity_W
+
+
+def camera_accelerations(
+    times: np.ndarray, velocity_W: np.ndarray
+) -> np.ndarray:
+    """Computes how fast a camera's velocities change.
+
+    Differences are taken over `ACCELERATION_SPAN` to either side: over single
+    frames, the jitter of poses would be most of them.
+
+    Args:
+        times: Times of n frames in any order, shape (n,) [s].
+        velocity_W: What `camera_velocities` returned, shape (n, 6).
+
+    Returns:
+        Angular accelerations [rad/s^2], then accelerations of the camera's
+        centre in W [m/s^2], shape (n, 6); NaN where they are unknown.
+    """
+    acceleration_W = np.full(velocity_W.shape, np.nan)
+    order = np.argsort(times, kind="stable")
+    order = order[np.isfinite(velocity_W[order]).all(axis=1)]
+    if len(order) < 2:
+        return acceleration_W
+    t, v = times[order], velocity_W[order]
+    piece = np.cumsum(np.diff(t, prepend=t[0]) >= LONGEST_STEP)
+    for number in range(piece[-1] + 1):
+        own = np.flatnonzero(piece == number)
+        start = np.maximum(t[own] - ACCELERATION_SPAN, t[own[0]])
+        end = np.minimum(t[own] + ACCELERATION_SPAN, t[own[-1]])
+        if not (end > start).all():
+            continue
+        changed = [
+            np.interp(end, t[own], each) - np.interp(start, t[own], each)
+            for each in v[own].T
+        ]
+        rate = np.stack(changed, axis=1) / (end - start)[:, None]
+        acceleration_W[order[own]] = rate
+    return acceleration_W
 
 
 def _usable(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:

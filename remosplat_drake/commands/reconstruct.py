@@ -61,6 +61,10 @@ from remosplat_drake.reconstruction.report.quality_report import (
     report_path,
 )
 from remosplat_drake.reconstruction.report.report_page import write_assessment
+from remosplat_drake.reconstruction.report.validation import (
+    Validations,
+    cross_validate,
+)
 from remosplat_drake.reconstruction.seen_file import (
     seen_path,
     write_seen_space,
@@ -205,7 +209,7 @@ def _run(
             lambda: find_seen_space(capture, result.splat, *box),
         )
         write_seen_space(arguments.output, coverage)
-    report = _report(result, prepared, held_out, arguments, console)
+    report = _report(result, prepared, held_out, arguments, console, stages)
     _suggest(result, prepared, report, arguments, console)
 
 
@@ -295,6 +299,17 @@ def _check(arguments: argparse.Namespace):
         check_writable(path)
 
 
+def _initialisation(arguments: argparse.Namespace) -> InitialisationConfig:
+    focus = arguments.focus
+    return InitialisationConfig(
+        method=arguments.initialisation,
+        count=arguments.count,
+        focus=None if focus is None else np.array(focus),
+        random_points=arguments.random_points,
+        seed=arguments.seed,
+    )
+
+
 def _reconstruct(
     prepared: PreparedCapture,
     device: str,
@@ -304,14 +319,7 @@ def _reconstruct(
     stages: KeptStages,
 ) -> Reconstruction:
     """Runs the pipeline under a progress bar; Ctrl-C keeps the training."""
-    focus = arguments.focus
-    initialisation = InitialisationConfig(
-        method=arguments.initialisation,
-        count=arguments.count,
-        focus=None if focus is None else np.array(focus),
-        random_points=arguments.random_points,
-        seed=arguments.seed,
-    )
+    initialisation = _initialisation(arguments)
     steps, seed = arguments.steps, arguments.seed
     with Progress(console, "starting") as progress:
         return stages.kept(
@@ -344,8 +352,22 @@ def _report(
     held_out: np.ndarray,
     arguments: argparse.Namespace,
     console: Console,
+    stages: KeptStages,
 ) -> QualityReport:
     moved = prepared.placement.moves
+    with Progress(console, "cross-validating") as progress:
+        validations = stages.kept(
+            "cross-validation",
+            Validations,
+            [prepared.capture, prepared.errors, _initialisation(arguments)],
+            lambda: cross_validate(
+                prepared.capture,
+                prepared.workspace,
+                prepared.errors,
+                _initialisation(arguments),
+                progress.report,
+            ),
+        )
     with Progress(console, "measuring its quality") as progress:
         assessment = assess(
             result.splat,
@@ -356,6 +378,7 @@ def _report(
             method=result.method,
             seed=arguments.seed,
             warnings=prepared.warnings,
+            validations=validations.of_oracles,
             progress=progress.report,
         )
     assessment.report.alignment = prepared.summary

@@ -3,7 +3,11 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from remosplat_drake.capture.motion import LONGEST_STEP, camera_velocities
+from remosplat_drake.capture.motion import (
+    LONGEST_STEP,
+    camera_accelerations,
+    camera_velocities,
+)
 
 
 def poses(turns: list[float], places: list[float]) -> np.ndarray:
@@ -63,3 +67,25 @@ def test_unusable_poses_are_left_out():
 def test_two_frames_of_one_time_tell_nothing():
     velocity_W = camera_velocities(np.zeros(2), poses([0, 1], [0, 1]))
     assert np.isnan(velocity_W).all()
+
+
+def test_accelerations_of_a_throw_are_gravity():
+    """Thrown upwards at 30 Hz: z = 3 t - g t^2 / 2; in one piece and two."""
+    times = np.arange(30) / 30
+    for gap in (0.0, 1.0):
+        later = times + gap * (np.arange(30) >= 15)
+        velocity_W = np.zeros((30, 6))
+        velocity_W[:, 5] = 3 - 9.81 * later
+        acceleration_W = camera_accelerations(later, velocity_W)
+        np.testing.assert_allclose(acceleration_W[:, 5], -9.81)
+        np.testing.assert_allclose(acceleration_W[:, :5], 0)
+
+
+def test_what_has_no_velocity_has_no_acceleration():
+    velocity_W = np.zeros((4, 6))
+    velocity_W[1] = np.nan
+    acceleration_W = camera_accelerations(
+        np.array([0, 0.1, 0.15, 9]), velocity_W
+    )
+    np.testing.assert_array_equal(acceleration_W[[0, 2]], 0)
+    assert np.isnan(acceleration_W[[1, 3]]).all()

@@ -65,16 +65,21 @@ def test_each_error_of_one_camera_by_hand():
         (errors(none, none, {TURN + 1: 0.01}), 0.003),
         (errors(none, none, {SHIFT + 2: 0.01}), -0.01),
     ):
-        moved, pitch = disc_errors(capture, splat, EXACT, draw)
+        moved, pitch, edge = disc_errors(capture, splat, EXACT, draw)
         np.testing.assert_allclose(moved, [[expected]], atol=1e-9)
         np.testing.assert_allclose(pitch, [2.0 / FOCAL])
+        # Seen at 0.3 in 2, and by nothing else: one footprint.
+        slant = np.sqrt(1 + 0.15**2)
+        np.testing.assert_allclose(edge, [slant * 2.0 / FOCAL])
 
 
 def test_views_are_averaged_by_their_weights_and_pitch_is_the_finest():
     capture = looking_down(np.array([[0, 0, 1.0], [0, 0, 2.0]]))
     noise = DepthNoise(0.0, 1e-3, 0.1, 0.1)
     draw = errors(np.zeros((2, 3)), [[0, 0, 0.017], [0, 0, 0.0]])
-    moved, pitch = disc_errors(capture, disc_at([0.0, 0, 0]), noise, draw)
+    moved, pitch, _ = disc_errors(
+        capture, disc_at([0.0, 0, 0]), noise, draw
+    )
     # Noise of z^2: the nearer view counts sixteen times as much.
     np.testing.assert_allclose(moved, [[0.016]], rtol=1e-6)
     np.testing.assert_allclose(pitch, [1.0 / FOCAL])
@@ -83,8 +88,10 @@ def test_views_are_averaged_by_their_weights_and_pitch_is_the_finest():
 def test_what_no_view_sees_does_not_move():
     capture = looking_down(np.array([[0.0, 0.0, 2.0]]))
     draw = errors(np.zeros((1, 3)), [[0, 0, 0.01]])
-    moved, pitch = disc_errors(capture, disc_at([0, 0, 0.5]), EXACT, draw)
-    assert moved[0, 0] == 0 and np.isinf(pitch[0])
+    moved, pitch, edge = disc_errors(
+        capture, disc_at([0, 0, 0.5]), EXACT, draw
+    )
+    assert moved[0, 0] == 0 and np.isinf(pitch[0]) and np.isinf(edge[0])
 
 
 def test_small_errors_move_measured_points_as_promised():
@@ -105,7 +112,7 @@ def test_small_errors_move_measured_points_as_promised():
         depth = (1 + scale) * capture.depth[0].astype(float) + offset
         altered = back_project(K, depth, X_WC)[row, column]
         camera = {SCALE: scale, OFFSET: offset, CENTER_X: center, DELAY: delay}
-        moved, _ = disc_errors(
+        moved, *_ = disc_errors(
             capture, disc_at(p_W), EXACT, errors(theta, t, camera)
         )
         np.testing.assert_allclose(moved[0, 0], altered[2] - p_W[2], atol=1e-8)
@@ -138,5 +145,17 @@ def test_draws_are_independent_columns():
         np.array([[[0, 0, 0.01]], [[0, 0, -0.02]]]),
         np.zeros((2, COUNT)),
     )
-    moved, _ = disc_errors(capture, disc_at([0.0, 0, 0]), EXACT, two)
+    moved, *_ = disc_errors(capture, disc_at([0.0, 0, 0]), EXACT, two)
     np.testing.assert_allclose(moved, [[0.01, -0.02]], atol=1e-9)
+
+
+def test_the_grids_of_many_views_leave_little_room_for_an_edge():
+    """Twenty views from 1 m: ln(1000) / 20 of a pixel's footprint."""
+    capture = looking_down(np.tile([0.0, 0, 1.0], (20, 1)))
+    draw = errors(np.zeros((20, 3)), np.zeros((20, 3)))
+    *_, edge = disc_errors(capture, disc_at([0.0, 0, 0]), EXACT, draw)
+    np.testing.assert_allclose(edge, np.log(1000) / 20 / FOCAL, rtol=1e-6)
+    # No grid of 20 comes nearer to a random edge in one of 1000 draws.
+    rng = np.random.default_rng(0)
+    nearest = rng.uniform(0, 1 / FOCAL, (100_000, 20)).min(axis=1)
+    assert (nearest > edge).mean() < 1e-3

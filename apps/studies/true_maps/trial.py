@@ -25,6 +25,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
     MAP_ERROR_MARGIN,
     QualityReport,
 )
+from remosplat_drake.reconstruction.report.validation import cross_validate
 from remosplat_drake.reconstruction.surfels.point_cloud import (
     InitialisationConfig,
 )
@@ -54,7 +55,8 @@ class Result:
         by_label: The same as `all`, by what is nearest.
         medium: Median uncertainty of the discs in the workspace.
         seconds: Time of the inspection, of the alignment, of the
-            reconstruction and of the assessment [s].
+            reconstruction, of the cross-validation and of the assessment
+            [s].
         error: What went wrong; empty for nothing.
     """
 
@@ -117,7 +119,8 @@ class Mapped:
         report: The quality report.
         defects: What the inspection refuses the capture for.
         seconds: Time of the inspection, of the alignment, of the
-            reconstruction and of the assessment [s].
+            reconstruction, of the cross-validation and of the assessment
+            [s].
     """
 
     splat: GaussianSplat
@@ -147,13 +150,19 @@ def mapped(capture: Capture, focus_W: np.ndarray) -> Mapped:
     errors = PoseErrors.of_draws(alignment.draws())
     times.append(perf_counter())
     held_out = np.arange(len(capture)) % HELD_OUT == 0
+    initialisation = InitialisationConfig(focus=focus_W)
+    workspace = Workspace.around(focus_W)
     made = reconstruct(
         alignment.capture,
         "cpu",
-        initialisation=InitialisationConfig(focus=focus_W),
+        initialisation=initialisation,
         bounded=True,
         errors=errors,
         held_out=held_out,
+    )
+    times.append(perf_counter())
+    validations = cross_validate(
+        alignment.capture, workspace, errors, initialisation
     )
     times.append(perf_counter())
     warnings = [f"{f.name}: {f.problem}" for f in found.findings]
@@ -161,9 +170,10 @@ def mapped(capture: Capture, focus_W: np.ndarray) -> Mapped:
         made.splat,
         alignment.capture,
         np.flatnonzero(held_out).tolist(),
-        workspace=Workspace.around(focus_W),
+        workspace=workspace,
         method=made.method,
         warnings=after_alignment(warnings, alignment.capture),
+        validations=validations.of_oracles,
     ).report
     times.append(perf_counter())
     return Mapped(

@@ -29,6 +29,9 @@ from remosplat_drake.reconstruction.report.pictures import (
 from remosplat_drake.reconstruction.report.quality import summarize
 from remosplat_drake.reconstruction.report.quality_report import (
     CAPTURE,
+    DEPTH_VIEWS,
+    ELLIPSOIDS,
+    HELD_OUT,
     TRUTH,
     CoverageSummary,
     DistanceErrors,
@@ -36,6 +39,11 @@ from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
     judge,
     reference_of,
+    remaining_of,
+)
+from remosplat_drake.reconstruction.report.validation import (
+    NEAREST,
+    Validation,
 )
 from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.robot.sphere_model import Spheres
@@ -44,12 +52,13 @@ from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
-NEAREST, FARTHEST = 0.03, 0.5
-"""Range of the distances at which fields are compared [m].
+FARTHEST = 0.5
+"""Largest distance at which fields are compared [m]: the controller looks no
+farther."""
 
-No robot sphere has its centre nearer to a surface, and the controller looks no
-farther.
-"""
+_SINGLE = 2
+"""So many points may err more than is believed of all: they may be pixels that
+flew."""
 
 _Errors = dict[str, dict[str, np.ndarray]]
 """Measured minus expected distances [m], by reference and by oracle."""
@@ -90,6 +99,7 @@ def assess(
     count: int = 5000,
     seed: int = 0,
     warnings: Sequence[str] = (),
+    validations: Sequence[Validation] = (),
     progress: Callable[[str], None] = lambda step: None,
 ) -> Assessment:
     """Measures a splat's images, distances, floaters and coverage.
@@ -105,6 +115,8 @@ def assess(
         count: Largest number of points at which distances are compared.
         seed: Seed of the random points.
         warnings: What is wrong with the capture, in words.
+        validations: How a map without some of the views foretold these, see
+            `cross_validate`; they judge unless the truth is known.
         progress: Called with what is done next.
 
     Raises:
@@ -120,9 +132,11 @@ def assess(
     surface_W = measured_points(known, box[0] - FARTHEST, box[1] + FARTHEST)
     references = _references(surface_W, truth)
     progress("comparing distances")
-    distances, errors, careful = _compare_distances(
+    distances, errors = _compare_distances(
         splat_W, known, references, workspace, count, seed
     )
+    distances += [_held_out_row(each) for each in validations if len(each)]
+    errors[HELD_OUT] = {each.oracle: each.over for each in validations}
     progress("looking for floaters and unseen space")
     floaters = find_floaters(splat_W, known, references[CAPTURE], *box)
     coverage = make_coverage(known, surface_W, *box)
@@ -140,24 +154,31 @@ def assess(
         warnings=list(warnings),
     )
     best = errors[reference_of(report)]
-    rest = careful[reference_of(report)]
-    report = _judged(report, _own_error(splat_W, workspace), rest)
+    report = _judged(report, _own_error(splat_W, workspace))
     return Assessment(report, pictures, best, coverage, floaters)
 
 
-def _judged(
-    report: QualityReport, own: float, rest: dict[str, np.ndarray]
-) -> QualityReport:
+def _judged(report: QualityReport, own: float) -> QualityReport:
     """The report with the numbers and the words that follow from its own."""
     best = reference_of(report)
     over = max(d.over for d in report.distances if d.reference == best)
     report.uncertainty = own
     report.map_error = max(over, own)
-    report.remaining_error = max(
-        float(error.max(initial=0.0)) for error in rest.values()
-    )
+    report.remaining_error = remaining_of(report, ELLIPSOIDS)
     report.trust = judge(report)
     return report
+
+
+def _held_out_row(validation: Validation) -> DistanceErrors:
+    """Errors at surfaces that a map was made without."""
+    summary = summarize(validation.over)
+    return DistanceErrors(
+        validation.oracle,
+        HELD_OUT,
+        **{**dc.asdict(summary), "over": validation.largest_over},
+        remaining=validation.largest_excess,
+        covered=validation.covered,
+    )
 
 
 def _own_error(splat_W: GaussianSplat, workspace: Workspace) -> float:
@@ -194,11 +215,10 @@ def _compare_distances(
     workspace: Workspace,
     count: int,
     seed: int,
-) -> tuple[list[DistanceErrors], _Errors, _Errors]:
+) -> tuple[list[DistanceErrors], _Errors]:
     """Both oracles against all references, in space that cameras saw.
 
-    The radius of a sphere adds nothing to an error, so points will do. The
-    last errors are those that are left where the uncertainty is subtracted.
+    The radius of a sphere adds nothing to an error, so points will do.
     """
     p_W = free_points(
         capture, count, workspace.lower, workspace.upper, FARTHEST, seed
@@ -218,11 +238,27 @@ def _compare_distances(
     if splat_W.uncertainty is not None:
         careful = _errors(splat_W, spheres, expected)
     rows = [
-        DistanceErrors(oracle, reference, **dc.asdict(summarize(error)))
+        DistanceErrors(
+            oracle,
+            reference,
+            **dc.asdict(summarize(error)),
+            remaining=_rest(reference, careful[reference][oracle]),
+            covered=float((careful[reference][oracle] <= 0).mean()),
+        )
         for reference, by_oracle in errors.items()
         for oracle, error in by_oracle.items()
     ]
-    return rows, errors, careful
+    return rows, errors
+
+
+def _rest(reference: str, careful: np.ndarray) -> float:
+    """What uncertainty leaves of over-estimates, 0 for nothing [m].
+
+    Of a capture's own depth, single points are not believed.
+    """
+    largest = np.sort(careful)[::-1]
+    single = 0 if reference == TRUTH else min(_SINGLE, len(largest) - 1)
+    return max(float(largest[single]), 0.0)
 
 
 def _errors(
@@ -230,10 +266,8 @@ def _errors(
 ) -> dict[str, dict[str, np.ndarray]]:
     """Measured minus expected distances, by reference and oracle [m]."""
     oracles = {
-        "sphere-to-ellipsoid": SphereToEllipsoidField(splat_W),
-        "depth rasterisation": DepthRasterizationField(
-            splat_W, nearest_only=True
-        ),
+        ELLIPSOIDS: SphereToEllipsoidField(splat_W),
+        DEPTH_VIEWS: DepthRasterizationField(splat_W, nearest_only=True),
     }
     errors: dict[str, dict[str, np.ndarray]] = {r: {} for r in expected}
     for name, oracle in oracles.items():

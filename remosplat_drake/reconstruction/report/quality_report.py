@@ -21,8 +21,12 @@ from remosplat_drake.reconstruction.report.alignment_summary import (
 MAP_ERROR_MARGIN = 0.002
 """Least length by which a stopping distance must exceed the map's error [m]."""
 
-CAPTURE, TRUTH = "capture", "truth"
-"""References of distances: measured depth, or known geometry."""
+CAPTURE, HELD_OUT, TRUTH = "capture", "held-out views", "truth"
+"""References of distances: measured depth, that of views which a map was made
+without, or known geometry."""
+
+ELLIPSOIDS, DEPTH_VIEWS = "sphere-to-ellipsoid", "depth rasterisation"
+"""Names of the oracles that are judged."""
 
 
 Length = Annotated[float, Interval(ge=-1e4, le=1e4)]
@@ -39,7 +43,7 @@ class DistanceErrors(Config):
 
     # Name of the oracle.
     oracle: str = ""
-    # What distances are compared with: `capture` or `truth`.
+    # What distances are compared with: `capture`, `held-out views` or `truth`.
     reference: str = ""
     # Number of points.
     count: Count = 0
@@ -51,6 +55,11 @@ class DistanceErrors(Config):
     over: Length = 0.0
     # Largest under-estimate, which invents an obstacle [m].
     under: Length = 0.0
+    # What is left of over-estimates where the splats' own uncertainty is
+    # subtracted [m]; None: not measured.
+    remaining: Length | None = None
+    # Fraction of the points at which no distance is too large then.
+    covered: Share = 0.0
 
 
 @dc.dataclass
@@ -136,7 +145,8 @@ class QualityReport(Config):
     # Largest uncertainty that a splat in the workspace has of itself; 0: they
     # have none [m].
     uncertainty: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
-    # What is left of `map_error` where an oracle subtracts that [m].
+    # What is left of `map_error` where ellipsoids subtract that [m]; what is
+    # left with depth views is in `distances`.
     remaining_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # The verdict in words.
     trust: str = ""
@@ -221,9 +231,11 @@ def judge(report: QualityReport) -> str:
     judged = [d for d in report.distances if d.reference == reference]
     usual = max(d.percentile_99 for d in judged)
     over, rest = report.map_error, report.map_error
+    views = rest
     if report.uncertainty:
         over = max(d.over for d in judged)
         rest = report.remaining_error
+        views = remaining_of(report, DEPTH_VIEWS)
     stop = rest + MAP_ERROR_MARGIN
     verdict = (
         f"Distances are right to {rounded_up(usual)} (99 %), over-estimates up"
@@ -234,9 +246,17 @@ def judge(report: QualityReport) -> str:
             "; where the data allow for more, splats say so, up to"
             f" {rounded_up(report.uncertainty)}, which oracles subtract"
         )
-    verdict += f": stopping distances from {rounded_up(stop)} on are safe here."
+    verdict += f": stopping distances from {rounded_up(stop)} on are safe here"
+    if views > rest:
+        verdict += f", with depth views {rounded_up(views + MAP_ERROR_MARGIN)}"
+    verdict += "."
     if reference == TRUTH:
         verdict += " This is against the true geometry."
+    if reference == HELD_OUT:
+        verdict += (
+            " The true geometry is unknown: this is at surfaces that a map"
+            " without a quarter of the views had to foretell."
+        )
     if reference == CAPTURE:
         verdict += (
             " The true geometry is unknown: this is against the capture's own"
@@ -260,7 +280,24 @@ def judge(report: QualityReport) -> str:
 def reference_of(report: QualityReport) -> str:
     """Returns the best reference that a report compares distances with."""
     known = {d.reference for d in report.distances}
-    return TRUTH if TRUTH in known else CAPTURE
+    return next(
+        r for r in (TRUTH, HELD_OUT, CAPTURE) if r in known or r == CAPTURE
+    )
+
+
+def remaining_of(report: QualityReport, oracle: str) -> float:
+    """Returns what an oracle's distances leave of the map's error [m].
+
+    Args:
+        report: What was measured of a map.
+        oracle: Name of the oracle, which subtracts the splats' uncertainty.
+    """
+    best = reference_of(report)
+    for row in report.distances:
+        is_asked = (row.reference, row.oracle) == (best, oracle)
+        if is_asked and row.remaining is not None:
+            return max(row.remaining, 0.0)
+    return report.remaining_error
 
 
 def rounded_up(length: float) -> str:

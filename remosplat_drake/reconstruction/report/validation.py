@@ -14,8 +14,20 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.oracle.depth_rasterization import DepthRasterizationField
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
+from remosplat_drake.reconstruction.devices import CPU
 from remosplat_drake.reconstruction.measured_space import times_looked_through
+from remosplat_drake.reconstruction.pipeline import Report, reconstruct
+from remosplat_drake.reconstruction.report.quality_report import (
+    DEPTH_VIEWS,
+    ELLIPSOIDS,
+)
+from remosplat_drake.reconstruction.surfels.point_cloud import (
+    InitialisationConfig,
+)
+from remosplat_drake.reconstruction.surfels.refinement import RefinementConfig
 from remosplat_drake.reconstruction.uncertainty.depth_noise import (
     estimate_noise,
 )
@@ -43,9 +55,25 @@ _HIDDEN = 0.02
 """A view could have seen a point that is behind what it measured by no more
 than this [m]."""
 
+NEAREST = 0.03
+"""No robot sphere has its centre nearer to a surface [m]."""
+
+_ASIDE = 0.7
+"""How far to the side of the way back a depth view is put, for 1 back."""
+
+_WORST, _SPREAD = 400, 1000
+"""Points at which depth views are judged: the worst of ellipsoids, and others
+spread over all."""
+
+_SWEEPS, _LEAST_DISCS = 4, 1000
+"""Of the refinement of a map that is made to be judged, and of its discs."""
+
 _AROUND, _WITNESSES = 0.02, 3
 """An error counts as large as three measured points within 2 cm have it: one of
 them may be a pixel that flew."""
+
+
+_NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -53,12 +81,14 @@ class Validation:
     """Errors of a map at n points of surfaces that it was made without.
 
     Attributes:
+        oracle: Name of the oracle whose distances they are.
         p_W: The points, shape (n, 3) [m].
         over: Over-estimates of distances there, shape (n,) [m].
         excess: What is left of them where the discs' uncertainty is
             subtracted, shape (n,) [m]; negative where that is too much.
     """
 
+    oracle: str
     p_W: np.ndarray
     over: np.ndarray
     excess: np.ndarray
@@ -80,6 +110,25 @@ class Validation:
     def covered(self) -> float:
         """Fraction of the points at which no distance is too large."""
         return float((self.excess <= 0).mean()) if len(self) else 0.0
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Validations:
+    """The errors of each oracle on one map.
+
+    Attributes:
+        ellipsoids: Those of the distances to ellipsoids; None: not measured.
+        depth_views: Those of depth views; None: not measured.
+    """
+
+    ellipsoids: Validation | None = None
+    depth_views: Validation | None = None
+
+    @property
+    def of_oracles(self) -> list[Validation]:
+        """Those that were measured."""
+        both = self.ellipsoids, self.depth_views
+        return [each for each in both if each is not None]
 
 
 def left_out(views: int) -> np.ndarray:
@@ -104,12 +153,53 @@ def left_out(views: int) -> np.ndarray:
     return mask
 
 
+def cross_validate(
+    capture: Capture,
+    workspace: Workspace,
+    errors: PoseErrors | None = None,
+    initialisation: InitialisationConfig | None = None,
+    report: Report = lambda stage, done, total: None,
+) -> Validations:
+    """Makes a map without some of the views, and judges it by these.
+
+    It is made on the CPU, of half as many discs and in fewer sweeps than the
+    map that it stands for: it is not better.
+
+    Args:
+        capture: All views, refined.
+        workspace: Space in which errors matter.
+        errors: Draws of the errors of the cameras, in the capture's frame.
+        initialisation: How the map's surfels are laid; None: the defaults.
+        report: Called with the progress.
+
+    Returns:
+        The errors of each oracle; none of a capture of too few views.
+    """
+    judges = left_out(len(capture))
+    if not judges.any():
+        return Validations()
+    initialisation = initialisation or InitialisationConfig()
+    splat_W = reconstruct(
+        capture,
+        CPU,
+        initialisation=dc.replace(
+            initialisation, count=max(initialisation.count // 2, _LEAST_DISCS)
+        ),
+        refinement=RefinementConfig(sweeps=_SWEEPS),
+        bounded=True,
+        errors=errors,
+        held_out=judges,
+        report=report,
+    ).splat
+    return validate(splat_W, capture, judges, workspace)
+
+
 def validate(
     splat_W: GaussianSplat,
     capture: Capture,
     judges: np.ndarray,
     workspace: Workspace,
-) -> Validation:
+) -> Validations:
     """Judges a map by views that it was made without.
 
     Args:
@@ -117,6 +207,9 @@ def validate(
         capture: All views.
         judges: Which of them the map was made without, shape (n,), bool.
         workspace: Space in which errors matter.
+
+    Returns:
+        The errors of each oracle.
     """
     rest = capture.select(~judges)
     noise = estimate_noise(rest, splat_W)
@@ -126,10 +219,60 @@ def validate(
     )
     measured = measured.select(inside.all(axis=1) & (measured.views > 1))
     looks = times_looked_through(rest, measured.p_W, -_HIDDEN)
-    p_W = measured.p_W[looks >= _LOOKS]
-    raw = SphereToEllipsoidField(splat_W.with_uncertainty(None))
-    careful = SphereToEllipsoidField(splat_W)
-    return Validation(p_W, _at(raw, p_W), _at(careful, p_W))
+    measured = measured.select(looks >= _LOOKS)
+    bare_W = splat_W.with_uncertainty(None)
+    over, excess = (
+        _at(SphereToEllipsoidField(splat), measured.p_W)
+        for splat in (bare_W, splat_W)
+    )
+    chosen = _chosen(over)
+    seen_W, back_W = measured.p_W[chosen], -measured.ray_W[chosen]
+    views = [
+        _before(
+            DepthRasterizationField(splat, nearest_only=True), seen_W, back_W
+        )
+        for splat in (bare_W, splat_W)
+    ]
+    return Validations(
+        Validation(ELLIPSOIDS, measured.p_W, over, excess),
+        Validation(DEPTH_VIEWS, seen_W, *views),
+    )
+
+
+def _chosen(over: np.ndarray) -> np.ndarray:
+    """Indices of points at which depth views are judged: some, and the worst.
+
+    They take much longer than ellipsoids, and err at the same places.
+    """
+    worst = np.argsort(-over, kind="stable")[:_WORST]
+    spread = np.arange(0, len(over), max(1, len(over) // _SPREAD))
+    return np.unique(np.concatenate([worst, spread]))
+
+
+def _before(
+    field: DistanceField, p_W: np.ndarray, back_W: np.ndarray
+) -> np.ndarray:
+    """Over-estimates of distances in front of surface points, (n,) [m].
+
+    A depth view cannot be put onto a surface. So it is put before it, towards
+    the cameras that saw it and to the sides, and the largest counts.
+
+    Args:
+        field: The map.
+        p_W: The points, shape (n, 3) [m].
+        back_W: Directions to the cameras, shape (n, 3).
+    """
+    if not len(p_W):
+        return np.zeros(0)
+    x_W = np.cross(back_W, [0.3, 0.5, 0.8])
+    x_W /= np.linalg.norm(x_W, axis=1, keepdims=True)
+    y_W = np.cross(back_W, x_W)
+    errors = []
+    for a, b in ((0, 0), (_ASIDE, 0), (-_ASIDE, 0), (0, _ASIDE), (0, -_ASIDE)):
+        away_W = back_W + a * x_W + b * y_W
+        away_W /= np.linalg.norm(away_W, axis=1, keepdims=True)
+        errors.append(_at(field, p_W + NEAREST * away_W) - NEAREST)
+    return np.max(errors, axis=0)
 
 
 def borne_out(p_W: np.ndarray, error: np.ndarray) -> float:
@@ -157,4 +300,5 @@ def borne_out(p_W: np.ndarray, error: np.ndarray) -> float:
 
 def _at(field: DistanceField, p_W: np.ndarray) -> np.ndarray:
     """Distances at points (n, 3), shape (n,) [m]."""
-    return field.clearances(Spheres.at(p_W)).per_sphere(len(p_W))
+    distance = field.clearances(Spheres.at(p_W)).per_sphere(len(p_W))
+    return np.minimum(distance, _NOTHING)

@@ -51,6 +51,8 @@ class Bounds:
         pose_sigma: Standard deviations by errors of poses and scale, shape
             (n,) [m].
         pitch: Distances a between pixels, shape (n,) [m].
+        edge: How far surfaces may go on beyond the last pixels on them, shape
+            (n,) [m].
     """
 
     splat_W: GaussianSplat
@@ -60,6 +62,7 @@ class Bounds:
     shift: np.ndarray
     pose_sigma: np.ndarray
     pitch: np.ndarray
+    edge: np.ndarray
 
     @property
     def bounded_W(self) -> GaussianSplat:
@@ -85,7 +88,7 @@ class Bounds:
             self.gap
             + self.shift
             + significance * sigma
-            + np.minimum(self.pitch, largest_pitch)
+            + np.maximum(np.minimum(self.pitch, largest_pitch), self.edge)
         )
 
 
@@ -107,12 +110,13 @@ def bound_splat(
     measured = measured.select(measured.is_confirmed(LARGEST_SIGMA))
     splat_W = close_gaps(splat_W, measured)
     errors = PoseErrors.none(len(capture)) if errors is None else errors
-    moved, pitch = disc_errors(capture, splat_W, noise, errors)
+    moved, pitch, edge = disc_errors(capture, splat_W, noise, errors)
     gap, sigma = _at_discs(splat_W, measured)
     averaged = noise_of_means(capture, splat_W, noise)
     known = np.isfinite(pitch)
     farthest = float(pitch[known].max(initial=0.0))
     pitch = np.where(known, pitch, farthest)
+    edge = np.where(known, edge, farthest)
     # Where nothing was averaged, one pixel's noise counts.
     z = pitch * float(capture.K[:, 0, 0].mean())
     single = noise.deviation(z)
@@ -126,6 +130,7 @@ def bound_splat(
         shift=np.abs(moved.mean(axis=1)),
         pose_sigma=moved.std(axis=1),
         pitch=pitch,
+        edge=edge,
     )
 
 

@@ -23,13 +23,24 @@ _AGREE = 0.01
 """Difference of depths up to which a view sees a disc, whatever the noise
 [m]."""
 
+_STEEPEST = 0.1
+"""Cosine of incidence below which footprints of pixels grow no more."""
+
+_UNSEEN_EDGE = float(np.log(1000))
+"""How many footprints an edge may lie beyond the last pixel on a surface.
+
+Between the last pixel on a surface and its edge there is up to one footprint F
+of a pixel, and the grids of different views lie anywhere. So no view's pixel is
+within x of an edge with the probability of prod(1 - x / F), at most
+exp(-x sum(1 / F)): a thousandth for x = ln(1000) / sum(1 / F)."""
+
 
 def disc_errors(
     capture: Capture,
     splat_W: GaussianSplat,
     noise: DepthNoise,
     errors: PoseErrors,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Computes by how much draws of pose errors move discs off their planes.
 
     Args:
@@ -40,8 +51,10 @@ def disc_errors(
 
     Returns:
         Displacements along the discs' normals, shape (n, k) [m], 0 for a disc
-        that no view sees; and the distance of the nearest view's pixels on
-        each, across its line of sight, shape (n,) [m], inf for such a disc.
+        that no view sees; the distance of the nearest view's pixels on each,
+        across its line of sight, shape (n,) [m], inf for such a disc; and how
+        far beyond the last pixel on it a surface may go on, shape (n,) [m],
+        see `_UNSEEN_EDGE`, inf likewise.
     """
     p_WK = np.array(splat_W.p_GK, float, order="C")
     normal_W = np.ascontiguousarray(splat_W.R_GK[:, :, 2])
@@ -49,6 +62,7 @@ def disc_errors(
     moved = np.zeros((len(splat_W), count))
     weight = np.zeros(len(splat_W))
     pitch = np.full(len(splat_W), np.inf)
+    finest, pixels = pitch.copy(), np.zeros(len(splat_W))
     for view in range(len(capture)):
         _add_view(
             p_WK,
@@ -64,8 +78,14 @@ def disc_errors(
             moved,
             weight,
             pitch,
+            finest,
+            pixels,
         )
-    return moved / np.maximum(weight, 1e-300)[:, None], pitch
+    moved /= np.maximum(weight, 1e-300)[:, None]
+    edge = finest
+    seen = pixels > 0
+    edge[seen] = np.minimum(edge[seen], _UNSEEN_EDGE / pixels[seen])
+    return moved, pitch, edge
 
 
 @numpy_kernel
@@ -83,6 +103,8 @@ def _add_view(
     moved,
     total,
     pitch,
+    finest,
+    pixels,
 ):
     """Adds a view's weighted displacements of each disc that it sees."""
     height, width = depth.shape
@@ -128,3 +150,7 @@ def _add_view(
             moved[i, s] += weight * shift
         total[i] += weight
         pitch[i] = min(pitch[i], z / K[0, 0])
+        cosine = max(abs(along) / np.sqrt(squared), _STEEPEST)
+        footprint = z / (K[0, 0] * cosine)
+        finest[i] = min(finest[i], footprint)
+        pixels[i] += 1 / footprint
