@@ -25,6 +25,10 @@ the square of the depth [m]."""
 _BLOCK = 50_000
 """Points that a thread takes at a time."""
 
+_STEEPEST = 0.1
+"""Least height over a surface by which a ray leaves it, for each metre of depth
+that counts."""
+
 _DRAWS = 20
 """Tries to find free points before giving up."""
 
@@ -147,6 +151,7 @@ def times_looked_through(
     p_W: np.ndarray,
     margin: float = 0.03,
     pitch: np.ndarray | None = None,
+    normal_W: np.ndarray | None = None,
 ) -> np.ndarray:
     """Counts the views that have measured something behind each point.
 
@@ -158,6 +163,10 @@ def times_looked_through(
             2 m it grows with the square of the depth.
         pitch: How far apart a view's pixels may be at each point, shape (n,)
             [m]; None for any distance.
+        normal_W: Unit normals of the surfaces that the points are on, shape
+            (n, 3): the margin is along them, so that a floor at a grazing
+            angle is not looked through by a camera that is a little too low;
+            None: the margin is along the depth.
 
     Returns:
         Numbers of views, shape (n,).
@@ -167,8 +176,11 @@ def times_looked_through(
     def counted(rows: slice) -> np.ndarray:
         count = np.zeros(len(p_W[rows]), np.int64)
         near = None if pitch is None else pitch[rows]
+        normals = None if normal_W is None else normal_W[rows]
         for view, front in enumerate(fronts):
-            count += is_behind(capture, view, front, p_W[rows], margin, near)
+            count += is_behind(
+                capture, view, front, p_W[rows], margin, near, normals
+            )
         return count
 
     counts = in_parallel(counted, blocks(len(p_W), _BLOCK))
@@ -182,6 +194,7 @@ def is_behind(
     p_W: np.ndarray,
     margin: float,
     pitch: np.ndarray | None = None,
+    normal_W: np.ndarray | None = None,
 ) -> np.ndarray:
     """Tells which points one view has looked through.
 
@@ -192,11 +205,15 @@ def is_behind(
         p_W: Points in W, shape (n, 3) [m].
         margin: See `times_looked_through` [m].
         pitch: See `times_looked_through` [m].
+        normal_W: See `times_looked_through`.
 
     Returns:
         Shape (n,), bool.
     """
     behind = np.zeros(len(p_W), bool)
+    if normal_W is None:
+        # The direction of the depth itself.
+        normal_W = np.tile(capture.X_WC[view, :3, 2], (len(p_W), 1))
     _find_behind(
         front,
         capture.K[view].astype(float),
@@ -204,13 +221,14 @@ def is_behind(
         np.ascontiguousarray(p_W, float),
         margin,
         np.full(len(p_W), np.inf) if pitch is None else pitch,
+        np.ascontiguousarray(normal_W, float),
         behind,
     )
     return behind
 
 
 @kernel
-def _find_behind(front, K, X_WC, p_W, margin, pitch, behind):
+def _find_behind(front, K, X_WC, p_W, margin, pitch, normal_W, behind):
     """Finds each point that a depth image is deeper than."""
     height, width = front.shape
     for i in range(len(p_W)):
@@ -225,7 +243,12 @@ def _find_behind(front, K, X_WC, p_W, margin, pitch, behind):
         column = np.floor(K[0, 0] * x_C / z_C + K[0, 2])
         row = np.floor(K[1, 1] * y_C / z_C + K[1, 2])
         if 0 <= column < width and 0 <= row < height:
-            enough = margin * max(1.0, z_C / _NOISE_DEPTH) ** 2
+            # How fast the ray leaves the surface, as its depth grows.
+            along = (
+                normal_W[i, 0] * x + normal_W[i, 1] * y + normal_W[i, 2] * z
+            ) / z_C
+            steepness = min(max(abs(along), _STEEPEST), 1.0)
+            enough = margin * max(1.0, z_C / _NOISE_DEPTH) ** 2 / steepness
             behind[i] = front[int(row), int(column)] > z_C + enough
 
 

@@ -379,3 +379,29 @@ def test_nothing_is_known_of_a_delay_without_velocities():
     motion = 0.08 * velocity_W
     still = dc.replace(capture, velocity_W=None)
     assert delay_of_motion(still, motion) == (0.0, 1.0)
+
+
+def test_a_cable_of_one_pixel_survives_the_read_out():
+    """An upright cable at 1 m before a wall at 2 m; the camera goes sideways.
+
+    At 1 m/s and 40 ms, its image leans by 4 pixels; then it stands upright.
+    """
+    speed, readout, x = 1.0, 0.04, 0.05
+    time = readout * ((np.arange(HEIGHT) + 0.5) / HEIGHT - 0.5)
+    column = np.floor((x - speed * time) * K[0, 0] + K[0, 2]).astype(int)
+    depth = np.full((1, HEIGHT, WIDTH), 2.0, np.float32)
+    depth[0, np.arange(HEIGHT), column] = 1.0
+    assert np.ptp(column) == 4
+    leaning = Capture(
+        K=K[None],
+        X_WC=np.eye(4)[None],
+        rgb=np.zeros((1, HEIGHT, WIDTH, 3), np.uint8),
+        depth=depth,
+        velocity_W=np.array([[0, 0, 0, speed, 0, 0]]),
+    )
+    upright = corrected(leaning, errors({READOUT: readout})).depth[0]
+    rows, columns = np.nonzero(np.abs(upright - 1) < 1e-3)
+    assert np.unique(rows).tolist() == list(range(HEIGHT))
+    assert np.abs(columns - np.floor(x * K[0, 0] + K[0, 2])).max() <= 1
+    wall = upright[np.abs(upright - 1) > 1e-3]
+    np.testing.assert_allclose(wall[wall > 0], 2, atol=1e-6)

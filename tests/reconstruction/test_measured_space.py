@@ -53,6 +53,20 @@ def test_a_view_says_nothing_of_what_is_finer_than_its_pixels(wall):
     np.testing.assert_array_equal(count, [0, 2])
 
 
+def test_a_margin_along_the_normal_is_longer_at_a_grazing_angle(wall):
+    """10 cm before the wall, on surfaces at 90 and at 17 degrees to the ray.
+
+    Along the depth 30 mm suffice; for the slanted one it takes 30 / 0.3 = 100.
+    """
+    points = np.tile([0.0, 0, 1.901], (2, 1))
+    normals = np.array([[0, 0, 1.0], [np.sqrt(1 - 0.3**2), 0, 0.3]])
+    count = times_looked_through(wall, points, 0.03, normal_W=normals)
+    np.testing.assert_array_equal(count, [2, 0])
+    nearer = points - [0, 0, 0.01]
+    count = times_looked_through(wall, nearer, 0.03, normal_W=normals)
+    np.testing.assert_array_equal(count, [2, 2])
+
+
 def test_measured_points_are_on_the_wall(wall):
     points = measured_points(wall, *EVERYWHERE)
     assert len(points) == 1600

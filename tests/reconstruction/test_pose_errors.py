@@ -77,9 +77,7 @@ def test_views_are_averaged_by_their_weights_and_pitch_is_the_finest():
     capture = looking_down(np.array([[0, 0, 1.0], [0, 0, 2.0]]))
     noise = DepthNoise(0.0, 1e-3, 0.1, 0.1)
     draw = errors(np.zeros((2, 3)), [[0, 0, 0.017], [0, 0, 0.0]])
-    moved, pitch, _ = disc_errors(
-        capture, disc_at([0.0, 0, 0]), noise, draw
-    )
+    moved, pitch, _ = disc_errors(capture, disc_at([0.0, 0, 0]), noise, draw)
     # Noise of z^2: the nearer view counts sixteen times as much.
     np.testing.assert_allclose(moved, [[0.016]], rtol=1e-6)
     np.testing.assert_allclose(pitch, [1.0 / FOCAL])
@@ -88,9 +86,7 @@ def test_views_are_averaged_by_their_weights_and_pitch_is_the_finest():
 def test_what_no_view_sees_does_not_move():
     capture = looking_down(np.array([[0.0, 0.0, 2.0]]))
     draw = errors(np.zeros((1, 3)), [[0, 0, 0.01]])
-    moved, pitch, edge = disc_errors(
-        capture, disc_at([0, 0, 0.5]), EXACT, draw
-    )
+    moved, pitch, edge = disc_errors(capture, disc_at([0, 0, 0.5]), EXACT, draw)
     assert moved[0, 0] == 0 and np.isinf(pitch[0]) and np.isinf(edge[0])
 
 

@@ -176,7 +176,7 @@ def _held_out_row(validation: Validation) -> DistanceErrors:
         validation.oracle,
         HELD_OUT,
         **{**dc.asdict(summary), "over": validation.largest_over},
-        remaining=validation.largest_excess,
+        remaining=validation.verdict,
         covered=validation.covered,
     )
 

@@ -26,7 +26,9 @@ def drop_floaters(capture: Capture, splat: GaussianSplat) -> GaussianSplat:
         capture: Posed RGB-D images.
         splat: A splat of discs in W.
     """
-    through = times_looked_through(capture, splat.p_GK) >= _ENOUGH_VIEWS
+    normal_W = splat.R_GK[:, :, 2]
+    through = times_looked_through(capture, splat.p_GK, normal_W=normal_W)
+    through = through >= _ENOUGH_VIEWS
     if through.all():
         return splat
     apart, _ = KDTree(splat.p_GK[~through]).query(splat.p_GK)
@@ -52,7 +54,10 @@ def fill_holes(
     """
     apart, _ = KDTree(splat.p_GK).query(before.p_GK)
     lost = np.flatnonzero(apart > _HOLE * before.scales.max(axis=1))
-    looked_through = times_looked_through(capture, before.p_GK[lost])
+    normal_W = before.R_GK[lost, :, 2]
+    looked_through = times_looked_through(
+        capture, before.p_GK[lost], normal_W=normal_W
+    )
     return splat.joined_with(
         before.select(lost[looked_through < _ENOUGH_VIEWS])
     )
