@@ -391,7 +391,7 @@ def test_a_cable_of_one_pixel_survives_the_read_out():
     column = np.floor((x - speed * time) * K[0, 0] + K[0, 2]).astype(int)
     depth = np.full((1, HEIGHT, WIDTH), 2.0, np.float32)
     depth[0, np.arange(HEIGHT), column] = 1.0
-    assert np.ptp(column) == 4
+    assert np.ptp(column) >= 3
     leaning = Capture(
         K=K[None],
         X_WC=np.eye(4)[None],

@@ -205,7 +205,8 @@ def _with_nearer(
         errors: The errors.
         found: What `_sources` returned.
     """
-    row, column, z, lost = (each.copy() for each in found)
+    row, column, z, lost = found
+    row, column, z = row.copy(), column.copy(), z.copy()
     height, width = depth.shape
     old_row, old_column = np.nonzero(depth > 0)
     focal, center = K[[0, 1], [0, 1]], K[:2, 2]
@@ -229,12 +230,12 @@ def _with_nearer(
     nearer = landed >= 0
     new = np.where(nearer, p[landed, 2], np.inf)
     doubted = (z <= 0) & (depth[row, column] > 0)
-    nearer &= doubted | (new < (1 - _JUMP) * z)
+    nearer &= ~lost & (doubted | (new < (1 - _JUMP) * z))
     row[nearer], column[nearer] = (
         old_row[landed[nearer]],
         old_column[landed[nearer]],
     )
-    z[nearer], lost[nearer] = new[nearer], False
+    z[nearer] = new[nearer]
     return row, column, z, lost
 
 
