@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plane_views import looking_down
+from plane_views import FOCAL, SIZE, looking_down
 
 from remosplat_drake.reconstruction.alignment.camera_errors import (
     COUNT,
+    DELAY,
     NO_ERRORS,
+    READOUT,
     SCALE,
     CameraPrior,
 )
@@ -165,6 +167,30 @@ def test_derivatives_equal_differences(scene_capture, stack, seed):
             J = derivatives(X, errors, out, arms, a, b)
             np.testing.assert_allclose(J, numeric, atol=1e-6)
     assert found > 10
+
+
+def test_rows_are_those_of_the_image_and_not_of_the_lattice():
+    """Of 201 rows, a lattice of every other pixel has 101."""
+    small = looking_down(np.array([[0, 0, 1.0], [0, 0, 1.0]]))
+    depth = np.ones((2, 201, 320), np.float32)
+    velocity_W = np.array([[0, 0, 0, 0.3, 0, 0], np.zeros(6)])
+    capture = dc.replace(
+        small,
+        rgb=np.zeros((*depth.shape, 3), np.uint8),
+        depth=depth,
+        velocity_W=velocity_W,
+    )
+    stack = stack_views(capture, samples=20)
+    assert (stack.step, stack.plane.shape[1]) == (2, 101)
+    out, arms = np.empty(VALUES), np.empty((2, COUNT, 3))
+    for i in range(stack.count[0]):
+        assert compared(
+            stack, capture.X_WC, np.zeros(COUNT), 0, 1, i, out, arms
+        )
+        _, y, z = stack.point[0, i]
+        row = FOCAL * y / z + SIZE / 2
+        late = arms[0, READOUT, 0] / arms[0, DELAY, 0]
+        assert late == pytest.approx(row / 201 - 0.5, abs=1e-6)
 
 
 def sums_of_pairs(stack, X, errors, pairs, spread, width):

@@ -91,10 +91,10 @@ def _plane_at(stack, b, x, y):
 @numpy_helper
 def _displace(stack, view, x, y, z, out):
     """Writes the displacements of a view's point by the shared errors."""
-    height = stack.step * stack.plane.shape[1]
     add_displacements(
-        stack.camera[view], height, stack.velocity_C[view], x, y, z, out
-    )
+        stack.camera[view], stack.height[view], stack.velocity_C[view],
+        x, y, z, out,
+    )  # fmt: skip
 
 
 @numpy_kernel

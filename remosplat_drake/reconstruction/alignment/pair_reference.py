@@ -21,7 +21,7 @@ class Camera(NamedTuple):
 
     focal: np.ndarray
     center: np.ndarray
-    height: int
+    height: float
     omega_C: np.ndarray
     v_C: np.ndarray
 
@@ -140,7 +140,7 @@ def _camera(stack: ViewStack, view: int) -> Camera:
     return Camera(
         focal=stack.camera[view, :2],
         center=stack.camera[view, 2:],
-        height=stack.step * stack.plane.shape[1],
+        height=stack.height[view],
         omega_C=stack.velocity_C[view, :3],
         v_C=stack.velocity_C[view, 3:],
     )

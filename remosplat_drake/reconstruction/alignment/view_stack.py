@@ -21,6 +21,7 @@ class ViewStack(NamedTuple):
     Attributes:
         plane: The views' `PlaneMap.plane`, (n, rows, columns, 4), float32.
         camera: f_x, f_y, c_x, c_y of each view, (n, 4) [pixels].
+        height: Height of each view's image, (n,) [pixels].
         velocity_C: Each camera's velocity in its own frame, angular and of its
             centre, (n, 6) [rad/s, m/s]; 0 where unknown.
         step: Distance of the lattice's points [pixels].
@@ -34,6 +35,7 @@ class ViewStack(NamedTuple):
 
     plane: np.ndarray
     camera: np.ndarray
+    height: np.ndarray
     velocity_C: np.ndarray
     step: int
     deviation: np.ndarray
@@ -63,6 +65,7 @@ def empty_stack(n: int, size: tuple[int, int], samples: int) -> ViewStack:
     return ViewStack(
         plane=np.zeros((n, *shape.plane.shape), np.float32),
         camera=np.zeros((n, 4)),
+        height=np.full(n, float(size[0])),
         velocity_C=np.zeros((n, 6)),
         step=shape.step,
         deviation=np.zeros(n),
