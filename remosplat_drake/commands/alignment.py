@@ -37,6 +37,14 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
         " better (auto)",
     )
     group.add_argument(
+        "--camera",
+        choices=("auto", "exact"),
+        default="auto",
+        help="refine what all images err by as well: focal length, lens,"
+        " delay, read-out and mount (auto), or take all but the depths' scale"
+        " and offset as exact",
+    )
+    group.add_argument(
         "--depth-scale-std",
         type=float,
         default=CameraPrior.scale,
@@ -60,9 +68,12 @@ def check_alignment(arguments: argparse.Namespace):
     """Checks the flags of the refinement.
 
     Raises:
-        FieldError: One is not positive, or a length names no pixels.
+        FieldError: A deviation is out of range, or a length names no pixels.
     """
     check_positive("reconstruct", arguments, "depth_scale_std")
+    if arguments.depth_scale_std > 1:
+        problem = "must be a part of the depth, at most 1"
+        raise FieldError("reconstruct", "--depth-scale-std", problem)
     for values in arguments.length:
         if any(value != int(value) or value < 0 for value in values[:6]):
             problem = "names frames and pixels by whole numbers from 0"
@@ -81,8 +92,10 @@ def aligned(
     """Refines a capture as the flags say, and prints what that did."""
     if arguments.align == "off":
         return None, None
+    scale = arguments.depth_scale_std
+    exact = arguments.camera == "exact"
     config = AlignmentConfig(
-        camera=CameraPrior(scale=arguments.depth_scale_std),
+        camera=CameraPrior.exact(scale) if exact else CameraPrior(scale=scale),
         lengths=tuple(_length(values) for values in arguments.length),
         seed=arguments.seed,
     )

@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Iterable
 
+import numpy as np
 from rich.console import Console
 
 from remosplat_drake.base.resources import resolve
@@ -19,6 +20,7 @@ from remosplat_drake.capture.checks.repair import Repair, repair
 from remosplat_drake.capture.checks.wide_baselines import (
     measure_wide_baselines,
 )
+from remosplat_drake.reconstruction.alignment.lens_check import judge_lens
 from remosplat_drake.safety.gates import (
     REFUSAL,
     WARNING,
@@ -93,18 +95,24 @@ def admitted(
     ]
 
 
-def after_alignment(warnings: list[str], capture: Capture) -> list[str]:
-    """Returns what remains to be said after poses have been refined.
+def after_alignment(
+    warnings: list[str], capture: Capture, undone: np.ndarray
+) -> list[str]:
+    """Returns what remains to be said after cameras have been refined.
 
     Args:
         warnings: What was to be said before.
-        capture: The capture with refined poses and depths.
+        capture: The capture with refined cameras and depths.
+        undone: Errors of the camera that it was freed of, see `camera_errors`.
     """
     rest = [warning for warning in warnings if not warning.startswith(INEXACT)]
     if len(rest) == len(warnings):
         return rest
     wide = measure_wide_baselines(capture)
-    return rest + [str(finding) for finding in judge_exactness(capture, wide)]
+    findings = judge_exactness(capture, wide)
+    if findings:
+        findings = judge_lens(wide, undone) or findings
+    return rest + [str(finding) for finding in findings]
 
 
 def tell_findings(console: Console, findings: Iterable[Finding]):

@@ -79,7 +79,7 @@ def prepare_capture(
     alignment, summary = aligned(capture, arguments, console, stages)
     if alignment is not None:
         capture = alignment.capture
-        warnings = after_alignment(warnings, capture)
+        warnings = after_alignment(warnings, capture, alignment.undone)
     with Progress(console, "looking for the floor"):
         placement = find_placement(capture, arguments)
         capture = placement.placed(capture)

@@ -34,7 +34,10 @@ from remosplat_drake.commands.flags import (
 )
 from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.tables import open_console, print_table
-from remosplat_drake.reconstruction.alignment.cameras_file import with_cameras
+from remosplat_drake.reconstruction.alignment.cameras_file import (
+    undone_errors,
+    with_cameras,
+)
 from remosplat_drake.reconstruction.report.assessment import assess
 from remosplat_drake.reconstruction.report.quality_report import (
     QualityReport,
@@ -135,7 +138,8 @@ def run(arguments: argparse.Namespace) -> int:
         capture, warnings = admitted(capture, arguments, console)
         refined = with_cameras(capture, splat_path)
         if refined is not capture:
-            warnings = after_alignment(warnings, refined)
+            undone = undone_errors(splat_path).sum(axis=0)
+            warnings = after_alignment(warnings, refined, undone)
         capture = _placed(refined, arguments, splat_path)
         assessment = assess(
             splat,

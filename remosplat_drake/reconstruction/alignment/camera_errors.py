@@ -17,10 +17,13 @@ surface, they must have it in one place: that is what tells the errors.
 """
 
 import dataclasses as dc
+from typing import Annotated, Self
 
 import numpy as np
+from annotated_types import Interval
 
 from remosplat_drake.base.kernels import numpy_helper, numpy_kernel
+from remosplat_drake.base.ranges import Config
 from remosplat_drake.capture.capture import Capture
 
 SCALE, OFFSET, GROWTH, FOCAL, ASPECT, CENTER_X, CENTER_Y, K1, K2 = range(9)
@@ -35,11 +38,16 @@ NO_ERRORS = np.zeros(0)
 """Of a camera that is taken as exact."""
 
 
+_Part = Annotated[float, Interval(ge=0, le=1)]
+_Length = Annotated[float, Interval(ge=0, le=1)]
+_Time = Annotated[float, Interval(ge=0, le=10)]
+
+
 @dc.dataclass(frozen=True)
-class CameraPrior:
+class CameraPrior(Config):
     """Standard deviations of a camera's errors before its images are seen.
 
-    Zero takes a number as exact.
+    Zero takes a number as exact. A value out of range is a FieldError.
 
     Attributes:
         scale: Scale of the depth, as the sensor's specification has it.
@@ -55,17 +63,27 @@ class CameraPrior:
         shift: Position of the camera on its carrier, along each axis [m].
     """
 
-    scale: float = 0.02
-    offset: float = 0.003
-    growth: float = 0.005
-    focal: float = 0.02
-    aspect: float = 0.003
-    center: float = 0.005
-    distortion: float = 0.03
-    delay: float = 0.05
-    readout: float = 0.02
-    turn: float = np.deg2rad(0.5)
-    shift: float = 0.003
+    scale: _Part = 0.02
+    offset: _Length = 0.003
+    growth: _Part = 0.005
+    focal: _Part = 0.02
+    aspect: _Part = 0.003
+    center: _Part = 0.005
+    distortion: _Part = 0.03
+    delay: _Time = 0.05
+    readout: _Time = 0.02
+    turn: Annotated[float, Interval(ge=0, le=np.pi)] = np.deg2rad(0.5)
+    shift: _Length = 0.003
+
+    @classmethod
+    def exact(cls, scale: float) -> Self:
+        """Returns what is known if all but the depth's scale and offset is.
+
+        Args:
+            scale: Standard deviation of the depth's scale.
+        """
+        known = {field.name: 0.0 for field in dc.fields(cls)}
+        return cls(**{**known, "scale": scale, "offset": cls.offset})
 
     def deviations(self) -> np.ndarray:
         """Returns the standard deviation of each error, shape (`COUNT`,)."""

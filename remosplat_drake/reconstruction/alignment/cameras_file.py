@@ -56,13 +56,7 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
     path = cameras_path(splat)
     if not path.is_file():
         return capture
-    content = read_json_object(path)
-    try:
-        rows = np.array(content["X_WC"], float).reshape(-1, 3, 4)
-        undone = np.array(content["undone"], float).reshape(-1, COUNT)
-    except (KeyError, TypeError, ValueError) as error:
-        problem = f"must hold X_WC and rows of {COUNT} numbers in undone"
-        raise FileError(path, problem) from error
+    rows, undone = _read(path)
     if len(rows) != len(capture):
         raise FileError(
             path,
@@ -75,3 +69,29 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
     X_WC = np.tile(np.eye(4), (len(rows), 1, 1))
     X_WC[:, :3] = rows
     return dc.replace(capture, X_WC=X_WC)
+
+
+def undone_errors(splat: Path) -> np.ndarray:
+    """Returns what the cameras beside a splat were freed of, (m, `COUNT`).
+
+    Returns:
+        One correction after the other, see `camera_errors`; none if there are
+        no refined cameras.
+
+    Raises:
+        FileError: The file is not what `write_cameras` writes.
+    """
+    path = cameras_path(splat)
+    return _read(path)[1] if path.is_file() else np.zeros((0, COUNT))
+
+
+def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Poses, (n, 3, 4), and corrections, (m, `COUNT`), of a file."""
+    content = read_json_object(path)
+    try:
+        rows = np.array(content["X_WC"], float).reshape(-1, 3, 4)
+        undone = np.array(content["undone"], float).reshape(-1, COUNT)
+    except (KeyError, TypeError, ValueError) as error:
+        problem = f"must hold X_WC and rows of {COUNT} numbers in undone"
+        raise FileError(path, problem) from error
+    return rows, undone

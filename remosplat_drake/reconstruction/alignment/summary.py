@@ -8,6 +8,10 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
     OFFSET,
     SCALE,
 )
+from remosplat_drake.reconstruction.alignment.camera_summary import (
+    camera_errors,
+    words_of_camera,
+)
 from remosplat_drake.reconstruction.alignment.perturbation import difference
 from remosplat_drake.reconstruction.report.alignment_summary import (
     AlignmentSummary,
@@ -34,23 +38,25 @@ def summarize_alignment(
         position_std=float(np.median(position_std)),
         groups=alignment.groups,
         rows=alignment.rows,
+        camera=camera_errors(alignment),
         words=_words(alignment, moved, turned),
     )
 
 
 def _words(alignment: Alignment, moved: float, turned: float) -> str:
     if alignment.accepted:
-        words = (
+        sentences = [
             f"Cameras were moved by {1e3 * moved:.1f} mm and"
-            f" {np.rad2deg(turned):.2f} degrees (median); depth was multiplied"
-            f" by {alignment.scale:.4f} ± {alignment.deviations[SCALE]:.4f}"
-            f" and {1e3 * alignment.offset:+.1f} mm added."
-        )
+            f" {np.rad2deg(turned):.2f} degrees (median).",
+            *words_of_camera(alignment),
+        ]
     else:
-        words = (
+        sentences = [
             "The given poses are kept: pairs of views that the refinement did"
             " not use agree no better with it."
-        )
+        ]
     if alignment.groups > 1:
-        words += f" {alignment.groups} groups of views share no surface."
-    return words
+        sentences.append(
+            f"{alignment.groups} groups of views share no surface."
+        )
+    return " ".join(sentences)

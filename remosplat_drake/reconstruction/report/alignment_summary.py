@@ -3,12 +3,17 @@
 import dataclasses as dc
 from typing import Annotated
 
+import numpy as np
 from annotated_types import Interval
 
 from remosplat_drake.base.ranges import Config
 
 _SIZE = Annotated[float, Interval(ge=0, le=1e4)]
+_SIGNED = Annotated[float, Interval(ge=-1e6, le=1e6)]
 _COUNT = Annotated[int, Interval(ge=0, le=10**12)]
+
+_MOST_DIGITS = 4
+"""Most decimals that a value is told with."""
 
 
 @dc.dataclass
@@ -34,8 +39,43 @@ class ResidualRow(Config):
 
 
 @dc.dataclass
+class CameraError(Config):
+    """A number by which all images of a camera err alike."""
+
+    # What errs, in words.
+    name: str = ""
+    # By how much: what was undone, or else what was found [unit].
+    value: _SIGNED = 0.0
+    # Its standard deviation [unit].
+    deviation: _SIZE = 0.0
+    # Unit of both; empty for a plain number.
+    unit: str = ""
+    # Whether the capture was freed of it; what is next to none is left.
+    undone: bool = False
+
+    def __str__(self) -> str:
+        """Words value, deviation and unit, such as "3.09 ± 0.01 %"."""
+        return (
+            f"{self.value:+z.{digits(self.deviation)}f}"
+            f" {doubt(self.deviation, self.unit)}"
+        )
+
+
+def doubt(deviation: float, unit: str) -> str:
+    """Words a standard deviation, such as "± 0.02 %"."""
+    return f"± {deviation:.{digits(deviation)}f} {unit}".rstrip()
+
+
+def digits(deviation: float) -> int:
+    """Returns how many decimals of a value say something."""
+    if deviation <= 0:
+        return _MOST_DIGITS
+    return int(np.clip(np.ceil(-np.log10(deviation)), 0, _MOST_DIGITS))
+
+
+@dc.dataclass
 class AlignmentSummary(Config):
-    """How poses, depth scale and offset were refined."""
+    """How poses and what all images err by were refined."""
 
     # Whether the refinement was kept: only if other views agree better.
     accepted: bool = False
@@ -57,5 +97,7 @@ class AlignmentSummary(Config):
     groups: Annotated[int, Interval(ge=0, le=10**9)] = 1
     # Residuals before and after, by the distance of the views.
     rows: list[ResidualRow] = dc.field(default_factory=list)
+    # What all images of the camera err by; none in reports of older versions.
+    camera: list[CameraError] = dc.field(default_factory=list)
     # What was done and what is not known, in words.
     words: str = ""

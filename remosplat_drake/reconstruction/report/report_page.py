@@ -63,6 +63,7 @@ def to_html(assessment: Assessment, title: str) -> str:
             _views(assessment),
             _coverage(assessment),
             _floaters(report),
+            _camera(report),
         ]
     )
     return make_page(title, body, _STYLE)
@@ -216,6 +217,27 @@ def _floaters(report: QualityReport) -> str:
             f" {_mm(floaters.worst)} too small. The worst are at {worst} m."
         )
     return f"<h2>Floaters</h2>\n<p>{text}</p>"
+
+
+def _camera(report: QualityReport) -> str:
+    alignment = report.alignment
+    if alignment is None or not alignment.camera:
+        return ""
+    table = Table(
+        "",
+        ("error", "found", "undone"),
+        tuple(
+            (error.name, str(error), "yes" if error.undone else "no")
+            for error in alignment.camera
+        ),
+    )
+    return (
+        "<h2>The camera</h2>\n"
+        f"<p>{html.escape(alignment.words)}</p>\n{table.to_html()}"
+        "<p>What all images err by alike, with one standard deviation. What is"
+        " next to none is left as it is, and the splats' uncertainty has it."
+        "</p>"
+    )
 
 
 def _mm(length: float) -> str:

@@ -1,0 +1,192 @@
+"""What a report says of the errors that all images of a camera share."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.reconstruction.alignment.alignment import Alignment
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    ASPECT,
+    CENTER_X,
+    CENTER_Y,
+    COUNT,
+    DELAY,
+    FOCAL,
+    GROWTH,
+    K1,
+    K2,
+    OFFSET,
+    READOUT,
+    SCALE,
+    SHIFT,
+    TURN,
+)
+from remosplat_drake.reconstruction.report.alignment_summary import (
+    CameraError,
+    digits,
+    doubt,
+)
+
+
+class _Kind(NamedTuple):
+    """How an error is told.
+
+    Attributes:
+        name: What errs.
+        factor: Its value in units that people read, as a multiple.
+        unit: That unit; empty for a plain number.
+        words: A sentence with room for its size and its direction; empty if
+            `_words_together` tells it.
+        directions: What a positive error means, and a negative one.
+    """
+
+    name: str
+    factor: float
+    unit: str
+    words: str = ""
+    directions: tuple[str, str] = ("", "")
+
+
+_LONG = "longer", "shorter"
+
+_KINDS = {
+    SCALE: _Kind(
+        "depth scale", 100, "%",
+        "Depths are {size} {way} than the capture says ({doubt}).", _LONG,
+    ),
+    OFFSET: _Kind(
+        "depth offset", 1e3, "mm",
+        "Depths are {size} {way} than the capture says, near and far"
+        " ({doubt}).", _LONG,
+    ),
+    GROWTH: _Kind(
+        "growth of depths with their square", 100, "% per m",
+        "Depths are {way} than the capture says by {size}"
+        " ({doubt}).", _LONG,
+    ),
+    FOCAL: _Kind(
+        "focal length", 100, "%",
+        "The focal length is {size} {way} than the capture says ({doubt}).",
+        _LONG,
+    ),
+    ASPECT: _Kind(
+        "vertical focal length beside the horizontal one", 100, "%",
+        "Beside the horizontal one, the vertical focal length is {size} {way}"
+        " than the capture says ({doubt}).", _LONG,
+    ),
+    CENTER_X: _Kind(
+        "principal point to the right", 1, "px",
+        "The principal point is {size} farther {way} than the capture says"
+        " ({doubt}).", ("right", "left"),
+    ),
+    CENTER_Y: _Kind(
+        "principal point downwards", 1, "px",
+        "The principal point is {size} farther {way} than the capture says"
+        " ({doubt}).", ("down", "up"),
+    ),
+    K1: _Kind(
+        "radial distortion k1", 1, "",
+        "Images have a radial distortion k1 of {way}{size} that the capture"
+        " does not tell ({doubt}).", ("+", "-"),
+    ),
+    K2: _Kind(
+        "radial distortion k2", 1, "",
+        "Images have a radial distortion k2 of {way}{size} that the capture"
+        " does not tell ({doubt}).", ("+", "-"),
+    ),
+    DELAY: _Kind(
+        "time from a pose to its image", 1e3, "ms",
+        "Images are {size} {way} than their poses ({doubt}).",
+        ("newer", "older"),
+    ),
+    READOUT: _Kind(
+        "read-out from top to bottom", 1e3, "ms",
+        "Images are read out in {size}, from {way} ({doubt}).",
+        ("top to bottom", "bottom to top"),
+    ),
+    **{
+        TURN + i: _Kind(f"turn about {axis}", 180 / np.pi, "degrees")
+        for i, axis in enumerate("xyz")
+    },
+    **{
+        SHIFT + i: _Kind(f"shift along {axis}", 1e3, "mm")
+        for i, axis in enumerate("xyz")
+    },
+}  # fmt: skip
+"""How each error is told, in the order in which reports list them."""
+
+
+def camera_errors(alignment: Alignment) -> list[CameraError]:
+    """Lists what all images of a capture err by."""
+    factors = _factors(alignment)
+    # An error that was undone is told as it was undone.
+    found = alignment.undone + alignment.error[-COUNT:]
+    values = np.where(alignment.undone != 0, alignment.undone, found)
+    return [
+        CameraError(
+            name=kind.name,
+            value=float(factors[k] * values[k]),
+            deviation=float(factors[k] * alignment.deviations[k]),
+            unit=kind.unit,
+            undone=bool(alignment.undone[k]),
+        )
+        for k, kind in _KINDS.items()
+    ]
+
+
+def words_of_camera(alignment: Alignment) -> list[str]:
+    """Words what a capture was freed of, a sentence each."""
+    sentences = [
+        kind.words.format(
+            size=_size(abs(error.value), error.deviation, error.unit),
+            way=kind.directions[int(error.value < 0)],
+            doubt=doubt(error.deviation, error.unit),
+        )
+        for kind, error in zip(
+            _KINDS.values(), camera_errors(alignment), strict=True
+        )
+        if kind.words and error.undone
+    ]
+    mount = [
+        _length_of(alignment, first)
+        for first in (TURN, SHIFT)
+        if alignment.undone[first : first + 3].any()
+    ]
+    if mount:
+        sizes, doubts = zip(*mount, strict=True)
+        sentences.append(
+            f"The camera sits {' and '.join(sizes)} from where its mount says"
+            f" ({', '.join(doubts)})."
+        )
+    return sentences
+
+
+def _length_of(alignment: Alignment, first: int) -> tuple[str, str]:
+    """Words the length of three errors together, and its deviation."""
+    kind, three = _KINDS[first], slice(first, first + 3)
+    vector = alignment.undone[three]
+    size = float(np.linalg.norm(vector))
+    along = vector / size
+    C = alignment.covariance[-COUNT:, -COUNT:][three, three]
+    deviation = float(kind.factor * np.sqrt(along @ C @ along))
+    return (
+        _size(kind.factor * size, deviation, kind.unit),
+        doubt(deviation, kind.unit),
+    )
+
+
+def _factors(alignment: Alignment) -> np.ndarray:
+    """Multiples of errors that are in the units of `_KINDS`, (k,)."""
+    factors = np.array([_KINDS[k].factor for k in range(COUNT)], float)
+    # A principal point is a part of the capture's own focal length.
+    focal = np.median(alignment.capture.K[:, [0, 1], [0, 1]], axis=0)
+    factors[CENTER_X] *= focal[0] / (1 + alignment.undone[FOCAL])
+    factors[CENTER_Y] *= focal[1] / (
+        1 + alignment.undone[[FOCAL, ASPECT]].sum()
+    )
+    return factors
+
+
+def _size(value: float, deviation: float, unit: str) -> str:
+    """Words a size with as many decimals as say something."""
+    return f"{value:.{digits(deviation)}f} {unit}".rstrip()

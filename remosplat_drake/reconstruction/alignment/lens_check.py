@@ -1,0 +1,35 @@
+"""Judges whether a lens is what its capture says, once that was refined."""
+
+import numpy as np
+
+from remosplat_drake.capture.checks.exactness import disagreement
+from remosplat_drake.capture.checks.findings import LENS, WARNING, Finding
+from remosplat_drake.capture.checks.wide_baselines import WideBaselines
+from remosplat_drake.reconstruction.alignment.camera_errors import K1, K2
+
+_IMPLAUSIBLE = 0.1
+"""Radial distortion k_1 or k_2 that images of a pinhole camera do not have. An
+equidistant fisheye lens has k_1 = -1/3."""
+
+
+def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:
+    """Judges a lens whose views still disagree after they were refined.
+
+    Two coefficients describe a fisheye lens in the middle of its images only.
+
+    Args:
+        wide: What refined views say about each other.
+        undone: Errors of the camera that they were freed of, see
+            `camera_errors`.
+    """
+    found = disagreement(wide)
+    strange = np.abs(undone[[K1, K2]]).max() > _IMPLAUSIBLE
+    if found is None or not found.is_excessive or not strange:
+        return []
+    problem = (
+        "the lens is not what the capture says: a radial distortion of k1"
+        f" {undone[K1]:+.2f} and k2 {undone[K2]:+.2f} was undone, and still"
+        f" {found}; a fisheye lens is no pinhole: calibrate the camera, and"
+        " undistort its images or give its coefficients"
+    )
+    return [Finding(LENS, problem, WARNING)]
