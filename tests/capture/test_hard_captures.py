@@ -132,20 +132,43 @@ def test_two_rooms_hang_by_what_joins_them(joints, name):
         assert 8 in joint.frames
 
 
+BEHIND_THE_MIRROR = (
+    box([2, -1.75, 1], [0.05, 1.25, 1]),
+    box([2, 2.25, 1], [0.05, 0.75, 1]),
+    box([3.6, 0, 1], [0.05, 3, 1]),
+    box([2.9, 0.5, 0.4], [0.2, 0.3, 0.4]),
+)
+"""A wall with a hole, and what is mirrored in it."""
+
+
+def of_a_mirror() -> Capture:
+    others = tuple(b for i, b in enumerate(ROOM) if i != 1)
+    scene = PrimitiveScene(boxes=(*others, *BEHIND_THE_MIRROR))
+    return render_capture(scene, poses_in_the_room(), *SIZE)
+
+
 def test_of_a_mirror_and_of_glass_nothing_is_promised():
     """A mirror is a hole in its wall, with a room behind it.
 
     All frames agree about that room, and about what stands behind glass.
     """
-    behind = box([2.9, 0.5, 0.4], [0.2, 0.3, 0.4])
-    frame = (
-        box([2, -1.75, 1], [0.05, 1.25, 1]),
-        box([2, 2.25, 1], [0.05, 0.75, 1]),
-        box([3.6, 0, 1], [0.05, 3, 1]),
+    assert names(of_a_mirror()) == []
+
+
+@pytest.mark.parametrize("every", [2, 5])
+def test_a_mirror_that_other_frames_see_as_a_wall_is_told(every):
+    """Few frames that look through it are told as well as many."""
+    wall = render_capture(
+        PrimitiveScene(boxes=ROOM), poses_in_the_room(), *SIZE
     )
-    others = tuple(b for i, b in enumerate(ROOM) if i != 1)
-    scene = PrimitiveScene(boxes=(*others, *frame, behind))
-    assert names(render_capture(scene, poses_in_the_room(), *SIZE)) == []
+    mirror = of_a_mirror()
+    through = np.arange(len(wall)) % every == 0
+    depth = np.where(through[:, None, None], mirror.depth, wall.depth)
+    (found,) = inspect_capture(dc.replace(wall, depth=depth)).findings
+    assert found.name == "moving"
+    assert "is a mirror or glass" in found.problem
+    if every == 5:
+        assert found.frames == (0, 5, 10)
 
 
 def test_glass_that_only_some_frames_see_is_told():
@@ -157,3 +180,18 @@ def test_glass_that_only_some_frames_see_is_told():
     even = (np.arange(len(poses)) % 2 == 0)[:, None, None]
     capture = dc.replace(seen, depth=np.where(even, seen.depth, through.depth))
     assert "moving" in names(capture)
+
+
+def of_another_camera(baseline: float, width: int, height: int) -> Capture:
+    """Colours of one camera, and the depth of one to its right [m]."""
+    scene, poses = PrimitiveScene(boxes=ROOM), poses_in_the_room()
+    beside = [X_WC @ RigidTransform([baseline, 0, 0]) for X_WC in poses]
+    colours = render_capture(scene, poses, width, height)
+    depth = render_capture(scene, beside, width, height).depth
+    return dc.replace(colours, depth=depth)
+
+
+def test_depth_that_is_registered_to_another_camera_is_told():
+    """A wide baseline is a shift of edges; a short one is inexact poses."""
+    assert names(of_another_camera(0.055, 320, 240)) == ["colours", "inexact"]
+    assert names(of_another_camera(0.025, *SIZE)) == ["inexact"]
