@@ -4,11 +4,15 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from fisheye import fisheye_capture
+from pydrake.math import RigidTransform
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.readers.nerfstudio import write_capture
+from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.commands.main import main
 from remosplat_drake.reconstruction.report.quality_report import read_report
+from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.splat.formats import read_splat
 
 pytest.importorskip("PIL")
@@ -36,6 +40,7 @@ def test_a_short_focal_length_is_told_everywhere(
 ):
     short = with_focal(scene_capture, 0.97)
     report, page = reconstructed(tmp_path, short)
+    assert report.alignment is not None
     words = report.alignment.words
     assert "The focal length is 3." in words
     assert "longer than the capture says" in words
@@ -53,6 +58,7 @@ def test_an_exact_camera_keeps_its_focal_length(
 ):
     short = with_focal(scene_capture, 0.97)
     report, _ = reconstructed(tmp_path, short, "--camera", "exact")
+    assert report.alignment is not None
     held = [e for e in report.alignment.camera if "depth " not in e.name]
     assert len(held) == 15
     assert not any(error.undone for error in held)
@@ -123,8 +129,37 @@ def test_focal_lengths_that_are_swapped_are_refused(
     assert "correct f_x and f_y in the file" in error
 
 
-def equidistant(capture: Capture) -> Capture:
-    """What a fisheye lens, r = f theta, has in its images, told as a pinhole's.
+CORNER = PrimitiveScene(
+    boxes=tuple(
+        Box(RigidTransform(p_WP), np.array(half))
+        for p_WP, half in (
+            ([0, 0, -0.05], [3, 3, 0.05]),
+            ([2, 0, 1], [0.05, 3, 1]),
+            ([0, 2, 1], [3, 0.05, 1]),
+            ([0.8, 0.9, 0.3], [0.3, 0.4, 0.3]),
+            ([1.2, -0.6, 0.5], [0.2, 0.3, 0.5]),
+        )
+    )
+)
 
-    `capture` must show more than that lens does.
-    """
+
+def test_a_fisheye_lens_that_is_told_as_a_pinhole_is_doubtful(tmp_path, capsys):
+    """Two coefficients do not describe it: 90 degrees from side to side."""
+    poses = [
+        look_at(
+            np.array([1.6 * np.cos(a), 1.6 * np.sin(a), 1.2]),
+            np.array([0.9, 0.7, 0.5]),
+        )
+        for a in np.linspace(np.pi - 0.3, 1.5 * np.pi + 0.3, 14)
+    ]
+    capture = fisheye_capture(CORNER, poses, (160, 120), np.deg2rad(45))
+    report, _ = reconstructed(tmp_path, capture)
+    (lens,) = [w for w in report.warnings if w.startswith("lens: ")]
+    assert "the lens is not what the capture says" in lens
+    assert "k1 -0.3" in lens
+    assert lens in report.trust
+    assert not any(w.startswith("inexact") for w in report.warnings)
+    # A splat that is measured anew is told to be as doubtful.
+    splat, folder = tmp_path / "out" / "a.ply", tmp_path / "capture"
+    assert main(["quality", str(splat), str(folder), "--points", "500"]) == 0
+    assert read_report(splat).warnings == report.warnings

@@ -235,6 +235,20 @@ def test_a_delay_that_is_taken_as_exact_stays_so(orbit):
     assert align(flown(orbit, 0.04), config).undone[DELAY] == 0
 
 
+def test_a_large_drift_beside_no_noise_has_a_precision():
+    """1e-6 rad beside 0.3 rad: rounding alone would make it indefinite."""
+    noise = OdometryNoise(0, 0, 0.3, 0, 0, 0, 0, 1.0)
+    precision = noise.precision(14)
+    np.testing.assert_array_equal(precision, precision.T)
+    assert np.linalg.eigvalsh(precision).min() > 0
+    # What drifts steadily is as precise as its drift: tau^T P tau.
+    tau = np.zeros((14, 6))
+    tau[:, 0] = np.linspace(0, 1, 14)
+    assert tau.ravel() @ precision @ tau.ravel() == pytest.approx(
+        0.3**-2, rel=1e-3
+    )
+
+
 def test_points_without_a_surface_do_not_judge():
     """Of a hundred points, 60 and then 55 have one, which is 2 mm nearer."""
     before, after = np.full((2, 1, 100), np.nan)

@@ -78,13 +78,24 @@ class OdometryNoise:
         return _spread(*self._both(n))
 
     def precision(self, n: int) -> np.ndarray:
-        """Returns the inverse of `covariance`."""
-        turn, shift = self._both(n)
-        return _spread(np.linalg.inv(turn), np.linalg.inv(shift))
+        """Returns the inverse of `covariance`, positive definite."""
+        values, vectors = self._eigen(n)
+        root = vectors / np.sqrt(values)[:, None]
+        return _spread(*(root @ root.transpose(0, 2, 1)))
 
     def log_determinant(self, n: int) -> float:
         """Returns the logarithm of the determinant of `covariance`."""
-        return 3 * float(np.linalg.slogdet(self._both(n))[1].sum())
+        return 3 * float(np.log(self._eigen(n)[0]).sum())
+
+    def _eigen(self, n: int) -> tuple[np.ndarray, np.ndarray]:
+        """Eigenvalues, (2, n), and eigenvectors of what `_both` returns.
+
+        White noise is the least of them. Beside a large drift rounding hides
+        that.
+        """
+        values, vectors = np.linalg.eigh(self._both(n))
+        white = np.square(_values(self).reshape(2, _KINDS)[:, :1])
+        return np.maximum(values, white), vectors
 
     def _both(self, n: int) -> np.ndarray:
         """Covariances of one coordinate of turns and of shifts, (2, n, n)."""
