@@ -1,6 +1,7 @@
 """What `reconstruct` says of cameras that are not what their capture says."""
 
 import dataclasses as dc
+import json
 
 import numpy as np
 import pytest
@@ -11,7 +12,10 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.readers.nerfstudio import write_capture
 from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.commands.main import main
-from remosplat_drake.reconstruction.report.quality_report import read_report
+from remosplat_drake.reconstruction.report.quality_report import (
+    read_report,
+    report_path,
+)
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.splat.formats import read_splat
 
@@ -51,6 +55,17 @@ def test_a_short_focal_length_is_told_everywhere(
     assert "<h2>The camera</h2>" in page
     assert f">{focal}<" in page
     assert words not in report.trust
+
+
+def test_a_report_of_an_older_version_has_no_list(scene_capture, tmp_path):
+    reconstructed(tmp_path, scene_capture)
+    splat = tmp_path / "out" / "a.ply"
+    document = json.loads(report_path(splat).read_text())
+    assert document["alignment"].pop("camera")
+    report_path(splat).write_text(json.dumps(document))
+    report = read_report(splat)
+    assert report.alignment is not None
+    assert report.alignment.camera == []
 
 
 def test_an_exact_camera_keeps_its_focal_length(
