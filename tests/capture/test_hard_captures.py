@@ -24,11 +24,14 @@ def names(capture: Capture) -> list[str]:
 
 
 def joined(parts: list[Capture]) -> Capture:
+    def all_of(name: str) -> np.ndarray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
     return Capture(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("K", "X_WC", "rgb", "depth")
-        )
+        K=all_of("K"),
+        X_WC=all_of("X_WC"),
+        rgb=all_of("rgb"),
+        depth=all_of("depth"),
     )
 
 

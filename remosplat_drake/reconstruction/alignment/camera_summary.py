@@ -48,6 +48,7 @@ class _Kind(NamedTuple):
 
 
 _LONG = "longer", "shorter"
+_DEG = 180 / np.pi
 
 _KINDS = {
     SCALE: _Kind(
@@ -105,11 +106,11 @@ _KINDS = {
         ("top to bottom", "bottom to top"),
     ),
     **{
-        TURN + i: _Kind(f"turn about {axis}", 180 / np.pi, "degrees")
+        TURN + i: _Kind(f"turn on the mount about {axis}", _DEG, "degrees")
         for i, axis in enumerate("xyz")
     },
     **{
-        SHIFT + i: _Kind(f"shift along {axis}", 1e3, "mm")
+        SHIFT + i: _Kind(f"shift on the mount along {axis}", 1e3, "mm")
         for i, axis in enumerate("xyz")
     },
 }  # fmt: skip
