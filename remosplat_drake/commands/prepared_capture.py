@@ -18,11 +18,11 @@ from remosplat_drake.commands.capture_admission import (
 from remosplat_drake.commands.capture_flags import captured
 from remosplat_drake.commands.map_placement import find_placement
 from remosplat_drake.reconstruction.alignment.alignment import Alignment
-from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
-from remosplat_drake.reconstruction.placement import Placement
-from remosplat_drake.reconstruction.report.alignment_summary import (
+from remosplat_drake.reconstruction.alignment.alignment_summary import (
     AlignmentSummary,
 )
+from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
+from remosplat_drake.reconstruction.placement import Placement
 from remosplat_drake.reconstruction.workspace import Workspace
 
 

@@ -6,6 +6,9 @@ import pytest
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.capture.checks.wide_baselines import WideBaselines
 from remosplat_drake.reconstruction.alignment.alignment import Alignment
+from remosplat_drake.reconstruction.alignment.alignment_summary import (
+    CameraError,
+)
 from remosplat_drake.reconstruction.alignment.camera_correction import corrected
 from remosplat_drake.reconstruction.alignment.camera_errors import (
     ASPECT,
@@ -31,7 +34,6 @@ from remosplat_drake.reconstruction.alignment.odometry_prior import (
 from remosplat_drake.reconstruction.alignment.summary import (
     summarize_alignment,
 )
-from remosplat_drake.reconstruction.report.alignment_summary import CameraError
 
 
 def refined(capture, undone: dict, accepted: bool = True) -> Alignment:

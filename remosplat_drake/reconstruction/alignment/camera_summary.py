@@ -5,6 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.reconstruction.alignment.alignment import Alignment
+from remosplat_drake.reconstruction.alignment.alignment_summary import (
+    CameraError,
+    digits,
+    doubt,
+)
 from remosplat_drake.reconstruction.alignment.camera_errors import (
     ASPECT,
     CENTER_X,
@@ -20,11 +25,6 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
     SCALE,
     SHIFT,
     TURN,
-)
-from remosplat_drake.reconstruction.report.alignment_summary import (
-    CameraError,
-    digits,
-    doubt,
 )
 
 

@@ -4,10 +4,12 @@ import itertools
 
 import numpy as np
 
+from remosplat_drake.reconstruction.alignment.alignment_summary import (
+    ResidualRow,
+)
 from remosplat_drake.reconstruction.alignment.pair_kernel import pair_residuals
 from remosplat_drake.reconstruction.alignment.solver import State
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
-from remosplat_drake.reconstruction.report.alignment_summary import ResidualRow
 
 DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
 """Limits between the rows of a table [m]."""

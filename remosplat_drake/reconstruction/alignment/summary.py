@@ -3,6 +3,9 @@
 import numpy as np
 
 from remosplat_drake.reconstruction.alignment.alignment import Alignment
+from remosplat_drake.reconstruction.alignment.alignment_summary import (
+    AlignmentSummary,
+)
 from remosplat_drake.reconstruction.alignment.camera_errors import (
     COUNT,
     OFFSET,
@@ -13,9 +16,6 @@ from remosplat_drake.reconstruction.alignment.camera_summary import (
     words_of_camera,
 )
 from remosplat_drake.reconstruction.alignment.perturbation import difference
-from remosplat_drake.reconstruction.report.alignment_summary import (
-    AlignmentSummary,
-)
 
 
 def summarize_alignment(

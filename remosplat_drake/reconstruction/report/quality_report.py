@@ -14,7 +14,7 @@ from remosplat_drake.base.ranges import Config, Coordinate, Position
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.base.strict_json import read_json_object
 from remosplat_drake.base.strict_yaml import load_strict
-from remosplat_drake.reconstruction.report.alignment_summary import (
+from remosplat_drake.reconstruction.alignment.alignment_summary import (
     AlignmentSummary,
 )
 
