@@ -29,8 +29,6 @@ from remosplat_drake.reconstruction.surfels.point_cloud import (
     initialise,
 )
 from remosplat_drake.reconstruction.surfels.refinement import RefinementConfig
-from remosplat_drake.reconstruction.surfels.seen_through import drop_floaters
-from remosplat_drake.reconstruction.uncertainty.bound import bound_splat
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.coverage import UNSEEN, Coverage
 from remosplat_drake.signals.distance_field import DistanceField
@@ -163,12 +161,10 @@ def _surfaces(
         device,
         surfels=surfels,
         refinement=RefinementConfig(sweeps=sweeps),
+        looks=looks,
+        bounded=True,
         report=report,
     ).splat
-    report("bounding", 0, 1)
-    splat_W = drop_floaters(looks, splat_W)
-    splat_W = bound_splat(_within(present, config.max_depth), splat_W).bounded_W
-    report("bounding", 1, 1)
     gone_W = points_at(capture, changes.gone)
     return splat_W.select(~find_rest(splat_W.p_GK, gone_W, looks))
 

@@ -40,6 +40,7 @@ from remosplat_drake.reconstruction.surfels.refinement import (
     RefinementConfig,
     refine,
 )
+from remosplat_drake.reconstruction.surfels.seen_through import drop_floaters
 from remosplat_drake.reconstruction.surfels.surfels import (
     Surfels,
     splat_of_surfels,
@@ -86,6 +87,7 @@ def reconstruct(
     initialisation: InitialisationConfig | None = None,
     surfels: Surfels | None = None,
     refinement: RefinementConfig | None = None,
+    looks: Capture | None = None,
     bounded: bool = False,
     errors: PoseErrors | None = None,
     steps: int = 500,
@@ -105,6 +107,9 @@ def reconstruct(
         surfels: Surfels to start from, in place of an initialisation; with
             them a single view will do.
         refinement: Settings of the refinement; None takes the defaults.
+        looks: Views that may clear space: discs that hang in what they looked
+            through are dropped, although `surfels` began with them; None for
+            none.
         bounded: Whether gaps are closed and discs get an uncertainty.
         errors: Draws of the errors of the cameras, which count in that; None
             takes poses and depths as exact.
@@ -154,6 +159,8 @@ def reconstruct(
         method += f", trained by gsplat 2DGS on CUDA for {steps} steps"
         if refine_cameras:
             method += " with its cameras as unknowns"
+    if looks is not None:
+        splat = drop_floaters(looks, splat)
     if bounded:
         report("bounding", 0, 1)
         errors = None if errors is None else errors.of_views(~held_out)
