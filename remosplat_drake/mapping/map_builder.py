@@ -60,6 +60,7 @@ def build_map(
     base_seen: Coverage | None = None,
     unseen_is_solid: bool = False,
     robot_free: Spheres | None = None,
+    camera: str = "",
     report: Report = lambda stage, done, total: None,
 ) -> SceneMap:
     """Makes a map of frames; where they contradict, the newest counts.
@@ -83,6 +84,7 @@ def build_map(
         unseen_is_solid: Whether what nobody has seen is part of the map.
         robot_free: The robot's spheres where it was when frames were taken:
             it has not been inside of anything. None for none.
+        camera: What was undone of the camera's errors, in words.
         report: Called with the stage, and how many of its steps are done, of
             how many.
 
@@ -123,7 +125,7 @@ def build_map(
         splat_W=splat_W,
         coverage=coverage,
         tiles=tiles,
-        quality=_describe(confirmed, splat_W, coverage, seconds),
+        quality=_describe(confirmed, splat_W, coverage, seconds, camera),
     )
 
 
@@ -154,10 +156,10 @@ def _surfaces(
         count, sweeps, device = min(count, _QUICK_DISCS), _QUICK_SWEEPS, CPU
     report("surfels", 0, 1)
     surfels = initialise(
-        _within(remembered, config.max_depth), InitialisationConfig(count=count)
+        within(remembered, config.max_depth), InitialisationConfig(count=count)
     )
     splat_W = reconstruct(
-        _within(present, config.max_depth),
+        within(present, config.max_depth),
         device,
         surfels=surfels,
         refinement=RefinementConfig(sweeps=sweeps),
@@ -169,7 +171,7 @@ def _surfaces(
     return splat_W.select(~find_rest(splat_W.p_GK, gone_W, looks))
 
 
-def _within(capture: Capture, max_depth: float) -> Capture:
+def within(capture: Capture, max_depth: float) -> Capture:
     """Leaves out surfaces that are farther away than a depth [m]."""
     near = capture.depth <= max_depth
     return dc.replace(capture, depth=capture.depth * near)
@@ -180,6 +182,7 @@ def _describe(
     splat: GaussianSplat,
     coverage: Coverage,
     seconds: float,
+    camera: str,
 ) -> str:
     alone = np.count_nonzero(~confirmed)
     n = len(confirmed)
@@ -188,4 +191,5 @@ def _describe(
         frames += f" ({alone} borne out by nothing: clearing no space)"
     discs = f"{len(splat) / 1000:.0f}k" if len(splat) > 999 else len(splat)
     unseen = 100 * coverage.fraction(UNSEEN)
-    return f"{frames}, {discs} discs, {unseen:.0f} % unseen, {seconds:.1f} s"
+    words = f"{frames}, {discs} discs, {unseen:.0f} % unseen, {seconds:.1f} s"
+    return f"{words}; {camera}" if camera else words

@@ -10,7 +10,8 @@ import numpy as np
 
 from remosplat_drake.camera.wrist_camera import WristCamera
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.mapping.map_builder import build_map
+from remosplat_drake.mapping.camera_suspicion import Judgement, judge_camera
+from remosplat_drake.mapping.map_builder import build_map, within
 from remosplat_drake.mapping.mapping_config import MappingConfig
 from remosplat_drake.mapping.store.map_file import write_map
 from remosplat_drake.mapping.store.session import Session, Version
@@ -73,11 +74,40 @@ class UsableFrames:
         names: Names of the frames.
         capture: The frames, in W.
         q: The robot's configurations in W, shape (n, n_q).
+        residual: Median distance of each frame's surfaces from the others'
+            [m]; NaN where that has not been measured. Shape (n,).
     """
 
     names: tuple[str, ...]
     capture: Capture
     q: np.ndarray
+    residual: np.ndarray
+
+    def select(self, index: np.ndarray) -> "UsableFrames":
+        """Returns some of the frames, by their indices."""
+        return UsableFrames(
+            tuple(self.names[i] for i in index),
+            self.capture.select(index),
+            self.q[index],
+            self.residual[index],
+        )
+
+
+def next_judgement(
+    job: MappingJob, frames: UsableFrames
+) -> Callable[[Report], Judgement]:
+    """Prepares to judge the camera by frames as they were taken.
+
+    Returns:
+        A function that does it and asks the session nothing, so that it can
+        run in a thread.
+    """
+    return lambda report: judge_camera(
+        within(frames.capture, job.config.max_depth),
+        frames.names,
+        drifts=job.config.corrects_base,
+        report=report,
+    )
 
 
 def next_map(
@@ -85,6 +115,7 @@ def next_map(
     session: Session,
     frames: UsableFrames,
     effort: str,
+    camera: str = "",
 ) -> Callable[[Report], WrittenMap]:
     """Prepares the next map of a session.
 
@@ -93,6 +124,7 @@ def next_map(
         session: The session that the map belongs to.
         frames: The frames.
         effort: "quick" or "full".
+        camera: What was undone of the camera's errors, in words.
 
     Returns:
         A function that makes the map and writes its file. It may take long,
@@ -112,6 +144,7 @@ def next_map(
         base_seen=job.base_seen,
         unseen_is_solid=job.unseen_is_solid,
         robot_free=free_around(job, frames.q),
+        camera=camera,
     )
     return partial(_make, build, session.map_path(session.next_version))
 

@@ -21,6 +21,10 @@ from remosplat_drake.capture.capture import (
 )
 from remosplat_drake.capture.frames import Frame
 from remosplat_drake.mapping.build_thread import BuildThread
+from remosplat_drake.mapping.camera_suspicion import (
+    LEAST_FRAMES,
+    Judgement,
+)
 from remosplat_drake.mapping.frame_choice import (
     contradicting_frames,
     contradiction,
@@ -39,6 +43,7 @@ from remosplat_drake.mapping.mapping_job import (
     MappingJob,
     UsableFrames,
     WrittenMap,
+    next_judgement,
     next_map,
 )
 from remosplat_drake.mapping.messages import (
@@ -120,9 +125,10 @@ class _Worker:
         self._camera = job.make_camera()
         self._aligner = make_aligner(job.config, job.robot)
         self._graph: Graph | None = None
-        self._builder: BuildThread[WrittenMap] = BuildThread()
+        self._builder: BuildThread[WrittenMap | Judgement] = BuildThread()
+        self._judgement: Judgement | None = None
         self._seals: dict[int, str] = {}
-        self._wanted = ""
+        self._wanted = self._judged_for = ""
         self._offered: set[str] = set()
         self._received = self._answered = 0
         self._told = 0.0
@@ -188,14 +194,18 @@ class _Worker:
             case Track(q=q, time=taken, passing=passing):
                 self._track(q, taken, passing)
             case Build(effort):
-                if self._wanted != "full":
-                    self._wanted = effort
+                self._want(effort)
             case Undo():
                 self._undo()
             case Save():
                 self._save()
             case ShowScene(scene=scene):
                 self._camera.show(scene)
+
+    def _want(self, effort: str) -> None:
+        """Lets a map be made as soon as no other one is."""
+        if self._wanted != "full":
+            self._wanted = effort
 
     def _add_frame(self, q: np.ndarray, taken: float, passing: Movers) -> None:
         frame = self._camera.frame(q, taken)
@@ -283,6 +293,9 @@ class _Worker:
             _log.error("no new map", exc_info=result)
             name = type(result).__name__
             self._tell(Trouble(f"no new map: {name}: {result}"))
+        elif isinstance(result, Judgement):
+            self._judgement = result
+            self._want(self._judged_for)
         elif result is not None:
             self._try(partial(self._take, result))
         if self._wanted and not self._builder.is_busy:
@@ -304,18 +317,33 @@ class _Worker:
 
     def _start_building(self, effort: str) -> None:
         self._offered = set(self._session.active)
-        frames = self._usable_frames()
+        frames = self._chosen_frames()
+        if frames is not None and self._is_unjudged(frames.names):
+            self._judged_for = effort
+            self._builder.start(next_judgement(self._job, frames))
+            return
+        if frames is not None:
+            frames = self._usable(frames)
         if frames is None:
             least = self._least_frames
             what = "a frame" if least == 1 else f"{least} frames that differ"
             self._tell(Note(f"a map needs {what}"))
             return
-        self._builder.start(next_map(self._job, self._session, frames, effort))
+        camera = self._judgement.words if self._judgement else ""
+        self._builder.start(
+            next_map(self._job, self._session, frames, effort, camera)
+        )
 
-    def _usable_frames(self) -> UsableFrames | None:
-        """The frames for the next map, if there are enough of them.
+    def _is_unjudged(self, names: tuple[str, ...]) -> bool:
+        """Whether such frames may tell more of the camera than is known."""
+        if len(names) < LEAST_FRAMES:
+            return False
+        return self._judgement is None or not self._judgement.holds_for(names)
 
-        Those that are damaged or in the wrong place are refused.
+    def _chosen_frames(self) -> UsableFrames | None:
+        """The frames for the next map as they were taken, if there are enough.
+
+        Those that are damaged, or whose places are vague, are refused.
         """
         session, frames = self._session, self._session.frames
         self._resume()
@@ -341,9 +369,25 @@ class _Worker:
         capture = frames.capture(names)
         if self._graph is not None:
             capture = dc.replace(capture, X_WC=poses[kept])
-        trusted = sum(name in session.map_frames for name in names)
-        wrong = contradicting_frames(capture, trusted)
-        apart = residual[kept[wrong]].tolist()
+        return UsableFrames(names, capture, q[kept], residual[kept])
+
+    def _usable(self, frames: UsableFrames) -> UsableFrames | None:
+        """Chosen frames that agree, if enough do, without camera errors.
+
+        Those in the wrong place are refused.
+
+        Raises:
+            RemoSplatError: They contradict each other.
+        """
+        names, map_frames = frames.names, self._session.map_frames
+        if judgement := self._judgement:
+            if judgement.problem and judgement.holds_for(names):
+                raise RemoSplatError(judgement.problem)
+            capture = judgement.undone(frames.capture)
+            frames = dc.replace(frames, capture=capture)
+        trusted = sum(name in map_frames for name in names)
+        wrong = contradicting_frames(frames.capture, trusted)
+        apart = frames.residual[wrong].tolist()
         self._refuse(
             {
                 names[i]: f"{names[i]} {contradiction(distance)}"
@@ -353,11 +397,7 @@ class _Worker:
         right = np.setdiff1d(np.arange(len(names)), wrong)
         if len(right) < self._least_frames:
             return None
-        return UsableFrames(
-            tuple(names[i] for i in right),
-            capture.select(right),
-            q[kept[right]],
-        )
+        return frames.select(right)
 
     @property
     def _least_frames(self) -> int:

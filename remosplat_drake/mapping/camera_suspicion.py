@@ -1,0 +1,193 @@
+"""`judge_camera`: is the camera what its calibration says?
+
+A robot's joints tell where its hand was to fractions of a millimetre, so where
+frames disagree, the camera is suspected first: its place on the hand, its lens
+and its depth. What frames tell of them is undone before they make a map.
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.capture.capture import Capture
+from remosplat_drake.reconstruction.alignment.alignment import (
+    Alignment,
+    AlignmentConfig,
+    align,
+)
+from remosplat_drake.reconstruction.alignment.camera_correction import corrected
+from remosplat_drake.reconstruction.alignment.camera_errors import (
+    ASPECT,
+    CENTER_X,
+    CENTER_Y,
+    COUNT,
+    FOCAL,
+    GROWTH,
+    K1,
+    K2,
+    OFFSET,
+    SCALE,
+    SHIFT,
+    TURN,
+    CameraPrior,
+)
+from remosplat_drake.reconstruction.alignment.odometry_prior import (
+    OdometryNoise,
+)
+from remosplat_drake.reconstruction.pipeline import Report
+from remosplat_drake.reconstruction.uncertainty.bound import LARGEST_SIGMA
+
+LEAST_FRAMES = 5
+"""So many frames tell errors of their camera from their own."""
+
+_MOST_FRAMES = 16
+"""More frames tell little more, and take longer."""
+
+_PRIOR = CameraPrior(
+    growth=0.01,
+    focal=0.03,
+    delay=0.0,
+    readout=0.0,
+    turn=np.deg2rad(1.0),
+    shift=0.005,
+)
+"""What a calibration by hand may err by. Frames do not say how fast the camera
+moved, so nothing tells when exactly they were taken."""
+
+
+def _white_noise(turn: float, shift: float) -> OdometryNoise:
+    """Poses that err each by itself [rad, m], and do not drift."""
+    nothing = {field.name: 0.0 for field in dc.fields(OdometryNoise)}
+    return OdometryNoise(**nothing | {"turn_white": turn, "white": shift})
+
+
+_KINEMATICS = _white_noise(3e-4, 5e-4)
+"""Noise of poses that joints tell, on a base that stands or drives exactly."""
+
+_LOCALIZATION = _white_noise(3e-3, 5e-3)
+"""Noise of poses that frames of a drifting base were aligned to."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Judgement:
+    """What frames have told of their camera.
+
+    Attributes:
+        names: Names of the frames.
+        errors: What the camera errs by, see `camera_errors`, shape (`COUNT`,).
+        words: What that is, for people; empty if it is nothing.
+        problem: Why no map can be made of the frames; empty if one can.
+    """
+
+    names: frozenset[str]
+    errors: np.ndarray
+    words: str = ""
+    problem: str = ""
+
+    def holds_for(self, names: tuple[str, ...]) -> bool:
+        """Whether frames need not be judged again.
+
+        They must where half of them are others, and where there was a problem
+        and any of them is another one.
+
+        Args:
+            names: Names of the frames.
+        """
+        others = self.names.symmetric_difference(names)
+        if self.problem:
+            return not others
+        return 2 * len(others) < len(names)
+
+    def undone(self, capture: Capture) -> Capture:
+        """Returns frames as the camera would have taken them without errors."""
+        return corrected(capture, self.errors) if self.words else capture
+
+
+def judge_camera(
+    capture: Capture,
+    names: tuple[str, ...],
+    drifts: bool = False,
+    report: Report = lambda stage, done, total: None,
+) -> Judgement:
+    """Finds what the camera errs by, from frames of a robot.
+
+    Args:
+        capture: The frames, where the robot believes that they were taken;
+            fewer than `LEAST_FRAMES` tell nothing.
+        names: Their names.
+        drifts: Whether the robot's base drifts.
+        report: Called with the progress.
+    """
+    judged = frozenset(names)
+    nothing = Judgement(judged, np.zeros(COUNT))
+    count = len(capture)
+    if count < LEAST_FRAMES:
+        return nothing
+    few = np.linspace(0, count - 1, min(count, _MOST_FRAMES)).astype(int)
+    capture = capture.select(few)
+
+    def aligned(odometry: OdometryNoise | None) -> Alignment:
+        config = AlignmentConfig(camera=_PRIOR, odometry=odometry)
+        return align(
+            capture, config, lambda *done: report("judging the camera", *done)
+        )
+
+    alignment = aligned(_LOCALIZATION if drifts else _KINEMATICS)
+    left = _apart(alignment)
+    if left > LARGEST_SIGMA:
+        freely = aligned(None)
+        return dc.replace(nothing, problem=_problem(left, _apart(freely)))
+    words = _words(alignment.undone)
+    return Judgement(judged, alignment.undone, words) if words else nothing
+
+
+def _apart(alignment: Alignment) -> float:
+    """Median distance of the frames' surfaces from each other's [m]."""
+    rows = alignment.rows
+    points = sum(row.points for row in rows)
+    return sum(r.median_after * r.points for r in rows) / max(points, 1)
+
+
+def _problem(apart: float, freely: float) -> str:
+    """Why frames are refused whose surfaces lie apart [m].
+
+    Args:
+        apart: How far, if only the camera errs.
+        freely: How far, if each frame may be elsewhere, too.
+    """
+    problem = (
+        "the frames contradict each other: their surfaces lie"
+        f" {1e3 * apart:.0f} mm apart, and no error of the camera's"
+        " calibration explains it; "
+    )
+    if freely <= LARGEST_SIGMA:
+        return problem + (
+            "the robot was not where its joints and its odometry say: check"
+            " the joints' zeros, and set mapping.odometry_drift if its base"
+            " drifts"
+        )
+    return problem + (
+        "nor do wrong poses: the camera's depth is bent, or what it looks at"
+        " moves"
+    )
+
+
+def _words(errors: np.ndarray) -> str:
+    """What was undone, for people; empty if it is nothing."""
+    parts = []
+    turn = np.rad2deg(np.linalg.norm(errors[TURN : TURN + 3]))
+    shift = 1e3 * np.linalg.norm(errors[SHIFT : SHIFT + 3])
+    if turn or shift:
+        sizes = (turn, f"{turn:.1f} deg"), (shift, f"{shift:.0f} mm")
+        away = " and ".join(words for size, words in sizes if size)
+        parts.append(f"the camera sits {away} from where its mount says")
+    if focal := 100 * errors[FOCAL]:
+        than = "longer" if focal > 0 else "shorter"
+        parts.append(f"its focal length is {abs(focal):.1f} % {than} than told")
+    if errors[[ASPECT, CENTER_X, CENTER_Y, K1, K2]].any():
+        parts.append("its lens is not what its calibration says")
+    if errors[[SCALE, OFFSET, GROWTH]].any():
+        depth = 1e3 * errors[[SCALE, OFFSET, GROWTH]].sum()
+        than = "small" if depth > 0 else "large"
+        parts.append(f"its depth at 1 m is {abs(depth):.0f} mm too {than}")
+    return ", ".join(parts) + ": corrected" if parts else ""
