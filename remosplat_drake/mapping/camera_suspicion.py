@@ -55,17 +55,16 @@ _PRIOR = CameraPrior(
 moved, so nothing tells when exactly they were taken."""
 
 
-def _white_noise(turn: float, shift: float) -> OdometryNoise:
-    """Poses that err each by itself [rad, m], and do not drift."""
-    nothing = {field.name: 0.0 for field in dc.fields(OdometryNoise)}
-    return OdometryNoise(**nothing | {"turn_white": turn, "white": shift})
-
-
-_KINEMATICS = _white_noise(3e-4, 5e-4)
+_KINEMATICS = OdometryNoise(
+    turn_white=3e-4,
+    turn_walk=0.0,
+    turn_smooth=0.0,
+    white=5e-4,
+    walk=0.0,
+    steady=0.0,
+    smooth=0.0,
+)
 """Noise of poses that joints tell, on a base that stands or drives exactly."""
-
-_LOCALIZATION = _white_noise(3e-3, 5e-3)
-"""Noise of poses that frames of a drifting base were aligned to."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -115,7 +114,8 @@ def judge_camera(
         capture: The frames, where the robot believes that they were taken;
             fewer than `LEAST_FRAMES` tell nothing.
         names: Their names.
-        drifts: Whether the robot's base drifts.
+        drifts: Whether the robot's base drifts; how wrong its poses are is
+            then told by the frames, too.
         report: Called with the progress.
     """
     judged = frozenset(names)
@@ -132,11 +132,11 @@ def judge_camera(
             capture, config, lambda *done: report("judging the camera", *done)
         )
 
-    alignment = aligned(_LOCALIZATION if drifts else _KINEMATICS)
-    left = _apart(alignment)
-    if left > LARGEST_SIGMA:
-        freely = aligned(None)
-        return dc.replace(nothing, problem=_problem(left, _apart(freely)))
+    alignment = aligned(None if drifts else _KINEMATICS)
+    apart = _apart(alignment)
+    if apart > LARGEST_SIGMA:
+        freely = alignment if drifts else aligned(None)
+        return dc.replace(nothing, problem=_problem(apart, _apart(freely)))
     words = _words(alignment.undone)
     return Judgement(judged, alignment.undone, words) if words else nothing
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from patience import PATIENCE
+from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
@@ -75,6 +76,25 @@ def make_camera(world: World) -> RenderedCamera:
     with contextlib.suppress(PermissionError):
         os.setpriority(os.PRIO_PROCESS, 0, 0)
     return UnreliableCamera(CAMERA, world.robot, world.truth)
+
+
+X_CD = RigidTransform(RollPitchYaw(np.deg2rad([0.6, -0.64, 0.48])), [0, 0, 0])
+"""Pose of a tilted camera D in the one that its mount says, C."""
+
+
+class TiltedCamera(RenderedCamera):
+    """Sits turned by 1 degree on its mount, which does not know it."""
+
+    def frame(self, q: np.ndarray, time: float) -> Frame:
+        """See `RenderedCamera.frame`."""
+        frame = super().frame(q, time)
+        X_DC = X_CD.inverse().GetAsMatrix4()
+        return dc.replace(frame, X_WC=frame.X_WC @ X_DC)
+
+
+def make_tilted_camera(world: World) -> RenderedCamera:
+    """A tilted camera, with the images of the shipped one."""
+    return TiltedCamera(WristCameraConfig(), world.robot, world.truth)
 
 
 def make_job(

@@ -136,8 +136,9 @@ def test_a_depth_that_grows_with_its_square_is_found():
     # To first order: z^2 is of the depth that is too large.
     assert -0.02 < dut.errors[GROWTH] < -0.018
     assert dut.words == "its depth at 1 m is 19 mm too large: corrected"
-    z = dut.undone(stretched(exact())).depth
-    np.testing.assert_allclose(z, exact().depth, atol=1e-3)
+    near = exact().depth < 1.2
+    z = dut.undone(stretched(exact())).depth[near]
+    np.testing.assert_allclose(z, exact().depth[near], atol=1e-3)
 
 
 def test_five_frames_are_enough_and_four_tell_nothing():
@@ -178,11 +179,16 @@ def test_a_depth_that_no_calibration_explains_is_refused_and_named():
     assert "the camera's depth is bent" in judged(bent).problem
 
 
+def test_the_poses_of_a_drifting_base_are_no_error_of_the_camera():
+    dut = judged(shaken(exact(), 0.003), drifts=True)
+    assert not dut.errors.any() and not dut.problem
+
+
 def test_a_drifting_base_does_not_hide_that_a_camera_is_turned():
     capture = shaken(turned(exact()), 0.003)
     before = np.linalg.norm(TURN_CD)
     dut = judged(capture, drifts=True)
-    assert np.linalg.norm(dut.errors[TURN:][:3] - TURN_CD) < 0.5 * before
+    assert np.linalg.norm(dut.errors[TURN:][:3] - TURN_CD) < 0.2 * before
 
 
 def test_frames_that_share_nothing_tell_nothing():

@@ -17,6 +17,7 @@ from mapped_table import (
     answers,
     looking_around,
     make_job,
+    make_tilted_camera,
     table_world,
     take_frames,
     until_told,
@@ -39,6 +40,7 @@ from remosplat_drake.mapping.mapping_process import (
 from remosplat_drake.mapping.messages import (
     AddFrame,
     Build,
+    Building,
     FrameAdded,
     FrameRefused,
     Idle,
@@ -67,6 +69,11 @@ def table() -> World:
 
 def of_type(events, kind) -> list:
     return [event for event in events if isinstance(event, kind)]
+
+
+def stages(events) -> set[str]:
+    """What maps in the making were told to be at."""
+    return {event.stage for event in of_type(events, Building)}
 
 
 def send_signal(process: MappingProcess, number: int) -> None:
@@ -125,6 +132,27 @@ def test_reconstruct_makes_a_splat_of_the_frames(mapped, tmp_path):
     arguments = [str(folder / "frames"), "-o", str(path), "--device", "none"]
     assert main(["reconstruct", *arguments, "--count", "500"]) == 0
     assert len(read_ply(path))
+
+
+@pytest.mark.usefixtures("rendering")
+def test_a_camera_that_is_tilted_on_its_mount_is_told_and_corrected(
+    table, tmp_path
+):
+    job = make_job(table, tmp_path / "session", make=make_tilted_camera)
+    process = MappingProcess(job)
+    take_frames(process, table, 10)
+    events = ask(process, Build())
+    assert "judging the camera" in stages(events)
+    quality = open_map(of_type(events, MapReady)[-1].path).quality
+    assert quality.startswith("10 frames, ")
+    told = "; the camera sits 1.0 deg from where its mount says: corrected"
+    assert quality.endswith(told)
+    # Frames stay as they were taken; the same ones are not judged again.
+    events = ask(process, Build())
+    assert stages(events) and "judging the camera" not in stages(events)
+    (again,) = of_type(events, MapReady)
+    assert open_map(again.path).quality.endswith(told)
+    process.close()
 
 
 def test_of_equal_requests_the_last_is_enough(mapped):

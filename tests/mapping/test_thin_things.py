@@ -108,6 +108,49 @@ def test_views_with_fine_pixels_tell_that_it_is_free_after_all():
     assert (dut.coverage.states_at(measured) == FREE).mean() > 0.9
 
 
+def before_a_wall(rod_too: bool) -> tuple[Capture, np.ndarray]:
+    """Two parallel views, 0.18 m apart, of a wall and a rod of one pixel.
+
+    A pixel is 3.6 mm wide on the rod, 0.9 m away: the cameras are 50 pixels
+    apart there.
+
+    Returns:
+        The views, and the points measured on the rod, shape (n, 3) [m].
+    """
+    X_WC = np.tile(np.eye(4), (2, 1, 1))
+    X_WC[:, :3, :3] = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
+    X_WC[:, :3, 3] = [[0, 0.09, 0.6], [0, -0.09, 0.6]]
+    on_rod = np.zeros((2, 240, 320), bool)
+    on_rod[0, 90:150, 160 + 25] = on_rod[1, 90:150, 160 - 25] = True
+    capture = Capture(
+        K=np.tile([[250.0, 0, 160], [0, 250, 120], [0, 0, 1]], (2, 1, 1)),
+        X_WC=X_WC,
+        rgb=np.full((*on_rod.shape, 3), 128, np.uint8),
+        depth=np.where(on_rod & rod_too, 0.9, 1.35).astype(np.float32),
+    )
+    there = dc.replace(capture, depth=np.where(on_rod, 0.9, 0.0))
+    measured = [there.points_W(i)[on_rod[i]] for i in (0, 1)]
+    return capture, np.concatenate(measured)
+
+
+def test_a_rod_of_one_pixel_in_two_views_is_there():
+    wall, measured = before_a_wall(rod_too=False)
+    # It stands at one place: half a pixel to the right of the middle.
+    np.testing.assert_allclose(measured[:, 0], 0.9, rtol=1e-6)
+    np.testing.assert_allclose(measured[:, 1], -0.0018, atol=1e-6)
+    without = a_map(wall)
+    assert (without.coverage.states_at(measured) == FREE).all()
+    dut = a_map(before_a_wall(rod_too=True)[0])
+    assert (dut.coverage.states_at(measured) != FREE).all()
+    _, discs = fields(dut)
+    assert distances(discs, measured).max() <= 0
+    assert dut.splat_W is not None and dut.splat_W.uncertainty is not None
+    on_rod = np.abs(dut.splat_W.p_GK[:, 0] - 0.9) < 0.02
+    assert on_rod.sum() > 10
+    # Half a pixel at least.
+    assert (dut.splat_W.uncertainty[on_rod] > 0.0018).all()
+
+
 @cache
 def near_map() -> SceneMap:
     return a_map(views(NEAR))
