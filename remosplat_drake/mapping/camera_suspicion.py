@@ -10,6 +10,10 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.capture.capture import Capture
+from remosplat_drake.capture.checks.overlap import (
+    measure_overlap,
+    wrong_frames,
+)
 from remosplat_drake.reconstruction.alignment.alignment import (
     Alignment,
     AlignmentConfig,
@@ -135,6 +139,11 @@ def judge_camera(
     alignment = aligned(None if drifts else _KINEMATICS)
     apart = _apart(alignment)
     if apart > LARGEST_SIGMA:
+        wrong = wrong_frames(measure_overlap(capture))
+        if 0 < len(wrong) < len(capture):
+            # They are refused one by one; the others tell of the camera.
+            right = np.setdiff1d(np.arange(len(capture)), wrong)
+            return judge_camera(capture.select(right), names, drifts, report)
         freely = alignment if drifts else aligned(None)
         return dc.replace(nothing, problem=_problem(apart, _apart(freely)))
     words = _words(alignment.undone)

@@ -173,6 +173,15 @@ def test_wrong_poses_are_refused_and_named():
     assert not dut.errors.any()
 
 
+def test_frames_that_others_contradict_leave_no_doubt_about_the_rest():
+    """Half of the pairs of ten frames are pairs with one of three."""
+    X_WC = turned(exact()).X_WC.copy()
+    X_WC[[2, 5, 8], :3, 3] += [[0.1, 0, 0], [0, 0.1, 0], [-0.1, 0, 0]]
+    dut = judged(dc.replace(exact(), X_WC=X_WC))
+    assert np.linalg.norm(dut.errors[TURN:][:3] - TURN_CD) < 1e-3
+    assert not dut.problem and len(dut.names) == FRAMES
+
+
 def test_a_depth_that_no_calibration_explains_is_refused_and_named():
     z = exact().depth
     bent = dc.replace(exact(), depth=z + np.float32(0.03) * np.sin(12 * z))
