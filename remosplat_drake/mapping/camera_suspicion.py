@@ -21,19 +21,11 @@ from remosplat_drake.reconstruction.alignment.alignment import (
 )
 from remosplat_drake.reconstruction.alignment.camera_correction import corrected
 from remosplat_drake.reconstruction.alignment.camera_errors import (
-    ASPECT,
-    CENTER_X,
-    CENTER_Y,
     COUNT,
-    FOCAL,
-    GROWTH,
-    K1,
-    K2,
-    OFFSET,
-    SCALE,
-    SHIFT,
-    TURN,
     CameraPrior,
+)
+from remosplat_drake.reconstruction.alignment.camera_summary import (
+    words_of_camera,
 )
 from remosplat_drake.reconstruction.alignment.odometry_prior import (
     OdometryNoise,
@@ -146,7 +138,7 @@ def judge_camera(
             return judge_camera(capture.select(right), names, drifts, report)
         freely = alignment if drifts else aligned(None)
         return dc.replace(nothing, problem=_problem(apart, _apart(freely)))
-    words = _words(alignment.undone)
+    words = _words(alignment)
     return Judgement(judged, alignment.undone, words) if words else nothing
 
 
@@ -181,22 +173,8 @@ def _problem(apart: float, freely: float) -> str:
     )
 
 
-def _words(errors: np.ndarray) -> str:
+def _words(alignment: Alignment) -> str:
     """What was undone, for people; empty if it is nothing."""
-    parts = []
-    turn = np.rad2deg(np.linalg.norm(errors[TURN : TURN + 3]))
-    shift = 1e3 * np.linalg.norm(errors[SHIFT : SHIFT + 3])
-    if turn or shift:
-        sizes = (turn, f"{turn:.1f} deg"), (shift, f"{shift:.0f} mm")
-        away = " and ".join(words for size, words in sizes if size)
-        parts.append(f"the camera sits {away} from where its mount says")
-    if focal := 100 * errors[FOCAL]:
-        than = "longer" if focal > 0 else "shorter"
-        parts.append(f"its focal length is {abs(focal):.1f} % {than} than told")
-    if errors[[ASPECT, CENTER_X, CENTER_Y, K1, K2]].any():
-        parts.append("its lens is not what its calibration says")
-    if errors[[SCALE, OFFSET, GROWTH]].any():
-        depth = 1e3 * errors[[SCALE, OFFSET, GROWTH]].sum()
-        than = "small" if depth > 0 else "large"
-        parts.append(f"its depth at 1 m is {abs(depth):.0f} mm too {than}")
-    return ", ".join(parts) + ": corrected" if parts else ""
+    sentences = words_of_camera(alignment)
+    parts = [each[0].lower() + each[1:].rstrip(".") for each in sentences]
+    return "; ".join(parts) + ": corrected" if parts else ""

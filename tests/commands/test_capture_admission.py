@@ -62,8 +62,9 @@ def test_a_repair_tells_what_it_did_and_makes_the_same_splat(
     out = tmp_path / "out"
     commands = {"a": [right], "b": [wrong, "--repair"]}
     for name, flags in commands.items():
+        # A refinement would tell the last digits of inverted poses apart.
         flags = [*flags, "-o", str(out / f"{name}.ply"), *QUICK]
-        assert main(["reconstruct", *flags]) == 0
+        assert main(["reconstruct", *flags, "--align", "off"]) == 0
     assert "repaired: inverted the poses" in capsys.readouterr().out
     reports = [read_report(out / f"{name}.ply") for name in commands]
     assert [report.warnings for report in reports] == [[], []]
