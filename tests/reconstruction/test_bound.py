@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from plane_views import looking_down
+from plane_views import FOCAL, looking_down
 
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
@@ -56,10 +56,17 @@ def rising(rise: np.ndarray) -> PoseErrors:
     return PoseErrors(np.zeros_like(t_W), t_W, none)
 
 
-def test_exact_views_leave_the_pitch_of_their_pixels(capture):
+def test_two_exact_views_leave_one_footprint_of_a_pixel(capture):
+    """1 cm at 1 m: with two grids, an edge may lie all of it beyond."""
     exact = bounds(capture)
-    assert exact.min() >= LARGEST_PITCH
-    assert exact.max() < LARGEST_PITCH + 0.001
+    assert exact.min() >= HEIGHT / FOCAL
+    assert exact.max() < HEIGHT / FOCAL + 0.001
+
+
+def test_many_exact_views_leave_the_pitch_of_their_pixels(capture):
+    many = bounds(capture.select(np.arange(80) % len(capture)))
+    assert many.min() >= LARGEST_PITCH
+    assert many.max() < LARGEST_PITCH + 0.001
 
 
 def test_a_common_error_of_the_poses_is_covered_and_single_ones_average(

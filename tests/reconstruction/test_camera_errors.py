@@ -179,8 +179,9 @@ def test_without_velocities_times_move_nothing(capture):
 
 def test_deviations_are_in_the_order_of_the_errors():
     prior = CameraPrior(
-        scale=1, offset=2, growth=3, focal=4, aspect=5, center=6, distortion=7,
-        delay=8, readout=9, turn=10, shift=11,
+        scale=0.01, offset=0.02, growth=0.03, focal=0.04, aspect=0.05,
+        center=0.06, distortion=0.07, delay=0.08, readout=0.09, turn=0.1,
+        shift=0.11,
     ).deviations()  # fmt: skip
     expected = {
         SCALE: 1, OFFSET: 2, GROWTH: 3, FOCAL: 4, ASPECT: 5, CENTER_X: 6,
@@ -188,4 +189,5 @@ def test_deviations_are_in_the_order_of_the_errors():
         TURN: 10, TURN + 1: 10, TURN + 2: 10,
         SHIFT: 11, SHIFT + 1: 11, SHIFT + 2: 11,
     }  # fmt: skip
-    assert prior.tolist() == [expected[error] for error in range(COUNT)]
+    hundredths = [expected[error] for error in range(COUNT)]
+    np.testing.assert_allclose(100 * prior, hundredths)

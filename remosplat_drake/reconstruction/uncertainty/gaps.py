@@ -39,6 +39,10 @@ _REACH = 0.03
 
 _NEIGHBORS = 12
 
+_FACING = 0.1
+"""How much planes that face the cameras are preferred, as a part of the points'
+variance: it turns normals that are well known by a few degrees at most."""
+
 
 def gaps(
     splat_W: GaussianSplat, measured: MeasuredVoxels
@@ -89,18 +93,25 @@ def close_gaps(
     if not bare.any():
         return splat_W
     p_WK = voxel_means(measured.p_W[bare], _VOXEL)
-    colors = splat_W.colors[nearest[KDTree(measured.p_W).query(p_WK)[1]]]
+    voxel = KDTree(measured.p_W).query(p_WK)[1]
+    colors = splat_W.colors[nearest[voxel]]
     patches = Surfels(
         p_WK,
-        _normals(p_WK, measured.p_W),
+        _normals(p_WK, measured.p_W, measured.ray_W[voxel]),
         colors.astype(float),
         np.full(len(p_WK), _VOXEL),
     )
     return splat_W.joined_with(splat_of_surfels(patches, scale=0.75))
 
 
-def _normals(p_W: np.ndarray, surface_W: np.ndarray) -> np.ndarray:
-    """Unit normals of the planes through the points around each, (n, 3)."""
+def _normals(
+    p_W: np.ndarray, surface_W: np.ndarray, ray_W: np.ndarray
+) -> np.ndarray:
+    """Unit normals of the planes through the points around each, (n, 3).
+
+    Points on a rod lie in many planes: of these, that which faces the cameras
+    is taken.
+    """
     tree = KDTree(surface_W)
     apart, near = tree.query(p_W, _NEIGHBORS, distance_upper_bound=_REACH)
     weight = np.isfinite(apart)[..., None]
@@ -109,4 +120,7 @@ def _normals(p_W: np.ndarray, surface_W: np.ndarray) -> np.ndarray:
     mean = (weight * around).sum(axis=1, keepdims=True) / total
     offset = (around - mean) * weight
     covariance = np.einsum("nki,nkj->nij", offset, offset)
+    size = np.trace(covariance, axis1=1, axis2=2) + _TINY**2
+    facing = np.einsum("ni,nj->nij", ray_W, ray_W)
+    covariance -= _FACING * size[:, None, None] * facing
     return np.linalg.eigh(covariance)[1][:, :, 0]
