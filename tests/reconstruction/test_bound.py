@@ -13,6 +13,7 @@ from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
 )
 from remosplat_drake.reconstruction.uncertainty.bound import (
+    LARGEST_EDGE,
     LARGEST_PITCH,
     SIGNIFICANCE,
     bound_splat,
@@ -57,10 +58,11 @@ def rising(rise: np.ndarray) -> PoseErrors:
 
 
 def test_two_exact_views_leave_one_footprint_of_a_pixel(capture):
-    """1 cm at 1 m: with two grids, an edge may lie all of it beyond."""
+    """1 cm at 1 m: an edge may lie all of it beyond, of which 8 mm count."""
+    assert HEIGHT / FOCAL > LARGEST_EDGE
     exact = bounds(capture)
-    assert exact.min() >= HEIGHT / FOCAL
-    assert exact.max() < HEIGHT / FOCAL + 0.001
+    assert exact.min() >= LARGEST_EDGE
+    assert exact.max() < LARGEST_EDGE + 0.001
 
 
 def test_many_exact_views_leave_the_pitch_of_their_pixels(capture):

@@ -1,11 +1,12 @@
 """A bound on how far the truth may lie in front of each disc of a splat.
 
-u = g + z s + a: g is the largest gap between the disc and what was measured of
-its surface; s is the standard deviation of the disc's own place, by the noise
-of the depth and by the errors of the poses and of the depth's scale; a is the
-distance between the pixels that saw it, between which an edge may lie. z and
-the limit of a were chosen on rendered scenes with known truth and then frozen;
-see the study `map_bound` and docs/theory/uncertainty.md.
+u = g + z s + max(a, e): g is the largest gap between the disc and what was
+measured of its surface; s is the standard deviation of the disc's own place, by
+the noise of the depth and by the errors of the poses and of the camera; a is
+the distance between the pixels that saw it, between which an edge may lie, and
+e how far an edge may lie beyond the last of them. z and the limit of a were
+chosen on rendered scenes with known truth and then frozen; see the studies
+`map_bound` and `true_maps`, and docs/theory/uncertainty.md.
 """
 
 import dataclasses as dc
@@ -32,6 +33,10 @@ SIGNIFICANCE = 4.0
 
 LARGEST_PITCH = 0.002
 """Limit of a: many views see an edge with different pixels [m]."""
+
+LARGEST_EDGE = 0.008
+"""Limit of e: an edge goes on along its surface, and a bound that counts in all
+directions alike would cost more room than edges take [m]."""
 
 LARGEST_SIGMA = 0.005
 """What is known worse than this makes no disc, and counts as not seen [m]."""
@@ -88,7 +93,10 @@ class Bounds:
             self.gap
             + self.shift
             + significance * sigma
-            + np.maximum(np.minimum(self.pitch, largest_pitch), self.edge)
+            + np.maximum(
+                np.minimum(self.pitch, largest_pitch),
+                np.minimum(self.edge, LARGEST_EDGE),
+            )
         )
 
 
