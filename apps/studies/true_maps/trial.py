@@ -172,7 +172,7 @@ def mapped(capture: Capture, focus_W: np.ndarray) -> Mapped:
         np.flatnonzero(held_out).tolist(),
         workspace=workspace,
         method=made.method,
-        warnings=after_alignment(warnings, alignment.capture),
+        warnings=after_alignment(warnings, alignment.capture, alignment.undone),
         validations=validations.of_oracles,
     ).report
     times.append(perf_counter())
