@@ -54,7 +54,10 @@ def strike(monkeypatch):
 
         monkeypatch.setattr(Progress, "report", report)
 
-    return _strike
+    # Of a shell's background jobs, Ctrl-C is ignored from the start.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield _strike
+    signal.signal(signal.SIGINT, before)
 
 
 def test_goes_on_where_it_was(folder, tmp_path, strike, capsys):

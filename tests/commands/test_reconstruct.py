@@ -160,9 +160,9 @@ def test_floor_and_untrained_discs(folder, tmp_path, capsys, monkeypatch):
     # Where there is no terminal, too, it says how far it is.
     lines = said.err.splitlines()
     assert all(re.match(PROGRESS, line) for line in lines)
-    assert {"reading the capture", "finding what was seen"} <= {
-        line.partition(":")[0] for line in lines
-    }
+    stages = {line.partition(":")[0] for line in lines}
+    # One that takes long: a busy machine may sleep through short ones.
+    assert "finding what was seen" in stages
     report = read_report(output)
     assert "refined" not in report.method
     # The floor is not quite where the truth has it, so it is not used.
