@@ -142,10 +142,13 @@ class Capture:
         }
         return dc.replace(self, X_WC=X_FW @ self.X_WC, up_W=up_F, **motions)
 
-    def with_depth(self, scale: float, offset: float) -> "Capture":
-        """Returns the capture with depths scale * z + offset [m]."""
-        z = self.depth
-        depth = np.where(z > 0, np.maximum(scale * z + offset, 0), 0)
+    def with_depth(
+        self, scale: float, offset: float, growth: float = 0.0
+    ) -> "Capture":
+        """Returns the capture with depths scale z + offset + growth z^2 [m]."""
+        z = self.depth.astype(float)
+        other = scale * z + offset + growth * z * z
+        depth = np.where(z > 0, np.maximum(other, 0), 0)
         return dc.replace(self, depth=depth.astype(np.float32))
 
 

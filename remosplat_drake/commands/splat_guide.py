@@ -70,7 +70,7 @@ def guided(
     Args:
         splat_G: The splat, as its file has it.
         length: True length of its longest side along the floor [m]; None if
-            nobody has measured it, and the unit stays what it is.
+            it was not measured, and the unit stays what it is.
         console: Where it is said.
 
     Returns:
@@ -94,7 +94,7 @@ def guided(
     if length is None:
         console.print(
             f"The longest side along the floor is {side:.4g} units of A long."
-            " Nobody knows how long a unit is: --length says how many metres"
+            " The length of a unit is unknown: --length says how many metres"
             " this side has. Until then a unit counts as a metre."
         )
     else:

@@ -54,9 +54,9 @@ _HINT = (
 )
 
 _UNSEEN = (
-    "nobody knows which space the cameras of this splat saw, so that all counts"
-    " as free where there is no splat; `remosplat reconstruct` writes that"
-    " beside a splat that it makes of a capture"
+    "the space that the cameras of this splat saw is unknown, so that all"
+    " counts as free where there is no splat; `remosplat reconstruct` writes"
+    " that beside a splat that it makes of a capture"
 )
 
 

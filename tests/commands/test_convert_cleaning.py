@@ -80,7 +80,7 @@ def test_a_guide_without_a_length_says_that_the_unit_is_unknown(
     source, _ = planted
     assert convert(source, tmp_path / "b.ply", "--clean", "--guide") == 0
     said = capfd.readouterr().out
-    assert "Nobody knows how long a unit is: --length says" in said
+    assert "The length of a unit is unknown: --length says" in said
     assert "--scale" not in said
 
 

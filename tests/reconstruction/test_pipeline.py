@@ -1,4 +1,4 @@
-"""One way from surfels to discs, whatever may clear space."""
+"""One way from surfels to discs, with and without views that clear space."""
 
 import numpy as np
 import pytest

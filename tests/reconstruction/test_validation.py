@@ -105,3 +105,12 @@ def test_a_floor_is_foretold_by_most_of_its_views():
     assert found.verdict < 0.004
     few = cross_validate(floor_views(LEAST_VIEWS - 1), WORKSPACE)
     assert few.of_oracles == []
+
+
+def test_two_points_tell_nothing_and_judge_nothing():
+    """They would make a map of which nothing is known safe from 2 mm on."""
+    p_W = np.zeros((2, 3))
+    assert not Validation("any", p_W, np.zeros(2), np.zeros(2)).tells
+    p_W = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    assert not Validation("any", p_W, np.zeros(3), np.zeros(3)).tells
+    assert Validation("any", p_W / 200, np.zeros(3), np.zeros(3)).tells

@@ -31,7 +31,7 @@ def test_the_table_counts_each_kind():
     assert rows[FLOATER] == ("2", "22.22 %")
     assert rows[GIANT] == ("1", "11.11 %")
     assert rows["in all"] == ("3", "33.33 %")
-    assert BEFORE not in rows  # Nobody knows the cameras.
+    assert BEFORE not in rows  # The cameras are unknown.
     assert BEFORE in {row[0] for row in junk_table(toy(True)).rows}
 
 

@@ -365,7 +365,7 @@ def test_what_is_thinner_than_a_pixel_is_told_apart(diameter, wide):
     rod = tube(np.array([[0, 0, -0.2], [0, 0, 0.2]]), diameter / 2)
     scene = MeshScene((Part("rod", rod),), np.zeros(3))
     case = taken(scene)
-    # Whatever the pixels between have met.
+    # Independent of what the pixels between have met.
     capture = dc.replace(case.capture, depth=0 * case.capture.depth + 1)
     sight = Sight(dc.replace(case, capture=capture))
     near = case.caster.nearest(np.array([[0.1, 0, 0.01], [0.1, 0, 0.03]]))

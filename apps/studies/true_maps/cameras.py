@@ -23,7 +23,7 @@ _ROUNDS = 12
 
 @dc.dataclass(frozen=True, eq=False)
 class Cameras:
-    """n images of one camera that somebody carries.
+    """n images of one camera that a person carries.
 
     Attributes:
         walk: The camera's path.

@@ -208,20 +208,13 @@ def align(
         held_out[:] = True
     start = State(capture.X_WC, np.zeros(COUNT), np.zeros(COUNT))
     old = distances_of_pairs(before, start, pairs)
-    image = corrected(capture, state.errors)
-    motion = difference(state.X_WC, refinement.given)
-    state = State(
-        perturbed(image.X_WC, motion), state.errors, state.errors.copy()
-    )
-    stack = before
-    if state.errors.any():
-        stack = stack_views(image, config.samples, config.seed)
-    new = distances_of_pairs(stack, state, pairs)
+    state = refinement.freed(state)
+    new = distances_of_pairs(refinement.stack, state, pairs)
     accepted = bool(config.lengths) or is_better(old[held_out], new[held_out])
     error = result.mean
     if accepted:
-        error = result.mean - state.unknowns(image.X_WC)
-        capture = dc.replace(image, X_WC=state.X_WC)
+        error = result.mean - state.unknowns(refinement.given)
+        capture = dc.replace(refinement.image, X_WC=state.X_WC)
     return Alignment(
         capture=capture,
         undone=state.errors if accepted else np.zeros(COUNT),
@@ -240,7 +233,7 @@ class _Refinement:
 
     def __init__(self, capture: Capture, config: AlignmentConfig):
         self.capture, self.config = capture, config
-        self.given = capture.X_WC
+        self.image = capture
         self.stack = stack_views(capture, config.samples, config.seed)
         self.pairs = np.zeros((0, 2), np.int64)
         self.shared = 1.0
@@ -248,6 +241,11 @@ class _Refinement:
         self._expected = np.zeros(COUNT)
         self._noise = config.odometry or OdometryNoise()
         self._correlation = _CORRELATION
+
+    @property
+    def given(self) -> np.ndarray:
+        """Given poses, freed of what is known of the camera, (n, 4, 4)."""
+        return self.image.X_WC
 
     def run(
         self, report: Callable[[int, int], None]
@@ -262,7 +260,7 @@ class _Refinement:
             delay = self._taken_delay(state)
             if not delay and (np.abs(state.left) <= 0.5 * _UNTOLD).all():
                 break
-            state, levels = self._corrected(state, delay), FINE
+            state, levels = self.freed(state, delay), FINE
         return self._doubted(result, state, FINE[-1]), state
 
     def _taken_delay(self, state: State) -> float:
@@ -311,21 +309,24 @@ class _Refinement:
         assert result is not None
         return result, state
 
-    def _corrected(self, state: State, delay: float) -> State:
-        """The state for images that are freed of what is known of them.
+    def freed(self, state: State, delay: float = 0.0) -> State:
+        """Frees the images of what is known of them, and returns the state.
 
         Args:
             state: The state.
-            delay: What its poses have taken on of it [s].
+            delay: What its poses have taken on of the images' delay [s].
         """
         errors = state.errors.copy()
         errors[DELAY] += delay
+        if np.array_equal(errors, state.undone):
+            return state
         motion = difference(state.X_WC, self.given)
-        if delay and self.capture.velocity_W is not None:
+        if self.capture.velocity_W is not None:
             motion -= delay * self.capture.velocity_W
-        image = corrected(self.capture, errors)
-        self.given = image.X_WC
-        self.stack = stack_views(image, self.config.samples, self.config.seed)
+        self.image = corrected(self.capture, errors)
+        self.stack = stack_views(
+            self.image, self.config.samples, self.config.seed
+        )
         return State(perturbed(self.given, motion), errors, errors.copy())
 
     def _simplest(self, result: Posterior, state: State) -> State:

@@ -58,10 +58,8 @@ def corrected(capture: Capture, errors: np.ndarray) -> Capture:
     moved = dc.replace(_carried(capture, errors), K=K)
     if errors[[K1, K2, READOUT]].any():
         moved = _resampled(moved, errors)
-    z = moved.depth.astype(float)
-    z += errors[SCALE] * z + errors[OFFSET] + errors[GROWTH] * z * z
-    depth = np.where(moved.depth > 0, np.maximum(z, 0), 0)
-    return dc.replace(moved, depth=depth.astype(np.float32))
+    depth = 1 + errors[SCALE], errors[OFFSET], errors[GROWTH]
+    return moved.with_depth(*depth)
 
 
 def _carried(capture: Capture, errors: np.ndarray) -> Capture:
@@ -113,27 +111,21 @@ def delay_of_motion(
     return float(delay), float(rest / max(error @ error, 1e-30))
 
 
-def _velocities(capture: Capture) -> np.ndarray:
-    """All cameras' velocities, each in its own frame, (n, 6)."""
-    return np.array([velocity_C(capture, i) for i in range(len(capture))])
-
-
 def _resampled(capture: Capture, errors: np.ndarray) -> Capture:
     """The images of pinhole cameras whose rows are taken at one moment."""
-    hidden = capture.hidden
-    if hidden is None:
-        hidden = np.zeros(capture.depth.shape, bool)
+    hidden = np.zeros(capture.depth.shape, bool)
+    if capture.hidden is not None:
+        hidden = capture.hidden.copy()
     rgb, depth = np.empty_like(capture.rgb), np.empty_like(capture.depth)
-    hidden = hidden.copy()
-    velocity = _velocities(capture)
     for view in range(len(capture)):
-        row, column, z, lost = _sources(
-            capture.K[view], capture.depth[view], velocity[view], errors
+        image = (
+            capture.K[view],
+            capture.depth[view],
+            velocity_C(capture, view),
+            errors,
         )
-        row, column, z, lost = _with_nearer(
-            capture.K[view], capture.depth[view], velocity[view], errors,
-            (row, column, z, lost),
-        )  # fmt: skip
+        found = _sources(*image)
+        row, column, z, lost = _with_nearer(*image, found)
         rgb[view] = capture.rgb[view, row, column]
         depth[view] = z
         hidden[view] = hidden[view, row, column] | lost
@@ -166,8 +158,7 @@ def _sources(
         """Pixels of points in the old image, and how far these have moved."""
         # A point stands still while the camera moves: in C it goes back.
         p = z[..., None] * ray
-        time = errors[READOUT] * ((row + 0.5) / height - 0.5)[..., None]
-        motion = time * (velocity[3:] + np.cross(velocity[:3], p))
+        motion = _row_motion(p, row, height, velocity, errors)
         old = p - motion
         there = distort(lens, old[..., :2] / old[..., 2:]) * focal + center
         return there, motion[..., 2]
@@ -184,6 +175,18 @@ def _sources(
     outside = np.any((there < 0) | (there >= [width, height]), axis=-1)
     unknown = outside | (aside > _APART) | (found <= 0)
     return row, column, np.where(unknown, 0, z), outside
+
+
+def _row_motion(
+    p_C: np.ndarray,
+    row: np.ndarray,
+    height: int,
+    velocity: np.ndarray,
+    errors: np.ndarray,
+) -> np.ndarray:
+    """How far points (..., 3) of rows (...) move until the middle row [m]."""
+    time = errors[READOUT] * ((row + 0.5) / height - 0.5)[..., None]
+    return time * (velocity[3:] + np.cross(velocity[:3], p_C))
 
 
 def _with_nearer(
@@ -218,8 +221,7 @@ def _with_nearer(
         np.column_stack([xy, np.ones(len(xy))])
         * depth[old_row, old_column, None]
     )
-    time = errors[READOUT] * ((old_row + 0.5) / height - 0.5)[:, None]
-    p += time * (velocity[3:] + np.cross(velocity[:3], p))
+    p += _row_motion(p, old_row, height, velocity, errors)
     u, v = np.floor(p[:, :2] / p[:, 2:] * focal + center).astype(int).T
     inside = (u >= 0) & (u < width) & (v >= 0) & (v < height) & (p[:, 2] > 0)
     order = np.flatnonzero(inside)

@@ -135,7 +135,8 @@ def assess(
     distances, errors = _compare_distances(
         splat_W, known, references, workspace, count, seed
     )
-    distances += [_held_out_row(each) for each in validations if len(each)]
+    validations = [each for each in validations if each.tells]
+    distances += [_held_out_row(each) for each in validations]
     errors[HELD_OUT] = {each.oracle: each.over for each in validations}
     progress("looking for floaters and unseen space")
     floaters = find_floaters(splat_W, known, references[CAPTURE], *box)

@@ -101,6 +101,11 @@ class Validation:
         return len(self.p_W)
 
     @property
+    def tells(self) -> bool:
+        """Whether several points bear anything out: fewer prove nothing."""
+        return bool(np.isfinite(self.largest_over))
+
+    @property
     def largest_over(self) -> float:
         """Largest over-estimate that several points bear out [m]."""
         return borne_out(self.p_W, self.over)

@@ -23,6 +23,7 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
     GROWTH,
     OFFSET,
     SCALE,
+    CameraPrior,
 )
 from remosplat_drake.reconstruction.alignment.perturbation import perturbed
 from remosplat_drake.reconstruction.training.views import Views
@@ -37,20 +38,13 @@ class CameraDeviations:
     Attributes:
         turn: Rotation of a view, about each axis [rad].
         shift: Position of a view, along each axis [m].
-        focal: Focal lengths, as a fraction of them.
-        center: Principal point, as a fraction of the focal lengths.
-        scale: Scale of the depth.
-        offset: Offset of the depth [m].
-        growth: Growth of the depth's error with its square [1/m].
+        camera: What all views share: focal lengths, principal point, and
+            scale, offset and growth of the depth; the rest is taken as exact.
     """
 
     turn: float = 0.01
     shift: float = 0.01
-    focal: float = 0.02
-    center: float = 0.005
-    scale: float = 0.02
-    offset: float = 0.003
-    growth: float = 0.005
+    camera: CameraPrior = dc.field(default_factory=CameraPrior)
 
 
 class Cameras(nn.Module):
@@ -78,15 +72,15 @@ class Cameras(nn.Module):
         trained: np.ndarray,
     ):
         super().__init__()
-        d = deviations
+        d, common = deviations, deviations.camera
         self.poses = nn.Parameter(torch.zeros(len(X_WC), 6))
         self.lens = nn.Parameter(torch.zeros(4))
         self.depth = nn.Parameter(torch.zeros(3))
         p_WC = X_WC[:, :3, 3]
         for name, values in (
             ("_pose_units", [d.turn] * 3 + [d.shift] * 3),
-            ("_lens_units", [d.focal] * 2 + [d.center] * 2),
-            ("_depth_units", [d.scale, d.offset, d.growth]),
+            ("_lens_units", [common.focal] * 2 + [common.center] * 2),
+            ("_depth_units", [common.scale, common.offset, common.growth]),
             ("_arms", p_WC - p_WC[trained].mean(axis=0)),
         ):
             values = torch.tensor(values, dtype=torch.float32)

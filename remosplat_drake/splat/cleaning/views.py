@@ -48,8 +48,8 @@ class Views:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Finds which points cameras look at, and which are right before one.
 
-        A point counts as looked at where it is inside an image, whatever may
-        stand before it.
+        A point counts as looked at where it is inside an image, even if
+        something stands before it.
 
         Args:
             p_GK: The points, shape (n, 3).
