@@ -34,7 +34,6 @@ from remosplat_drake.splat.surfel_conversion import THICKNESS, flattened
 _MODELS = {"2dgs": True, "3dgs": False}
 
 EXAMPLES = """
-remosplat convert kitchen.ply kitchen.spz
 remosplat convert kitchen.ply kitchen.sog --crop -2 -2 0 2 2 2
 remosplat convert phone.ply kitchen.ply --scale 0.37 --align floor --up 0 1 0
 remosplat convert phone.ply kitchen.ply --clean --guide --length 4.2
