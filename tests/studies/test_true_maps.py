@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw
 from scipy.spatial.transform import Rotation
 
+from apps.studies.attacks import Aim, Attack, Attacks
 from apps.studies.map_bound.judge import FARTHEST, NEAREST
 from apps.studies.rigid_motion import CameraErrors
 from apps.studies.true_maps import report, rods
-from apps.studies.true_maps.__main__ import cases, main
+from apps.studies.true_maps.__main__ import THIN, cases, main, thin_cases
 from apps.studies.true_maps.cameras import (
     HEIGHT,
     WIDTH,
@@ -21,6 +22,11 @@ from apps.studies.true_maps.cameras import (
     pinhole,
 )
 from apps.studies.true_maps.case import CLEARANCE, Case, Taken, draw_case
+from apps.studies.true_maps.closed_loop import (
+    MeshTruth,
+    attack_case,
+    find_places,
+)
 from apps.studies.true_maps.disturbance import EXACT, NAMED, Disturbance
 from apps.studies.true_maps.disturbed import (
     disturbed,
@@ -46,10 +52,12 @@ from apps.studies.true_maps.sight import Sight
 from apps.studies.true_maps.tracking import velocity_W
 from apps.studies.true_maps.trial import Result, restored, run_trial
 from apps.studies.true_maps.walk import RATE, Walk
+from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.reconstruction.surfels.surfels import (
     Surfels,
     splat_of_surfels,
 )
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 pytestmark = pytest.mark.usefixtures("open3d")
@@ -307,6 +315,10 @@ def test_drawn_cases_repeat_and_splits_share_none():
     assert any(c.disturbance == EXACT for c in develop)
     assert all(40 <= c.views <= 120 for c in develop)
     assert cases("named", 3, 1)[0].disturbance == NAMED["late loop 80 mm"]
+    thin = thin_cases("frozen", 1, 6)
+    assert [case.kind for case in thin] == [*THIN[1:], *THIN[:2]]
+    assert [case.seed for case in thin] == [c.seed for c in frozen[1:7]]
+    assert all(c.disturbance == EXACT for c in thin_cases("named", 0, 5))
 
 
 def test_a_map_that_is_the_truth_has_no_error():
@@ -339,6 +351,34 @@ def test_a_map_is_laid_on_the_truth_as_a_whole():
         truth.transformed(X_MW), X_MC, case.cameras.X_WC, Sight(case)
     )
     np.testing.assert_allclose(dut.p_GK, truth.p_GK, atol=2e-4)
+
+
+def test_a_robot_in_a_board_is_found_out_and_one_on_the_floor_is_not():
+    floor = Part("floor", box([-3, -3, -0.1], [3, 3, 0]))
+    scene = board()
+    scene = dc.replace(scene, parts=(floor, *scene.parts))
+    truth = MeshTruth(Sight(taken(scene)))
+    robot = load_robot("frankie", "paper", 0.03)
+    before = np.array([-1.5, 0, 0, *robot.home])
+    clearance, depth = truth.judged(robot, before[None])
+    assert clearance > 0.1 and depth == 0
+    way = np.array([[x, 0, 0, *robot.home] for x in np.linspace(-1.5, 0, 30)])
+    clearance, depth = truth.judged(robot, way)
+    assert clearance < -0.02 and 0 < depth <= -clearance
+
+
+def test_places_are_sought_where_the_map_is_wrong():
+    sight = Sight(taken(board()))
+    low = splat_of_board(sunk=0.008)
+    raw = SphereToEllipsoidField(low)
+    careful = SphereToEllipsoidField(low.with_uncertainty(0.003))
+    dut = find_places(sight, careful, raw, seed=1)
+    assert len(dut.p_W) > 1000
+    worst = dut.worst(1)[0]
+    assert dut.excess[worst] == pytest.approx(0.005, abs=5e-4)
+    assert dut.over[worst] == pytest.approx(0.008, abs=5e-4)
+    assert dut.p_W[worst][2] == pytest.approx(TOP, abs=1e-4)
+    assert dut.inward_W[worst][2] < -0.9
 
 
 def test_surfaces_are_seen_that_face_cameras_and_are_not_hidden():
@@ -439,6 +479,8 @@ def test_a_rod_is_beside_the_points_that_are_asked():
         (["--count", "0"], "--count: must be at least 1"),
         (["--first", "-1"], "--first: must be at least 0"),
         (["--jobs", "-1"], "--jobs: must be at least 0"),
+        (["--attacks", "-1"], "--attacks: must be at least 0"),
+        (["--rods", "--count", "0"], "--count: must be at least 1"),
     ],
 )
 def test_flags_out_of_range_end_in_one_line(capsys, flags, problem):
@@ -458,6 +500,27 @@ def test_what_is_there_is_not_done_again(tmp_path, capsys, monkeypatch):
     file.write_text('{"key": 3}\n')
     assert main([*flags, "--jobs", "0", "--output", str(tmp_path)]) == 2
     assert "line 1 is no result" in capsys.readouterr().err
+
+
+def test_attacks_of_earlier_runs_are_summed_up(tmp_path, capsys):
+    (case,) = thin_cases("frozen", 0, 1)
+    run = Attack("live", -0.002, 0.001, 0.022, 0.0, 0.04)
+    there = Attacks(Aim(case, 1).key, (run,), ("offline",))
+    file = tmp_path / "frozen-attacks.jsonl"
+    file.write_text(json.dumps(dc.asdict(there)) + "\n")
+    flags = ["--split", "frozen", "--count", "1", "--attacks", "1"]
+    assert main([*flags, "--jobs", "0", "--output", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "1 maps that no robot is let use" in out
+    assert "live: 1 runs" in out and "22.0 mm at least" in out
+
+
+@pytest.mark.slow
+def test_live_maps_of_thin_things_are_attacked():
+    result = attack_case(Aim(Case(1, EXACT, 20, "rods"), 1))
+    assert not result.error
+    assert {run.map for run in result.runs} >= {"live", "live, unseen solid"}
+    assert all(run.depth == 0 < run.clearance for run in result.runs)
 
 
 @pytest.mark.slow

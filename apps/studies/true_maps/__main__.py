@@ -9,19 +9,19 @@ on `--split develop`; report what `--split frozen` shows.
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from rich.console import Console
 
+from apps.studies import case_study
+from apps.studies.case_study import NAMED as NAMED_SPLIT
+from apps.studies.case_study import CaseStudy
 from apps.studies.command_line import study_main
-from apps.studies.kept_trials import run_missing
 from apps.studies.true_maps import report, rods
 from apps.studies.true_maps.case import Case, draw_case
-from apps.studies.true_maps.disturbance import NAMED
+from apps.studies.true_maps.closed_loop import attack_case
+from apps.studies.true_maps.disturbance import EXACT, NAMED
 from apps.studies.true_maps.trial import failed, restored, run_trial
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.progress import Progress
-from remosplat_drake.benchmark.pool import Job
 
 SPLITS = {"develop": 100_000, "frozen": 500_000}
 """First seeds of scenes, paths and disturbances, by the name of the split."""
@@ -29,38 +29,17 @@ SPLITS = {"develop": 100_000, "frozen": 500_000}
 NAMED_SEEDS = (1, 3)
 """Seeds of the scenes of the named disturbances."""
 
-NAMED_SPLIT = "named"
+THIN = ("chairs", "plants", "lamps", "cables", "rods")
+"""Kinds of scenes whose maps are attacked."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the study's flags."""
-    parser.add_argument(
-        "--split",
-        choices=[NAMED_SPLIT, *SPLITS],
-        default=NAMED_SPLIT,
-        help="which cases: one fault at a time (named), those that constants"
-        " are chosen on, or those that are reported",
-    )
-    parser.add_argument(
-        "--count", type=int, default=8, help="how many cases (8)"
-    )
-    parser.add_argument(
-        "--first", type=int, default=0, help="number of the first case (0)"
-    )
-    parser.add_argument(
-        "--jobs", type=int, default=2, metavar="N", help="at a time (2)"
-    )
+    case_study.add_arguments(parser, "true_maps", list(SPLITS))
     parser.add_argument(
         "--rods",
         action="store_true",
         help="measure how far thin rods are missed, in place of rooms",
-    )
-    parser.add_argument(
-        "--output",
-        type=Path,
-        default=Path("results/true_maps"),
-        metavar="DIR",
-        help="where results go; what is there is not done again",
     )
 
 
@@ -79,27 +58,49 @@ def cases(split: str, first: int, count: int) -> list[Case]:
     return [draw_case(seed) for seed in range(start, start + count)]
 
 
+def thin_cases(split: str, first: int, count: int) -> list[Case]:
+    """Returns cases among thin and curved things, whose maps are attacked.
+
+    Those of the split `named` have no fault.
+
+    Args:
+        split: Name of the split, or `named`.
+        first: Number of the first case.
+        count: How many.
+    """
+    numbers = range(first, first + count)
+    kinds = [THIN[i % len(THIN)] for i in numbers]
+    if split == NAMED_SPLIT:
+        return [
+            Case(1 + i, EXACT, kind=kind)
+            for i, kind in zip(numbers, kinds, strict=True)
+        ]
+    start = SPLITS[split]
+    return [
+        draw_case(start + i, kind)
+        for i, kind in zip(numbers, kinds, strict=True)
+    ]
+
+
+STUDY = CaseStudy(
+    "true_maps",
+    cases,
+    run_trial,
+    failed,
+    restored,
+    report.table,
+    report.summary,
+    attacked=thin_cases,
+    attack=attack_case,
+)
+
+
 def run(arguments: argparse.Namespace) -> int:
-    """Runs missing trials and prints what they show."""
-    for name, least in (("count", 1), ("first", 0), ("jobs", 0)):
-        if getattr(arguments, name) < least:
-            raise FieldError(
-                "true_maps", f"--{name}", f"must be at least {least}"
-            )
-    console = Console()
-    if arguments.rods:
-        console.print(rods.table(_rods(arguments.first, arguments.count)))
-        return 0
-    wanted = cases(arguments.split, arguments.first, arguments.count)
-    results = run_missing(
-        [Job(case, run_trial, failed) for case in wanted],
-        arguments.output / f"{arguments.split}.jsonl",
-        restored,
-        arguments.jobs,
-    )
-    console.print(report.table(results))
-    for line in report.summary(results):
-        console.print(line, highlight=False, soft_wrap=True)
+    """Runs missing trials, or maps rods, and prints what that shows."""
+    if not arguments.rods:
+        return STUDY.run(arguments)
+    STUDY.check(arguments)
+    Console().print(rods.table(_rods(arguments.first, arguments.count)))
     return 0
 
 

@@ -25,6 +25,7 @@ from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.reconstruction.pipeline import reconstruct
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.scene_map import SceneMap
 
 DIAMETERS = (0.004, 0.006, 0.008, 0.01, 0.012, 0.016)
 """Diameters of the rods [m]."""
@@ -160,8 +161,16 @@ def offline(capture: Capture) -> DistanceField:
     return SphereToEllipsoidField(made.splat)
 
 
-def live(capture: Capture, unseen_is_solid: bool) -> DistanceField:
-    """Makes the field of the map that grows while a robot moves."""
+def live(
+    capture: Capture, unseen_is_solid: bool, robot_free: Spheres | None = None
+) -> SceneMap:
+    """Makes the map that grows while a robot moves.
+
+    Args:
+        capture: The frames.
+        unseen_is_solid: Whether what nothing has seen is part of the map.
+        robot_free: The robot's spheres where it stands; None for none.
+    """
     return build_map(
         capture,
         MappingConfig(),
@@ -171,13 +180,14 @@ def live(capture: Capture, unseen_is_solid: bool) -> DistanceField:
         time=0.0,
         make_field=SphereToEllipsoidField,
         unseen_is_solid=unseen_is_solid,
-    ).field
+        robot_free=robot_free,
+    )
 
 
 MAPS: dict[str, Callable[[Capture], DistanceField]] = {
     "offline": offline,
-    "live": lambda capture: live(capture, False),
-    "live, unseen solid": lambda capture: live(capture, True),
+    "live": lambda capture: live(capture, False).field,
+    "live, unseen solid": lambda capture: live(capture, True).field,
 }
 """The maps that are made, by name."""
 

@@ -77,18 +77,25 @@ class Result:
 
     @property
     def is_runnable(self) -> bool:
-        """Whether `remosplat run` lets a robot use the map as it is.
-
-        That is at the usual stopping distance, in simulation.
-        """
-        least = self.verdict + MAP_ERROR_MARGIN
-        return not self.defects and least <= CollisionDamperConfig().stopping
+        """Whether `remosplat run` lets a robot use the map as it is."""
+        return not self.defects and is_runnable(self.verdict)
 
     @property
     def is_below(self) -> bool:
         """Whether the verdict is below the largest true error."""
         assert self.all is not None
         return self.all.worst > self.verdict
+
+
+def is_runnable(verdict: float) -> bool:
+    """Whether a robot may use a map at the usual stopping distance.
+
+    That is in simulation, as `remosplat run` decides it.
+
+    Args:
+        verdict: `remaining_error` of its quality report [m].
+    """
+    return verdict + MAP_ERROR_MARGIN <= CollisionDamperConfig().stopping
 
 
 def failed(case: Case, error: str) -> Result:

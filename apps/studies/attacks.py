@@ -1,0 +1,275 @@
+"""Runs that are aimed at the worst places of a map, judged by the truth.
+
+The hand is sent to true points of surfaces where the map, careful as it is, is
+most wrong: it goes as near as its controller believes that it may.
+"""
+
+import dataclasses as dc
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.simulation import run
+from remosplat_drake.app.target_config import TargetConfig
+from remosplat_drake.app.world import World
+from remosplat_drake.benchmark.methods import load_methods
+from remosplat_drake.benchmark.metrics import between_ticks
+from remosplat_drake.robot.robot_model import RobotModel
+
+METHOD, SECONDS = "ellipsoid-tuned", 10.0
+"""The benchmark's method that drives, and for how long [s]: guidance would not
+even set out for what cannot be reached."""
+
+QUERIES = 5_000
+"""Number of random points among which the worst places are looked for."""
+
+_APART = 0.1
+"""Distance of the places of one map from each other [m]."""
+
+_REACH = 0.5
+"""Distance up to which places are from the middle of the workspace, which the
+hand can get to [m]."""
+
+_PARTS = 3
+"""Parts of a tick, between which distances are measured as well."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Places:
+    """n true surface points and what a map is wrong by there.
+
+    Attributes:
+        p_W: The points, shape (n, 3) [m].
+        inward_W: Directions in which they are approached, shape (n, 3).
+        excess: By how much the distance that the robot works with exceeds the
+            true one before each, shape (n,) [m].
+        over: The same, of the map without its discs' uncertainty.
+    """
+
+    p_W: np.ndarray
+    inward_W: np.ndarray
+    excess: np.ndarray
+    over: np.ndarray
+
+    def reachable(self, start: np.ndarray, focus_W: np.ndarray) -> "Places":
+        """Returns the places that the hand may get to.
+
+        Args:
+            start: Where the base starts: x, y and more, shape (2..,) [m].
+            focus_W: Middle of the workspace, shape (3,) [m].
+        """
+        ahead_W = np.array([*(focus_W[:2] - start[:2]), 0])
+        near = np.linalg.norm(self.p_W - focus_W, axis=1) < _REACH
+        is_before = self.inward_W @ ahead_W > 0
+        return self._selected(near & (is_before | (self.inward_W[:, 2] < 0)))
+
+    def worst(self, count: int) -> list[int]:
+        """Returns the numbers of the worst places that are apart.
+
+        Args:
+            count: Largest number of places.
+        """
+        chosen: list[int] = []
+        for i in np.argsort(-self.excess, kind="stable").tolist():
+            away = np.linalg.norm(self.p_W[chosen] - self.p_W[i], axis=1)
+            if away.min(initial=np.inf) > _APART:
+                chosen.append(i)
+            if len(chosen) == count:
+                break
+        return chosen
+
+    def _selected(self, keep: np.ndarray) -> "Places":
+        return Places(
+            *(getattr(self, field.name)[keep] for field in dc.fields(self))
+        )
+
+    def X_WE(self, i: int) -> np.ndarray:
+        """The hand's pose at place i, z axis inward, shape (4, 4)."""
+        inward_W = self.inward_W[i]
+        across = np.cross(inward_W, np.eye(3)[np.abs(inward_W).argmin()])
+        across /= np.linalg.norm(across)
+        down = np.cross(inward_W, across)
+        X_WE = np.eye(4)
+        X_WE[:3, :3] = np.stack([across, down, inward_W], axis=1)
+        X_WE[:3, 3] = self.p_W[i]
+        return X_WE
+
+
+class Truth(Protocol):
+    """What is true of a scene."""
+
+    def judged(self, robot: RobotModel, q: np.ndarray) -> tuple[float, float]:
+        """Judges configurations (n, n_q).
+
+        Returns:
+            The robot's smallest true distance, and how deep it is in surfaces
+            that views saw [m].
+        """
+        ...
+
+
+@dc.dataclass(frozen=True)
+class Attack:
+    """What came of one run; all lengths in metres.
+
+    Attributes:
+        map: How the map was made; empty if there is one way only.
+        excess: By how much the distance that the robot works with exceeds the
+            true one at the place.
+        over: The same, of the map without its discs' uncertainty.
+        clearance: Smallest true distance of the robot in the run.
+        depth: How far it went into surfaces that were seen, at most; 0 for
+            not at all.
+        nearest: Smallest distance of the hand from the place.
+    """
+
+    map: str
+    excess: float
+    over: float
+    clearance: float
+    depth: float
+    nearest: float
+
+
+@dc.dataclass(frozen=True)
+class Attacks:
+    """What came of the runs on the maps of one case.
+
+    Attributes:
+        key: Name of the case.
+        runs: The runs.
+        refused: Maps that no robot is let use, each with the reason.
+        error: What went wrong; empty for nothing.
+    """
+
+    key: str
+    runs: tuple[Attack, ...] = ()
+    refused: tuple[str, ...] = ()
+    error: str = ""
+
+
+class Case(Protocol):
+    """A case of a study."""
+
+    @property
+    def key(self) -> str:
+        """Name of the case, unique."""
+        ...
+
+
+@dc.dataclass(frozen=True)
+class Aim:
+    """A case whose maps are attacked.
+
+    Attributes:
+        case: The case.
+        count: Largest number of runs on each map.
+    """
+
+    case: Case
+    count: int
+
+    @property
+    def key(self) -> str:
+        """Name of the case, and the number of runs on each map."""
+        return f"{self.case.key}, {self.count} places"
+
+
+def failed(aim: Aim, error: str) -> Attacks:
+    """Returns the result of an aim whose maps or runs failed."""
+    return Attacks(aim.key, error=error)
+
+
+def restored(fields: dict[str, Any]) -> Attacks:
+    """Returns the result that a line of a results' file holds."""
+    fields["runs"] = tuple(Attack(**run) for run in fields["runs"])
+    fields["refused"] = tuple(fields["refused"])
+    return Attacks(**fields)
+
+
+def attack_scenario() -> Scenario:
+    """Returns the scenario of a run, without a map and a target."""
+    scenario = load_methods([METHOD])[0].scenario
+    return dc.replace(scenario, time_limit=SECONDS)
+
+
+def attack(
+    scenario: Scenario,
+    world: World,
+    places: Places,
+    count: int,
+    truth: Truth,
+    name: str = "",
+) -> list[Attack]:
+    """Sends the robot to the worst places of a map.
+
+    Args:
+        scenario: What `attack_scenario` returns.
+        world: The robot, where it starts, and the map.
+        places: Places that it may get to.
+        count: Largest number of runs.
+        truth: Who judges the runs.
+        name: How the map was made.
+    """
+    robot, attacks = world.robot, []
+    for i in places.worst(count):
+        q = _driven(scenario, world, places.X_WE(i))
+        clearance, depth = truth.judged(robot, q)
+        p_WE = np.array([robot.end_effector_pose(each)[:3, 3] for each in q])
+        attacks.append(
+            Attack(
+                name,
+                float(places.excess[i]),
+                float(places.over[i]),
+                clearance,
+                depth,
+                float(np.linalg.norm(p_WE - places.p_W[i], axis=1).min()),
+            )
+        )
+    return attacks
+
+
+def _driven(scenario: Scenario, world: World, X_WE: np.ndarray) -> np.ndarray:
+    """Configurations of a run towards a pose, at ticks and between."""
+    target = TargetConfig(X_WE[:3, 3].tolist(), rotation=X_WE[:3, :3].tolist())
+    scenario = dc.replace(scenario, targets=[target])
+    q = run(build(scenario, world)).trajectory.q
+    between = between_ticks(q, _PARTS).reshape(-1, q.shape[1])
+    return np.concatenate([q, between])
+
+
+def summary(results: Sequence[Attacks]) -> list[str]:
+    """Words what came of all runs, a line each."""
+    runs = [each for result in results for each in result.runs]
+    refused = [reason for result in results for reason in result.refused]
+    lines = [f"{len(runs)} runs aimed at the worst places of maps"]
+    if refused:
+        lines.append(f"{len(refused)} maps that no robot is let use")
+    lines += [
+        f"{r.key}: {r.error.splitlines()[-1]}" for r in results if r.error
+    ]
+    for name in dict.fromkeys(each.map for each in runs):
+        of_map = [each for each in runs if each.map == name]
+        if name:
+            lines.append(f"{name}: {len(of_map)} runs")
+        lines += _described(of_map)
+    return lines
+
+
+def _described(runs: Sequence[Attack]) -> list[str]:
+    """Words what came of runs on maps of one kind."""
+    touched = sum(a.clearance <= 0 for a in runs)
+    seen = sum(a.depth > 0 for a in runs)
+    clearance = 1e3 * np.array([a.clearance for a in runs])
+    nearest = 1e3 * np.median([a.nearest for a in runs])
+    return [
+        f"touches: {touched}, of surfaces that two views saw well: {seen}",
+        f"true clearance: {clearance.min():.1f} mm at least,"
+        f" {np.median(clearance):.1f} mm (median)",
+        f"over-estimates there: {1e3 * max(a.over for a in runs):.1f} mm at"
+        f" most, less uncertainty {1e3 * max(a.excess for a in runs):.1f} mm;"
+        f" the hand came as near as {nearest:.0f} mm (median)",
+    ]
