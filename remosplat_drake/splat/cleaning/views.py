@@ -95,7 +95,7 @@ def read_views(path: Path) -> Views:
         path: The file.
 
     Raises:
-        FileError: The file is missing or no JSON.
+        FileError: The file is missing or not JSON.
         FieldError: A field is missing or unusable; the error names it.
     """
     document = read_json_object(path)
