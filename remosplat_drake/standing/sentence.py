@@ -1,4 +1,4 @@
-"""How things stand with the robot, as one sentence: a pure function."""
+"""Formats the robot's state as one sentence; a pure function."""
 
 import dataclasses as dc
 import math
@@ -20,14 +20,14 @@ from remosplat_drake.standing.hold import Hold
 from remosplat_drake.task.target_sequence import TargetProgress
 
 CIRCLING = 10.0
-"""Time without coming nearer after which a robot that moves says so [s]."""
+"""Time without progress after which the sentence reports it [s]."""
 
 _ADVICE = {
     things.UNSEEN: "add a frame that sees it",
     stands.VERIFICATION: "there would be no way to stop in time",
     stands.NOTHING: "nothing is in the way, it may be out of reach",
 }
-"""What to add about a cause, for people who wonder."""
+"""Advice that is added for a cause."""
 
 _NEAR = 0.1
 """Distance below which millimetres and degrees matter [m]."""
@@ -35,11 +35,11 @@ _NEAR = 0.1
 
 @dc.dataclass(frozen=True, eq=False)
 class Situation:
-    """All that the sentence is made from.
+    """The inputs of the sentence.
 
     Attributes:
         error: The error from the end effector to the present target; of
-            several, from the one to which most is left.
+            several, the largest error.
         target: That target; None: a pose.
         effector: Name of that end effector; empty for an only one.
         beside_line: How far the end effector is beside the target's line [m];
@@ -47,8 +47,7 @@ class Situation:
         is_there: Whether the end effector has arrived at the target.
         hold: What holds the robot; None while it moves.
         no_nearer_for: Time since the robot last came nearer to the target [s].
-        progress: How far along the targets the robot is; None if nobody
-            counts them.
+        progress: Progress along the targets; None if they are not counted.
         supervision: State of the safety supervisor; None without one.
         selection: What guidance has chosen; None without guidance.
     """
@@ -66,11 +65,11 @@ class Situation:
 
 
 def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
-    """Says in one sentence how things stand with the robot.
+    """Describes the robot's state in one sentence.
 
     Args:
-        now: What is known.
-        robot: Description of the robot, which knows what its links are called.
+        now: The inputs.
+        robot: Description of the robot, with the display names of its links.
     """
     distance = now.error.distance
     supervision = now.supervision
@@ -96,14 +95,14 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
 
 
 def at_end(standing: Standing, why: str) -> Standing:
-    """Says how things stood when a run ended.
+    """Describes the robot's state at the end of a run.
 
     Args:
-        standing: How things stood last.
+        standing: The last state.
         why: Why the run ended: "reached", "time limit", "interrupted".
     """
     if why == stands.REACHED:
-        # Targets that are not ours may know better where they end.
+        # Targets of other packages may define the end differently.
         text = standing.text if standing.kind == why else stands.REACHED
         return dc.replace(standing, kind=stands.REACHED, text=text)
     if standing.kind not in (stands.MOVING, stands.HELD):
@@ -113,7 +112,7 @@ def at_end(standing: Standing, why: str) -> Standing:
 
 
 def _waits_for(supervision: SupervisorState | None) -> str:
-    """What a start waits for; empty if it does not."""
+    """Returns what a start waits for; empty if nothing."""
     if supervision is None or supervision.mode != STARTING:
         return ""
     return supervision.reason
@@ -183,9 +182,9 @@ def _on_the_way(now: Situation) -> str:
 
 
 def _away(now: Situation) -> str:
-    """How far the target is: "0.52 m", or nearby "12 mm and 4 deg".
+    """Formats the error to the target: "0.52 m", or nearby "12 mm and 4 deg".
 
-    What it does not ask for is not spoken of.
+    Free directions are omitted.
     """
     error, target = now.error, now.target
     if not error.distance < _NEAR:
@@ -210,7 +209,7 @@ def _reached(progress: TargetProgress) -> str:
 
 
 def _way(selection: Selection | None) -> str:
-    """What guidance knows of another way."""
+    """Returns what guidance has found about another way."""
     if selection is None:
         return ""
     if selection.missing:

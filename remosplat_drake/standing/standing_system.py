@@ -1,4 +1,4 @@
-"""`StandingSystem`: says on a port how things stand with the robot."""
+"""`StandingSystem`: an output port with the robot's state in one sentence."""
 
 import dataclasses as dc
 from functools import partial
@@ -28,7 +28,7 @@ from remosplat_drake.standing.stillness import Stillness, observe
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 LOOK = 0.1
-"""Time between two looks [s]."""
+"""Time between two updates [s]."""
 
 PAUSE = 1.0
 """Time of standing still after which the robot is held [s]."""
@@ -36,7 +36,7 @@ PAUSE = 1.0
 
 @dc.dataclass(frozen=True, eq=False)
 class _Memory:
-    """State between two looks; copying returns the object itself."""
+    """State between two updates; copying returns the object itself."""
 
     standing: Standing = NOT_STARTED
     stillness: Stillness | None = None
@@ -47,7 +47,7 @@ class _Memory:
 
 
 class StandingSystem(LeafSystem):
-    """Says in one sentence how things stand with the robot.
+    """Describes in one sentence what the robot is doing and why.
 
     .. pydrake_system::
 
@@ -62,10 +62,9 @@ class StandingSystem(LeafSystem):
         output_ports:
         - standing
 
-    It looks ten times a second, and in between the sentence stays. A robot
-    that has not left its place for a second is held, and keeps being held
-    until it leaves it: the sentence does not flicker. All times are the
-    diagram's own.
+    The sentence is updated ten times a second. A robot that has not moved for a
+    second counts as held until it moves again, so the sentence does not
+    flicker. All times are by the diagram's clock.
 
     `configuration` takes the measured q, `report` the controller's
     `TickReport`, `distance_field` the oracle's `DistanceField`, `progress` a
@@ -76,7 +75,7 @@ class StandingSystem(LeafSystem):
         robot: The robot.
         arrival: When a target counts as reached.
         period: Control period [s].
-        floor_height: Height in W below which what is seen is the floor [m].
+        floor_height: Height in W below which everything is the floor [m].
         truth: The true scene, whose solids have names; None if unknown.
     """
 
@@ -113,8 +112,8 @@ class StandingSystem(LeafSystem):
             self._calc_standing,
             {self.abstract_state_ticket(self._memory_index)},
         )
-        # At every tick, though most of them do nothing: another period would
-        # put instants of its own between the ticks.
+        # At every tick, though most events do nothing: another period would add
+        # event times between the ticks.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
 
     @staticmethod
@@ -134,7 +133,7 @@ class StandingSystem(LeafSystem):
         return system
 
     def latest(self, context: Context) -> Standing:
-        """Returns how things stood at the latest look.
+        """Returns the state at the latest update.
 
         Args:
             context: The system's own context.
@@ -142,7 +141,7 @@ class StandingSystem(LeafSystem):
         return self._memory(context).standing
 
     def now(self, context: Context) -> Standing:
-        """Looks at once, without remembering it.
+        """Computes the current state without storing it.
 
         Args:
             context: The system's own context.
@@ -170,7 +169,7 @@ class StandingSystem(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(looked)
 
     def _looked(self, context: Context) -> _Memory:
-        """What is remembered after a look."""
+        """Returns the memory after an update."""
         memory, time = self._memory(context), context.get_time()
         q = np.array(self._configuration_input.Eval(context))
         report = self._report_input.Eval(context)
