@@ -127,7 +127,7 @@ BAD_TUM = [
     (replace("groundtruth.txt", "1 0 0 0 0 0 0 1"), "at least two poses"),
     (
         replace("groundtruth.txt", "1 0 0 0 0 0 0 0\n2 0 0 0 0 0 0 1"),
-        "no rotation: a quaternion is zero",
+        "not a rotation: the quaternion is zero",
     ),
     (
         replace("groundtruth.txt", "1 nan 0 0 0 0 0 1\n2 0 0 0 0 0 0 1"),
@@ -140,7 +140,7 @@ BAD_TRAJECTORY_LOG = [
     (cut("trajectory.log", 0.7), "expected"),
     (replace("depth/00003.png", None), "4 colour but 3 depth images"),
     (replace("camera_primesense.json", "{}"), "camera_primesense.json: expec"),
-    (replace("camera_primesense.json", "[1"), "camera_primesense.json: no JS"),
+    (replace("camera_primesense.json", "[1"), "camera_primesense.json: not JS"),
 ]
 BAD_STRAY_SCANNER = [
     (replace("depth/000001.png", None), r"000001\.png: no such file"),

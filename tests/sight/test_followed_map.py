@@ -141,7 +141,7 @@ def test_another_map_of_that_number_does_not_count(session):
     assert loop.followed.at(loop.now) is loop.own
     loop.say(0, "another")
     loop.followed.at(loop.now)
-    assert loop.followed.trouble == "the control loop began with another map"
+    assert loop.followed.trouble == "the control loop started with another map"
     loop.say(1)
     loop.until(lambda: loop.followed.version == 1)
     assert not loop.followed.trouble
