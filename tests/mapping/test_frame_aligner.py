@@ -144,5 +144,5 @@ def test_a_bare_floor_does_not_say_where_the_world_is(frames):
     aligner = FrameAligner(EXPECTED)
     # A flat wall across the view has sides in one direction only.
     tracked = aligner.track(frames.frame(0, bare))
-    assert "too little that stands upright" in tracked.problem
+    assert "too few upright surfaces" in tracked.problem
     assert aligner.track(frames.frame(1)).problem == ""
