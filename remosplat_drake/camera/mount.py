@@ -1,4 +1,4 @@
-"""`CameraMount`: where the camera is, and what it sees of its own robot."""
+"""`CameraMount`: the camera's pose on the robot, and the robot's mask."""
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -30,14 +30,14 @@ class CameraMount:
         margin: float = 0.02,
         field: str = "wrist_camera.frame",
     ):
-        """Looks the frame up in the robot's model.
+        """Finds the frame in the robot's model.
 
         Args:
             robot: The robot that carries the camera.
             X_FC: The hand-eye transform.
             frame: Name of the frame F in the robot's model.
             margin: How much the robot's spheres are inflated to hide it [m].
-            field: The field that errors about the frame blame.
+            field: The field that errors about the frame name.
 
         Raises:
             FieldError: The robot has no such frame.
@@ -74,11 +74,11 @@ class CameraMount:
         return robot_mask(spheres, K, self.pose(q), depth, self.margin)
 
     def frame(self, image: RgbdImage, q: np.ndarray) -> Frame:
-        """Gives an image its pose, hides the robot and undoes distortion.
+        """Adds the pose to an image, masks the robot and removes distortion.
 
         Args:
-            image: What the camera saw.
-            q: The robot's configuration when it did, shape (n_q,).
+            image: The camera's image.
+            q: The robot's configuration at that time, shape (n_q,).
         """
         rgb, depth, outside = image.rgb, image.depth, None
         if image.distortion not in (None, Distortion()):

@@ -1,4 +1,4 @@
-"""`PackedMovers`: what moved at a tick, as numbers that take little memory."""
+"""`PackedMovers`: the movers at a tick, as compact arrays."""
 
 import dataclasses as dc
 from collections.abc import Iterable, Sequence
@@ -21,7 +21,7 @@ class PackedMovers:
     """`Movers` as numbers, without the cameras that found them.
 
     Attributes:
-        stamp: When they were where they are said to be [s].
+        stamp: Time of their poses [s].
         names: The names of k movers.
         rows: Their numbers, shape (k, 26).
     """
@@ -62,7 +62,7 @@ def mover_of(name: str, row: np.ndarray) -> Mover:
         row: Its numbers, shape (26,).
 
     Raises:
-        FieldError: A number is unusable.
+        FieldError: A number is invalid.
     """
     half_extents, radius, R_WM, p_WM, v_WM, w_WM, bounds = np.split(
         row, np.cumsum(_LENGTHS)[:-1]
@@ -79,7 +79,7 @@ def mover_of(name: str, row: np.ndarray) -> Mover:
 
 
 class PackedTicks(Sequence[Movers]):
-    """What moved at each of T ticks; an element is unpacked when it is read."""
+    """The movers at each of T ticks; an element is unpacked on access."""
 
     def __init__(self, ticks: Iterable[PackedMovers]):
         """Takes the movers of the ticks, packed.

@@ -12,7 +12,7 @@ from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
 
 class TickTable:
-    """Keeps of each `TickReport` the numbers that a run is judged by.
+    """Stores the numbers of each `TickReport` that metrics need.
 
     A tick takes about 250 bytes here, and each mover of a new message 208.
     The report, with all clearances, takes a hundred times as much and is not
@@ -59,7 +59,7 @@ class TickTable:
         Args:
             report: The controller's report.
             executed: The command as a supervisor let it pass, shape (n_u,).
-            movers: What moved; None at all ticks of a run without movers.
+            movers: The movers; None at all ticks of a run without movers.
         """
         separation = report.separation
         margin = np.nan if separation is None else separation.margin
@@ -88,7 +88,7 @@ class TickTable:
             column.append(timings.get(phase, np.nan))
 
     def forget_before(self, time: float) -> None:
-        """Forgets the oldest ticks.
+        """Removes the oldest ticks.
 
         Args:
             time: Time of the first tick that is kept, or any before [s].

@@ -1,4 +1,4 @@
-"""`TrajectoryRecorder`: keeps the ticks of a run in memory, as numbers."""
+"""`TrajectoryRecorder`: stores the ticks of a run in memory, as numbers."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -26,17 +26,17 @@ class TrajectoryRecorder(LeafSystem):
         - velocity_executed (optional)
         - movers (optional)
 
-    It publishes once a control period and puts each new `TickReport` into a
-    `TickTable`, and with it what a supervisor made of its command
-    (`velocity_executed`), and the `Movers`; another simulation starts over.
-    Of the reports themselves only the latest is kept.
+    It publishes once a control period and adds each new `TickReport` to a
+    `TickTable`, together with the executed command (`velocity_executed`) and
+    the `Movers`; another simulation starts over. Of the reports themselves only
+    the latest is kept.
 
     Args:
         n_q: Length of the configuration.
         n_u: Length of the command.
         period: Control period [s].
-        keep: Age at which ticks are forgotten [s]; None keeps all, and
-            memory grows with the run, by some hundred bytes a tick.
+        keep: Age at which ticks are removed [s]; None keeps all, and memory
+            grows with the run, by some hundred bytes a tick.
 
     Attributes:
         ticks: All ticks that are kept.
@@ -83,9 +83,9 @@ class TrajectoryRecorder(LeafSystem):
             builder: Builder of the diagram.
             configuration: The measured configuration q.
             report: The controller's `TickReport`.
-            executed: The command u that the station gets, where it may
-                differ from the controller's.
-            movers: The `Movers`, where anything moves.
+            executed: The command u of the station, if it may differ from the
+                controller's.
+            movers: The `Movers`, if there are any.
             **arguments: The arguments of `TrajectoryRecorder`.
         """
         recorder = builder.AddSystem(TrajectoryRecorder(**arguments))

@@ -1,6 +1,6 @@
 """Colour and depth images of a splat through any pinhole camera (numba).
 
-No GPU and no training framework is needed to look at a reconstruction. Pixel
+Neither a GPU nor a training framework is needed to view a reconstruction. Pixel
 for pixel these images equal those of `splat_image_reference.render`.
 """
 

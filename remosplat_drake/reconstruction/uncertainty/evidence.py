@@ -1,4 +1,4 @@
-"""How well depth images together know the place of each disc of a splat."""
+"""Computes the uncertainty of discs from the noise of all depth images."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The process that writes an MCAP file: `serve` is all that runs in it."""
+"""The process that writes an MCAP file, run by `serve`."""
 
 import contextlib
 import dataclasses as dc
@@ -32,7 +32,7 @@ LARGEST = 1 << 20
 """Size of the largest packet with a tick [bytes]."""
 
 _ROUND = 0.02
-"""Time between two looks at the camera's wire [s]."""
+"""Time between two polls of the camera's channel [s]."""
 
 _TRANSFORMS, _IMAGES = 1 / 30, 1 / 5
 """Least time between two transforms, and between two images, in a file [s]."""
@@ -46,7 +46,7 @@ class RecordingJob:
         path: The file.
         limit: Size from which on nothing is added [bytes].
         robot: The robot.
-        camera: Where the wrist camera's images are heard; None for none.
+        camera: Source of the wrist camera's images; None for none.
     """
 
     path: Path
@@ -61,8 +61,8 @@ def serve(
     """Writes ticks and images until the other end of `ticks` is closed.
 
     Args:
-        connection: Tells the parent that the file was begun, with an empty
-            text, or why it was not; and then each new trouble.
+        connection: Sends the parent an empty text when the file was started, or
+            the reason why not; and then each new problem.
         ticks: Pairs of a number of ticks left out so far and a `TickRecord`,
             pickled, one a packet; an empty packet is the end.
         job: What to write.
@@ -93,7 +93,7 @@ def serve(
 
 
 class _Recording:
-    """Sorts what comes into the file."""
+    """Writes received data to the file."""
 
     def __init__(self, job: RecordingJob, file: McapFile):
         self._job, self._file = job, file
@@ -106,7 +106,7 @@ class _Recording:
             self._inbox = Inbox(job.camera.open_camera_lcm(), names)
 
     def round(self, ticks: socket.socket) -> bool:
-        """Writes what has come; returns whether more may come."""
+        """Writes received data; returns whether more may follow."""
         if self._inbox is not None:
             for _, packet in self._inbox.fetch():
                 self._picture(packet)
@@ -133,7 +133,7 @@ class _Recording:
             add(Message("/recorder", "remosplat.Recorder", content))
 
     def _complain(self, text: str) -> None:
-        """Notes a broken image, unless the latest one broke likewise."""
+        """Records a broken image, unless the previous one broke likewise."""
         if text != self._complaint:
             self._complaint = text
             self._file.add(log(Event(time.time(), TROUBLE, text)))
