@@ -77,9 +77,9 @@ class ChildProcess:
     """A daemon process with a pipe, started by multiprocessing's spawn.
 
     Its numerical libraries use one thread. Its scheduling policy is
-    SCHED_OTHER, whatever the policy of the starting thread; it may be niced,
-    and ignores Ctrl-C (SIGINT), which its parent handles. Its target must
-    return when the pipe is closed (EOFError).
+    SCHED_OTHER, independent of the starting thread; it may be niced, and
+    ignores Ctrl-C (SIGINT), which its parent handles. Its target must return
+    when the pipe is closed (EOFError).
 
     Attributes:
         connection: The parent's end of the pipe; None while no process runs or

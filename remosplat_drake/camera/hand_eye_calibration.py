@@ -146,8 +146,7 @@ def _gauss_newton_step(
 
 
 def _similar_pairs(capture: Capture, seed: int) -> np.ndarray:
-    """Returns neighbours with similar directions and little occlusion, (m,
-    2)."""
+    """Returns neighbours with similar directions, (m, 2)."""
     a, b = measure_overlap(capture, seed).pairs.T
     axes = capture.X_WC[:, :3, 2]
     similar = (axes[a] * axes[b]).sum(axis=1) > _MIN_COSINE

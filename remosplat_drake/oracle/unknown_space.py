@@ -65,7 +65,7 @@ class UnknownSpaceField(DistanceField):
         self.revision = f"unknown-space-{digest.hexdigest()[:16]}"
         grid = _prepare(unseen) if prepared is None else prepared
         for array in grid.values():
-            # One signature for the kernel, whatever the origin of the arrays.
+            # One signature for the kernel, for arrays of any origin.
             array.flags.writeable = False
         self._octree = VoxelOctree(
             grid["unseen"],

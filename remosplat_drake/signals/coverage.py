@@ -1,4 +1,4 @@
-"""`Coverage`: which part of the robot's workspace the cameras have seen."""
+"""`Coverage`: the part of the robot's workspace that cameras have seen."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""`Standing`: what a robot is doing and why, in one sentence and its parts."""
+"""`Standing`: a robot's state and its cause, in one sentence and its parts."""
 
 import dataclasses as dc
 

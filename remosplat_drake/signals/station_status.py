@@ -1,4 +1,4 @@
-"""`StationStatus`: how fresh a station's measurements are, and its mode."""
+"""`StationStatus`: the age of a station's measurements, and its mode."""
 
 import dataclasses as dc
 import math

@@ -1,4 +1,4 @@
-"""`find_hold`: what holds a robot that stands still, and where."""
+"""`find_hold`: the cause that holds a robot at standstill, and its place."""
 
 import dataclasses as dc
 from collections.abc import Callable

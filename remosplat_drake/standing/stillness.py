@@ -1,4 +1,4 @@
-"""`Stillness`: how long the robot has stood still or made no progress."""
+"""`Stillness`: duration of the robot's standstill or lack of progress."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""`ArrivalConfig`: when a target counts as reached (success rule)."""
+"""`ArrivalConfig`: the rule by which a target counts as reached."""
 
 import dataclasses as dc
 import math

@@ -1,4 +1,4 @@
-"""How Numba compiles the kernels of this package.
+"""Compilation of the kernels of this package with Numba.
 
 A `kernel` is compiled by itself and kept on disk; a `helper` is compiled into
 the kernels that call it.

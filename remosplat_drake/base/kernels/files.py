@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: one file for each, named by its content.
+"""Files of compiled kernels: one for each, named by its content.
 
 A file is named by what the kernel contains, the types of its arguments and the
 processor that it is compiled for. So a file is never out of date, and folders

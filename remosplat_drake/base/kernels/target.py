@@ -1,4 +1,4 @@
-"""Which processor kernels are compiled for.
+"""The processor for which kernels are compiled.
 
 On x86-64 it is the level v3 (AVX2, FMA), if the processor supports it, and not
 the processor itself. Such kernels are as fast within a few percent, and their

@@ -1,6 +1,6 @@
 """`Session`: the frames and maps of a place, and which of them are in use.
 
-`mapping.store` lists the files of a session's folder, and who writes them.
+`mapping.store` lists the files of a session's folder, and their writers.
 """
 
 import dataclasses as dc

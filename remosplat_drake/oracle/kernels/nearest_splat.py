@@ -236,7 +236,7 @@ def _nearer(tree, place, p, floor, best):
     distance -= uncertainty
     if distance < best[0]:
         return distance, place, x
-    # A tie goes to the lowest index, whatever the order of the visits.
+    # A tie goes to the lowest index, in any order of the visits.
     tie = distance == best[0] and best[1] >= 0
     if tie and tree.order[place] < tree.order[best[1]]:
         return distance, place, x

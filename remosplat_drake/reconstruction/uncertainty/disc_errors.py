@@ -19,7 +19,7 @@ from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _AGREE = 0.01
-"""Difference of depths up to which a view sees a disc, whatever the noise
+"""Difference of depths up to which a view sees a disc, independent of noise
 [m]."""
 
 _STEEPEST = 0.1

@@ -17,7 +17,7 @@ _WINDOW = (0.006, 0.05)
 """Least and largest radius of the window around a disc [m]."""
 
 _TOLERANCE = 0.004
-"""Heights over a disc that belong to it whatever the noise [m]."""
+"""Heights over a disc that belong to it, independent of noise [m]."""
 
 
 def noise_of_means(

@@ -92,7 +92,7 @@ def find_groups(
     Two neighbours touch if their shapes of `REACH` standard deviations meet
     along the line between the centres: a needle reaches far along its axis, and
     not at all across. A disc counts as a ball. So a chain of small splats is
-    one group, whatever their orientations.
+    one group, for any orientations.
 
     Args:
         splat: At least one splat.
