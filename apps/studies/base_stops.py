@@ -1,11 +1,11 @@
-"""How soon a base is missed that stops unnoticed, and how often another is.
+"""Measures detection times of unreported stops of a base, and false alarms.
 
     python -m apps.studies.base_stops --hours 10
 
 Bases are driven at random in pure simulation, a minute each. Each follows its
-commands by a delay, a lag and a scale of its own; its odometry is noisy, is
-stamped by a busy computer and is lost at times. The judge is the residual that
-stops the robot.
+commands with its own delay, lag and scale; its odometry is noisy, is stamped by
+a busy computer and is lost at times. The detector is the residual that stops
+the robot.
 """
 
 import argparse
@@ -56,7 +56,7 @@ class Base:
     Attributes:
         delay: Time from a command to the wheels [s].
         lag: Time constant of the wheels [s].
-        scale: Speeds as shares of those that were meant, shape (2,).
+        scale: Speeds as shares of the commanded ones, shape (2,).
     """
 
     delay: float
@@ -81,7 +81,7 @@ class Drive:
         path: The commands.
         stamp: Stamps of the odometry, shape (k,) [s].
         pose: x, y, yaw by it, shape (k, 3) [m, m, rad].
-        speed: Speeds that it tells, measured ten times a second, shape (k, 2)
+        speed: Speeds that it reports, measured ten times a second, shape (k, 2)
             [m/s, rad/s].
     """
 

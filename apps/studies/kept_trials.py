@@ -1,4 +1,4 @@
-"""Trials of a study whose results are kept, one a line, and not done again."""
+"""Runs trials of a study, and stores each result as a line of a file."""
 
 import dataclasses as dc
 import json
@@ -52,7 +52,7 @@ def run_missing(
 def read_results(path: Path, restore: Restore) -> dict[str, Any]:
     """Reads the results of earlier runs, by key; errors are tried again.
 
-    A line that a kill has torn is left out.
+    An incomplete line is ignored.
 
     Args:
         path: A file of results, one a line; it need not exist.
