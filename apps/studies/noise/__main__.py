@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--quick",
         action="store_true",
-        help=f"{QUICK_STATES} states and {QUICK_STARTS} start; overrides other flags",
+        help=f"{QUICK_STATES} states and {QUICK_STARTS} start, for a quick try",
     )
     parser.add_argument(
         "--output",

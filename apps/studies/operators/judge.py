@@ -1,8 +1,8 @@
 """Evaluates a session of teleoperation with the truth, at every tick.
 
 mapped: surfaces that the frames of the map measured and that still exist.
-scene: all there is, but for what nobody has seen since it came. Where what no
-camera has seen is free, a robot may touch that: it is told apart.
+scene: the whole scene, except new things that no camera has seen. If unseen
+    space is free, a robot may touch these, so they are counted separately.
 """
 
 from pathlib import Path
