@@ -19,8 +19,7 @@ import numpy as np
 
 from apps.studies.command_line import study_main
 from remosplat_drake.base.atomic_file import write_atomically
-from remosplat_drake.base.errors import FieldError
-from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.table import Table
 from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.robot.fitting.mesh_truth import NEAR, is_inside
@@ -99,9 +98,13 @@ class Meshes:
             source: The robot's file.
 
         Raises:
-            RemoSplatError: It, or a mesh, cannot be read.
+            RemoSplatError: It, or a mesh, cannot be read, or FCL is missing.
         """
-        fcl = import_optional("fcl", "this study (pip install python-fcl)", "")
+        try:
+            import fcl
+        except ModuleNotFoundError as error:
+            problem = "true_shapes needs python-fcl: pip install python-fcl"
+            raise RemoSplatError(problem) from error
         packages = Packages(source, {})
         urdf, _ = read_robot(source, packages, {}, Findings())
         for link in urdf.links.values():
@@ -129,6 +132,11 @@ class Meshes:
         self, links: tuple[str, str], X_WA: np.ndarray, X_WB: np.ndarray
     ) -> float:
         """Measures how far two links are apart [m].
+
+        Args:
+            links: Names of the links.
+            X_WA: Pose of the first, shape (4, 4).
+            X_WB: Pose of the second, shape (4, 4).
 
         Returns:
             The distance; zero where they cut each other, or one is in the

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-pytest.importorskip("coacd")
-
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.fitting.convex_pieces import (
     convex_piece,
@@ -17,6 +15,9 @@ from remosplat_drake.robot.fitting.decomposition import (
     decompose,
 )
 from remosplat_drake.robot.fitting.enclosure import standing_out
+from tests.optional import needs_coacd
+
+pytestmark = needs_coacd
 
 
 def bracket() -> np.ndarray:
@@ -25,7 +26,7 @@ def bracket() -> np.ndarray:
         [[0, 0], [0.3, 0], [0.3, 0.1], [0.1, 0.1], [0.1, 0.3], [0, 0.3]]
     )
     lower = np.column_stack([corners, np.zeros(6)])
-    upper = lower + [0, 0, 0.1]
+    upper = lower + np.array([0, 0, 0.1])
     # Every corner of an L is seen from the one outside its bend.
     floor = [lower[[0, i + 1, i]] for i in range(1, 5)]
     roof = [upper[[0, i, i + 1]] for i in range(1, 5)]

@@ -9,8 +9,6 @@ the bend: in the convex hull of the upper arm.
 import numpy as np
 import pytest
 
-pytest.importorskip("coacd")
-
 from remosplat_drake.robot.fitting.convex_pieces import convex_piece
 from remosplat_drake.robot.fitting.decomposition import decompose
 from remosplat_drake.robot.fitting.mesh_truth import MeshTruth, is_inside
@@ -20,7 +18,10 @@ from remosplat_drake.robot.self_collision.shapes import (
     CollisionShapes,
     ConvexShape,
 )
+from tests.optional import needs_coacd
 from tests.robot.conftest import THREE_LINK
+
+pytestmark = needs_coacd
 
 LINKS = ("upper_arm", "wrist")
 
@@ -45,21 +46,24 @@ def upper_arm() -> np.ndarray:
     return np.concatenate([bar, post])
 
 
-@pytest.fixture(scope="module")
-def truth(upper_arm) -> MeshTruth:
-    rng = np.random.default_rng(5)
-    p = rng.standard_normal((2000, 3))
+def truth_in(states: np.ndarray, upper_arm: np.ndarray) -> MeshTruth:
+    p = np.random.default_rng(5).standard_normal((2000, 3))
     ball = 0.03 * p / np.linalg.norm(p, axis=1, keepdims=True)
-    surfaces = {
-        "upper_arm": upper_arm,
-        "wrist": convex_piece(ball, 0.0).surface,
-    }
-    states = np.vstack([BENT, rng.uniform([-2, -2.5, -3], [2, 2.5, 3], (50, 3))])
+    wrist = convex_piece(ball, 0.0).surface
+    surfaces = {"upper_arm": upper_arm, "wrist": wrist}
     return MeshTruth(load_robot(THREE_LINK), surfaces, states)
 
 
-def test_a_hull_over_a_bend_is_wrong_by_what_it_bridges(upper_arm, truth):
+@pytest.fixture(scope="module")
+def truth(upper_arm) -> MeshTruth:
+    rng = np.random.default_rng(5)
+    drawn = rng.uniform([-2, -2.5, -3], [2, 2.5, 3], (50, 3))
+    return truth_in(np.vstack([BENT, drawn]), upper_arm)
+
+
+def test_a_hull_over_a_bend_is_wrong_by_what_it_bridges(upper_arm):
     (hull,) = decompose(upper_arm, np.inf)
+    truth = truth_in(BENT[None], upper_arm)
     shapes = CollisionShapes(LINKS, (ConvexShape(hull.vertices), BALL))
     error = truth.worst_errors(shapes, ACCURACY)[LINKS]
     # The nearest samples of two surfaces are a little farther apart.

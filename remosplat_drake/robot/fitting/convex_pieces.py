@@ -185,7 +185,7 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
 
     Args:
         p: Points, shape (n, 3) [m].
-        tolerance: How far a point may be outside [m].
+        tolerance: How far a point may be outside [m]; 0 keeps all corners.
 
     Raises:
         RemoSplatError: The points are flat, or too few.
@@ -193,6 +193,8 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
     whole = _hull(p)
     if whole is None:
         raise RemoSplatError("its points are flat, or too few for a solid")
+    if tolerance <= 0.0:
+        return _oriented(whole)
     p = p[whole.vertices]
     heights = p @ np.vstack([np.eye(3), -np.eye(3), _DIAGONALS]).T
     chosen = list(dict.fromkeys(heights.argmax(axis=0).tolist()))
@@ -217,6 +219,7 @@ def stretched(piece: ConvexPiece, p: np.ndarray, slack: float) -> ConvexPiece:
         p: Points that it is to hold, shape (n, 3) [m].
         slack: How deep in the piece they lie then at least [m].
     """
+    p = p[ConvexHull(p).vertices]
     center = piece.vertices.mean(axis=0)
     axes = np.linalg.svd(piece.vertices - center, full_matrices=False)[2]
     along = (piece.vertices - center) @ axes.T

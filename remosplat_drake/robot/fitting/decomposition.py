@@ -2,32 +2,37 @@
 
 CoACD (Wei et al., SIGGRAPH 2022) cuts a mesh until no point of a part's convex
 hull is farther from the part than a threshold, which is the error that
-distances have. It may drop, close or thicken what is no proper solid, so that
-its parts need not hold the whole mesh. What they miss is added to the nearest;
-the pieces that come out enclose every triangle.
+distances have. It closes, drops or thickens what is no proper solid, so that
+its parts are not quite the mesh's. They tell where to cut: every triangle is
+cut until each bit lies in a part, or is small, and the pieces are the hulls of
+what belongs to each part.
 """
 
 import numpy as np
+
+# CoACD brings parts of a C++ library that Drake needs its own of: where CoACD
+# is loaded first, Drake reads no file any more.
+import pydrake.common  # noqa: F401
 from scipy.spatial import ConvexHull, QhullError
 
-from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.system_libraries import import_optional
 from remosplat_drake.robot.fitting.convex_pieces import (
     ConvexPiece,
     convex_piece,
     stretched,
 )
-from remosplat_drake.robot.fitting.enclosure import in_four, standing_out
+from remosplat_drake.robot.fitting.enclosure import in_four
 
 SLACK = 5e-4
 """How far corners that a piece does without may be outside it [m]. Pieces are
 stretched by what this takes, so that they enclose all in the end."""
 
-_ROUNDING = 2e-6
-"""By how much pieces enclose what they hold, as files are in micrometres."""
+_SPARE = 6e-5
+"""How deep in the pieces all lies [m]: files are in micrometres, and
+`standing_out` sees no less."""
 
 _SMALLEST = 4e-3
-"""Edge below which a triangle that is in no part goes to one as a whole [m]: it
+"""Edge below which a triangle that is in no part goes to the nearest [m]: it
 crosses a cut, mostly."""
 
 _MOST_TRIANGLES = 2000
@@ -61,18 +66,10 @@ def decompose(surface: np.ndarray, threshold: float) -> list[ConvexPiece]:
     """
     parts = [surface.reshape(-1, 3)]
     if np.isfinite(threshold):
-        parts = _with_all_of(_cut(surface, threshold), surface)
-    kept = [convex_piece(part, SLACK) for part in parts]
-    slack = 0.0 if len(parts) == 1 else SLACK
-    for _ in range(8):
-        pieces = [
-            stretched(piece, part, slack + _ROUNDING)
-            for piece, part in zip(kept, parts, strict=True)
-        ]
-        if len(pieces) == 1 or standing_out(surface, Pieces(pieces)) <= 0.0:
-            return pieces
-        slack += 0.5 * SLACK
-    raise RemoSplatError("no convex pieces that enclose it were found")
+        parts = _shared_out(surface, _cut(surface, threshold))
+    return [
+        stretched(convex_piece(part, SLACK), part, _SPARE) for part in parts
+    ]
 
 
 class Pieces:
@@ -141,22 +138,30 @@ def _is_solid(p: np.ndarray) -> bool:
         return False
 
 
-def _with_all_of(
-    parts: list[np.ndarray], surface: np.ndarray
+def _shared_out(
+    surface: np.ndarray, parts: list[np.ndarray]
 ) -> list[np.ndarray]:
-    """Adds what of a surface is in no part to the parts that are nearest."""
+    """Gives each triangle of a surface to the part that it is deepest in.
+
+    Those that are in none are cut in four until they are, or are small. What a
+    part has of the surface stands for it: it may have been redrawn thicker.
+    """
     hulls = Pieces([convex_piece(part, SLACK) for part in parts])
-    added: list[list[np.ndarray]] = [[part] for part in parts]
+    shares: list[list[np.ndarray]] = [[] for _ in parts]
     todo = surface
     while len(todo):
         outside = hulls.outside_each(todo.reshape(-1, 3))
         bound = outside.reshape(len(todo), 3, -1).max(axis=1)
-        missed = bound.min(axis=1) > SLACK
-        todo, bound = todo[missed], bound[missed]
+        nearest = bound.argmin(axis=1)
         edges = np.linalg.norm(todo - np.roll(todo, 1, axis=1), axis=2)
-        small = edges.max(axis=1, initial=0.0) < _SMALLEST
-        for i in np.unique(nearest := bound.argmin(axis=1)):
-            chosen = todo[small & (nearest == i)]
-            added[i].append(chosen.reshape(-1, 3))
-        todo = in_four(todo[~small])
-    return [np.vstack(points) for points in added]
+        settled = bound.min(axis=1) <= SLACK
+        settled |= edges.max(axis=1) < _SMALLEST
+        for i, own in enumerate(shares):
+            own.append(todo[settled & (nearest == i)].reshape(-1, 3))
+        todo = in_four(todo[~settled])
+    points = [np.vstack(own) for own in shares]
+    return [
+        p if _is_solid(p) else np.vstack([p, part])
+        for p, part in zip(points, parts, strict=True)
+        if len(p)
+    ]

@@ -129,22 +129,27 @@ class MeshTruth:
             found_pairs, first = np.unique(link_pair[rows], return_index=True)
             for k, n in zip(found_pairs, first, strict=True):
                 links = watched[k]
-                blame = (
-                    self._off(links[0], X_WL, p_WA[n]),
-                    self._off(links[1], X_WL, p_WB[n]),
+                ends = pairs.first[rows[n]], pairs.second[rows[n]]
+                # The points of round shapes are within them by their radii.
+                off_a, off_b = (
+                    abs(self._off(link, X_WL, p_W[n]) - shapes.radius[end])
+                    for link, p_W, end in zip(
+                        links, (p_WA, p_WB), ends, strict=True
+                    )
                 )
+                blame = off_a, off_b
                 way = np.linalg.norm(p_WB[n] - p_WA[n]) + sum(blame)
                 look = _Look(way - distance[n], distance[n], blame, i)
                 looks.setdefault(links, []).append(look)
         worst = {}
         for links, own in looks.items():
             own.sort(key=lambda look: -look.most)
+            doubtful = [x for x in own[:_LOOKS] if x.most > least]
+            true = [self._distance(links, x.posture) for x in doubtful]
             errors = [
-                PairError(links, true - look.distance, true, look.blame)
-                for look in own[:_LOOKS]
-                if look.most > least
-                and _TOUCHING < (true := self._distance(links, look.posture))
-                and true < NEAR
+                PairError(links, d - x.distance, d, x.blame)
+                for x, d in zip(doubtful, true, strict=True)
+                if _TOUCHING < d < NEAR
             ]
             largest = max(errors, key=lambda x: x.error, default=None)
             if largest is not None and largest.error > least:

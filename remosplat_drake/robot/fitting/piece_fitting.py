@@ -26,6 +26,10 @@ _AIM = 4e-3
 """What errors are brought below, so that postures which were not looked at keep
 `ACCURACY`, too [m]."""
 
+_TRUE = 1.5e-3
+"""How far a piece may stand out where it is not worth cutting: as far as points
+on a surface are from each other's middles [m]."""
+
 _LADDER = (np.inf, 0.02, 0.01, 0.006, 0.004, 0.0025)
 """How far pieces may stand out of their mesh, one after the other [m]."""
 
@@ -112,7 +116,8 @@ def fit_pieces(
             for name in _suspects(error, links):
                 blamed[name] = max(blamed.get(name, 0.0), error.error)
         on_progress(len(links) - len(blamed), len(links))
-        if not any([links[name].refine() for name in blamed]):
+        refined = [links[name].refine() for name in blamed]
+        if not any(refined):
             break
     missed = [x for x in errors.values() if x.error > ACCURACY]
     missed.sort(key=lambda error: -error.error)
@@ -123,7 +128,11 @@ def fit_pieces(
 def _suspects(error: PairError, links: dict[str, _Link]) -> list[str]:
     """The link that is to be cut finer, of the two of a pair; none if done."""
     ranked = sorted(zip(error.blame, error.links, strict=True), reverse=True)
-    able = [x for _, x in ranked if x in links and not links[x].done]
+    able = [
+        name
+        for out, name in ranked
+        if out > _TRUE and name in links and not links[name].done
+    ]
     return able[:1]
 
 

@@ -59,7 +59,9 @@ def fit_link_pieces(
     no_spheres = SphereModel("none", (), np.zeros((0, 3)), np.zeros(0))
     robot = RobotModel(description, no_spheres)
     primitives = read_collision_shapes(description, no_spheres)
-    truth = MeshTruth(robot, _surfaces(meshes, primitives), _states(robot, states))
+    truth = MeshTruth(
+        robot, _surfaces(meshes, primitives), _states(robot, states)
+    )
     fitted = fit_pieces(
         meshes, primitives, truth, lambda i, n: on_progress(what, i, n)
     )
