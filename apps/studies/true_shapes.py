@@ -5,7 +5,8 @@
 Robots are placed at home, in the states that their files name, and at random.
 FCL measures how far the meshes of two links are apart; where that is less than
 50 mm, it is compared with the distance of their convex shapes. Links that cut
-each other, or one of which is in the other, are left out.
+each other, or one of which is in the other, are left out, and so are those that
+have spheres, boxes or cylinders besides meshes.
 """
 
 import argparse
@@ -113,8 +114,14 @@ class Meshes:
                     link.remove(visual)
         with tempfile.TemporaryDirectory() as folder:
             meshes = convert_shapes(urdf, packages, Path(folder), Findings())
+        # What else a link is made of is no approximation, but hides its mesh.
         self.triangles = {
-            link: np.concatenate(own) for link, own in meshes.items()
+            link: np.concatenate(own)
+            for link, own in meshes.items()
+            if all(
+                shape.tag == "mesh"
+                for shape in urdf.links[link].iterfind("collision/geometry/*")
+            )
         }
         path = find_srdf(source)
         self.states = {} if path is None else read_srdf(path, urdf).states

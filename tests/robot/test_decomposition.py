@@ -51,7 +51,7 @@ def test_a_bracket_becomes_its_two_bars():
 
 def test_a_mesh_in_one_piece_is_its_hull():
     (piece,) = decompose(bracket(), np.inf)
-    assert piece.volume == pytest.approx(7e-3, rel=1e-3)
+    assert piece.volume == pytest.approx(7e-3, rel=1e-2)
     assert standing_out(bracket(), Pieces([piece])) <= 0.0
 
 

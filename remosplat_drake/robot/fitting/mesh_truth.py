@@ -8,7 +8,7 @@ matters is seen in postures in which pieces come near each other.
 import dataclasses as dc
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from remosplat_drake.robot.fitting.link_surface import sample_triangles
 from remosplat_drake.robot.robot_model import RobotModel
@@ -98,7 +98,7 @@ class MeshTruth:
         self._surfaces = surfaces
         rng = np.random.default_rng(0)
         self._trees = {
-            link: cKDTree(_points(surface, rng))
+            link: KDTree(_points(surface, rng))
             for link, surface in surfaces.items()
         }
         self._known: dict[tuple[LinkPair, int], float] = {}
@@ -122,6 +122,7 @@ class MeshTruth:
         pairs = ShapePairs.make(robot, shapes, watched)
         arrays = pairs.arrays(np.zeros(len(pairs)))
         link_pair = np.searchsorted(pairs.start, range(len(pairs)), "right") - 1
+        radius = shapes.radius
         looks: dict[LinkPair, list[_Look]] = {}
         for i, X_WL in enumerate(self.postures):
             rows, distance, _, p_WA, p_WB = near_points(arrays, X_WL, NEAR)
@@ -132,14 +133,15 @@ class MeshTruth:
                 ends = pairs.first[rows[n]], pairs.second[rows[n]]
                 # The points of round shapes are within them by their radii.
                 off_a, off_b = (
-                    abs(self._off(link, X_WL, p_W[n]) - shapes.radius[end])
+                    abs(self._off(link, X_WL, p_W[n]) - float(radius[end]))
                     for link, p_W, end in zip(
                         links, (p_WA, p_WB), ends, strict=True
                     )
                 )
                 blame = off_a, off_b
-                way = np.linalg.norm(p_WB[n] - p_WA[n]) + sum(blame)
-                look = _Look(way - distance[n], distance[n], blame, i)
+                way = float(np.linalg.norm(p_WB[n] - p_WA[n])) + sum(blame)
+                apart = float(distance[n])
+                look = _Look(way - apart, apart, blame, i)
                 looks.setdefault(links, []).append(look)
         worst = {}
         for links, own in looks.items():
