@@ -3,7 +3,6 @@
 import dataclasses as dc
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from remosplat_drake.robot.importing.findings import Findings, listed
 from remosplat_drake.robot.importing.ground import lowest_points
 from remosplat_drake.robot.importing.home import guess_home, tightness
 from remosplat_drake.robot.importing.link_gaps import find_link_gaps
+from remosplat_drake.robot.importing.link_pieces import fit_link_pieces
 from remosplat_drake.robot.importing.link_shapes import convert_shapes
 from remosplat_drake.robot.importing.mobile_base import (
     DIFFERENTIAL,
@@ -140,10 +140,13 @@ def import_robot(
         done += 1
         on_progress("converting meshes", done, n_meshes)
 
-    convert_shapes(urdf, packages, folder, findings, on_mesh)
+    meshes = convert_shapes(urdf, packages, folder, findings, on_mesh)
     base = request.base or _guessed_base(urdf, findings)
     description = _described(urdf, arm, limits, base, folder, findings)
     description = _with_allowed_collisions(description, srdf)
+    fit_link_pieces(
+        urdf, description, meshes, srdf.states, findings, on_progress
+    )
     covering = fit_covering(
         description.model_path,
         _surface_options(urdf, arm, base),
@@ -232,7 +235,7 @@ def _described(
             dynamics.attrib.pop("friction", None)
     joints = [joint.name for joint in arm.joints]
     _add_motors(urdf, joints)
-    _write_model(urdf, model)
+    urdf.write(model)
     mount = arm.joints[0].parent
     drives, floor = None, [mount] if mount != "world" else []
     if base != FIXED:
@@ -252,7 +255,7 @@ def _described(
                 f"{-ground:.3f} m below {drives}, where the lowest"
                 " point of the robot is",
             )
-        _write_model(urdf, model)
+        urdf.write(model)
     of_base = base_limits(base, findings)
     all_limits = [*of_base, *limits]
     return RobotDescription(
@@ -294,12 +297,6 @@ def _add_motors(urdf: Urdf, joints: Sequence[str]) -> None:
     joints, or gears and interfaces that Drake does not have.
     """
     urdf.root.extend([transmission_element(joint) for joint in joints])
-
-
-def _write_model(urdf: Urdf, path: Path) -> None:
-    ElementTree.indent(urdf.root)
-    text = ElementTree.tostring(urdf.root, encoding="unicode")
-    write_atomically(path, f'<?xml version="1.0"?>\n{text}\n')
 
 
 def _moved_links(urdf: Urdf, arm: ArmChoice) -> set[str]:

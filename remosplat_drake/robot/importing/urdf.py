@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
+from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
 from remosplat_drake.robot.importing.dialects import URDF, Dialect
 
@@ -144,6 +145,16 @@ class Urdf:
     def fail(self, element: str, problem: str) -> FieldError:
         """Returns an error about an element of the file."""
         return FieldError(str(self.path), element, problem)
+
+    def write(self, path: Path) -> None:
+        """Writes the document, with what has been changed of it.
+
+        Args:
+            path: The file.
+        """
+        ElementTree.indent(self.root)
+        text = ElementTree.tostring(self.root, encoding="unicode")
+        write_atomically(path, f'<?xml version="1.0"?>\n{text}\n')
 
     def chain(self, link: str) -> list[UrdfJoint]:
         """Returns the joints from the base to a link, the inmost first."""
