@@ -12,7 +12,7 @@ class OperatorCommand:
     What happens once is counted, and a higher count than the one known before
     is the wish: no press is lost between two looks, and nobody need reset
     anything. Of several new wishes the first in the order hold, home, pose,
-    scan, velocity, moves is obeyed.
+    scan, velocity, moves is obeyed, by the end effector that was chosen last.
 
     Attributes:
         source: Name of the device that the operator uses, for display.
@@ -29,6 +29,9 @@ class OperatorCommand:
         pose: Name of the saved pose that was picked last.
         poses: Number of times that a saved pose was picked.
         scans: Number of times that a scan was asked for.
+        effector: Name of the end effector that was chosen last; empty for the
+            first, or an only one.
+        choices: Number of times that an end effector was chosen.
         trouble: Why `X_WT` must not be followed now; empty while it may be.
     """
 
@@ -41,6 +44,8 @@ class OperatorCommand:
     pose: str = ""
     poses: int = 0
     scans: int = 0
+    effector: str = ""
+    choices: int = 0
     trouble: str = ""
 
     def __deepcopy__(self, memo) -> "OperatorCommand":

@@ -10,11 +10,33 @@ from remosplat_drake.robot.importing.urdf import CONTINUOUS, Urdf, UrdfJoint
 _FINGERS = re.compile("finger|knuckle|thumb|jaw|claw|pinch")
 """Parts of names that only fingers have, in joints and in what they move."""
 
-_HANDS = frozenset("gripper hand index middle ring little pinky".split())
+_HANDS = frozenset(
+    {
+        "gripper",
+        "hand",
+        "index",
+        "middle",
+        "ring",
+        "little",
+        "pinky",
+    }
+)
 """Words in names of joints of a hand, unless one of `_WRISTS` is there, too."""
 
 _WRISTS = frozenset(
-    "wrist roll pitch yaw rotate flex pan lift shoulder elbow arm".split()
+    {
+        "wrist",
+        "roll",
+        "pitch",
+        "yaw",
+        "rotate",
+        "flex",
+        "pan",
+        "lift",
+        "shoulder",
+        "elbow",
+        "arm",
+    }
 )
 """Words in names of joints that carry a hand."""
 
@@ -22,12 +44,35 @@ _WHEELS = re.compile("wheel|caster|suspension")
 """Parts of names of what a base stands on."""
 
 _LEGS = frozenset(
-    "hip knee ankle leg foot thigh calf toe haa hfe kfe sole".split()
+    {
+        "hip",
+        "knee",
+        "ankle",
+        "leg",
+        "foot",
+        "thigh",
+        "calf",
+        "toe",
+        "haa",
+        "hfe",
+        "kfe",
+        "sole",
+    }
 )
 """Words in names of a leg's joints."""
 
 _HEADS = frozenset(
-    "head neck eye eyes camera laser lidar velodyne display".split()
+    {
+        "head",
+        "neck",
+        "eye",
+        "eyes",
+        "camera",
+        "laser",
+        "lidar",
+        "velodyne",
+        "display",
+    }
 )
 """Words in names of joints that turn a head or a sensor."""
 

@@ -49,7 +49,11 @@ from remosplat_drake.robot.robot_description import (
     MobileBase,
     RobotDescription,
 )
-from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.robot.robot_model import (
+    ROUNDING,
+    RobotModel,
+    load_robot,
+)
 
 TOLERANCE = 0.02
 """How far spheres may stand out of links [m]."""
@@ -69,9 +73,6 @@ _SHORTEST, _LONGEST = 0.05, 10.0
 
 _UNITS = "are all origins right, all lengths in m, and all meshes scaled to m?"
 """What may be wrong with a robot that has odd sizes."""
-
-_ROUNDING = 1e-3
-"""How far a named state may be beyond a joint's limit [rad, m]."""
 
 _OFF_LIMITS = 0.01
 """How far the home keeps off limits at which a named state is [rad, m]."""
@@ -375,7 +376,7 @@ def _chosen_home(
         if 2 * sum(joint in positions for joint in joints) <= len(joints):
             continue
         home = np.array([positions.get(joint, 0.0) for joint in joints])
-        is_inside = (home > lower - _ROUNDING) & (home < upper + _ROUNDING)
+        is_inside = (home > lower - ROUNDING) & (home < upper + ROUNDING)
         margin = np.minimum(_OFF_LIMITS, 0.01 * (upper - lower))
         home = np.clip(home, lower + margin, upper - margin)
         if is_inside.all() and tightness(robot, home) <= 1.2 * tightness(
