@@ -80,7 +80,14 @@ def choose_arm(
 def _found_tips(urdf: Urdf, srdf: Srdf, findings: Findings) -> dict[str, str]:
     tools = find_tools(urdf, srdf)
     links = [tool.link for tool in tools]
-    names = side_names(links) if len(links) > 1 else [""]
+    names = [""]
+    if len(tools) > 1:
+        moved_by = [
+            [joint.name for joint in urdf.chain(link) if joint.moves][-1]
+            for link in links
+        ]
+        pairs = zip(moved_by, links, strict=True)
+        names = side_names([" ".join(pair) for pair in pairs])
     for name, tool in zip(names, tools, strict=True):
         _note(name, tool, findings)
     return dict(zip(names, links, strict=True))

@@ -148,7 +148,7 @@ def side_names(names: list[str]) -> list[str]:
     """Names several hands by what tells them apart: left and right, arm_1.
 
     Args:
-        names: Names of their links.
+        names: Names of their links, or of these and of what moves them.
     """
     split = [words(name) for name in names]
     sides = [[_SIDES[w] for w in some if w in _SIDES] for some in split]
@@ -157,7 +157,7 @@ def side_names(names: list[str]) -> list[str]:
         return found
     shared = set.intersection(*map(set, split))
     own = [[word for word in some if word not in shared] for some in split]
-    called = ["_".join(some) for some in own]
+    called = ["_".join(dict.fromkeys(some)) for some in own]
     called = [f"arm_{x}" if x.isdigit() else x for x in called]
     if all(called) and len(set(called)) == len(called):
         return called

@@ -19,6 +19,7 @@ from remosplat_drake.robot.importing.findings import Findings, listed
 from remosplat_drake.robot.importing.packages import Packages
 
 _ARGUMENT = re.compile(r"<(?:xacro:)?arg\s([^>]*)>")
+_USED = re.compile(r"\$\(arg (\w+)\)")
 _ATTRIBUTE = re.compile(r"""(\w+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _PROPERTY = re.compile(
     r"""name=["'](\w+)["']\s+value=["']\$\(arg (\w+)\)["']"""
@@ -104,6 +105,9 @@ def xacro_arguments(path: Path, packages: Packages) -> dict[str, XacroArgument]:
             found = {k: a or b for k, a, b in _ATTRIBUTE.findall(declared)}
             if "name" in found and defaults.get(found["name"]) is None:
                 defaults[found["name"]] = found.get("default")
+    for text in texts.values():
+        for name in _USED.findall(text):
+            defaults.setdefault(name)
     return {
         name: XacroArgument(name, default, _choices(name, texts, packages))
         for name, default in defaults.items()
@@ -145,7 +149,7 @@ def _choices(
         names |= {x for x, given in _PROPERTY.findall(text) if given in names}
     for path, text in texts.items():
         for name in names:
-            compared = rf"\b{name}\s*==\s*['\"&;quot]*([\w.-]+?)['\"&;}}\s]"
+            compared = rf"\b{name}\s*==\s*(?:&quot;|['\"])?([\w.-]+)"
             choices |= set(re.findall(compared, text))
         for include in _INCLUDE.findall(text):
             choices |= _files_for(include, names, path, packages)
