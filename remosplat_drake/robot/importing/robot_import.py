@@ -37,6 +37,7 @@ from remosplat_drake.robot.importing.mobile_base import (
     add_base_joints,
     base_limits,
 )
+from remosplat_drake.robot.importing.overlaps import doubt_overlaps
 from remosplat_drake.robot.importing.packages import Packages
 from remosplat_drake.robot.importing.sources import read_robot
 from remosplat_drake.robot.importing.srdf import Srdf, find_srdf, read_srdf
@@ -177,6 +178,8 @@ def import_robot(
     robot = load_robot(path)
     _judge_sizes(urdf, robot, findings)
     description.home = _chosen_home(robot, srdf, findings)
+    write_atomically(path, description_text(description, "", Findings()))
+    doubt_overlaps(load_robot(path), findings)
     write_atomically(
         path, description_text(description, request.made_by, findings)
     )
