@@ -192,7 +192,7 @@ def test_a_script_moves_one_hand_after_the_other(session, script):
     text = "mapping: {enabled: false}"
     arguments = "TwoPandasReach", "--scenario-text", text
     operate(session, path, 6.0, *arguments)
-    log, events = recorded(session, 1)
+    log, _ = recorded(session, 1)
     robot = load_robot("two_pandas")
     left, right = robot.end_effector_poses(log.rows["q"][-1])[:, :3, 3]
     np.testing.assert_allclose(left, [0.5, 0.25, 0.4], atol=0.02)

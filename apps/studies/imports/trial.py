@@ -48,8 +48,8 @@ class Result:
 
 def restored(fields: dict[str, Any]) -> Result:
     """Makes a result of a line's fields."""
-    names = ("tools", "joints")
-    return Result(**fields | {name: tuple(fields[name]) for name in names})
+    lists: dict[str, Any] = {x: tuple(fields[x]) for x in ("tools", "joints")}
+    return Result(**{**fields, **lists})
 
 
 def failed(case: Case, error: str) -> Result:
