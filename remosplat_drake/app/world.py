@@ -21,13 +21,13 @@ from remosplat_drake.base.errors import (
     FieldError,
     FileError,
     RemoSplatError,
-    unknown_name,
 )
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.reconstruction.report.quality_report import report_path
+from remosplat_drake.robot.robot_description import unknown_effector
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.directives import read_directives
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -167,13 +167,11 @@ def scenario_targets(
         field = f"targets[{i}]"
         name = config.effector or effectors[0]
         if name not in found:
-            problem = (
-                unknown_name("end effector", name, effectors)
-                if any(effectors)
-                else "the robot has one end effector, without a name; leave"
-                " this out"
+            raise FieldError(
+                scenario.source,
+                f"{field}.effector",
+                unknown_effector(name, effectors),
             )
-            raise FieldError(scenario.source, f"{field}.effector", problem)
         found[name].append(make_target(config, scenario.source, field))
     return found
 
@@ -258,7 +256,8 @@ def _start(
             "robot.arm",
             f"expected {len(robot.home)} numbers, got {len(arm)}",
         )
-    return np.array([*((base or [0.0] * 3) if robot.n_base else []), *arm])
+    q0 = np.array([*((base or [0.0] * 3) if robot.n_base else []), *arm])
+    return robot.rounded_into_limits(q0)
 
 
 def _check_start(world: World, where: str) -> None:

@@ -20,6 +20,7 @@ class CameraMount:
         X_FC: Hand-eye transform, the camera's pose (OpenCV axes) in F, shape
             (4, 4).
         margin: How much the robot's spheres are inflated to hide it [m].
+        body: Index in the robot's tree of the body that carries the camera.
     """
 
     def __init__(
@@ -49,12 +50,12 @@ class CameraMount:
         self.robot = robot
         self.X_FC = X_FC.GetAsMatrix4()
         self.margin = margin
-        self._body = robot.tree.index(frame_F.body().name())
+        self.body = robot.tree.index(frame_F.body().name())
         self._X_LF = frame_F.GetFixedPoseInBodyFrame().GetAsMatrix4()
 
     def pose(self, q: np.ndarray) -> np.ndarray:
         """Returns the camera's pose X_WC at configuration q, shape (4, 4)."""
-        X_WL = self.robot.body_poses(q)[self._body]
+        X_WL = self.robot.body_poses(q)[self.body]
         return X_WL @ self._X_LF @ self.X_FC
 
     def mask(

@@ -18,7 +18,6 @@ from remosplat_drake.app.scenario import LONGEST_RUN, Scenario, load_scenario
 from remosplat_drake.app.stages.cockpit import cockpit_job, first_picture
 from remosplat_drake.app.stages.teleoperation import (
     Teleoperation,
-    check_one_end_effector,
     wrist_camera_mount,
 )
 from remosplat_drake.app.teleop_session import (
@@ -164,7 +163,6 @@ def run(arguments: argparse.Namespace) -> int:
         compiling_shown(progress, scenario),
     ):
         world = load_world(scenario, blank=scenario.mapping.enabled)
-        check_one_end_effector(scenario, world.robot)
         wrist_camera_mount(scenario, world.robot)
         admission = _admitted(arguments, scenario, world)
         compile_kernels(scenario, world, live_map=True)

@@ -38,6 +38,9 @@ from remosplat_drake.robot.sphere_model import (
     load_sphere_model,
 )
 
+ROUNDING = 1e-3
+"""Distance beyond a joint's limit that is no more than rounding [rad, m]."""
+
 
 class RobotModel:
     """Kinematics, limits and collision spheres of one robot.
@@ -196,13 +199,33 @@ class RobotModel:
 
         An only arm's last joint is the last of all, whatever it moves.
         """
-        last = [self.screw_body[-1]]
-        if len(self.effectors) > 1:
-            chains = map(self.tree.chain, self._body_E)
-            moving = set(self.screw_body.tolist())
-            last = [[b for b in chain if b in moving][-1] for chain in chains]
+        last = self._last_bodies
         spheres = [self.tree.chain(body) for body in self._body_S]
         return np.array([[x in chain for chain in spheres] for x in last], bool)
+
+    @property
+    def _last_bodies(self) -> list[int]:
+        """The bodies that the last joints of the arms move."""
+        if len(self.effectors) == 1:
+            return [int(self.screw_body[-1])]
+        chains = map(self.tree.chain, self._body_E)
+        moving = set(self.screw_body.tolist())
+        return [[b for b in chain if b in moving][-1] for chain in chains]
+
+    def effector_that_moves(self, body: int) -> int | None:
+        """Returns the index of the end effector that moves with a body.
+
+        Args:
+            body: Index of a body of the robot's tree.
+
+        Returns:
+            The first one whose last joint moves the body; None if none does.
+        """
+        chain = self.tree.chain(body)
+        for effector, last in enumerate(self._last_bodies):
+            if last in chain:
+                return effector
+        return None
 
     @property
     def leading_spheres(self) -> np.ndarray:
@@ -234,6 +257,20 @@ class RobotModel:
     def q_home(self) -> np.ndarray:
         """The home configuration with the base at the origin, shape (n_q,)."""
         return np.concatenate([np.zeros(self._base_q), self.home])
+
+    def rounded_into_limits(self, q: np.ndarray) -> np.ndarray:
+        """Moves joints that rounding has put beyond a limit onto it.
+
+        Files write 3.1416 for a limit of pi. What is farther beyond stays.
+
+        Args:
+            q: A configuration, shape (n_q,) [rad, m].
+
+        Returns:
+            The configuration, shape (n_q,).
+        """
+        inside = np.clip(q, self.position_lower, self.position_upper)
+        return np.where(abs(inside - q) < ROUNDING, inside, q)
 
     def beyond_limits(self, q: np.ndarray) -> str:
         """Says which joint is beyond its limits; empty where none is.

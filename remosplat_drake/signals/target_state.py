@@ -45,6 +45,9 @@ class TargetState:
         frames_wanted: Number of camera frames that scans have requested so far.
         unfinished: Number of these frames that another frame of the same scan
             followed or will follow; one less when a scan is aborted.
+        effector: Index of the end effector that the operator moves.
+        X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
+            None of an only one. The others are held where they were left.
     """
 
     mode: str
@@ -59,6 +62,8 @@ class TargetState:
     arrived: float | None = None
     frames_wanted: int = 0
     unfinished: int = 0
+    effector: int = 0
+    X_WTs: np.ndarray | None = None
 
     @staticmethod
     def at_rest(X_WT: np.ndarray, text: str = "") -> "TargetState":

@@ -168,6 +168,12 @@ class Urdf:
         """Returns the joints that a link carries."""
         return [j for j in self.joints.values() if j.parent == link]
 
+    def rigid_root(self, link: str) -> str:
+        """Returns the link nearest to the root that a link is fixed to."""
+        while link in self.inboard and self.inboard[link].kind == FIXED:
+            link = self.inboard[link].parent
+        return link
+
     def _named(self, tag: str) -> dict[str, Element]:
         elements = {}
         for i, element in enumerate(self.root.findall(tag)):
