@@ -102,7 +102,8 @@ class SelfCollisionPairs:
             X_WL: Poses of all bodies of the robot's tree, shape (b, 4, 4).
             within: Links at or beyond this distance are left out [m].
         """
-        return NearPoints(*near_points(self.pair_arrays, X_WL, float(within)))
+        points = near_points(self.pair_arrays, X_WL, float(within), -np.inf)
+        return NearPoints(*points)
 
 
 def self_collision_pairs(

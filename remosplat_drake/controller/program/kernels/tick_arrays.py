@@ -59,10 +59,13 @@ class NearQuestion(NamedTuple):
     Attributes:
         pairs: The pairs of shapes.
         reach: How far is looked [m]; negative where nothing is.
+        crowded: Below this distance all shapes of two links are told, not the
+            nearest alone [m].
     """
 
     pairs: PairArrays
     reach: float
+    crowded: float
 
 
 class NearArrays(NamedTuple):
@@ -247,7 +250,9 @@ def near_arrays(near, X_WL) -> NearArrays:
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
     pairs = near.pairs
-    pair, distance, normal_W, p_WA, p_WB = near_points(pairs, X_WL, near.reach)
+    pair, distance, normal_W, p_WA, p_WB = near_points(
+        pairs, X_WL, near.reach, near.crowded
+    )
     first, second, body = pairs.first, pairs.second, pairs.shapes.body
     body_A, body_B = np.empty_like(pair), np.empty_like(pair)
     for i in range(len(pair)):

@@ -14,7 +14,9 @@ from remosplat_drake.controller.program.kernels.dense import (
     prune,
     slack_form,
     solve_program,
+    span,
 )
+from remosplat_drake.controller.tick.kernels.share import ease, greatest_share
 from remosplat_drake.signals.tick_report import STATUSES
 
 SOLVE = 3
@@ -22,6 +24,12 @@ SOLVE = 3
 
 _WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
 """Numbers of the statuses in `tick_report.STATUSES`."""
+
+_GENTLE = YIELD_ORDER[1:]
+
+_OF_ALONE = 0.5
+"""Share of the fastest retreat that it alone allows which a row that yields
+demands at most."""
 
 
 @kernel(returns=several(reals(1), WHOLE))
@@ -48,6 +56,10 @@ def decide(program, ramp, strict, is_own_solver, line):
     u, is_found = _optimum(program, is_own_solver, line)
     if is_found:
         return u, _WHOLE
+    if program.count[2]:
+        u, is_found = _eased(program, _GENTLE, is_own_solver, line)
+        if is_found:
+            return u, _RELAXED
     if program.count[2] and not strict:
         for j in range(len(u)):
             program.lower[j] = program.free_lower[j]
@@ -56,18 +68,36 @@ def decide(program, ramp, strict, is_own_solver, line):
         u, is_found = _optimum(program, is_own_solver, line)
         if is_found:
             return u, _DROPPED
-    for k in YIELD_ORDER:
-        is_raised = _raise_to_zero(program, k)
+    u, is_found = _eased(program, YIELD_ORDER, is_own_solver, line)
+    if is_found:
+        return u, _RELAXED
+    return ramp, BRAKING
+
+
+@helper
+def _eased(program, order, is_own_solver, line):
+    """Finds the optimum with rows eased, kind after kind in an order."""
+    demanded = program.b.copy()
+    for k in order:
+        yields = _let_yield(program, k)
         if k == YIELD_ORDER[-1]:
             for other in range(OUTSIDE, len(program.rows)):
-                is_raised |= _raise_to_zero(program, other)
-        if not is_raised:
+                yields |= _let_yield(program, other)
+        if not yields:
             continue
-        prune(program)
+        share = greatest_share(program)
+        if share < 0.0:
+            continue
+        eased = program.b.copy()
+        ease(program, share)
         u, is_found = _optimum(program, is_own_solver, line)
         if is_found:
-            return u, _RELAXED
-    return ramp, BRAKING
+            return u, True
+        program.b[:] = eased
+    program.b[:] = demanded
+    program.raised[:] = False
+    prune(program)
+    return np.zeros(len(program.lower)), False
 
 
 @helper
@@ -90,11 +120,15 @@ def _optimum(program, is_own_solver, line):
 
 
 @helper
-def _raise_to_zero(program, k):
-    """Raises negative right-hand sides of ingredient k, if there are any."""
-    is_raised = False
+def _let_yield(program, k):
+    """Lets the rows of ingredient k yield that demand a retreat, if any do.
+
+    None demands more from now on than it could have by itself.
+    """
+    yields = False
     for i in range(program.rows[k, 0], program.rows[k, 1]):
         if program.b[i] < 0.0:
-            program.b[i] = 0.0
-            program.raised[i] = is_raised = True
-    return is_raised
+            least, _ = span(program, program.A[i])
+            program.b[i] = max(program.b[i], _OF_ALONE * min(least, 0.0))
+            program.raised[i] = yields = True
+    return yields

@@ -6,6 +6,10 @@ that knows one of them turns the plates about it, and finds the other too near
 at the next tick. So it gets those, too, that would be the nearest if one link
 were turned a little, either way about two axes across the common normal: what
 physics engines call a contact manifold, found by perturbation.
+
+A link of several shapes that lies inside another one touches it with all of
+them. What one pair of shapes gains the next may lose. So all of those that are
+too near are noted, not the nearest alone.
 """
 
 import numpy as np
@@ -50,7 +54,7 @@ _MOST = 5
 
 
 @kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), reals(2)))
-def near_points(pairs, X_WL, within):
+def near_points(pairs, X_WL, within, crowded):
     """Finds the points at which links are near each other.
 
     Args:
@@ -59,6 +63,8 @@ def near_points(pairs, X_WL, within):
         X_WL: Poses of all bodies, shape (b, 4, 4).
         within: Links at or beyond this distance are left out [m]; a negative
             one leaves out all.
+        crowded: Of two links all pairs of shapes below this distance are
+            noted [m].
 
     Returns:
         For m pairs of points: the pair of shapes, shape (m,); the distance
@@ -75,7 +81,7 @@ def near_points(pairs, X_WL, within):
     for link in range(len(boxes)):
         most = max(most, start[link + 1] - start[link])
     near = _make_points(most)
-    found = _make_points(_MOST * len(boxes))
+    found = _make_points(_MOST * len(boxes) + len(allowance))
     count = 0
     # Where nothing can be near, nothing is looked at.
     for link in range(len(boxes) if within >= 0.0 else 0):
@@ -84,7 +90,8 @@ def near_points(pairs, X_WL, within):
         apart = least_distance(link_boxes, X_WL, p_WL, a, b)
         if apart + allowance[span[0] : span[1]].max() >= within:
             continue
-        size = _find_near(pairs, span, X_WL, p_WC, within, near, work)
+        reach = min(crowded, within), within
+        size = _find_near(pairs, span, X_WL, p_WC, reach, near, work)
         if not size:
             continue
         nearest = near[1][:size].argmin()
@@ -93,6 +100,10 @@ def near_points(pairs, X_WL, within):
         count += 1
         if near[1][nearest] >= _CLOSE * within:
             continue
+        for i in range(size):
+            if i != nearest and near[1][i] < crowded:
+                _copy(near, i, found, count)
+                count += 1
         axes = across(near[2][nearest], _ASKEW)
         for turn in range(4):
             R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
@@ -122,7 +133,7 @@ def _make_points(n):
 
 
 @helper
-def _find_near(pairs, span, X_WL, p_WC, within, near, work):
+def _find_near(pairs, span, X_WL, p_WC, reach, near, work):
     """Finds the nearest points of those shapes of two links that are near.
 
     Those are looked at first that can be nearest.
@@ -141,7 +152,7 @@ def _find_near(pairs, span, X_WL, p_WC, within, near, work):
     size, best = 0, np.inf
     for _ in range(n):
         i = least.argmin()
-        enough = min(best + _BAND, within)
+        enough = min(max(best + _BAND, reach[0]), reach[1])
         if least[i] >= enough:
             break
         least[i] = np.inf
