@@ -37,6 +37,14 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
+_ROUNDED = 1e-4
+"""By how much a joint may start beyond its limit because its number was rounded
+[rad, m]."""
+
+_DEEPEST = 0.03
+"""How deep inside the scene a robot may start [m]: a map knows surfaces, and
+deeper no direction leads out for sure."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class World:
@@ -77,7 +85,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
 
     Raises:
         RemoSplatError: A file or a field is unusable, or the robot would
-            start inside the scene.
+            start deep inside the scene or far beyond its limits.
     """
     where = scenario.source
     check_ranges(scenario, where)
@@ -258,19 +266,23 @@ def _start(
             "robot.arm",
             f"expected {len(robot.home)} numbers, got {len(arm)}",
         )
-    return np.array([*((base or [0.0] * 3) if robot.n_base else []), *arm])
+    q0 = np.array([*((base or [0.0] * 3) if robot.n_base else []), *arm])
+    excess = robot.excess(q0)
+    # Numbers that people copy have five decimals.
+    inside = np.clip(q0, robot.position_lower, robot.position_upper)
+    return np.where(excess <= _ROUNDED, inside, q0)
 
 
 def _check_start(world: World, where: str) -> None:
     robot, q0 = world.robot, world.q0
-    if problem := robot.beyond_limits(q0):
-        raise FieldError(where, "robot.arm", problem)
+    if not (robot.excess(q0) <= robot.most_beyond).all():
+        raise FieldError(where, "robot.arm", robot.beyond_limits(q0))
     clearances = world.field.clearances(robot.spheres_at(q0))
     if not clearances.is_known:
         raise FieldError(
             where, "oracle", "does not know how near the robot would start"
         )
-    if clearances.minimum() < 0:
+    if clearances.minimum() < -_DEEPEST:
         row = int(clearances.distance.argmin())
         link = robot.spheres.links[clearances.sphere[row]]
         raise FieldError(

@@ -27,6 +27,9 @@ _ROUNDING = 1e-6
 """Errors of predicted positions that are rounding [m, rad]: a description may
 have delays and no tube."""
 
+_TOUCH = 1e-6
+"""Clearance below which the scene is touched [m]."""
+
 
 @dc.dataclass(frozen=True)
 class Symptom:
@@ -203,10 +206,12 @@ def _of_clearance(
         )
         return
     # A robot that starts too near may leave: each command is verified to keep
-    # what clearance there is. It may not come nearer again, or touch.
+    # what clearance there is. It may not come nearer again, or touch anew.
     kept = kept_clearance(state, now)
-    least = min(least, max(kept - law.config.clearance_margin, 0.0))
-    if clearances.minimum() > 0.0 and clearances.minimum() >= least:
+    least = min(least, kept - law.config.clearance_margin)
+    if kept > 0.0:
+        least = max(least, _TOUCH)
+    if clearances.minimum() >= least:
         return
     # A person who has just changed the map shall read that it was the map.
     maps = {state.map_revision, clearances.revision}

@@ -107,8 +107,8 @@ SENTENCES = {
     "elbow held at the lower limit of joint 4, 0.52 m from the target": held(
         stands.JOINT_LIMIT, "the lower limit of joint 4", "panda_link4"
     ),
-    "hand held 10 mm from the robot's own base, 0.52 m from the target": held(
-        stands.SELF_COLLISION, "the robot's own base", HAND, 0.010
+    "hand held 10 mm from the base, 0.52 m from the target": held(
+        stands.SELF_COLLISION, "the base", HAND, 0.010
     ),
     "hand waits for Ada, 0.52 m from the target": held(
         stands.MOVER, "Ada", HAND

@@ -169,7 +169,7 @@ def test_the_robot_before_itself(frankie, order):
     row = BoundRow(SELF_COLLISION, 0, links)
     hold = find_hold(report_of(frankie, [row], [1.0]), frankie, name)
     assert (hold.cause, hold.link) == (stands.SELF_COLLISION, "panda_hand")
-    assert hold.thing == "the robot's own base"
+    assert hold.thing == "the base"
     shapes = self_collision_pairs(frankie, 0.0).shapes
     X_WL = frankie.body_poses(frankie.q_home)
     hand, base = (

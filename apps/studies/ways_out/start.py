@@ -1,4 +1,4 @@
-"""Starts from which a robot must get out: too near to itself or to the scene."""
+"""Starts that a robot must get out of: too near to itself or to the scene."""
 
 import dataclasses as dc
 from functools import cache

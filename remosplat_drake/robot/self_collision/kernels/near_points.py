@@ -46,8 +46,10 @@ points alone are enough."""
 _BAND = 0.02
 """Shapes that are farther than the nearest by this are left out [m]."""
 
-_SAME = 0.01
-"""Points of a link that are nearer to each other than this count as one [m]."""
+_SAME, _SAME_CROWDED = 0.01, 1e-4
+"""Points of a link that are nearer to each other than this count as one [m]:
+usually, and where shapes are too near. The corners of a round link lie closer
+together than the first, and each of them may not come nearer there."""
 
 _MOST = 5
 """Most pairs of points of two links: as they are, and turned four ways."""
@@ -81,7 +83,7 @@ def near_points(pairs, X_WL, within, crowded):
     for link in range(len(boxes)):
         most = max(most, start[link + 1] - start[link])
     near = _make_points(most)
-    found = _make_points(_MOST * len(boxes) + len(allowance))
+    found = _make_points(_MOST * (len(boxes) + len(allowance)))
     count = 0
     # Where nothing can be near, nothing is looked at.
     for link in range(len(boxes) if within >= 0.0 else 0):
@@ -95,22 +97,27 @@ def near_points(pairs, X_WL, within, crowded):
         if not size:
             continue
         nearest = near[1][:size].argmin()
-        _copy(near, nearest, found, count)
-        first = count
-        count += 1
-        if near[1][nearest] >= _CLOSE * within:
-            continue
         for i in range(size):
-            if i != nearest and near[1][i] < crowded:
-                _copy(near, i, found, count)
-                count += 1
-        axes = across(near[2][nearest], _ASKEW)
-        for turn in range(4):
-            R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
-            _find_turned(pairs, X_WL, (near, size), R, found, count, work)
-            gap = found[1][count]
-            if gap < within and not _is_known(found, first, count):
-                count += 1
+            if i == nearest:
+                # Turned, another pair of shapes may be the nearest.
+                known = near, 0, size
+                same = _SAME_CROWDED if near[1][i] < crowded else _SAME
+            elif near[1][i] < crowded:
+                known, same = (near, i, i + 1), _SAME_CROWDED
+            else:
+                continue
+            _copy(near, i, found, count)
+            first = count
+            count += 1
+            if near[1][i] >= _CLOSE * within:
+                continue
+            axes = across(near[2][i], _ASKEW)
+            for turn in range(4):
+                R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
+                _find_turned(pairs, X_WL, known, R, found, count, work)
+                gap = found[1][count]
+                if gap < within and not _is_known(found, first, count, same):
+                    count += 1
     return (
         found[0][:count],
         found[1][:count],
@@ -192,12 +199,12 @@ def _find_turned(pairs, X_WL, known, R, found, row, work):
     first, second, allowance = pairs.first, pairs.second, pairs.allowance
     shapes = pairs.shapes
     radius, body = shapes.radius, shapes.body
-    near, size = known
+    near, begin, end = known
     X_turned = np.empty((4, 4))
-    nearest = near[1][:size].argmin()
+    nearest = begin + near[1][begin:end].argmin()
     center = near[4][nearest]
     best, chosen = np.inf, nearest
-    for n in range(size):
+    for n in range(begin, end):
         k = near[0][n]
         if near[1][n] >= near[1][nearest] + _BAND:
             continue
@@ -237,7 +244,7 @@ def _copy(near, i, found, row):
 
 
 @helper
-def _is_known(found, first, row):
+def _is_known(found, first, row, same):
     """Tells whether both points of a pair are near those of one before it."""
     for i in range(first, row):
         far = 0.0
@@ -247,6 +254,6 @@ def _is_known(found, first, row):
                 step = p_W[i, c] - p_W[row, c]
                 square += step * step
             far = max(far, square)
-        if far < _SAME * _SAME:
+        if far < same * same:
             return True
     return False
