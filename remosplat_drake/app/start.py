@@ -18,6 +18,7 @@ from remosplat_drake.safety.gates import (
     TARGET_OUT_OF_REACH,
     Gate,
 )
+from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.standing.names import name_thing
 
 NOTABLE = 1e-3
@@ -65,8 +66,7 @@ def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
         from their limits.
     """
     own, robot, least = law.self_clearance, world.robot, law.collision.stopping
-    spheres = robot.spheres_at(q)
-    scene = world.field.clearances(spheres, least).per_sphere(len(spheres))
+    scene = _clearances(world, q, least).per_sphere(len(robot.spheres))
     itself = np.zeros(0)
     if own is not None:
         itself = own.stopping - own.distances(q, own.stopping)
@@ -123,8 +123,8 @@ def _too_near(
                 f"robot.arm: {_relation(one, other, gap)}; the robot keeps"
                 f" {1e3 * own.stopping:.0f} mm from itself",
             )
-    spheres, least = world.robot.spheres_at(q), law.collision.stopping
-    near = world.field.clearances(spheres, least)
+    least = law.collision.stopping
+    near = _clearances(world, q, least)
     if near.minimum() < least - NOTABLE:
         i = int(near.distance.argmin())
         thing = name_thing(
@@ -137,6 +137,13 @@ def _too_near(
             f"{field}: {_relation(link, thing.name, near.minimum())}; the robot"
             f" keeps {1e3 * least:.0f} mm from the scene",
         )
+
+
+def _clearances(world: World, q: np.ndarray, within: float) -> Clearances:
+    """Measures clearances of the spheres that some command moves."""
+    robot = world.robot
+    found = world.field.clearances(robot.spheres_at(q), within)
+    return found.select(robot.jacobian_bound[found.sphere].any(axis=1))
 
 
 def _relation(one: str, other: str, gap: float) -> str:

@@ -211,7 +211,7 @@ def _of_clearance(
     least = min(least, kept - law.config.clearance_margin)
     if kept > 0.0:
         least = max(least, _TOUCH)
-    if clearances.minimum() >= least:
+    if clearances.is_known and clearances.minimum() >= least:
         return
     # A person who has just changed the map shall read that it was the map.
     maps = {state.map_revision, clearances.revision}
@@ -228,7 +228,8 @@ def _of_clearance(
 def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """Returns the largest clearance since the robot was set going [m].
 
-    Of a robot that stands and waits to be, it is the present clearance.
+    Of a robot that stands and waits to be, it is the present clearance; of one
+    that was stopped where it touches, more: nobody releases it there.
 
     Args:
         state: The supervisor after the tick before.
@@ -236,7 +237,7 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """
     present = now.report.clearances.minimum()
     if state.mode in (STARTING, STOPPED):
-        return present
+        return max(present, _TOUCH) if state.mode == STOPPED else present
     return max(state.kept_clearance, present)
 
 

@@ -17,7 +17,7 @@ ACCELERATION_DROPPED = "acceleration_dropped"
 RELAXED = "relaxed"
 """Status of a tick whose program was solved after relaxation.
 
-Negative right-hand sides of inequalities were raised to zero.
+Rows that demand a retreat got the greatest share of it that all can have.
 """
 BRAKING = "braking"
 """Status of a tick without a usable program: the command ramps down to zero."""

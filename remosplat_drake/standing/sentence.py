@@ -142,7 +142,7 @@ def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
         where = f"{part} beyond {inside.thing}"
     else:
         where = f"{part} {_gap(inside.clearance)} {inside.thing}"
-    text = "moving out" if moves else "no motion leads out"
+    text = "moving out" if moves else "no motion found that leads out"
     return Standing(
         stands.MOVING if moves else stands.HELD,
         f"{text}: {where}, {_away(now)} from {_target(now)}",

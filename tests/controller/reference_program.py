@@ -7,7 +7,6 @@ import dataclasses as dc
 from collections.abc import Container, Iterator, Sequence
 
 import numpy as np
-import scipy
 from reference_ingredients import add_reference
 
 from remosplat_drake.controller.ingredients import (
@@ -15,7 +14,12 @@ from remosplat_drake.controller.ingredients import (
     MoverDamper,
     SelfCollisionDamper,
 )
-from remosplat_drake.controller.program.active_set import DenseProgram
+from remosplat_drake.controller.program.active_set import (
+    INFEASIBLE,
+    OPTIMAL,
+    DenseProgram,
+    solve_dense,
+)
 from remosplat_drake.controller.program.ingredient import AnyIngredient
 from remosplat_drake.controller.program.program_terms import Rows, row_name
 from remosplat_drake.controller.program.quadratic_program import (
@@ -200,15 +204,23 @@ def greatest_share(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> float:
-    """Finds what `kernels.greatest_share` does, as a linear program."""
-    n = len(lower)
-    found = scipy.optimize.linprog(
-        -np.eye(n + 1)[n],
-        A_ub=np.column_stack([A, np.where(yields, -b, 0.0)]),
-        b_ub=np.where(yields, 0.0, b),
-        bounds=[*zip(lower, upper, strict=True), (0.0, 1.0)],
+    """Finds what `kernels.greatest_share` does; -1 where nothing is left.
+
+    `test_share.py` holds that against a linear program, whose tolerances are
+    too coarse for commands.
+    """
+    n, eye = len(lower), np.eye(len(lower) + 1)
+    price = np.append(np.full(n, 1e-8), 1.0)
+    rows = np.column_stack([A, np.where(yields, -b, 0.0)])
+    share, _, ended = solve_dense(
+        np.diag(price),
+        -eye[n],
+        np.concatenate([eye, -eye, rows]),
+        np.concatenate([upper, [1.0], -lower, [0.0], np.where(yields, 0.0, b)]),
     )
-    return float(found.x[n]) if found.status == 0 else -1.0
+    if ended == INFEASIBLE:
+        return -1.0
+    return float(np.clip(share[n], 0.0, 1.0)) if ended == OPTIMAL else 0.0
 
 
 def decide(

@@ -34,8 +34,8 @@ class Result:
         out_after: When every pair was beyond its stopping distance [s]; None
             if it never was.
         left: What was lacking in the end [m].
-        nearer_at_ticks: By how much a distance fell below what it had had, at
-            the ends of ticks [m].
+        nearer_at_ticks: By how much a distance fell below that of the start,
+            or its stopping distance, at the ends of ticks [m].
         nearer_between: The same at all times [m].
         stopped: Why the supervisor stopped the robot; empty if it did not.
         has_way: Whether a search finds a way; None where none was asked for.
@@ -51,6 +51,11 @@ class Result:
     stopped: str = ""
     has_way: bool | None = None
     error: str = ""
+
+    @property
+    def robot(self) -> str:
+        """Name of the robot."""
+        return self.key.partition(" ")[0]
 
 
 def failed(start: Start, error: str) -> Result:
@@ -87,7 +92,7 @@ def _driven(place: Place, key: str, q: np.ndarray) -> Result:
         smallest_stopping=place.scenario.controller.smallest_stopping,
     )
     state = SupervisorState(u)
-    depth, best = -margins.min(), np.minimum(margins, 0.0)
+    depth, level = -margins.min(), np.minimum(margins, 0.0)
     fell, fell_between, out = 0.0, 0.0, None
     for tick in range(round(TIME / dt)):
         spheres = robot.spheres_at(q)
@@ -101,9 +106,8 @@ def _driven(place: Place, key: str, q: np.ndarray) -> Result:
         u = state.command
         for look in range(1, _LOOKS + 1):
             margins = place.margins(robot.advance(q, u, dt * look / _LOOKS))
-            fell_between = max(fell_between, float((best - margins).max()))
-        fell = max(fell, float((best - margins).max()))
-        best = np.maximum(best, np.minimum(margins, 0.0))
+            fell_between = max(fell_between, float((level - margins).max()))
+        fell = max(fell, float((level - margins).max()))
         q = robot.advance(q, u, dt)
         if margins.min() >= -ROUNDING:
             out = time + dt

@@ -186,7 +186,7 @@ class ProgramArrays(NamedTuple):
             takes what is too much, and counts for nothing.
         b: Right-hand sides of the rows, shape (most,).
         kept: Which rows the bounds on u do not imply, shape (most,), bool.
-        raised: Of which rows negative right-hand sides were raised to zero,
+        raised: Which rows yield: their negative right-hand sides are raised,
             shape (most,), bool.
         about: What each row is about: the number of a sphere, a joint, ...,
             shape (most,).

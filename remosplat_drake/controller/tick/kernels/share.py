@@ -16,7 +16,7 @@ from remosplat_drake.controller.program.active_set import (
 )
 from remosplat_drake.controller.program.kernels.dense import prune
 
-_PRICE = 1e-6
+_PRICE = 1e-8
 """Price of the command beside that of the share: it makes the program strictly
 convex."""
 

@@ -98,26 +98,22 @@ def near_points(pairs, X_WL, within, crowded):
             continue
         nearest = near[1][:size].argmin()
         for i in range(size):
-            if i == nearest:
-                # Turned, another pair of shapes may be the nearest.
-                known = near, 0, size
+            if i == nearest or near[1][i] < crowded:
+                # Turned, another pair of shapes may be the nearest; one that is
+                # only crowded stands for itself.
+                known = (near, 0, size) if i == nearest else (near, i, i + 1)
                 same = _SAME_CROWDED if near[1][i] < crowded else _SAME
-            elif near[1][i] < crowded:
-                known, same = (near, i, i + 1), _SAME_CROWDED
-            else:
-                continue
-            _copy(near, i, found, count)
-            first = count
-            count += 1
-            if near[1][i] >= _CLOSE * within:
-                continue
-            axes = across(near[2][i], _ASKEW)
-            for turn in range(4):
-                R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
-                _find_turned(pairs, X_WL, known, R, found, count, work)
-                gap = found[1][count]
-                if gap < within and not _is_known(found, first, count, same):
-                    count += 1
+                is_close = near[1][i] < _CLOSE * within
+                count = _note(
+                    (pairs, X_WL, within),
+                    known,
+                    i,
+                    is_close,
+                    same,
+                    found,
+                    count,
+                    work,
+                )
     return (
         found[0][:count],
         found[1][:count],
@@ -189,6 +185,37 @@ def _find_near(pairs, span, X_WL, p_WC, reach, near, work):
 
 
 @helper
+def _note(given, known, i, is_close, same, found, count, work):
+    """Notes a pair of points, and those that turning makes the nearest.
+
+    Args:
+        given: The pairs, the poses of all bodies, and how far is looked.
+        known: Pairs of points of two links, and which of them are turned.
+        i: Which pair of points is noted.
+        is_close: Whether links are turned.
+        same: Distance below which points count as one [m].
+        found: Takes the pairs of points.
+        count: Number of those that are there.
+        work: Working arrays of GJK.
+
+    Returns:
+        The number of those that are there then.
+    """
+    pairs, X_WL, within = given
+    near, first = known[0], count
+    _copy(near, i, found, count)
+    count += 1
+    axes = across(near[2][i], _ASKEW)
+    for turn in range(4 if is_close else 0):
+        R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
+        _find_turned(pairs, X_WL, known, R, found, count, work)
+        gap = found[1][count]
+        if gap < within and not _is_known(found, first, count, same):
+            count += 1
+    return count
+
+
+@helper
 def _find_turned(pairs, X_WL, known, R, found, row, work):
     """Finds the points that are nearest if the second link is turned by R.
 
@@ -245,7 +272,7 @@ def _copy(near, i, found, row):
 
 @helper
 def _is_known(found, first, row, same):
-    """Tells whether both points of a pair are near those of one before it."""
+    """Tells whether both points of a pair are those of one before it."""
     for i in range(first, row):
         far = 0.0
         for p_W in found[3:]:
