@@ -112,7 +112,7 @@ def _too_near(
     """What starts nearer than it may come: to itself and to the scene."""
     q, called = world.q0, world.robot.description.called
     own = law.self_clearance
-    if own is not None:
+    if own is not None and len(own.pairs):
         distance = own.distances(q, own.stopping)
         i = int(distance.argmin())
         if distance[i] < own.stopping - NOTABLE:

@@ -50,17 +50,17 @@ spheres: {covering: spheres.yaml}
 
 @pytest.fixture
 def hinge(tmp_path):
-    """A sphere of 5 cm that turns about a hinge, half a metre away."""
+    """A sphere of 5 cm that turns about a hinge in another one, 0.5 m away."""
     (tmp_path / "hinge.urdf").write_text(HINGE)
     (tmp_path / "hinge.yaml").write_text(DESCRIPTION)
     (tmp_path / "spheres.yaml").write_text(
-        "spheres: {arm: [[0.5, 0, 0, 0.05]]}"
+        "spheres: {foot: [[0, 0, 0, 0.05]], arm: [[0.5, 0, 0, 0.05]]}"
     )
     return load_robot(tmp_path / "hinge.yaml")
 
 
 def between_walls(robot, *sides: float) -> World:
-    """Walls 10 mm from the sphere, on some sides of it."""
+    """Walls 10 mm from both spheres, on some sides of them."""
     half = np.array([1.0, 0.1, 1.0])
     boxes = tuple(
         Box(RigidTransform([0.5, side * 0.16, 0]), half, f"wall {side:+.0f}")
@@ -76,7 +76,7 @@ def test_a_start_between_two_walls_leads_nowhere(hinge):
     (gate,) = start_gates(scenario, world)
     assert gate.name == NO_WAY_OUT
     assert gate.leads_to(False) == gate.leads_to(True) == "refusal"
-    assert "arm and wall" in gate.problem and "10 mm apart" in gate.problem
+    assert "arm and the wall" in gate.problem and "10 mm apart" in gate.problem
 
 
 def test_a_start_beside_one_wall_leads_out(hinge):
@@ -84,16 +84,18 @@ def test_a_start_beside_one_wall_leads_out(hinge):
     (gate,) = start_gates(scenario, world)
     assert gate.name == START_TOO_NEAR
     assert gate.problem == (
-        "robot.arm: arm and wall +1 are 10 mm apart; the robot keeps 21 mm from"
-        " the scene"
+        "robot.arm: arm and the wall +1 are 10 mm apart; the robot keeps 21"
+        " mm from the scene"
     )
     law = ReactiveLaw.make(scenario.controller, hinge, 0.01)
     assert leads_out(law, world)
-    np.testing.assert_allclose(lacking(law, world, world.q0), [0.011, 0.0])
+    # Of the foot, the arm, and the joint.
+    of_each = lacking(law, world, world.q0)
+    np.testing.assert_allclose(of_each, [0.0, 0.011, 0.0], atol=1e-12)
 
 
 def test_what_no_command_moves_does_not_count(hinge):
-    """A foot in the wall harms nobody."""
+    """The arm has turned away; the foot stays where it is."""
     world = between_walls(hinge, 1)
     still = dc.replace(world, robot=hinge, q0=np.array([-0.5]))
     assert not start_gates(load_scenario("PandaReach"), still)

@@ -49,6 +49,7 @@ class ReferenceProgram:
         *,
         use_acceleration: bool = True,
         relax: Container[str] = (),
+        task: float = 1.0,
     ):
         self.tick, self.ingredients = tick, ingredients
         added = ReactiveProgram(tick.robot.velocity_limit)
@@ -61,6 +62,9 @@ class ReferenceProgram:
         self.terms, self.yielded = added.terms, []
         if relax:
             self._ease(relax)
+        for name, tracking in self.terms.trackings.items():
+            price = task * tracking.price
+            self.terms.trackings[name] = dc.replace(tracking, price=price)
         for name, rows in added.terms.rows.items():
             kept = self.can_bind(rows.A, rows.b)
             added.terms.rows[name] = dc.replace(rows, kept=kept)
@@ -95,13 +99,18 @@ class ReferenceProgram:
         return len(self.lower)
 
     def weakened(
-        self, *, use_acceleration: bool = True, relax: Container[str] = ()
+        self,
+        *,
+        use_acceleration: bool = True,
+        relax: Container[str] = (),
+        task: float = 1.0,
     ) -> "ReferenceProgram":
         return ReferenceProgram(
             self.tick,
             self.ingredients,
             use_acceleration=use_acceleration,
             relax=relax,
+            task=task,
         )
 
     @property
@@ -232,7 +241,8 @@ def decide(
         return Decision(u, tick_report.OPTIMAL, "", program)
     if program.has_acceleration_bounds:
         for names in _yielding(program, YIELD_ORDER[1:]):
-            eased = _eased(program, solver, names, use_acceleration=True)
+            less = program.weakened(relax=names, task=1e-3)
+            eased = _eased(less, solver)
             if eased:
                 return eased
         less = program.weakened(use_acceleration=False)
@@ -240,7 +250,8 @@ def decide(
         if u is not None:
             return Decision(u, tick_report.ACCELERATION_DROPPED, "", less)
     for names in _yielding(program, YIELD_ORDER):
-        eased = _eased(program, solver, names, use_acceleration=strict)
+        less = program.weakened(use_acceleration=strict, relax=names)
+        eased = _eased(less, solver)
         if eased:
             return eased
     tick = program.tick
@@ -249,14 +260,7 @@ def decide(
     return Decision(ramp, tick_report.BRAKING, "")
 
 
-def _eased(
-    program: ReferenceProgram,
-    solver: Solver,
-    names: frozenset[str],
-    *,
-    use_acceleration: bool,
-) -> Decision | None:
-    less = program.weakened(use_acceleration=use_acceleration, relax=names)
+def _eased(less: ReferenceProgram, solver: Solver) -> Decision | None:
     u = None
     if less.share >= 0:
         u = solver.solve(QuadraticProgram(less.form))

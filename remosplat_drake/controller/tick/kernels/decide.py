@@ -39,6 +39,11 @@ _OF_ALONE = 0.5
 """Share of the fastest retreat that it alone allows which a row that yields
 demands at most: what hardly moves holds up no other."""
 
+_TASK = 1e-3
+"""What a missed twist costs while rows of `_GENTLE_ORDER` are eased, as a share
+of what it costs else: motion that serves the target alone bends the way out,
+and verification refuses bends."""
+
 _NOTABLE = 2e-3
 """Speed of the retreat that a row must demand for something to count as too
 near [m/s]: a millimetre inside the scene's stopping distance, by default."""
@@ -73,7 +78,7 @@ def decide(program, ramp, strict, is_own_solver, line):
     if is_found:
         return u, _WHOLE
     if program.count[2]:
-        u, is_found = _eased(program, _GENTLE_ORDER, is_own_solver, line)
+        u, is_found = _eased(program, _GENTLE_ORDER, _TASK, is_own_solver, line)
         if is_found:
             return u, _RELAXED
         if not strict:
@@ -84,19 +89,20 @@ def decide(program, ramp, strict, is_own_solver, line):
             u, is_found = _optimum(program, is_own_solver, line)
             if is_found:
                 return u, _DROPPED
-    u, is_found = _eased(program, YIELD_ORDER, is_own_solver, line)
+    u, is_found = _eased(program, YIELD_ORDER, 1.0, is_own_solver, line)
     if is_found:
         return u, _RELAXED
     return ramp, BRAKING
 
 
 @helper
-def _eased(program, order, is_own_solver, line):
+def _eased(program, order, task, is_own_solver, line):
     """Finds the optimum with rows eased, of one kind after the other.
 
-    Where there is none, the program is as it was.
+    Where there is none, the program is as it was. A missed twist costs `task`
+    times as much.
     """
-    demanded = program.b.copy()
+    demanded, price = program.b.copy(), program.price.copy()
     for k in order:
         yields = _let_yield(program, k)
         if k == YIELD_ORDER[-1]:
@@ -109,11 +115,12 @@ def _eased(program, order, is_own_solver, line):
             continue
         eased = program.b.copy()
         ease(program, share)
+        program.price[:] = task * price
         u, is_found = _optimum(program, is_own_solver, line)
         if is_found:
             return u, True
         program.b[:] = eased
-    program.b[:] = demanded
+    program.b[:], program.price[:] = demanded, price
     program.raised[:] = False
     prune(program)
     return np.zeros(len(program.lower)), False
