@@ -23,7 +23,7 @@ def run_missing(
     path: Path,
     restore: Restore,
     workers: int,
-    what: str = "reconstructing",
+    doing: str = "reconstructing",
 ) -> list[Any]:
     """Runs the jobs whose results a file lacks, and adds them to it.
 
@@ -33,7 +33,7 @@ def run_missing(
         path: The file; it need not exist.
         restore: Makes a result of a line's fields.
         workers: Number of worker processes; 0 runs everything in this one.
-        what: What is done, for the bar.
+        doing: What is being done, for the progress bar.
 
     Returns:
         The results of all jobs, in their order.
@@ -46,7 +46,7 @@ def run_missing(
     running = run_jobs(missing, workers)
     progress = Progress(console=Console(stderr=True), transient=True)
     with LineFile(path) as file, closing(running), progress:
-        task = progress.add_task(what, total=len(missing))
+        task = progress.add_task(doing, total=len(missing))
         for result in running:
             file.append(json.dumps(dc.asdict(result)))
             known[result.key] = result

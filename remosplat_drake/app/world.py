@@ -37,6 +37,10 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
+_DEEPEST = 0.03
+"""How deep inside the scene a robot may start [m]: a map knows surfaces, and
+deeper no direction leads out for sure."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class World:
@@ -77,7 +81,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
 
     Raises:
         RemoSplatError: A file or a field is unusable, or the robot would
-            start inside the scene.
+            start deep inside the scene or far beyond its limits.
     """
     where = scenario.source
     check_ranges(scenario, where)
@@ -262,14 +266,14 @@ def _start(
 
 def _check_start(world: World, where: str) -> None:
     robot, q0 = world.robot, world.q0
-    if problem := robot.beyond_limits(q0):
-        raise FieldError(where, "robot.arm", problem)
+    if not (robot.excess(q0) <= robot.most_beyond).all():
+        raise FieldError(where, "robot.arm", robot.beyond_limits(q0))
     clearances = world.field.clearances(robot.spheres_at(q0))
     if not clearances.is_known:
         raise FieldError(
             where, "oracle", "does not know how near the robot would start"
         )
-    if clearances.minimum() < 0:
+    if clearances.minimum() < -_DEEPEST:
         row = int(clearances.distance.argmin())
         link = robot.spheres.links[clearances.sphere[row]]
         raise FieldError(

@@ -14,6 +14,7 @@ from remosplat_drake.app.map_knowledge import examine_map, target_places
 from remosplat_drake.app.run_files import METRICS, TRAJECTORY, save_result
 from remosplat_drake.app.run_result import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.start import start_gates
 from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
@@ -155,7 +156,12 @@ def run(arguments: argparse.Namespace) -> int:
         world = load_world(scenario)
         places = target_places(scenario, world)
         knowledge = examine_map(scenario, world, places)
-        admission = admit(knowledge, arguments, scenario.source)
+        admission = admit(
+            knowledge,
+            arguments,
+            scenario.source,
+            start_gates(scenario, world),
+        )
         compile_kernels(scenario, world, plans=bool(arguments.hardware))
     if page is not None:
         show_verdict(page, knowledge)

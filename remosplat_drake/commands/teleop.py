@@ -20,6 +20,7 @@ from remosplat_drake.app.stages.teleoperation import (
     Teleoperation,
     wrist_camera_mount,
 )
+from remosplat_drake.app.start import start_gates
 from remosplat_drake.app.teleop_session import (
     check_mappable,
     holds_session,
@@ -246,15 +247,16 @@ def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float:
 def _admitted(
     arguments: argparse.Namespace, scenario: Scenario, world: World
 ) -> Admission | None:
-    """Returns the terms on which a map may be used; None without a map yet.
+    """Returns the terms on which a run may begin; None without a map yet.
 
     Raises:
-        RemoSplatError: The map may not be used.
+        RemoSplatError: The run is refused.
     """
     if scenario.mapping.enabled and not scenario.scene.splat:
         return None
     knowledge = examine_map(scenario, world, saved_places(scenario))
-    return admit(knowledge, arguments, scenario.source)
+    gates = start_gates(scenario, world)
+    return admit(knowledge, arguments, scenario.source, gates)
 
 
 def _begin(

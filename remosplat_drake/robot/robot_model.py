@@ -41,6 +41,9 @@ from remosplat_drake.robot.sphere_model import (
 ROUNDING = 1e-3
 """Distance beyond a joint's limit that is no more than rounding [rad, m]."""
 
+_MOST_TURNED_BEYOND, _MOST_SLID_BEYOND = 0.5, 0.05
+"""How far beyond its limits a hinge may start [rad], and a slide [m]."""
+
 
 class RobotModel:
     """Kinematics, limits and collision spheres of one robot.
@@ -272,20 +275,36 @@ class RobotModel:
         inside = np.clip(q, self.position_lower, self.position_upper)
         return np.where(abs(inside - q) < ROUNDING, inside, q)
 
-    def beyond_limits(self, q: np.ndarray) -> str:
-        """Says which joint is beyond its limits; empty where none is.
+    @cached_property
+    def most_beyond(self) -> np.ndarray:
+        """How far beyond its limits each joint may start, (n_q,) [rad, m]."""
+        turns = np.ones(self.n_q, bool)
+        turns[self._base_q :] = self.arm_turns
+        return np.where(turns, _MOST_TURNED_BEYOND, _MOST_SLID_BEYOND)
+
+    def excess(self, q: np.ndarray) -> np.ndarray:
+        """Computes how far each joint is beyond its limits, (n_q,) [rad, m].
 
         Args:
             q: A configuration, shape (n_q,) [rad, m].
         """
         lower, upper = self.position_lower, self.position_upper
-        outside = (q < lower) | (q > upper)
-        if not outside.any():
+        return np.maximum(np.maximum(lower - q, q - upper), 0.0)
+
+    def beyond_limits(self, q: np.ndarray) -> str:
+        """Says which joint is farthest beyond its limits; empty if none is.
+
+        Args:
+            q: A configuration, shape (n_q,) [rad, m].
+        """
+        excess, names = self.excess(q), self.joint_names
+        if not excess.any():
             return ""
-        i = int(outside.argmax())
+        i = int(excess.argmax())
+        lower, upper = self.position_lower[i], self.position_upper[i]
         return (
-            f"{self.joint_names[i]} is beyond its limits: it is at {q[i]:g},"
-            f" not from {lower[i]:g} to {upper[i]:g}"
+            f"{names[i]} is beyond its limits: it is at {q[i]:g},"
+            f" not from {lower:g} to {upper:g}"
         )
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
@@ -446,8 +465,12 @@ class RobotModel:
 
     @cached_property
     def joint_reach(self) -> np.ndarray:
-        """How far from zero each joint can be, (n_q,) [m, rad]."""
-        return np.maximum(-self.position_lower, self.position_upper)
+        """How far from zero each joint can be, (n_q,) [m, rad].
+
+        It may start beyond its limits, by `most_beyond`.
+        """
+        reach = np.maximum(-self.position_lower, self.position_upper)
+        return reach + self.most_beyond
 
     @cached_property
     def jacobian_bound(self) -> np.ndarray:

@@ -82,7 +82,14 @@ class Clearances:
 
         Rows of unknown distance (NaN) are kept: they may be near.
         """
-        keep = ~(self.distance >= distance)
+        return self.select(~(self.distance >= distance))
+
+    def select(self, keep: np.ndarray) -> "Clearances":
+        """Returns some of the rows.
+
+        Args:
+            keep: Which rows are kept, shape (m,), bool.
+        """
         if keep.all():
             return self
         return Clearances(

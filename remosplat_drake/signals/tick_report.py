@@ -5,7 +5,7 @@ import dataclasses as dc
 import numpy as np
 
 from remosplat_drake.signals.aim import Aim
-from remosplat_drake.signals.binding import NONE_BINDS, Binding
+from remosplat_drake.signals.binding import NONE_BINDS, Binding, BoundRow
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.separation import Separation
 from remosplat_drake.signals.target import Target
@@ -17,7 +17,7 @@ ACCELERATION_DROPPED = "acceleration_dropped"
 RELAXED = "relaxed"
 """Status of a tick whose program was solved after relaxation.
 
-Negative right-hand sides of inequalities were raised to zero.
+Rows that demand a retreat got the greatest share of it that all can have.
 """
 BRAKING = "braking"
 """Status of a tick without a usable program: the command ramps down to zero."""
@@ -46,6 +46,7 @@ class TickReport:
             others are implied by the velocity bounds.
         tight: Which rows hold with equality at the program's optimum, before
             verification, shape (m,), bool (the active constraints).
+<<<<<<< HEAD
         aim: The targets of the end effectors at this tick.
         binding: All rows of any kind that hold with equality at the program's
             optimum, and the push against them.
@@ -56,6 +57,21 @@ class TickReport:
             nothing.
         separation: Distance to a mover, with the protective separation
             distance: of the pair with the least margin. None if nothing moves.
+=======
+        aim: What the end effectors should reach at this tick.
+        binding: All rows that hold with equality at the program's optimum, of
+            whatever kind, and what pushes against them.
+        inside: The row of what is most inside its stopping distance, of the
+            scene and the robot itself, or of the joint that is farthest beyond
+            its limits. None where nothing is, or by less than notable.
+        line_deviation: How far end effectors are beside the lines that their
+            targets ask for, at most [m]; NaN where none does.
+        objection: What verification has against that optimum: `COLLISION`,
+            `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`; empty if nothing.
+        separation: How near what moves is, beside the protective separation
+            distance: where least is left of it, or most is lacking. None where
+            nothing moves.
+>>>>>>> 8a3acc3a (app, safety, standing: Starts that are too near are told, left, and said)
         timings: Wall-clock time of each phase [s]: guidance (of the period
             before), oracle, solve (by one of Drake's solvers), tick (the rest
             of it: kinematics, program, decision, verification), total.
@@ -72,6 +88,7 @@ class TickReport:
     tight: np.ndarray
     aim: Aim
     binding: Binding = NONE_BINDS
+    inside: BoundRow | None = None
     line_deviation: float = float("nan")
     objection: str = ""
     separation: Separation | None = None

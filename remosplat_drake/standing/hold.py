@@ -1,4 +1,8 @@
+<<<<<<< HEAD
 """`find_hold`: the cause that holds a robot at standstill, and its place."""
+=======
+"""What holds a robot that stands still, and what it moves out of; and where."""
+>>>>>>> 8a3acc3a (app, safety, standing: Starts that are too near are told, left, and said)
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -84,6 +88,27 @@ def find_hold(
             return _vetoed(report, robot, name)
         is_told = np.abs(report.command).max(initial=0.0) > _TOLD
         return Hold(NOT_OBEYED if is_told else NOTHING)
+    return _of_row(row, report, robot, name)
+
+
+def find_inside(
+    report: TickReport, robot: RobotModel, name: Naming
+) -> Hold | None:
+    """Finds what is most inside its stopping distance; None if nothing is.
+
+    Args:
+        report: The latest tick.
+        robot: The robot.
+        name: Says what is at a place.
+    """
+    if report.inside is None:
+        return None
+    return _of_row(report.inside, report, robot, name)
+
+
+def _of_row(
+    row: BoundRow, report: TickReport, robot: RobotModel, name: Naming
+) -> Hold:
     if row.name == COLLISION:
         return _near(report, robot, name, row.index)
     if row.name == JOINT_LIMIT:
@@ -190,7 +215,7 @@ def _near_itself(
     # The end of the arm is named as held, not the link that it approaches.
     if robot.tree.index(other) > robot.tree.index(link):
         link, other = other, link
-    thing = f"the robot's own {robot.description.called(other)}"
+    thing = f"the {robot.description.called(other)}"
     pairs = self_collision_pairs(robot, 0.0)
     near = pairs.near(robot.body_poses(report.q), np.inf)
     distance = near.distance - pairs.allowance[near.pair]

@@ -46,6 +46,7 @@ class Situation:
             NaN without one.
         is_there: Whether the end effector has arrived at the target.
         hold: What holds the robot; None while it moves.
+        inside: What is most inside its stopping distance; None if nothing is.
         no_nearer_for: Time since the robot last came nearer to the target [s].
         progress: Progress along the targets; None if they are not counted.
         supervision: State of the safety supervisor; None without one.
@@ -58,6 +59,7 @@ class Situation:
     beside_line: float = math.nan
     is_there: bool = False
     hold: Hold | None = None
+    inside: Hold | None = None
     no_nearer_for: float = 0.0
     progress: TargetProgress | None = None
     supervision: SupervisorState | None = None
@@ -84,6 +86,8 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
         return stands.NOT_STARTED
     if now.is_there:
         return Standing(stands.REACHED, f"at {_target(now)}", distance)
+    if now.inside is not None:
+        return _inside(now, now.inside, robot)
     if now.hold is None:
         text = f"{_on_the_way(now)}, {_away(now)} away"
         if math.isfinite(now.beside_line):
@@ -129,6 +133,26 @@ def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
         text += f", {_away(now)} from {_target(now)}"
     text += "".join(f"; {more}" for more in (supervision.refusal,) if more)
     return Standing(stands.STOPPED, text, distance)
+
+
+def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
+    """What a robot moves out of, or cannot."""
+    moves, part = now.hold is None, robot.called(inside.link)
+    if inside.clearance is None:
+        where = f"{part} beyond {inside.thing}"
+    else:
+        where = f"{part} {_gap(inside.clearance)} {inside.thing}"
+    text = "moving out" if moves else "no motion found that leads out"
+    return Standing(
+        stands.MOVING if moves else stands.HELD,
+        f"{text}: {where}, {_away(now)} from {_target(now)}",
+        now.error.distance,
+        cause=inside.cause,
+        thing=inside.thing,
+        link=inside.link,
+        p_W=inside.p_W,
+        clearance=inside.clearance,
+    )
 
 
 def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:

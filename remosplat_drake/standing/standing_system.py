@@ -21,7 +21,7 @@ from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.standing import NOT_STARTED, Standing
 from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.standing.hold import Hold, find_hold
+from remosplat_drake.standing.hold import Naming, find_hold, find_inside
 from remosplat_drake.standing.names import name_thing
 from remosplat_drake.standing.sentence import Situation, how_things_stand
 from remosplat_drake.standing.stillness import Stillness, observe
@@ -182,9 +182,9 @@ class StandingSystem(LeafSystem):
         still = observe(
             memory.stillness, time, q, aim, X_WEs, may_rest=may_rest
         )
-        hold = None
+        name, hold = self._naming(context), None
         if time - still.since >= PAUSE:
-            hold = self._hold(context, report, memory.standing)
+            hold = find_hold(report, self._robot, name, memory.standing.link)
         situation = Situation(
             error=error,
             target=target,
@@ -192,6 +192,7 @@ class StandingSystem(LeafSystem):
             beside_line=target.line_deviation(X_WEs[effector]),
             is_there=is_there,
             hold=hold,
+            inside=find_inside(report, self._robot, name),
             no_nearer_for=time - still.nearest_at,
             progress=value_or_none(self._progress_input, context),
             supervision=supervision,
@@ -200,12 +201,10 @@ class StandingSystem(LeafSystem):
         standing = how_things_stand(situation, self._robot.description)
         return _Memory(standing, still, time)
 
-    def _hold(
-        self, context: Context, report: TickReport, before: Standing
-    ) -> Hold:
+    def _naming(self, context: Context) -> Naming:
         field: DistanceField = self._field_input.Eval(context)
 
         def name(p_W: np.ndarray) -> Thing:
             return name_thing(field, p_W, self._floor_height, self._truth)
 
-        return find_hold(report, self._robot, name, before.link)
+        return name
