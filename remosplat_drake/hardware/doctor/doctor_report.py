@@ -52,7 +52,6 @@ class DoctorReport:
 
     def save(self, path: Path) -> None:
         """Writes the report as JSON; see `write_atomically` for errors."""
-        path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, json.dumps(dc.asdict(self), indent=2) + "\n")
 
 
