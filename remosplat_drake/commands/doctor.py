@@ -18,6 +18,7 @@ from remosplat_drake.hardware.doctor import drills, host_checks, wire_checks
 from remosplat_drake.hardware.doctor.doctor_report import (
     DoctorReport,
     default_path,
+    needed_checks,
     this_host,
 )
 from remosplat_drake.hardware.doctor.drills import (
@@ -115,9 +116,9 @@ def run(arguments: argparse.Namespace) -> int:
     path = arguments.report or default_path()
     report.save(path)
     console.print(f"the report is {path}")
-    lacking = report.lacking(needed_drills(robot.n_base > 0))
+    lacking = report.lacking(needed_checks(robot.n_base > 0))
     if lacking and not report.failed:
-        console.print(f"it allows no run; not passed: {', '.join(lacking)}")
+        console.print(f"it allows no run; it lacks {', '.join(lacking)}")
     if arguments.json:
         print_json(report)
     return 1 if report.failed else 0
