@@ -92,7 +92,7 @@ def build_velocity_run(
     scenario.time_limit = LONGEST_RUN
     scenario.supervisor.follow_dwell = _FOLLOW_DWELL
     if hardware:
-        robot.description.actuators = _as_late_as_can_be(robot)
+        robot.description.actuators = latest_axes(robot)
     law = ReactiveLaw(
         robot,
         [
@@ -109,7 +109,12 @@ def build_velocity_run(
     return build(scenario, world, hardware=hardware, law=law)
 
 
-def _as_late_as_can_be(robot: RobotModel) -> list[Actuator]:
+def latest_axes(robot: RobotModel) -> list[Actuator]:
+    """Returns what is taken to be known of a robot that nobody has measured.
+
+    Args:
+        robot: The robot.
+    """
     n_arm = robot.n_u - robot.n_base
     return [LATEST_BASE] * robot.n_base + [LATEST_ARM] * n_arm
 
