@@ -121,7 +121,9 @@ def strokes_of(name: str, poses: int, seed: int = 0) -> Strokes:
             result.without_room += 1
             continue
         line = commands(stroke, robot, robot.velocity_limit, room.dt)
-        robot.description.actuators = latest_axes(robot) if k % 2 else []
+        # A simulated omnidirectional base obeys at once.
+        is_late = k % 2 and not robot.is_omnidirectional
+        robot.description.actuators = latest_axes(robot) if is_late else []
         there = dc.replace(world, q0=q0)
         result.add(_driven(scenario, there, _hasty(line, axis)), there, own)
     return result

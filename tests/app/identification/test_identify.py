@@ -11,7 +11,6 @@ import pytest
 from runs import complaint
 from wire_messages import arm_message
 
-from remosplat_drake.app.identification.reading import Reading, robot_stop
 from remosplat_drake.app.identification.excitation import (
     CRAWLS,
     Stroke,
@@ -19,6 +18,7 @@ from remosplat_drake.app.identification.excitation import (
     find_stroke,
 )
 from remosplat_drake.app.identification.fit import Recording, fit_axis
+from remosplat_drake.app.identification.reading import Reading, robot_stop
 from remosplat_drake.app.identification.record import (
     with_actuators,
     write_actuators,
