@@ -28,6 +28,7 @@ from remosplat_drake.commands.number_flags import at_least_one
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.recording.trajectory import Trajectory
+from remosplat_drake.task.velocity_profile import VelocityProfile
 
 SCENARIOS = (
     "TableGroundTruth",
@@ -159,6 +160,7 @@ def _driven(scenario: Scenario, world: World, line: np.ndarray) -> Trajectory:
     root = simulator.get_mutable_context()
     simulator.AdvanceTo(2 * scenario.control_period)
     profile = application.targets
+    assert isinstance(profile, VelocityProfile)
     profile.play(profile.GetMyMutableContextFromRoot(root), line)
     simulator.AdvanceTo((len(line) + _PAUSE) * scenario.control_period)
     recorder = application.recorder

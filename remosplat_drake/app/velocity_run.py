@@ -9,6 +9,7 @@ and the station; and the robot is looked for where the diagram localises it.
 import copy
 import dataclasses as dc
 import time
+from typing import cast
 
 import numpy as np
 from pydrake.systems.framework import Context
@@ -30,6 +31,7 @@ from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.robot.actuators import Actuator
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import RUNNING, STOPPED, UNARMED
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.task.velocity_profile import ProfileMaker, VelocityProfile
@@ -192,7 +194,8 @@ class _Player:
         measurement = self._station.measurement(root)
         self.ticks.append(Played(link.sent, link.u, measurement))
         context = self._station.GetMyContextFromRoot(root)
-        status = self._station.GetOutputPort(ports.STATUS).Eval(context)
+        port = self._station.GetOutputPort(ports.STATUS)
+        status = cast(StationStatus, port.Eval(context))
         self._is_late |= (
             status.age > self._hardware.arm_status_expiry
             or status.base_age >= self._hardware.base_status_expiry
