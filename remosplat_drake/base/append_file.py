@@ -54,9 +54,20 @@ class AppendFile:
         self._size += len(piece)
         return ""
 
-    def close(self) -> None:
-        """Closes the file; nothing can be appended any more."""
+    def close(self) -> str:
+        """Closes the file; nothing can be appended any more.
+
+        Returns:
+            What became of the file at its path, such as "was moved or deleted
+            meanwhile"; empty if it is there.
+        """
+        ours = os.fstat(self._file)
         os.close(self._file)
+        try:
+            there = self.path.stat()
+        except OSError:
+            return "was moved or deleted meanwhile"
+        return "" if os.path.samestat(ours, there) else "was replaced meanwhile"
 
     def _take_back(self) -> None:
         """Removes a partly written piece, which works on a full disk, too."""

@@ -12,8 +12,8 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.doctor.doctor_report import (
     check_doctor,
     default_path,
+    needed_checks,
 )
-from remosplat_drake.hardware.doctor.drills import needed_drills
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.robot.robot_description import load_robot_description
 from remosplat_drake.robot.robot_model import RobotModel
@@ -90,7 +90,7 @@ def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
         arguments.doctor or default_path(),
         scenario.hardware.url,
         time.time(),
-        needed_drills(description.base is not None),
+        needed_checks(description.base is not None),
     )
 
 

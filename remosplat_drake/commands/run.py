@@ -21,7 +21,11 @@ from remosplat_drake.base.atomic_file import atomic_write, check_writable
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.tcp_port import check_free
-from remosplat_drake.commands.driving import drive, log_is_whole
+from remosplat_drake.commands.driving import (
+    INCOMPLETE,
+    drive,
+    log_is_whole,
+)
 from remosplat_drake.commands.flags import (
     add_record_argument,
     opened_recorder,
@@ -126,7 +130,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Runs the scenario; returns 0 if the targets were reached, else 1.
 
-    A recording that lacks something makes it 1, too.
+    It returns `INCOMPLETE` if they were and a file lacks something.
     """
     console = open_console(stderr=True)
     _check_outputs(arguments)
@@ -176,7 +180,10 @@ def run(arguments: argparse.Namespace) -> int:
     preparation.say_address()
     if page is not None and application.supervisor is None:
         page.show(unsupervised())
-    waits = not arguments.headless and is_held(arguments.hold)
+    # A real robot stands until an operator lets it go, after every stop.
+    waits = arguments.hardware or (
+        not arguments.headless and is_held(arguments.hold)
+    )
     start = 0.0
     try:
         if page is not None:
@@ -190,6 +197,7 @@ def run(arguments: argparse.Namespace) -> int:
             console,
             rate=_rate(arguments, scenario),
             patience=math.inf if waits else 0.0,
+            page=page,
         )
     finally:
         if application.log is not None:
@@ -211,7 +219,9 @@ def run(arguments: argparse.Namespace) -> int:
         hold(arguments.hold, page, console)
     if result.outcome == INTERRUPTED:
         return 130
-    return 0 if result.outcome == REACHED and is_recorded else 1
+    if result.outcome != REACHED:
+        return 1
+    return 0 if is_recorded else INCOMPLETE
 
 
 class _Preparation:

@@ -35,7 +35,11 @@ from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.messages import CodeIssued
-from remosplat_drake.commands.driving import drive, log_is_whole
+from remosplat_drake.commands.driving import (
+    INCOMPLETE,
+    drive,
+    log_is_whole,
+)
 from remosplat_drake.commands.flags import (
     add_record_argument,
     opened_recorder,
@@ -207,7 +211,9 @@ def run(arguments: argparse.Namespace) -> int:
     # A folder's name is as long as it is; the line is to be copied.
     told = f"{result.standing.text}; `remosplat replay {folder}` shows it"
     console.print(told, soft_wrap=True)
-    return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) and is_logged else 1
+    if result.outcome not in (INTERRUPTED, TIME_LIMIT):
+        return 1
+    return 0 if is_logged else INCOMPLETE
 
 
 def _pages(

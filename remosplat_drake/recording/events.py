@@ -70,8 +70,10 @@ class EventWriter:
             self.trouble = f"{self._file.path.name} lacks events: {problem}"
 
     def close(self) -> None:
-        """Closes the file."""
-        self._file.close()
+        """Closes the file; `trouble` says if it is no longer there."""
+        problem = self._file.close()
+        if problem:
+            self.trouble = f"{self._file.path} {problem}"
 
 
 @reads_file

@@ -1,7 +1,7 @@
 """`PackedMovers`: the movers at a tick, as compact arrays."""
 
 import dataclasses as dc
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -11,6 +11,9 @@ from remosplat_drake.scene.mover import Mover, Movers
 _LENGTHS = (3, 1, 9, 3, 3, 3, 4)
 """Numbers of a mover: half extents, radius, orientation R_WM, position,
 velocity, angular velocity, bounds."""
+
+MOVER = "mover_"
+"""What the names of the columns of movers begin with."""
 
 ORIENTATION = slice(4, 13)
 """Where the orientation is among them."""
@@ -76,6 +79,54 @@ def mover_of(name: str, row: np.ndarray) -> Mover:
         w_WM,
         *map(float, bounds),
     )
+
+
+def to_columns(ticks: Collection[PackedMovers]) -> dict[str, np.ndarray]:
+    """Writes the movers of T ticks as arrays; messages that ticks share once.
+
+    Args:
+        ticks: Those of each tick.
+
+    Returns:
+        `mover_message`, the message of each tick, shape (T,); `mover_stamp`
+        and `mover_count`, shape (m,) for m messages; and of all k movers of
+        all messages `mover_name`, shape (k,), and `mover_row`, shape (k, 26).
+        Nothing for no tick.
+    """
+    if not ticks:
+        return {}
+    messages = list({id(packed): packed for packed in ticks}.values())
+    number = {id(packed): i for i, packed in enumerate(messages)}
+    return {
+        "mover_message": np.array([number[id(packed)] for packed in ticks]),
+        "mover_stamp": np.array([packed.stamp for packed in messages]),
+        "mover_count": np.array([len(packed.names) for packed in messages]),
+        "mover_name": np.array(
+            [name for packed in messages for name in packed.names], str
+        ),
+        "mover_row": np.concatenate([packed.rows for packed in messages]),
+    }
+
+
+def from_columns(columns: Mapping[str, np.ndarray]) -> list[PackedMovers]:
+    """Reads what `to_columns` wrote.
+
+    Args:
+        columns: The arrays by name.
+    """
+    if "mover_message" not in columns:
+        return []
+    ends = np.cumsum(columns["mover_count"])[:-1]
+    messages = [
+        PackedMovers(float(stamp), tuple(map(str, names)), rows)
+        for stamp, names, rows in zip(
+            columns["mover_stamp"],
+            np.split(columns["mover_name"], ends),
+            np.split(columns["mover_row"], ends),
+            strict=True,
+        )
+    ]
+    return [messages[i] for i in columns["mover_message"]]
 
 
 class PackedTicks(Sequence[Movers]):

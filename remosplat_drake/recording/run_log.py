@@ -162,9 +162,14 @@ class RunLogWriter:
             )
 
     def close(self) -> None:
-        """Writes the rows in memory, and closes the file."""
+        """Writes the rows in memory, and closes the file.
+
+        `trouble` says if it is no longer there.
+        """
         self.flush()
-        self._file.close()
+        problem = self._file.close()
+        if problem:
+            self.trouble = f"{self._file.path} {problem}"
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -18,14 +18,17 @@ class Aim:
     """A target for each end effector, or none; copying returns the same object.
 
     Attributes:
-        targets: The target of each end effector, by index, or None; at least
-            one is a target.
+        targets: By the end effectors' indices, the target of each, None for one
+            that nothing is asked of; at least one is asked for something.
+        u: Velocities that the axes shall have, for laws that track these,
+            shape (n_u,) [m/s, rad/s]; None where poses alone are asked for.
 
     Raises:
         ValueError: There is no target at all.
     """
 
     targets: tuple[Target | None, ...]
+    u: np.ndarray | None = None
 
     def __post_init__(self):
         if not any(self.targets):
@@ -78,6 +81,8 @@ class Aim:
         """
         if self is other:
             return True
+        if not np.array_equal(_listed(self.u), _listed(other.u)):
+            return False
         same = [i for i, _ in self.items] == [i for i, _ in other.items]
         return same and all(
             mine.equals(theirs)
@@ -152,3 +157,7 @@ class Aim:
             if target.line is not None
         ]
         return max(beside, default=float("nan"))
+
+
+def _listed(u: np.ndarray | None) -> np.ndarray:
+    return np.zeros(0) if u is None else u

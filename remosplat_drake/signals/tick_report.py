@@ -46,10 +46,12 @@ class TickReport:
             others are implied by the velocity bounds.
         tight: Which rows hold with equality at the program's optimum, before
             verification, shape (m,), bool (the active constraints).
-<<<<<<< HEAD
         aim: The targets of the end effectors at this tick.
         binding: All rows of any kind that hold with equality at the program's
             optimum, and the push against them.
+        inside: The row of the deepest violation of a stopping distance, to the
+            scene or to the robot itself, or of a joint limit. None if there is
+            no notable one.
         line_deviation: Largest deviation of end effectors from the lines of
             their targets [m]; NaN without lines.
         objection: The constraint for which verification rejected that optimum:
@@ -57,21 +59,6 @@ class TickReport:
             nothing.
         separation: Distance to a mover, with the protective separation
             distance: of the pair with the least margin. None if nothing moves.
-=======
-        aim: What the end effectors should reach at this tick.
-        binding: All rows that hold with equality at the program's optimum, of
-            whatever kind, and what pushes against them.
-        inside: The row of what is most inside its stopping distance, of the
-            scene and the robot itself, or of the joint that is farthest beyond
-            its limits. None where nothing is, or by less than notable.
-        line_deviation: How far end effectors are beside the lines that their
-            targets ask for, at most [m]; NaN where none does.
-        objection: What verification has against that optimum: `COLLISION`,
-            `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`; empty if nothing.
-        separation: How near what moves is, beside the protective separation
-            distance: where least is left of it, or most is lacking. None where
-            nothing moves.
->>>>>>> 8a3acc3a (app, safety, standing: Starts that are too near are told, left, and said)
         timings: Wall-clock time of each phase [s]: guidance (of the period
             before), oracle, solve (by one of Drake's solvers), tick (the rest
             of it: kinematics, program, decision, verification), total.

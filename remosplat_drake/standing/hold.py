@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-"""`find_hold`: the cause that holds a robot at standstill, and its place."""
-=======
-"""What holds a robot that stands still, and what it moves out of; and where."""
->>>>>>> 8a3acc3a (app, safety, standing: Starts that are too near are told, left, and said)
+"""The causes that hold a robot, or that it moves out of, and their places."""
 
 import dataclasses as dc
 from collections.abc import Callable

@@ -26,6 +26,7 @@ from runs import PATIENT, command_line, remosplat
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.commands.driving import INCOMPLETE
 from remosplat_drake.hardware.hardware_config import HardwareConfig, beside
 from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
 from remosplat_drake.hardware.wire.images import encode_images
@@ -288,7 +289,7 @@ def test_a_recording_on_a_full_disk_is_not_called_whole(tmp_path):
         *("--record", tmp_path / "a.mcap", "--output", tmp_path / "run"),
         largest_file=FULL,
     )
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == INCOMPLETE, done.stderr
     *_, last = done.stderr.splitlines()
     assert last == (
         f"the recording has ended: File too large; {tmp_path}/a.partial.mcap"
@@ -305,7 +306,7 @@ def test_a_full_disk_is_told_at_once_and_at_the_end(tmp_path):
         *("--record", tmp_path / "a.mcap"),
         largest_file=FULL,
     )
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == INCOMPLETE, done.stderr
     lines = done.stderr.splitlines()
     (outcome,) = (i for i, x in enumerate(lines) if x.startswith("outcome"))
     assert "reached" in lines[outcome]
@@ -378,7 +379,7 @@ def test_a_full_disk_does_not_stop_a_robot(lone_robot, tmp_path):
             *("--scenario-text", PATIENT),
             largest_file=FULL,
         )
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == INCOMPLETE, done.stderr
     assert re.search(r"^outcome +reached", done.stderr, re.M), done.stderr
     assert "File too large" in done.stderr.splitlines()[-1]
     assert not path.exists() and partial_path(path).exists()
