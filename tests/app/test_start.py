@@ -22,8 +22,8 @@ from remosplat_drake.safety.gates import (
 )
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
-STOW = "[0.1, 1.32, 1.4, -0.2, 1.72, 0, 1.66, 0]"
-"""How a Fetch folds its arm for transport."""
+FOLDED = "[0.0044, -3.0174, -0.3891, 1.5374, 2.9742, -1.4463]"
+"""A UR5e whose wrist is inside its forearm, with two of its shapes."""
 
 BEYOND = "[0, 0, 0, -0.02, 0, 1.5, 0]"
 """A Panda's elbow, straighter than it can be."""
@@ -121,14 +121,13 @@ def run(name: str, text: str) -> int:
     return main(["run", name, "--headless", "--scenario-text", text])
 
 
-def test_a_fetch_in_its_stow_is_told_so_and_moves_out(capfd):
-    assert (
-        run("FetchReach", f"{{time_limit: 0.2, robot: {{arm: {STOW}}}}}") == 1
-    )
+def test_a_folded_arm_is_told_so_and_moves_out(capfd):
+    text = f"{{time_limit: 0.2, robot: {{arm: {FOLDED}}}}}"
+    assert run("Ur5eReach", text) == 1
     said = capfd.readouterr().err
     assert (
-        f"warning: {START_TOO_NEAR}: robot.arm: torso and shoulder overlap by"
-        " 31 mm; the robot keeps 10 mm from itself" in said
+        f"warning: {START_TOO_NEAR}: robot.arm: forearm and wrist 3 overlap by"
+        " 11 mm; the robot keeps 10 mm from itself" in said
     )
     assert "moving out: " in said
 
@@ -155,17 +154,17 @@ def test_a_real_robot_is_refused_unless_it_is_accepted(capfd):
     assert f"--accept {START_BEYOND_LIMITS}" in said
 
 
-def test_a_fetch_leaves_its_stow():
+def test_a_folded_arm_gets_out():
     """Nothing that is too near comes nearer, and all of it parts."""
-    scenario = load_scenario("FetchReach", f"{{robot: {{arm: {STOW}}}}}")
+    scenario = load_scenario("Ur5eReach", f"{{robot: {{arm: {FOLDED}}}}}")
     scenario.controller.solver = "active_set"
     world = load_world(scenario)
     robot, q, u = world.robot, world.q0, np.zeros(world.robot.n_u)
     law = ReactiveLaw.make(scenario.controller, robot, 0.01)
     at_start = lacking(law, world, q)
     X_WE = robot.end_effector_pose(q)
-    assert at_start.max() > 0.04
-    for tick in range(500):
+    assert at_start.max() > 0.02
+    for tick in range(800):
         near = world.field.clearances(robot.spheres_at(q), 0.5)
         report = run_tick(law, 0.01 * tick, q, X_WE, near, world.field, u)
         u = report.command
