@@ -137,6 +137,7 @@ def run(arguments: argparse.Namespace) -> int:
         actuators=world.robot.description.actuators,
         fci=driver,
         localizes=arguments.localization,
+        status_rate=scenario.hardware.arm_status_rate,
         inbox=inbox,
     )
     motion = TrueMotion(plant) if arguments.record else None

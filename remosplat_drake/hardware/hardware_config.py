@@ -85,7 +85,12 @@ class HardwareConfig(Config):
     channels: ChannelNames = dc.field(default_factory=ChannelNames)
     # Longest wait for the first status of each driver [s].
     connect_timeout: Annotated[float, Interval(gt=0, le=600)] = 10.0
-    # Age at which a status of the arm is stale and the robot is stopped [s].
+    # How often the arm's driver tells its state [Hz]. Control stays at the rate
+    # of `control_period`. Limits on the age of a status follow: each is longer
+    # by one period, so that a stop of a slow arm is noticed later.
+    arm_status_rate: Annotated[float, Interval(ge=20, le=1000)] = 1000.0
+    # Age at which a status of the arm is stale and the robot is stopped, less
+    # the period of its statuses [s].
     arm_status_expiry: Annotated[float, Interval(gt=0, le=1)] = (
         wire.STATUS_EXPIRY
     )
@@ -177,6 +182,16 @@ class HardwareConfig(Config):
         self.lcm_url = url
         if self.lcm is not None:
             self.lcm.lcm_url = ""
+
+    @property
+    def arm_status_period(self) -> float:
+        """Time between two statuses of the arm [s]."""
+        return 1.0 / self.arm_status_rate
+
+    @property
+    def arm_status_limit(self) -> float:
+        """Age at which a status of the arm is stale [s]."""
+        return self.arm_status_expiry + self.arm_status_period
 
     @property
     def suffix(self) -> str:

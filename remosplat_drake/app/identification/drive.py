@@ -207,7 +207,7 @@ def _was_late(
     """
     gaps = np.diff([*sent, time.time()])
     return (
-        status.age > config.arm_status_expiry
+        status.age > config.arm_status_limit
         or status.base_age >= config.base_status_expiry
         or bool((gaps > LONGEST_GAP).any())
     )

@@ -35,9 +35,6 @@ from remosplat_drake.hardware.wire.ramp import encode_ramp
 from remosplat_drake.robot.braking import braking_time
 from remosplat_drake.robot.robot_model import RobotModel
 
-ARM_PERIOD = 1e-3
-"""Period of the arm's statuses [s]."""
-
 _MOVING = 0.02
 """Joint rate from which the arm is expected to move measurably [rad/s]."""
 
@@ -140,8 +137,8 @@ class RobotLink:
 
         Those that waited in Drake's subscriptions are the oldest since the
         last call. They are taken out first; unless the arm's status among
-        them is the newest even so, its next one is waited for, a millisecond
-        at most.
+        them is younger than a period of its statuses, the next one is waited
+        for.
 
         Args:
             timeout: Longest wait for the arm [s].
@@ -150,7 +147,7 @@ class RobotLink:
             Whether the arm was heard within the timeout.
         """
         self.take_out()
-        if 0 <= time.time() - self.arm.stamp < ARM_PERIOD:
+        if 0 <= time.time() - self.arm.stamp < self._config.arm_status_period:
             return True
         count, deadline = self.arm.count, time.monotonic() + timeout
         while self.arm.count == count:
