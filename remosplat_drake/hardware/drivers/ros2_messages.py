@@ -12,7 +12,13 @@ import dataclasses as dc
 
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import array, float64, int32, sequence, uint32
+from cyclonedds.idl.types import (
+    array,
+    float64,
+    int32,
+    sequence,
+    uint32,
+)
 
 
 def dds_topic(topic: str) -> str:
@@ -28,6 +34,20 @@ def _zeros36() -> list[float]:
 @final
 class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
     """builtin_interfaces/Time: seconds and nanoseconds of the Unix epoch."""
+
+    sec: int32 = 0
+    nanosec: uint32 = 0
+
+
+def stamp(utime: int) -> Time:
+    """Returns a time in microseconds of the Unix epoch as ROS's."""
+    return Time(utime // 1_000_000, 1000 * (utime % 1_000_000))
+
+
+@dc.dataclass
+@final
+class Duration(IdlStruct, typename="builtin_interfaces::msg::dds_::Duration_"):
+    """builtin_interfaces/Duration: seconds and nanoseconds."""
 
     sec: int32 = 0
     nanosec: uint32 = 0
@@ -59,6 +79,17 @@ class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
 
     linear: Vector3 = dc.field(default_factory=Vector3)
     angular: Vector3 = dc.field(default_factory=Vector3)
+
+
+@dc.dataclass
+@final
+class TwistStamped(
+    IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"
+):
+    """geometry_msgs/TwistStamped: a velocity, and when it was wanted."""
+
+    header: Header = dc.field(default_factory=Header)
+    twist: Twist = dc.field(default_factory=Twist)
 
 
 @dc.dataclass
@@ -233,3 +264,29 @@ class Float64MultiArray(
 
     layout: MultiArrayLayout = dc.field(default_factory=MultiArrayLayout)
     data: sequence[float64] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class JointTrajectoryPoint(
+    IdlStruct, typename="trajectory_msgs::msg::dds_::JointTrajectoryPoint_"
+):
+    """trajectory_msgs/JointTrajectoryPoint: where joints are at a time."""
+
+    positions: sequence[float64] = dc.field(default_factory=list)
+    velocities: sequence[float64] = dc.field(default_factory=list)
+    accelerations: sequence[float64] = dc.field(default_factory=list)
+    effort: sequence[float64] = dc.field(default_factory=list)
+    time_from_start: Duration = dc.field(default_factory=Duration)
+
+
+@dc.dataclass
+@final
+class JointTrajectory(
+    IdlStruct, typename="trajectory_msgs::msg::dds_::JointTrajectory_"
+):
+    """trajectory_msgs/JointTrajectory: a motion of some joints."""
+
+    header: Header = dc.field(default_factory=Header)
+    joint_names: sequence[str] = dc.field(default_factory=list)
+    points: sequence[JointTrajectoryPoint] = dc.field(default_factory=list)

@@ -27,6 +27,7 @@ from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
 from remosplat_drake.hardware.stand_in.simulated_hand import SimulatedHand
 from remosplat_drake.hardware.stand_in.simulated_panda import SimulatedPanda
 from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.base import base_axes
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 from remosplat_drake.hardware.wire.packets import stamp_of
 from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
@@ -116,7 +117,8 @@ class HardwareSim:
         self._faults = FaultSchedule(schedule)
         self.arm = _make_arm(self._robot)
         self._fci = fci
-        self.base = SimulatedBase()
+        self.base = SimulatedBase(self._robot.is_omnidirectional)
+        self._base_axes = base_axes(self._robot.n_base)
         self._senses = BaseSenses(localizes)
         self.hand = SimulatedHand(plant.hand[0])
         self._described = list(actuators)
@@ -155,7 +157,7 @@ class HardwareSim:
         self._break(t)
         now = self._now()
         n = self._robot.n_base
-        base = self.base.step(now, t, TICK)[:n]
+        base = self.base.step(now, t, TICK)[self._base_axes]
         if self._fci is None:
             arm = self.arm.step(now, self._measured)
         else:
@@ -254,9 +256,7 @@ class HardwareSim:
     def _tell_of_arm(self, now: int, t: float) -> None:
         is_sparse = self._is_late and self._ticks % _SPARSE != 0
         if t + 0.5 * TICK >= self._next_status and not is_sparse:
-            self._next_status = max(
-                self._next_status + self._status_period, t
-            )
+            self._next_status = max(self._next_status + self._status_period, t)
             if "status-stops" not in self._faults:
                 late = self._faults.value("status-delay", 0.0)
                 status = self._arm_status(now)
