@@ -23,9 +23,6 @@ from remosplat_drake.hardware.drivers.arm_driver import (
 from remosplat_drake.hardware.wire.channels import COMMAND_RAMP, PANDA_COMMAND
 from remosplat_drake.robot.robot_description import load_robot_description
 
-_SHORTEST = 0.001
-"""Shortest period of the driver's loop [s]."""
-
 _PATIENCE = 3.0
 """How long the arm is given to come to rest at the end [s]."""
 
@@ -62,9 +59,8 @@ def run(arguments: argparse.Namespace) -> int:
         lcm, [COMMAND_RAMP, PANDA_COMMAND], "arm-driver", console
     )
     driver = ArmDriver(lcm, link, len(description.arm.joints), inbox)
-    # Twice as often as the arm tells its state, where that can be.
-    period = min(COMMAND_PERIOD, 0.5 * config.arm_status_period)
-    pacer, problem = Pacer(max(period, _SHORTEST)), ""
+    pacer = Pacer(min(COMMAND_PERIOD, config.arm_status_period))
+    problem = ""
     with stop_signals() as request:
         name = driver_name(config.arm_driver)
         console.print(f"{url} <-> {name}; Ctrl-C ends")

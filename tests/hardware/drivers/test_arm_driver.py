@@ -149,9 +149,14 @@ def test_a_universal_robots_arm_is_driven_and_always_comes_to_rest(
     pytest.importorskip("rtde_control", reason="needs the extra ur")
     url, record = free_url(), tmp_path / "motion.npy"
     with controller(record) as (address, robot):
-        arm = f"{{hardware: {{arm_driver: !UrArm {{host: {address}}}}}}}"
+        arm = f"arm_status_rate: 125, arm_driver: !UrArm {{host: {address}}}"
         with running(
-            *("arm-driver", "Ur5eReach", "--scenario-text", arm),
+            *(
+                "arm-driver",
+                "Ur5eReach",
+                "--scenario-text",
+                f"{{hardware: {{{arm}}}}}",
+            ),
             *("--lcm-url", url),
         ) as driver:
             client = Client(url)
