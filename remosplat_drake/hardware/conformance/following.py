@@ -75,7 +75,7 @@ def examine(part: PartRecord, actuators: Sequence[Actuator]) -> Following:
 
     measured = part.way[first]
     told = [
-        np.column_stack([steps(time, way, j, delay) for j in columns])
+        np.column_stack([steps(time, way, int(j), delay) for j in columns])
         for delay in _DELAYS
     ]
     for i in range(n):

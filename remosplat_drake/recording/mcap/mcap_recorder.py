@@ -50,6 +50,7 @@ class McapRecorder:
         camera: HardwareConfig | None = None,
         may_wait: bool = False,
         limit: int = LIMIT,
+        live: int | None = None,
     ):
         """Starts the process and waits until it has begun the file.
 
@@ -59,6 +60,7 @@ class McapRecorder:
             camera: Where the wrist camera's images are heard; None for none.
             may_wait: Whether `append` waits rather than leave a tick out.
             limit: Largest size of the file [bytes].
+            live: TCP port at which Foxglove may watch; None for none.
 
         Raises:
             RemoSplatError: The file cannot be begun.
@@ -74,7 +76,7 @@ class McapRecorder:
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         self._socket.setblocking(False)
         self._child = ChildProcess(serve, "recording", _NICENESS)
-        job = RecordingJob(path.absolute(), limit, robot, camera)
+        job = RecordingJob(path.absolute(), limit, robot, camera, live)
         self._child.start(theirs, job)
         self._child.wait_until_started()
         theirs.close()

@@ -16,6 +16,7 @@ from remosplat_drake.hardware.wire.images import decode_images
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.recording.events import TROUBLE, Event
+from remosplat_drake.recording.mcap.live_server import LiveServer
 from remosplat_drake.recording.mcap.mcap_file import McapFile
 from remosplat_drake.recording.mcap.messages import (
     Message,
@@ -47,12 +48,14 @@ class RecordingJob:
         limit: Size from which on nothing is added [bytes].
         robot: The robot.
         camera: Where the wrist camera's images are heard; None for none.
+        live: TCP port at which Foxglove may watch; None for none.
     """
 
     path: Path
     limit: int
     robot: RobotModel
     camera: HardwareConfig | None = None
+    live: int | None = None
 
 
 def serve(
@@ -67,13 +70,16 @@ def serve(
             pickled, one a packet; an empty packet is the end.
         job: What to write.
     """
+    server = None
     try:
+        # A port that is taken leaves no file behind.
+        server = None if job.live is None else LiveServer(job.live)
         file = McapFile(job.path, job.limit)
     except RemoSplatError as error:
         connection.send(str(error))
         return
     connection.send("")
-    recording = _Recording(job, file)
+    recording = _Recording(job, file, server)
     told = ""
     try:
         while recording.round(ticks):
@@ -87,16 +93,20 @@ def serve(
         raise
     finally:
         file.close()
+        if server is not None:
+            server.close()
         if file.trouble != told:
             with contextlib.suppress(OSError):
                 connection.send(file.trouble)
 
 
 class _Recording:
-    """Sorts what comes into the file."""
+    """Sorts what comes into the file, and shows it to who watches."""
 
-    def __init__(self, job: RecordingJob, file: McapFile):
-        self._job, self._file = job, file
+    def __init__(
+        self, job: RecordingJob, file: McapFile, server: LiveServer | None
+    ):
+        self._job, self._file, self._server = job, file, server
         self._left_out = 0
         self._complaint = ""
         self._transformed = self._pictured = float("-inf")
@@ -118,8 +128,13 @@ class _Recording:
         self._file.flush()
         return True
 
+    def _add(self, message: Message) -> None:
+        self._file.add(message)
+        if self._server is not None:
+            self._server.add(message)
+
     def _tick(self, left_out: int, record: TickRecord) -> None:
-        add, robot = self._file.add, self._job.robot
+        add, robot = self._add, self._job.robot
         for message in tick_messages(record, robot):
             add(message)
         if not 0 <= record.time - self._transformed < _TRANSFORMS:
@@ -136,7 +151,7 @@ class _Recording:
         """Notes a broken image, unless the latest one broke likewise."""
         if text != self._complaint:
             self._complaint = text
-            self._file.add(log(Event(time.time(), TROUBLE, text)))
+            self._add(log(Event(time.time(), TROUBLE, text)))
 
     def _picture(self, packet: bytes) -> None:
         try:
@@ -147,4 +162,4 @@ class _Recording:
         if not 0 <= images.stamp - self._pictured < _IMAGES:
             self._pictured = images.stamp
             for message in image_messages(images):
-                self._file.add(message)
+                self._add(message)
