@@ -7,6 +7,10 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.scenario_robot import robot_file
 from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.real_time import (
+    DRIVER_PRIORITY,
+    realtime_priority,
+)
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.driver_flags import (
     add_driver_arguments,
@@ -61,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     driver = ArmDriver(lcm, link, len(description.arm.joints), inbox)
     pacer = Pacer(min(COMMAND_PERIOD, config.arm_status_period))
     problem = ""
-    with stop_signals() as request:
+    with realtime_priority(DRIVER_PRIORITY), stop_signals() as request:
         name = driver_name(config.arm_driver)
         console.print(f"{url} <-> {name}; Ctrl-C ends")
         try:

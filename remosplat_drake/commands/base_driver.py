@@ -10,6 +10,10 @@ from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.scenario_robot import robot_file
 from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.real_time import (
+    DRIVER_PRIORITY,
+    realtime_priority,
+)
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.driver_flags import (
     add_driver_arguments,
@@ -89,7 +93,11 @@ def run(arguments: argparse.Namespace) -> int:
         lcm, [COMMAND_RAMP, BASE_COMMAND], "base-driver", console
     )
     pacer = Pacer(PERIOD)
-    with stop_signals() as request, _arcl(arguments, tell) as sources:
+    with (
+        realtime_priority(DRIVER_PRIORITY),
+        stop_signals() as request,
+        _arcl(arguments, tell) as sources,
+    ):
         driver = BaseDriver(lcm, link, maxima, sources, inbox, tell)
         name = driver_name(config.base_driver)
         console.print(f"{url} <-> {name}; Ctrl-C ends")

@@ -55,10 +55,13 @@ class Ros2ArmLink:
         self._reader = node.reader(config.states, ros.JointState)
         self._joints = JointStates(description.arm.joints, config.differentiate)
         kinds = {EMERGENCY_STOP: ros.Bool, MODE: getattr(ros, config.mode_type)}
-        self._readers = {
-            field: node.reader(topic, kinds[field])
+        # What tells changes only has often told the last one long ago.
+        latched = (False, True) if config.stop_expiry is None else (False,)
+        self._readers = [
+            (field, node.reader(topic, kinds[field], latched=kept))
+            for kept in latched
             for field, topic in config.stops.items()
-        }
+        ]
         self._stops = ArmStops(config)
         self._tell = tell
         self._held, self._broken = "", ""
@@ -110,7 +113,7 @@ class Ros2ArmLink:
 
     def _hold(self) -> ArmHold:
         """What holds the arm now; news are told."""
-        for field, reader in self._readers.items():
+        for field, reader in self._readers:
             for sample in taken(reader):
                 self._stops.put(field, sample.data, time.monotonic())
         hold = self._stops.hold(time.monotonic())

@@ -46,10 +46,13 @@ class Ros2Link:
             self._poses = node.reader(topics.localization, kind)
         if topics.transform:
             self._transforms = node.reader("/tf", ros.TFMessage)
-        self._stops = {
-            field: node.reader(name, ros.Bool)
+        # What tells changes only has often told the last one long ago.
+        latched = (False, True) if topics.stop_expiry is None else (False,)
+        self._stops = [
+            (field, node.reader(name, ros.Bool, latched=kept))
+            for kept in latched
             for name, field in topics.flags.items()
-        }
+        ]
 
     def publish(self, velocity: np.ndarray) -> None:
         """Sends a Twist: forward, left, turn, shape (3,) [m/s, rad/s]."""
@@ -81,7 +84,7 @@ class Ros2Link:
 
     def stops(self, t: float) -> BaseStops:
         """Returns what the topics with flags say at a time t [s]."""
-        for field, reader in self._stops.items():
+        for field, reader in self._stops:
             for sample in taken(reader):
                 self._flags.put(field, sample.data, time.monotonic())
         return self._flags.stops(t)

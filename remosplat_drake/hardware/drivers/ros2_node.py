@@ -78,12 +78,15 @@ class Ros2Node:
                 self._participant, self._topic(topic, kind), qos=qos
             )
 
-    def reader(self, topic: str, kind: type):
+    def reader(self, topic: str, kind: type, *, latched: bool = False):
         """Makes a `DataReader` of a topic, which keeps the last ten messages.
 
         Args:
             topic: ROS's name of the topic.
             kind: Type of its messages, one of `ros2_messages`.
+            latched: Whether only writers are heard that keep their last
+                message for late readers (ROS's transient local), and that
+                message, too.
 
         Raises:
             RemoSplatError: The topic cannot be read.
@@ -93,6 +96,12 @@ class Ros2Node:
 
         history = Policy.History.KeepLast(10)
         qos = Qos(Policy.Reliability.BestEffort, history)
+        if latched:
+            qos = Qos(
+                Policy.Reliability.Reliable(max_blocking_time=10_000_000),
+                Policy.Durability.TransientLocal,
+                history,
+            )
         with self._named_errors():
             return DataReader(
                 self._participant, self._topic(topic, kind), qos=qos

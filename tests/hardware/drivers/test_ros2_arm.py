@@ -21,6 +21,7 @@ from remosplat_drake.robot.robot_description import load_robot_description
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
+from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -305,6 +306,33 @@ def test_named_topics_hold_the_arm():
         "/arm_mode: 'FAULT', not 'RUNNING' or 'SLOW'; the arm counts as"
         " stopped",
     ]
+
+
+def test_a_latched_mode_is_heard_by_who_comes_late():
+    """ur_robot_driver tells once, before we are there, that a program runs."""
+    participant = DomainParticipant(DOMAIN)
+    writer = DataWriter(
+        participant,
+        Topic(participant, "rt/program_running", ros.Bool),
+        qos=Qos(
+            Policy.Reliability.Reliable(10_000_000),
+            Policy.Durability.TransientLocal,
+            Policy.History.KeepLast(1),
+        ),
+    )
+    writer.write(ros.Bool(True))
+    bench = Bench(
+        dc.replace(
+            ARM,
+            mode="/program_running",
+            mode_type="Bool",
+            running_modes=["true"],
+            stop_expiry=None,
+        )
+    )
+    bench.run_until_mode(RobotMode.MOVE)
+    writer.write(ros.Bool(False))
+    bench.run_until_mode(RobotMode.OTHER)
 
 
 def test_a_topic_that_falls_silent_holds_the_arm():
