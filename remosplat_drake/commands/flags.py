@@ -22,7 +22,7 @@ _LAST_PORT = 65535
 
 
 def add_record_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares the flags `--record` and `--live`."""
+    """Declares the flags `--record`, `--live` and `--rviz`."""
     parser.add_argument(
         "--record",
         type=Path,
@@ -37,6 +37,12 @@ def add_record_argument(parser: argparse.ArgumentParser) -> None:
         help="with --record: let Foxglove watch at ws://127.0.0.1:PORT (usually"
         " 8765; extra `live`)",
     )
+    parser.add_argument(
+        "--rviz",
+        action="store_true",
+        help="with --record: show target, clearances and standing on ROS 2, as"
+        " markers and a transform (extra `ros2`)",
+    )
 
 
 def opened_recorder(
@@ -45,7 +51,8 @@ def opened_recorder(
     """Begins the recording that the flags want; None if they want none.
 
     Args:
-        arguments: The command line with `--record`, `--live` and `--hardware`.
+        arguments: The command line with the flags of
+            `add_record_argument`, and `--hardware`.
         scenario: The scenario.
         robot: The robot that is recorded.
 
@@ -58,6 +65,8 @@ def opened_recorder(
         if not 1 <= arguments.live <= _LAST_PORT:
             problem = f"must be a port, 1 to {_LAST_PORT}"
             raise FieldError("--live", str(arguments.live), problem)
+    if arguments.rviz and arguments.record is None:
+        raise FieldError("run", "--rviz", "needs --record")
     if arguments.record is None:
         return None
     has_camera = arguments.hardware and scenario.camera is not None
@@ -67,6 +76,7 @@ def opened_recorder(
         camera=scenario.hardware if has_camera else None,
         may_wait=not arguments.hardware,
         live=arguments.live,
+        rviz=arguments.rviz,
     )
 
 

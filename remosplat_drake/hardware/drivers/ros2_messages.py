@@ -14,9 +14,11 @@ from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
 from cyclonedds.idl.types import (
     array,
+    float32,
     float64,
     int32,
     sequence,
+    uint8,
     uint32,
 )
 
@@ -290,3 +292,91 @@ class JointTrajectory(
     header: Header = dc.field(default_factory=Header)
     joint_names: sequence[str] = dc.field(default_factory=list)
     points: sequence[JointTrajectoryPoint] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
+    """geometry_msgs/PoseStamped: a pose in a frame, and when it was wanted."""
+
+    header: Header = dc.field(default_factory=Header)
+    pose: Pose = dc.field(default_factory=Pose)
+
+
+@dc.dataclass
+@final
+class ColorRGBA(IdlStruct, typename="std_msgs::msg::dds_::ColorRGBA_"):
+    """std_msgs/ColorRGBA: a colour, each part from 0 to 1."""
+
+    r: float32 = 0.0
+    g: float32 = 0.0
+    b: float32 = 0.0
+    a: float32 = 1.0
+
+
+@dc.dataclass
+@final
+class CompressedImage(
+    IdlStruct, typename="sensor_msgs::msg::dds_::CompressedImage_"
+):
+    """sensor_msgs/CompressedImage: an encoded image."""
+
+    header: Header = dc.field(default_factory=Header)
+    format: str = ""
+    data: sequence[uint8] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class UVCoordinate(
+    IdlStruct, typename="visualization_msgs::msg::dds_::UVCoordinate_"
+):
+    """visualization_msgs/UVCoordinate: a place in a texture."""
+
+    u: float32 = 0.0
+    v: float32 = 0.0
+
+
+@dc.dataclass
+@final
+class MeshFile(IdlStruct, typename="visualization_msgs::msg::dds_::MeshFile_"):
+    """visualization_msgs/MeshFile: a mesh inside a message."""
+
+    filename: str = ""
+    data: sequence[uint8] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class Marker(IdlStruct, typename="visualization_msgs::msg::dds_::Marker_"):
+    """visualization_msgs/Marker as from Humble on: a shape for RViz."""
+
+    header: Header = dc.field(default_factory=Header)
+    ns: str = ""
+    id: int32 = 0
+    type: int32 = 0
+    action: int32 = 0
+    pose: Pose = dc.field(default_factory=Pose)
+    scale: Vector3 = dc.field(default_factory=Vector3)
+    color: ColorRGBA = dc.field(default_factory=ColorRGBA)
+    lifetime: Duration = dc.field(default_factory=Duration)
+    frame_locked: bool = False
+    points: sequence[Point] = dc.field(default_factory=list)
+    colors: sequence[ColorRGBA] = dc.field(default_factory=list)
+    texture_resource: str = ""
+    texture: CompressedImage = dc.field(default_factory=CompressedImage)
+    uv_coordinates: sequence[UVCoordinate] = dc.field(default_factory=list)
+    text: str = ""
+    mesh_resource: str = ""
+    mesh_file: MeshFile = dc.field(default_factory=MeshFile)
+    mesh_use_embedded_materials: bool = False
+
+
+@dc.dataclass
+@final
+class MarkerArray(
+    IdlStruct, typename="visualization_msgs::msg::dds_::MarkerArray_"
+):
+    """visualization_msgs/MarkerArray: shapes for RViz."""
+
+    markers: sequence[Marker] = dc.field(default_factory=list)

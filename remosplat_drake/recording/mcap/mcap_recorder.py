@@ -51,6 +51,7 @@ class McapRecorder:
         may_wait: bool = False,
         limit: int = LIMIT,
         live: int | None = None,
+        rviz: bool = False,
     ):
         """Starts the process and waits until it has begun the file.
 
@@ -61,6 +62,7 @@ class McapRecorder:
             may_wait: Whether `append` waits rather than leave a tick out.
             limit: Largest size of the file [bytes].
             live: TCP port at which Foxglove may watch; None for none.
+            rviz: Whether RViz is shown targets and clearances on ROS 2.
 
         Raises:
             RemoSplatError: The file cannot be begun.
@@ -76,7 +78,7 @@ class McapRecorder:
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         self._socket.setblocking(False)
         self._child = ChildProcess(serve, "recording", _NICENESS)
-        job = RecordingJob(path.absolute(), limit, robot, camera, live)
+        job = RecordingJob(path.absolute(), limit, robot, camera, live, rviz)
         self._child.start(theirs, job)
         self._child.wait_until_started()
         theirs.close()

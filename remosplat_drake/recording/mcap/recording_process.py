@@ -26,6 +26,7 @@ from remosplat_drake.recording.mcap.messages import (
     tick_messages,
     transforms,
 )
+from remosplat_drake.recording.mcap.ros2_view import Ros2View
 from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -49,6 +50,7 @@ class RecordingJob:
         robot: The robot.
         camera: Where the wrist camera's images are heard; None for none.
         live: TCP port at which Foxglove may watch; None for none.
+        rviz: Whether RViz is shown targets and clearances on ROS 2.
     """
 
     path: Path
@@ -56,6 +58,7 @@ class RecordingJob:
     robot: RobotModel
     camera: HardwareConfig | None = None
     live: int | None = None
+    rviz: bool = False
 
 
 def serve(
@@ -70,16 +73,17 @@ def serve(
             pickled, one a packet; an empty packet is the end.
         job: What to write.
     """
-    server = None
+    server, view = None, None
     try:
         # A port that is taken leaves no file behind.
         server = None if job.live is None else LiveServer(job.live)
+        view = Ros2View() if job.rviz else None
         file = McapFile(job.path, job.limit)
     except RemoSplatError as error:
         connection.send(str(error))
         return
     connection.send("")
-    recording = _Recording(job, file, server)
+    recording = _Recording(job, file, server, view)
     told = ""
     try:
         while recording.round(ticks):
@@ -104,9 +108,14 @@ class _Recording:
     """Sorts what comes into the file, and shows it to who watches."""
 
     def __init__(
-        self, job: RecordingJob, file: McapFile, server: LiveServer | None
+        self,
+        job: RecordingJob,
+        file: McapFile,
+        server: LiveServer | None,
+        view: Ros2View | None,
     ):
-        self._job, self._file, self._server = job, file, server
+        self._job, self._file = job, file
+        self._server, self._view = server, view
         self._left_out = 0
         self._complaint = ""
         self._transformed = self._pictured = float("-inf")
@@ -142,6 +151,8 @@ class _Recording:
             message = transforms(record, robot)
             if message is not None:
                 add(message)
+            if self._view is not None:
+                self._view.show(record, robot)
         if left_out > self._left_out:
             self._left_out = left_out
             content = {"timestamp": stamp(record.time), "left_out": left_out}
