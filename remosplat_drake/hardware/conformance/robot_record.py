@@ -8,7 +8,6 @@ from collections.abc import Iterable
 import numpy as np
 from drake import lcmt_panda_command
 
-from remosplat_drake.controller.prediction.history import base_way
 from remosplat_drake.hardware.doctor.wire_checks import Heard
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire import panda as panda_wire
@@ -24,6 +23,7 @@ from remosplat_drake.hardware.wire.packets import (
     decode,
     from_utime,
 )
+from remosplat_drake.robot.base_motion import base_way
 from remosplat_drake.robot.robot_model import RobotModel
 
 
