@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from pydrake.lcm import DrakeLcm
 
@@ -185,7 +186,7 @@ def controller(
 
 @contextlib.contextmanager
 def _running(
-    line: list[str], stdout, stderr=subprocess.DEVNULL
+    line: list[str], stdout: Any, stderr: Any = subprocess.DEVNULL
 ) -> Iterator[subprocess.Popen]:
     """Runs a process, with raised priority where allowed; SIGTERM ends it."""
     with subprocess.Popen(

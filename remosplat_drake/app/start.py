@@ -143,7 +143,8 @@ def _clearances(world: World, q: np.ndarray, within: float) -> Clearances:
     """Measures clearances of the spheres that some command moves."""
     robot = world.robot
     found = world.field.clearances(robot.spheres_at(q), within)
-    return found.select(robot.jacobian_bound[found.sphere].any(axis=1))
+    moves = np.abs(robot.jacobian_bound[found.sphere]).max(axis=1) > 0
+    return found.select(moves)
 
 
 def _relation(one: str, other: str, gap: float) -> str:

@@ -197,7 +197,7 @@ class _Player:
         port = self._station.GetOutputPort(ports.STATUS)
         status = cast(StationStatus, port.Eval(context))
         self._is_late |= (
-            status.age > self._hardware.arm_status_expiry
+            status.age > self._hardware.arm_status_limit
             or status.base_age >= self._hardware.base_status_expiry
         )
         report = self._application.recorder.latest

@@ -117,7 +117,7 @@ def run(arguments: argparse.Namespace) -> int:
     findings = []
     for finding in _examine(scenario, robot, arguments, console):
         findings.append(finding)
-        _show(finding, console)
+        show_finding(finding, console)
     report = DoctorReport(
         this_host(), hardware.url, time.time(), tuple(findings)
     )
@@ -230,7 +230,8 @@ def _agreed(name: str) -> bool:
     return answer.strip().lower() in ("y", "yes")
 
 
-def _show(finding: Finding, console: Console) -> None:
+def show_finding(finding: Finding, console: Console) -> None:
+    """Prints what a check found, and how to mend it."""
     style = _STYLES[finding.result]
     console.print(
         f"[{style}]{finding.result:8}[/] {finding.check}: {finding.found}"

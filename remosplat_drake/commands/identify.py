@@ -42,6 +42,7 @@ from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.commands.wire import announce_wire
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
+from remosplat_drake.hardware.wire.base import base_axes
 from remosplat_drake.robot.actuators import Actuator
 
 _INCOMPLETE = 1
@@ -127,8 +128,9 @@ def run(arguments: argparse.Namespace) -> int:
     limit = arguments.fraction * robot.velocity_limit
     if robot.n_base:
         hardware = scenario.hardware
-        slowest = min(-hardware.base_forward_lower, hardware.base_forward_upper)
-        limit[:2] = np.minimum(limit[:2], [slowest, hardware.base_yaw_rate])
+        axes_B = base_axes(robot.n_base)
+        slowest = np.minimum(*np.abs(hardware.base_bounds))[axes_B]
+        limit[: robot.n_base] = np.minimum(limit[: robot.n_base], slowest)
     if not (arguments.yes or _agrees(console, len(axes))):
         raise RemoSplatError("identify: nobody agreed; nothing has moved")
     application = build_velocity_run(scenario, world)
@@ -143,7 +145,8 @@ def run(arguments: argparse.Namespace) -> int:
     print_table(console, fit_table(fits))
     for axis, fit in fits.items():
         known[axis] = fit.actuator
-    names = [*("forward", "yaw")[: robot.n_base], *robot.description.arm.joints]
+    base = [("forward", "left", "yaw")[i] for i in base_axes(robot.n_base)]
+    names = [*base, *robot.description.arm.joints]
     kept = write_actuators(path, known, names, time.strftime("%Y-%m-%d"))
     console.print(f"{path} written; the file before is {kept}")
     return _INCOMPLETE if len(fits) < len(axes) else 0

@@ -28,3 +28,16 @@ def base_command(
     x, y = (after - before)[:2] / np.sinc(0.5 * turn / math.pi)
     ways = [c * x + s * y, c * y - s * x][: n_base - 1]
     return np.array([*ways, turn])
+
+
+def base_way(before: np.ndarray, after: np.ndarray, n_base: int) -> np.ndarray:
+    """Measures how far a base has come between two poses, shape (n_base,).
+
+    Args:
+        before: x, y and yaw, shape (3,) [m, m, rad].
+        after: The same a little later, in any turn.
+        n_base: Number of base commands, 2 or 3.
+    """
+    turn = math.remainder(after[2] - before[2], math.tau)
+    end = np.array([*after[:2], before[2] + turn])
+    return base_command(before, end, n_base)

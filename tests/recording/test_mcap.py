@@ -23,6 +23,7 @@ from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 from robot_process import Client, robot_process, running
 from runs import PATIENT, command_line, remosplat
+from ticks import tick
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.errors import FileError, RemoSplatError
@@ -36,9 +37,6 @@ from remosplat_drake.recording.mcap import mcap_recorder
 from remosplat_drake.recording.mcap.mcap_file import McapFile, partial_path
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.mcap.messages import Message, stamp
-from remosplat_drake.recording.mcap.tick_record import TickRecord
-from remosplat_drake.signals.aim import Aim
-from remosplat_drake.signals.station_status import StationStatus
 
 reader = pytest.importorskip("mcap.reader")
 pictures = pytest.importorskip("PIL.Image")
@@ -78,26 +76,6 @@ def messages(path: Path) -> dict[str, list[dict]]:
         except reader.McapError:
             pass  # Its writer was killed.
     return found
-
-
-def tick(robot, time: float, *events: Event) -> TickRecord:
-    return TickRecord(
-        time=time,
-        q=robot.q_home,
-        commanded=np.zeros(robot.n_u),
-        executed=np.ones(robot.n_u),
-        aim=Aim.of(np.eye(4)),
-        status="optimal",
-        reason="",
-        scale=1.0,
-        duration=1e-3,
-        sphere=np.array([0, 3, 3]),
-        distance=np.array([0.3, 0.2, 0.1]),
-        mode="running",
-        stop_reason="",
-        station=StationStatus(age=np.inf),
-        events=events,
-    )
 
 
 def test_ticks_become_valid_messages(frankie, tmp_path):

@@ -96,6 +96,7 @@ def _maps(
         ("live, unseen solid", True),
     ):
         grown = live(frames, unseen_is_solid, robot.spheres_at(q0))
+        assert grown.splat_W is not None
         yield name, grown.splat_W, grown.field
 
 

@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import minimize
 
-from remosplat_drake.controller.prediction.history import History, base_way
+from remosplat_drake.controller.prediction.history import History
 from remosplat_drake.controller.prediction.predict import modelled_way
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+from remosplat_drake.robot.base_motion import base_way
 
 MARGIN = 1.5
 """By how much the tube exceeds the largest residual: more motions than these

@@ -15,7 +15,7 @@ from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.client.status_monitor import station_status
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.wire.base import extrapolated_pose
+from remosplat_drake.hardware.wire.base import base_axes, extrapolated_pose
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.station_status import (
@@ -71,6 +71,7 @@ class RemoteRobot(LeafSystem):
         self._robot = robot
         self._link = link
         self._config = config
+        self._axes = base_axes(robot.n_base)
         self._commands = CommandInputs(self, robot)
         self._cell = self.DeclareAbstractState(Value(Measurement()))
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
@@ -89,7 +90,12 @@ class RemoteRobot(LeafSystem):
         if description.base:
             outputs += [
                 (ports.BASE_POSE, 3, self._calc_base, now),
-                (ports.BASE_VELOCITY, 2, self._calc_base_velocity, state),
+                (
+                    ports.BASE_VELOCITY,
+                    len(self._axes),
+                    self._calc_base_velocity,
+                    state,
+                ),
             ]
         if description.hand:
             name = ports.hand_state(description)
@@ -157,7 +163,9 @@ class RemoteRobot(LeafSystem):
         self, context: Context, output: BasicVector
     ) -> None:
         base = self.measurement(context).base
-        output.SetFromVector(base.velocity if base else _unknown(output))
+        output.SetFromVector(
+            base.velocity[self._axes] if base else _unknown(output)
+        )
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
         hand = self.measurement(context).hand

@@ -80,15 +80,13 @@ class McapFile:
         """Adds a message; if that fails, `trouble` states why."""
         if self.trouble:
             return
-        content = message.content
-        at = content.get("timestamp") or content["transforms"][0]["timestamp"]
-        nanoseconds = at["sec"] * 10**9 + at["nsec"]
+        nanoseconds = message.nanoseconds
         try:
             self._writer.add_message(
                 channel_id=self._channel(message),
                 log_time=nanoseconds,
                 publish_time=nanoseconds,
-                data=json.dumps(content, allow_nan=False).encode(),
+                data=json.dumps(message.content, allow_nan=False).encode(),
             )
         except OSError as error:
             self._break(error)

@@ -50,6 +50,8 @@ class McapRecorder:
         camera: HardwareConfig | None = None,
         may_wait: bool = False,
         limit: int = LIMIT,
+        live: int | None = None,
+        rviz: bool = False,
     ):
         """Starts the process and waits until it has begun the file.
 
@@ -59,6 +61,8 @@ class McapRecorder:
             camera: Source of the wrist camera's images; None for none.
             may_wait: Whether `append` waits instead of dropping a tick.
             limit: Largest size of the file [bytes].
+            live: TCP port at which Foxglove may watch; None for none.
+            rviz: Whether RViz is shown targets and clearances on ROS 2.
 
         Raises:
             RemoSplatError: The file cannot be begun.
@@ -74,7 +78,7 @@ class McapRecorder:
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         self._socket.setblocking(False)
         self._child = ChildProcess(serve, "recording", _NICENESS)
-        job = RecordingJob(path.absolute(), limit, robot, camera)
+        job = RecordingJob(path.absolute(), limit, robot, camera, live, rviz)
         self._child.start(theirs, job)
         self._child.wait_until_started()
         theirs.close()

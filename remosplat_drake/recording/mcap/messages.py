@@ -44,6 +44,13 @@ class Message:
     schema: str
     content: dict
 
+    @property
+    def nanoseconds(self) -> int:
+        """Its time since the Unix epoch [ns]."""
+        content = self.content
+        at = content.get("timestamp") or content["transforms"][0]["timestamp"]
+        return at["sec"] * 10**9 + at["nsec"]
+
 
 def stamp(time: float) -> dict:
     """Returns a time [s] as seconds and nanoseconds."""

@@ -185,7 +185,7 @@ class MeshTruth:
         p_A = b.data @ R_AB.T + p_AB
         inside = (p_A > a.mins - NEAR) & (p_A < a.maxes + NEAR)
         p_A = p_A[inside.all(axis=1)]
-        away, nearest = a.query(p_A, distance_upper_bound=NEAR)
+        away, nearest = map(np.asarray, a.query(p_A, distance_upper_bound=NEAR))
         i = int(away.argmin()) if len(away) else 0
         if not (away[i : i + 1] < np.inf).any():
             return np.inf
