@@ -12,7 +12,7 @@ There are six sources of images:
 | Simulated, inside the diagram     | `WristCameraConfig.AddToStation` |
 | Simulated, in the mapping process | `RenderedCamera`                 |
 | Simulated driver, sends by LCM    | `CameraSim`                      |
-| Real or simulated, heard by LCM   | `LcmCamera`                      |
+| Real or simulated, over LCM       | `LcmCamera`                      |
 | Intel RealSense, by USB           | `RealSenseCamera`                |
 | Its driver, sends by LCM          | `CameraDriver`                   |
 

@@ -111,8 +111,8 @@ def judge_camera(
         capture: The frames, with poses from the robot; fewer than
             `LEAST_FRAMES` give no estimate.
         names: Their names.
-        drifts: Whether the robot's base drifts; how wrong its poses are is
-            then told by the frames, too.
+        drifts: Whether the robot's base drifts; the errors of its poses
+            are then estimated from the frames, too.
         report: Called with the progress.
     """
     judged = frozenset(names)

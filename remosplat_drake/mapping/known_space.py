@@ -51,8 +51,7 @@ def known_space(
     with a measured point is not free, unless the robot itself was there.
 
     Args:
-        capture: The frames that may clear space, without what is out of date
-            in them.
+        capture: The frames that may clear space, without their outdated parts.
         come: Pixels of the frames that show things that were not in older ones,
             shape (n, h, w) bool.
         measured: Cells that hold measured points, see `measured_in_box`.
@@ -85,9 +84,8 @@ def measured_in_box(
 
     Args:
         frames: All frames as they were taken.
-        changes: What is out of date in them.
-        capture: The frames that may clear space, without what is out of date
-            in them.
+        changes: Their outdated parts.
+        capture: The frames that may clear space, without their outdated parts.
         config: The box and its voxels.
 
     Returns:

@@ -143,7 +143,7 @@ def _surfaces(
 
     Args:
         capture: The frames as they were taken.
-        changes: What is out of date in them.
+        changes: Their outdated parts.
         looks: The rest of those that may clear space, without specks.
         config: Settings of the live map.
         effort: `QUICK` or `FULL`.

@@ -49,8 +49,8 @@ class SphereToEllipsoid(Config):
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
     # Number of threads of a query on the CPU; 1 is the steadiest.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
-    # What the splats' own uncertainty does, where they know it: `subtract`
-    # takes it from every distance, `ignore` leaves them as they are.
+    # Use of the splats' own uncertainty, if they have it: `subtract`
+    # subtracts it from every distance, `ignore` leaves distances unchanged.
     uncertainty: Annotated[str, OneOf(("subtract", "ignore"))] = "subtract"
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -125,8 +125,8 @@ class DepthRasterization(Config):
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
     # Number of threads of a query on the CPU.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
-    # What the splats' own uncertainty does, where they know it: `subtract`
-    # takes it from every distance, `ignore` leaves them as they are.
+    # Use of the splats' own uncertainty, if they have it: `subtract`
+    # subtracts it from every distance, `ignore` leaves distances unchanged.
     uncertainty: Annotated[str, OneOf(("subtract", "ignore"))] = "subtract"
 
     def check(self) -> Iterator[tuple[str, str]]:

@@ -69,7 +69,7 @@ def test_over_a_bare_floor_the_rate_carries_on(frames):
     blind = np.zeros_like(frames.capture.depth[12])
     for i in (12, 13):
         tracked = aligner.track(frames.frame(i, blind))
-        assert "shares nothing" in tracked.problem
+        assert "shares no surface" in tracked.problem
         assert error(frames, i, tracked.estimate.X_WB) < 0.006
     again = aligner.track(frames.frame(14))
     assert again.problem == ""

@@ -129,7 +129,7 @@ def _entry(path: Path, document: dict, i: int) -> tuple[np.ndarray, float]:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns what a reader should know of a folder beside its frames."""
+    """Returns the remarks on a folder for the reader, without its frames."""
     if path.name != TRANSFORMS:
         path = path / TRANSFORMS
     # Frames that were not read may hold anything.

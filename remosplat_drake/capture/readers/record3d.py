@@ -149,7 +149,7 @@ def _opened(path: Path) -> Iterator[tuple[Source, _Layout]]:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns what a reader should know of a capture beside its frames."""
+    """Returns the remarks on a capture for the reader, without its frames."""
     with _opened(path) as (root, layout):
         count = len(_poses(layout.metadata, read_json(root / layout.metadata)))
         folder, pattern = layout.color.split("/")

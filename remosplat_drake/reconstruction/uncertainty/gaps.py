@@ -22,7 +22,7 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 LARGEST_GAP = 0.0015
-"""Gap that is left as it is [m]."""
+"""Largest gap that remains [m]."""
 
 _TINY = 0.0005
 """Distances up to this are none [m]."""
@@ -83,7 +83,7 @@ def close_gaps(
     Args:
         splat_W: Discs, in W.
         measured: What was measured.
-        largest: Gap that is left as it is [m].
+        largest: Largest gap that remains [m].
 
     Returns:
         The splat, with more discs at its end.
