@@ -27,7 +27,7 @@ SLACK = 5e-4
 """How far corners that a piece does without may be outside it [m]. Pieces are
 stretched by what this takes, so that they enclose all in the end."""
 
-_MOST_CORNERS = 150
+_MOST_CORNERS = 200
 """Corners of a piece from which on it does without more: ticks look at all."""
 
 _SPARE = 6e-5
