@@ -27,6 +27,9 @@ SLACK = 5e-4
 """How far corners that a piece does without may be outside it [m]. Pieces are
 stretched by what this takes, so that they enclose all in the end."""
 
+_MOST_CORNERS = 200
+"""Corners of a piece from which on it does without more: ticks look at all."""
+
 _SPARE = 6e-5
 """How deep in the pieces all lies [m]: files are in micrometres, and
 `standing_out` sees no less."""
@@ -67,9 +70,15 @@ def decompose(surface: np.ndarray, threshold: float) -> list[ConvexPiece]:
     parts = [surface.reshape(-1, 3)]
     if np.isfinite(threshold):
         parts = _shared_out(surface, _cut(surface, threshold))
-    return [
-        stretched(convex_piece(part, SLACK), part, _SPARE) for part in parts
-    ]
+    return [_piece(part) for part in parts]
+
+
+def _piece(p: np.ndarray) -> ConvexPiece:
+    """The hull of points with few corners, which holds them all the same."""
+    slack = SLACK
+    while len((piece := convex_piece(p, slack)).vertices) > _MOST_CORNERS:
+        slack *= 1.4
+    return stretched(piece, p, _SPARE)
 
 
 class Pieces:

@@ -30,9 +30,10 @@ SPACING = 4e-3
 """Mean distance of the points on surfaces by which meshes are measured [m]: two
 that are 10 mm apart are measured 0.2 mm too far, at most."""
 
-_LOOKS = 8
-"""In how many postures a pair of links is measured at a time: those in which
-its pieces stand out most where they are nearest."""
+_LOOKS, _MOST_LOOKS = 8, 60
+"""In how many postures a pair of links is measured that say something, and in
+how many at all: those in which its pieces stand out most where they are
+nearest come first."""
 
 _TOUCHING = 3e-3
 """Distance of such points below which surfaces are taken to cut each other: how
@@ -146,13 +147,14 @@ class MeshTruth:
         worst = {}
         for links, own in looks.items():
             own.sort(key=lambda look: -look.most)
-            doubtful = [x for x in own[:_LOOKS] if x.most > least]
-            true = [self._distance(links, x.posture) for x in doubtful]
-            errors = [
-                PairError(links, d - x.distance, d, x.blame)
-                for x, d in zip(doubtful, true, strict=True)
-                if _TOUCHING < d < NEAR
-            ]
+            errors = []
+            for look in own[:_MOST_LOOKS]:
+                if look.most <= least or len(errors) == _LOOKS:
+                    break
+                true = self._distance(links, look.posture)
+                if _TOUCHING < true < NEAR:
+                    error = true - look.distance
+                    errors.append(PairError(links, error, true, look.blame))
             largest = max(errors, key=lambda x: x.error, default=None)
             if largest is not None and largest.error > least:
                 worst[links] = largest
@@ -189,7 +191,7 @@ class MeshTruth:
         i = int(away.argmin()) if len(away) else 0
         if not (away[i : i + 1] < np.inf).any():
             return np.inf
-        on_a = a.data[nearest[i]]
+        on_a = a.data[np.asarray(nearest)[i]]
         if is_inside(p_A[i], self._surfaces[links[0]]) or is_inside(
             (on_a - p_AB) @ R_AB, self._surfaces[links[1]]
         ):

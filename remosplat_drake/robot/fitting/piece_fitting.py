@@ -108,21 +108,20 @@ def fit_pieces(
         name: _Link(own, [decompose(mesh, _LADDER[0]) for mesh in own])
         for name, own in meshes.items()
     }
+    least, best = np.inf, FittedPieces({}, ())
     while True:
-        shapes = _shapes(links, primitives)
-        errors = truth.worst_errors(shapes, _AIM)
-        blamed: dict[str, float] = {}
-        for error in errors.values():
-            for name in _suspects(error, links):
-                blamed[name] = max(blamed.get(name, 0.0), error.error)
+        errors = truth.worst_errors(_shapes(links, primitives), _AIM)
+        ranked = sorted(errors.values(), key=lambda error: -error.error)
+        # A finer cut is another one, and may be worse.
+        if (worst := ranked[0].error if ranked else 0.0) < least:
+            pieces = {name: link.all_pieces for name, link in links.items()}
+            missed = [error for error in ranked if error.error > ACCURACY]
+            least, best = worst, FittedPieces(pieces, tuple(missed))
+        blamed = {name for error in ranked for name in _suspects(error, links)}
         on_progress(len(links) - len(blamed), len(links))
-        refined = [links[name].refine() for name in blamed]
+        refined = [links[name].refine() for name in sorted(blamed)]
         if not any(refined):
-            break
-    missed = [x for x in errors.values() if x.error > ACCURACY]
-    missed.sort(key=lambda error: -error.error)
-    pieces = {name: link.all_pieces for name, link in links.items()}
-    return FittedPieces(pieces, tuple(missed))
+            return best
 
 
 def _suspects(error: PairError, links: dict[str, _Link]) -> list[str]:

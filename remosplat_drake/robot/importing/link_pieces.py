@@ -22,7 +22,7 @@ from remosplat_drake.robot.sphere_model import SphereModel
 _DIRECTIONS = 1000
 """Corners of the polyhedron that stands for a ball as a surface."""
 
-POSTURES = 600
+POSTURES = 2000
 """Number of random postures in which distances are looked at."""
 
 

@@ -151,6 +151,10 @@ def test_the_nearest_is_among_them_for_each_pair_of_links(name):
         )
         seen += len(found)
         gap = np.vecdot(found.p_WB - found.p_WA, found.normal_W)
+        # The points of a ball are its centre.
+        radius = pairs.shapes.radius
+        for ends in (pairs.pairs.first, pairs.pairs.second):
+            gap = gap - radius[ends[found.pair]]
         np.testing.assert_allclose(gap, found.distance, atol=1e-9)
     assert seen > 200
 
