@@ -31,8 +31,12 @@ def replace_missing(urdf: Urdf, packages: Packages, findings: Findings) -> None:
     def is_there(element: Element) -> bool:
         for mesh in element.iter("mesh"):
             try:
-                packages.resolve(mesh.get("filename", ""), element.tag)
+                place = packages.place(mesh.get("filename", ""), element.tag)
             except FieldError:
+                # A person may know the package: a collision shape is worth
+                # the error that asks for it, a picture is not.
+                return element.tag == COLLISION
+            if not place.is_file():
                 return False
         return True
 
