@@ -144,14 +144,14 @@ def test_nor_does_it_say_that_anything_has_gone(laden):
     base = a_map(laden).splat_W
     two = joined(moved(laden, ASIDE), moved(laden, ACROSS))
     alone = a_map(two, base=base)
-    assert "2 borne out by nothing" in alone.quality
+    assert "2 unconfirmed" in alone.quality
     assert len(alone.splat_W) >= len(base)
 
 
 def test_a_single_frame_adds_to_a_splat_and_clears_nothing(bare, laden):
     one = np.array([0])
     added = a_map(laden.select(one), base=a_map(bare).splat_W)
-    assert "1 frame (1 borne out by nothing" in added.quality
+    assert "1 frame (1 unconfirmed" in added.quality
     assert np.median(distances(added, BESIDE_THING) - truth(THING)) < 0.01
     base = a_map(laden).splat_W
     again = a_map(bare.select(one), base=base)

@@ -179,7 +179,8 @@ def test_an_omnidirectional_base_slides_to_the_side(tmp_path):
 
 def test_a_missing_package_is_told_before_anything_is_made(tmp_path):
     source = write_toy(tmp_path)
-    source.write_text(source.read_text().replace("toy_description", "lost"))
+    text = source.read_text().replace("toy_description", "lost/elsewhere")
+    source.write_text(text)
     out = tmp_path / "out"
     out.mkdir()
     with pytest.raises(
