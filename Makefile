@@ -72,7 +72,7 @@ $(RUNTIME): pyproject.toml | $(VENV)/pyvenv.cfg
 	@touch $@
 
 $(DEV): pyproject.toml | $(VENV)/pyvenv.cfg
-	$(BIN)/python -m pip install --quiet --editable '.[meshes,reconstruction,formats,ros2,panda,record,calibration,cockpit,robots,ur]' --group dev
+	$(BIN)/python -m pip install --quiet --editable '.[meshes,reconstruction,formats,ros2,panda,record,live,calibration,cockpit,robots,ur]' --group dev
 	@touch $@ $(RUNTIME)
 
 $(DOCS): pyproject.toml | $(DEV)

@@ -4,7 +4,7 @@ import contextlib
 import math
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from drake import (
@@ -23,6 +23,7 @@ from remosplat_drake.hardware.client.wire_guard import WireGuard
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.stand_in import faults
 from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.base import base_velocity
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.messages.base_command import base_command
 from remosplat_drake.hardware.wire.messages.base_status import base_status
@@ -129,14 +130,15 @@ class Client:
         self,
         until: Callable[[], bool],
         arm: np.ndarray | None = None,
-        base: tuple[float, float] | None = None,
+        base: Sequence[float] | None = None,
     ) -> None:
         """Repeats a command at 100 Hz, freshly stamped, until something is so.
 
         Args:
             until: What ends it.
             arm: Joint rates, shape (7,); None sends none.
-            base: Forward speed and yaw rate; None sends none.
+            base: Forward speed, that to the left where there is one, and yaw
+                rate; None sends none.
         """
         due = -math.inf
         self.take_command()
@@ -151,7 +153,7 @@ class Client:
                 if arm is not None:
                     self.send_arm(arm)
                 if base is not None:
-                    self.send_base(*base)
+                    self.send_base(base)
             return False
 
         self.wait_for(done)
@@ -171,12 +173,14 @@ class Client:
         message.control_mode_expected = 2
         self._lcm.Publish(channels.PANDA_COMMAND, message.encode())
 
-    def send_base(self, forward: float, yaw_rate: float, age: float = 0.0):
+    def send_base(self, u: Sequence[float], age: float = 0.0) -> None:
         """Sends one command, stamped `age` seconds ago."""
         self.take_command()
         message = base_command()
         message.utime = self._clock() - round(1e6 * age)
-        message.forward, message.yaw_rate = forward, yaw_rate
+        message.forward, message.left, message.yaw_rate = base_velocity(
+            np.array(u)
+        )
         self._lcm.Publish(channels.BASE_COMMAND, message.encode())
 
     def send_hand(self, width: float, force: float) -> None:

@@ -30,6 +30,7 @@ from remosplat_drake.mapping.localization.base_localization import (
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.sight.map_announcer import MapAnnouncer
 from remosplat_drake.station.actuated_command import ActuatedCommand
+from remosplat_drake.task.velocity_profile import VelocityProfile
 from remosplat_drake.teleop.lcm_operator import LcmOperator
 from remosplat_drake.teleop.teleop_config import PoseStreamConfig
 from remosplat_drake.teleop.trajectory_operator import TrajectoryOperator
@@ -119,6 +120,7 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         MotionPredictor(robot=world.robot, model=axes, period=0.1),
         ActuatedCommand(model=axes, step=0.1),
         MapAnnouncer(lcm=DrakeLcm("memq://"), channel="MAP"),
+        VelocityProfile(robot=world.robot, period=0.1),
     ]
     yield {type(part).__name__: part for root in roots for part in parts(root)}
     teleoperation.close()

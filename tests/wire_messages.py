@@ -10,7 +10,7 @@ def base_message(**fields) -> bytes:
     message = base_status()
     message.utime = 1_700_000_000_500_000
     message.pose = [1.0, 2.0, 0.5]
-    message.forward, message.yaw_rate = 0.3, -0.1
+    message.forward, message.left, message.yaw_rate = 0.3, 0.05, -0.1
     message.mode = base_status.MOVING
     message.battery = 0.5
     for name, value in fields.items():

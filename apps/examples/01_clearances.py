@@ -1,4 +1,4 @@
-"""The oracle alone: how far is each link of a robot from a splat?
+"""The oracle alone: the distance of each link of a robot from a splat.
 
 No Drake diagram, no scenario: a robot, a map and one query.
 """

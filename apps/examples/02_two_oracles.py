@@ -1,7 +1,7 @@
-"""Three ways to ask for the same distance, and what each of them answers.
+"""Three oracles for the same distance, and their results.
 
-Ellipsoids are exact about the splats; depth views count opacity, so floaters
-do not matter; known geometry is the truth that both are measured against.
+Ellipsoids give the exact distance to the splats; depth views take opacity into
+account, so floaters do not matter; known geometry is the reference for both.
 """
 
 import numpy as np

@@ -1,10 +1,10 @@
-"""A scenario from Python: load it, change it, build it, run it."""
+"""Loads a scenario in Python, changes it, builds it and runs it."""
 
 import remosplat_drake as rs
 
 
 def main() -> None:
-    """Reaches for the table with a wider berth than usual."""
+    """Reaches for the table with a larger stopping distance than usual."""
     scenario = rs.load_scenario("TableReach")
     scenario.controller.collision.stopping = 0.03
     scenario.controller.guidance.tiers = [0.02]

@@ -1,8 +1,7 @@
-"""A cost of your own: the base would rather stand still.
+"""A cost of your own: it makes motion of the base expensive.
 
-The class is all there is to it: nothing else is edited, and rollouts know the
-cost, too. A scenario that names it: `controller: {extra: [!my_module:StandStill
-{weight: 5}]}`.
+The class is sufficient: nothing else is edited, and rollouts use the cost, too.
+In a scenario: `controller: {extra: [!my_module:StandStill {weight: 5}]}`.
 """
 
 import dataclasses as dc

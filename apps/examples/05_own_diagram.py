@@ -11,7 +11,7 @@ SPLAT = "package://remosplat_drake/models/scenes/table/splat.ply"
 
 
 class Integrator(LeafSystem):
-    """A robot that is as fast as it is told to be: q' = N(q) u."""
+    """A robot that follows its commands exactly: q' = N(q) u."""
 
     def __init__(self, robot: rs.RobotModel):
         """Declares the ports; the state is q."""

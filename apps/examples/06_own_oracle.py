@@ -1,7 +1,7 @@
-"""A map of your own: here a wall that nobody has captured.
+"""A map of your own: here a wall that is in no capture.
 
-An oracle is a `Config` whose `make` gives a `DistanceField`; a field answers
-for all spheres at once and never changes. A scenario names this one as
+An oracle is a `Config` whose `make` returns a `DistanceField`; a field computes
+distances of all spheres at once and never changes. In a scenario, it is
 `oracle: !my_module:Wall {x: 1.2}`.
 """
 
@@ -40,12 +40,12 @@ class Wall(rs.Config):
     x: Annotated[float, Interval(ge=-100, le=100)] = 1.2
 
     def make(self, splat_W=None, truth=None) -> rs.DistanceField:
-        """The wall, whatever else there may be."""
+        """Returns the wall; the scene's splat and truth are unused."""
         return HalfSpace(self.x)
 
 
 def main() -> None:
-    """Prints how near the robot comes to walls that get nearer and nearer."""
+    """Prints the robot's least distance to walls at decreasing distances."""
     for x in (1.5, 1.1, 0.9):
         scenario = rs.load_scenario("TableReach")
         scenario.oracle, scenario.time_limit = Wall(x), 6.0

@@ -47,7 +47,7 @@ class LaggingStation(rs.Config):
 
 
 def main() -> None:
-    """Prints how near the robot comes with quick and with slow drives."""
+    """Prints the robot's least distance with quick and with slow drives."""
     for time_constant in (0.01, 0.05):
         scenario = rs.load_scenario("TableReach")
         scenario.station = LaggingStation(time_constant)

@@ -1,7 +1,7 @@
-"""From posed RGB-D images to a splat, and how far it can be trusted.
+"""From posed RGB-D images to a splat, with its errors.
 
-The images are rendered from a scene that is known, so the splat's distances
-can be compared with the truth. It takes the extra `reconstruction`.
+The images are rendered from a known scene, so the splat's distances can be
+compared with the truth. The example needs the extra `reconstruction`.
 """
 
 import numpy as np

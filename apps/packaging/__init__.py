@@ -1,1 +1,1 @@
-"""Makes what is shipped of this project: lists and wheels."""
+"""Makes the lists and wheels that are shipped."""

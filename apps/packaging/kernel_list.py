@@ -1,7 +1,7 @@
 """Lists the kernels that runs need, for first starts: `make kernels`.
 
-A start on another machine compiles what is listed on all cores, before it has
-the values.
+A start on another machine compiles the listed kernels on all cores, before
+their arguments exist.
 """
 
 from apps.packaging.used_kernels import used

@@ -1,4 +1,4 @@
-"""Runs the default scenario and plans in it, and notes the kernels it uses.
+"""Runs the default scenario, plans in it, and lists the kernels used.
 
 `python -m apps.packaging.used_kernels '{time_limit: 5}'` prints their files.
 """
@@ -16,10 +16,10 @@ from remosplat_drake.commands.main import main
 
 
 def used(text: str) -> Iterator[Variant]:
-    """Yields the kernels that a run needs and that are kept on disk.
+    """Yields the kernels on disk that a run needs.
 
     Args:
-        text: Values laid over the scenario.
+        text: Values that override the scenario's.
     """
     flags = ["--headless", "--scenario-text", text]
     with redirect_stdout(sys.stderr):
@@ -28,7 +28,7 @@ def used(text: str) -> Iterator[Variant]:
         scenario = load_scenario(DEFAULT_SCENARIO, text)
         compile_kernels(scenario, load_world(scenario))
     for found in variant.variants:
-        # What others contain is needed only where Python calls it.
+        # Contained kernels are needed only if Python calls them.
         is_needed = found.kernel.content or found.was_kept
         if found.uses is not None and is_needed and found.is_kept:
             yield found

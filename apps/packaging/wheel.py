@@ -1,8 +1,8 @@
-"""Builds a wheel that brings compiled kernels: `make wheel`.
+"""Builds a wheel with compiled kernels: `make wheel`.
 
 It is for the Python that runs this, for processors from x86-64-v3 on, and for
-the versions of Numba and llvmlite that are installed. With others its kernels
-are not found, and a first start compiles them.
+the versions of Numba and llvmlite that are installed. With other versions its
+kernels are not found, and the first start compiles them.
 """
 
 import argparse
@@ -22,7 +22,7 @@ SCENARIOS = (
     "{scene: {unknown: obstacle}}",
     "{oracle: !DepthRasterization {}}",
 )
-"""What is laid over the default scenario in runs whose kernels it brings."""
+"""Overrides of the default scenario in runs whose kernels it contains."""
 
 PLATFORM = "manylinux_2_28_x86_64"
 
@@ -55,7 +55,7 @@ def _built(folder: Path) -> Path:
 
 
 def _bring_kernels(folder: Path) -> None:
-    """Puts the kernels of the scenarios into a folder."""
+    """Writes the kernels of the scenarios to a folder."""
     folder.mkdir()
     for text in SCENARIOS:
         command = [sys.executable, "-m", "apps.packaging.used_kernels", text]
@@ -68,7 +68,7 @@ def _bring_kernels(folder: Path) -> None:
 
 
 def _require_exactly(content: Path) -> None:
-    """Has pip install the versions that the kernels fit, and no other."""
+    """Restricts pip to the versions that the kernels fit."""
     (info,) = content.glob("*.dist-info")
     metadata = info / "METADATA"
     head, separator, text = metadata.read_text().partition("\n\n")
@@ -87,7 +87,7 @@ def _run(module: str, *arguments: object) -> None:
 
 
 def main() -> None:
-    """Builds the wheel, and says where it is."""
+    """Builds the wheel, and prints its path."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, default=ROOT / "dist")
     arguments = parser.parse_args()

@@ -1,7 +1,7 @@
-"""Runs that are aimed at the worst places of a map, judged by the truth.
+"""Runs to the worst places of a map, evaluated with the truth.
 
-The hand is sent to true points of surfaces where the map, careful as it is, is
-most wrong: it goes as near as its controller believes that it may.
+The hand is sent to true surface points with the largest over-estimates of the
+map, and approaches as far as its controller permits.
 """
 
 import dataclasses as dc
@@ -20,18 +20,17 @@ from remosplat_drake.benchmark.metrics import between_ticks
 from remosplat_drake.robot.robot_model import RobotModel
 
 METHOD, SECONDS = "ellipsoid-tuned", 10.0
-"""The benchmark's method that drives, and for how long [s]: guidance would not
-even set out for what cannot be reached."""
+"""The benchmark's method, and its time limit [s]: guidance would not start
+towards unreachable targets."""
 
 QUERIES = 5_000
-"""Number of random points among which the worst places are looked for."""
+"""Number of random points among which the worst places are searched."""
 
 _APART = 0.1
 """Distance of the places of one map from each other [m]."""
 
 _REACH = 0.5
-"""Distance up to which places are from the middle of the workspace, which the
-hand can get to [m]."""
+"""Largest distance of reachable places from the middle of the workspace [m]."""
 
 _PARTS = 3
 """Parts of a tick, between which distances are measured as well."""
@@ -39,13 +38,13 @@ _PARTS = 3
 
 @dc.dataclass(frozen=True, eq=False)
 class Places:
-    """n true surface points and what a map is wrong by there.
+    """n true surface points, and a map's errors there.
 
     Attributes:
         p_W: The points, shape (n, 3) [m].
         inward_W: Directions in which they are approached, shape (n, 3).
-        excess: By how much the distance that the robot works with exceeds the
-            true one before each, shape (n,) [m].
+        excess: Excess of the robot's distance over the true one before each,
+            shape (n,) [m].
         over: The same, of the map without its discs' uncertainty.
     """
 
@@ -55,7 +54,7 @@ class Places:
     over: np.ndarray
 
     def reachable(self, start: np.ndarray, focus_W: np.ndarray) -> "Places":
-        """Returns the places that the hand may get to.
+        """Returns the places that the hand may reach.
 
         Args:
             start: Where the base starts: x, y and more, shape (2..,) [m].
@@ -99,7 +98,7 @@ class Places:
 
 
 class Truth(Protocol):
-    """What is true of a scene."""
+    """The true geometry of a scene."""
 
     def judged(self, robot: RobotModel, q: np.ndarray) -> tuple[float, float]:
         """Judges configurations (n, n_q).
@@ -113,16 +112,14 @@ class Truth(Protocol):
 
 @dc.dataclass(frozen=True)
 class Attack:
-    """What came of one run; all lengths in metres.
+    """Result of one run; all lengths in metres.
 
     Attributes:
         map: How the map was made; empty if there is one way only.
-        excess: By how much the distance that the robot works with exceeds the
-            true one at the place.
+        excess: Excess of the robot's distance over the true one at the place.
         over: The same, of the map without its discs' uncertainty.
         clearance: Smallest true distance of the robot in the run.
-        depth: How far it went into surfaces that were seen, at most; 0 for
-            not at all.
+        depth: Largest penetration of seen surfaces; 0 for none.
         nearest: Smallest distance of the hand from the place.
     """
 
@@ -136,12 +133,12 @@ class Attack:
 
 @dc.dataclass(frozen=True)
 class Attacks:
-    """What came of the runs on the maps of one case.
+    """Results of the runs on the maps of one case.
 
     Attributes:
         key: Name of the case.
         runs: The runs.
-        refused: Maps that no robot is let use, each with the reason.
+        refused: Maps that robots must not use, each with the reason.
         error: What went wrong; empty for nothing.
     """
 
@@ -209,9 +206,9 @@ def attack(
     Args:
         scenario: What `attack_scenario` returns.
         world: The robot, where it starts, and the map.
-        places: Places that it may get to.
+        places: Places that it may reach.
         count: Largest number of runs.
-        truth: Who judges the runs.
+        truth: The reference for the runs.
         name: How the map was made.
     """
     robot, attacks = world.robot, []
@@ -242,7 +239,7 @@ def _driven(scenario: Scenario, world: World, X_WE: np.ndarray) -> np.ndarray:
 
 
 def summary(results: Sequence[Attacks]) -> list[str]:
-    """Words what came of all runs, a line each."""
+    """Summarises all runs, one line each."""
     runs = [each for result in results for each in result.runs]
     refused = [reason for result in results for reason in result.refused]
     lines = [f"{len(runs)} runs aimed at the worst places of maps"]
@@ -260,7 +257,7 @@ def summary(results: Sequence[Attacks]) -> list[str]:
 
 
 def _described(runs: Sequence[Attack]) -> list[str]:
-    """Words what came of runs on maps of one kind."""
+    """Summarises the runs on maps of one kind."""
     touched = sum(a.clearance <= 0 for a in runs)
     seen = sum(a.depth > 0 for a in runs)
     clearance = 1e3 * np.array([a.clearance for a in runs])

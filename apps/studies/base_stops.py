@@ -1,11 +1,11 @@
-"""How soon a base is missed that stops unnoticed, and how often another is.
+"""Measures detection times of unreported stops of a base, and false alarms.
 
     python -m apps.studies.base_stops --hours 10
 
 Bases are driven at random in pure simulation, a minute each. Each follows its
-commands by a delay, a lag and a scale of its own; its odometry is noisy, is
-stamped by a busy computer and is lost at times. The judge is the residual that
-stops the robot.
+commands with its own delay, lag and scale; its odometry is noisy, is stamped by
+a busy computer and is lost at times. The detector is the residual that stops
+the robot.
 """
 
 import argparse
@@ -18,7 +18,11 @@ from remosplat_drake.hardware.client.base_residual import (
     CommandedPath,
 )
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.wire.base import extrapolated_pose
+from remosplat_drake.hardware.wire.base import (
+    base_axes,
+    base_velocity,
+    extrapolated_pose,
+)
 from remosplat_drake.robot.planar_pose import matrix
 
 PERIOD = 0.01
@@ -56,7 +60,7 @@ class Base:
     Attributes:
         delay: Time from a command to the wheels [s].
         lag: Time constant of the wheels [s].
-        scale: Speeds as shares of those that were meant, shape (2,).
+        scale: Speeds as shares of the commanded ones, shape (2,).
     """
 
     delay: float
@@ -81,7 +85,7 @@ class Drive:
         path: The commands.
         stamp: Stamps of the odometry, shape (k,) [s].
         pose: x, y, yaw by it, shape (k, 3) [m, m, rad].
-        speed: Speeds that it tells, measured ten times a second, shape (k, 2)
+        speed: Speeds that it reports, measured ten times a second, shape (k, 2)
             [m/s, rad/s].
     """
 
@@ -135,27 +139,26 @@ def driven(
     stamps, poses, speeds, told = [], [], [], v
     for i, u in enumerate(commands):
         t = i * PERIOD
-        path.append(t, u)
+        path.append(t, base_velocity(u))
         if t < stops_at:
             target = commands[i - late] if i >= late else np.zeros(2)
             v = v + share * (target - v)
         else:
             v = np.zeros(2)
-        pose = extrapolated_pose(pose, base.scale * v, PERIOD)
+        pose = extrapolated_pose(pose, base_velocity(base.scale * v), PERIOD)
         if i % SPEED_PERIOD == 0:
             told = v
         if i % STATUS_PERIOD == 0 and random.random() >= LOSS:
             stamps.append(t + PERIOD + random.uniform(-JITTER, JITTER))
             poses.append(pose + NOISE * random.normal(size=3))
-            speeds.append(told)
+            speeds.append(base_velocity(told))
     return Drive(path, np.array(stamps), np.array(poses), np.array(speeds))
 
 
 def random_commands(random: np.random.Generator, n: int) -> np.ndarray:
     """Makes n commands from one random speed to the next, shape (n, 2)."""
     config = HardwareConfig()
-    lower = [config.base_forward_lower, -config.base_yaw_rate]
-    upper = [config.base_forward_upper, config.base_yaw_rate]
+    lower, upper = (bound[base_axes(2)] for bound in config.base_bounds)
     u, goal = np.zeros(2), np.zeros(2)
     commands = np.zeros((n, 2))
     for i in range(n):

@@ -1,4 +1,4 @@
-"""`CaseStudy`: a study that maps the captures of many cases and judges them."""
+"""`CaseStudy`: a study that maps captures of many cases and evaluates them."""
 
 import argparse
 import dataclasses as dc
@@ -21,17 +21,17 @@ NAMED = "named"
 
 @dc.dataclass(frozen=True)
 class CaseStudy:
-    """What the flags of `add_arguments` run.
+    """A study, run by the flags of `add_arguments`.
 
     Attributes:
         name: Name of the study's module in this folder.
         cases: Returns cases by split, number of the first, and count.
-        run_trial: Makes the map of a case and judges it; the result has a
+        run_trial: Makes the map of a case and evaluates it; the result has a
             `key` and an `error`.
         failed: Makes a result of a case and an error's text.
         restored: Makes a result of a line's fields.
         table: Lists results.
-        summary: Words them, a line each.
+        summary: Summarises them, one line each.
         attacked: Returns the cases whose maps `--attacks` attacks.
         attack: Attacks the maps of a case.
     """
@@ -60,7 +60,7 @@ class CaseStudy:
                 )
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Runs missing trials and prints what they show.
+        """Runs missing trials and prints their results.
 
         Args:
             arguments: The values of the flags of `add_arguments`.

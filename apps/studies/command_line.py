@@ -1,4 +1,4 @@
-"""What the command lines of all studies share."""
+"""Common code of the command lines of all studies."""
 
 import argparse
 from collections.abc import Callable, Sequence
@@ -23,8 +23,8 @@ def study_main(
         argv: Command-line arguments; None takes those of this process.
 
     Returns:
-        The exit code, like that of `remosplat`: 2 after one line on stderr that
-        says what the user can correct.
+        The exit code, like that of `remosplat`: 2 after one line on stderr with
+        the error that the user can correct.
     """
     parser = argparse.ArgumentParser(
         prog=f"python -m apps.studies.{name}", description=summary

@@ -1,4 +1,4 @@
-"""How sure counts are: intervals of shares and of probabilities."""
+"""Confidence intervals of shares and of probabilities."""
 
 import numpy as np
 from scipy.stats import binomtest
@@ -11,7 +11,7 @@ def share_with_interval(
 ) -> tuple[float, float, float]:
     """Computes a share of all things, with an interval over their groups.
 
-    Things of one group hang together, so groups are drawn anew (a bootstrap),
+    Things of one group are correlated, so groups are resampled (a bootstrap),
     not things.
 
     Args:

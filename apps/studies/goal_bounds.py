@@ -1,9 +1,9 @@
-"""In how many scenes the goal can be held at all: a bound for every method.
+"""Counts the scenes in which the goal can be held: a bound for every method.
 
 A controller that keeps all spheres a stopping distance away from the scene
-cannot succeed where no configuration at the goal does. Whether there is one
-is what `goal_configuration` searches; a failed search is no proof, so the
-true bound may be a little higher.
+cannot succeed if no configuration at the goal does. `goal_configuration`
+searches for one; a failed search is not a proof, so the true bound may be
+slightly higher.
 """
 
 import argparse
@@ -44,7 +44,7 @@ GOALS = "goals.jsonl"
 
 SPHERE_SETS = ("paper", "covering")
 CLEARANCES = (0.021, 0.010)
-"""Clearances that are asked for at the goal, in falling order [m]."""
+"""Required clearances at the goal, in descending order [m]."""
 
 _MARGIN = 0.95
 """Fraction of the goal's tolerances that may be used up. A controller stops
@@ -117,7 +117,7 @@ def largest_held(
     Args:
         robot: Model of the robot, with the spheres in question.
         scene: Scene with a target.
-        clearances: Clearances to try, in falling order [m].
+        clearances: Clearances to try, in descending order [m].
 
     Returns:
         The clearance [m]; None if the goal cannot be held with any.
@@ -133,7 +133,7 @@ def largest_held(
 
 
 def judge(question: GoalQuestion) -> GoalVerdict:
-    """Answers one question; equal questions give equal answers."""
+    """Computes one verdict; equal questions give equal verdicts."""
     solids = question.case.task().solids
     assert solids is not None
     held = largest_held(_robot(question.spheres), solids)

@@ -1,4 +1,4 @@
-"""Trials of a study whose results are kept, one a line, and not done again."""
+"""Runs trials of a study, and stores each result as a line of a file."""
 
 import dataclasses as dc
 import json
@@ -19,7 +19,11 @@ Restore = Callable[[dict[str, Any]], Any]
 
 
 def run_missing(
-    jobs: Sequence[Job], path: Path, restore: Restore, workers: int
+    jobs: Sequence[Job],
+    path: Path,
+    restore: Restore,
+    workers: int,
+    doing: str = "reconstructing",
 ) -> list[Any]:
     """Runs the jobs whose results a file lacks, and adds them to it.
 
@@ -29,6 +33,7 @@ def run_missing(
         path: The file; it need not exist.
         restore: Makes a result of a line's fields.
         workers: Number of worker processes; 0 runs everything in this one.
+        doing: What is being done, for the progress bar.
 
     Returns:
         The results of all jobs, in their order.
@@ -41,7 +46,7 @@ def run_missing(
     running = run_jobs(missing, workers)
     progress = Progress(console=Console(stderr=True), transient=True)
     with LineFile(path) as file, closing(running), progress:
-        task = progress.add_task("reconstructing", total=len(missing))
+        task = progress.add_task(doing, total=len(missing))
         for result in running:
             file.append(json.dumps(dc.asdict(result)))
             known[result.key] = result
@@ -52,7 +57,7 @@ def run_missing(
 def read_results(path: Path, restore: Restore) -> dict[str, Any]:
     """Reads the results of earlier runs, by key; errors are tried again.
 
-    A line that a kill has torn is left out.
+    An incomplete line is ignored.
 
     Args:
         path: A file of results, one a line; it need not exist.

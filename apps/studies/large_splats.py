@@ -1,8 +1,8 @@
-"""What splats of a building's size cost: time and memory, step by step.
+"""Measures time and memory for splats of a building's size, step by step.
 
 Each size is a seeded hall, see `hall_scene`, whose PLY is written to a
-temporary folder and deleted in the end. Each size has a process of its own, so
-that its peak of memory is known.
+temporary folder and deleted in the end. Each size has a separate process, so
+that its memory peak is known.
 """
 
 import argparse
@@ -46,7 +46,7 @@ COLUMNS = (
     "peak, read and built [GB]",
     "peak, run [GB]",
 )
-"""Columns of the table: what is measured of each size."""
+"""Columns of the table: the measurements of each size."""
 
 _QUERIES = 200
 """Number of queries whose median is shown."""
@@ -100,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _alone(function: Callable[..., list[float]], *arguments) -> list[float]:
-    """Calls a function in a process of its own."""
+    """Calls a function in a separate process."""
     with mp.get_context("spawn").Pool(1) as pool:
         return pool.apply(function, arguments)
 
@@ -137,7 +137,8 @@ def _opened(path: Path) -> list[float]:
 def _ticked(path: Path) -> list[float]:
     """The first tick of a made-up scenario [ms], when it comes [s], the peak.
 
-    It is what `remosplat run SPLAT.ply --headless` does, kernels compiled.
+    It does the same as `remosplat run SPLAT.ply --headless`, with compiled
+    kernels.
     """
     shutil.rmtree(cache_folder(), ignore_errors=True)
     start = perf_counter()

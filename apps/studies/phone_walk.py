@@ -1,7 +1,7 @@
 """Writes a long capture as a phone's: one walk through a room.
 
 The folder is one of the Stray Scanner app: a video, depth images of 256 x 192
-pixels that tremble by one per cent, their confidence, and poses that drift.
+pixels with noise of one per cent, their confidence, and poses that drift.
 `remosplat reconstruct` then shows what a capture of this length takes.
 """
 

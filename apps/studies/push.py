@@ -1,7 +1,7 @@
-"""The paper's figure 5: an operator pushes the target into things.
+"""The paper's figure 5: an operator pushes the target into obstacles.
 
-An operator, who follows a script, pushes the target through the table and
-into the wall, while the map is what the wrist camera has seen.
+A scripted operator pushes the target through the table and into the wall, while
+the map is built from frames of the wrist camera.
 """
 
 import argparse
@@ -43,8 +43,8 @@ from remosplat_drake.recording.operator_trace import OperatorTrace
 from remosplat_drake.teleop.trajectory_file import load_operator_steps
 
 DEFAULT_SCENARIO = "StudioLive"
-"""Default scenario, in which unknown space is an obstacle; the paper takes it
-for free."""
+"""Default scenario, in which unknown space is an obstacle; the paper treats it
+as free."""
 
 SCRIPT = resources.scenarios_dir() / "operators" / "push.yaml"
 
@@ -52,7 +52,7 @@ LATENCY = 3.0
 """Time from a request to the effect of its map, in every run [s]."""
 
 _AFTERWARDS = 1.0
-"""Time for which the run goes on after the last step [s]."""
+"""Time for which the run continues after the last step [s]."""
 
 _PATIENCE = 5.0
 """Time after which a stopped robot ends the run [s]."""
@@ -123,7 +123,7 @@ def _load(arguments: argparse.Namespace) -> tuple[Scenario, World]:
     """Loads the scenario, operated by the script to its end, and its world.
 
     Raises:
-        RemoSplatError: A file is unusable, or the truth is not known.
+        RemoSplatError: A file is invalid, or the truth is unknown.
     """
     scenario = load_scenario(
         arguments.scenario, f"{{mapping: {{latency: {LATENCY}}}}}"
@@ -185,7 +185,7 @@ def _record(
 def measure(recorded: RecordedRun, trace: OperatorTrace) -> dict:
     """Measures a run; distances are in m, times in s.
 
-    None stands for an event that has not happened.
+    None is an event that did not happen.
     """
     assert trace.true_clearance is not None
     time, mapped = trace.time, recorded.log.rows["map_version"] > 0
@@ -207,7 +207,7 @@ def measure(recorded: RecordedRun, trace: OperatorTrace) -> dict:
 
 
 def table(metrics: dict) -> Table:
-    """Makes a table of the metrics, for people."""
+    """Makes a table of the metrics, for display."""
     rows = Table("of the run", title="An operator pushes against the scene")
     rows.add_column(metrics["scenario"], justify="right")
     for name, key, scale, unit in (

@@ -1,4 +1,4 @@
-"""Rigid motions between frames, and how far poses are from the truth."""
+"""Rigid motions between frames, and errors of poses."""
 
 import dataclasses as dc
 
@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 @dc.dataclass(frozen=True)
 class CameraErrors:
-    """How far poses and scale are from the truth.
+    """Errors of poses and scale.
 
     Attributes:
         position: Largest error of a camera's position in W [m].

@@ -10,7 +10,7 @@ BASE_LOWER, BASE_UPPER = (-0.5, -1.2, -np.pi / 2), (0.8, 1.2, np.pi / 2)
 """Bounds of a mobile base's pose before the scene: x, y, yaw [m, m, rad]."""
 
 INFLUENCE = 0.5
-"""Distance beyond which nothing matters to the controller [m]."""
+"""Influence distance of the controller [m]."""
 
 
 def free_states(

@@ -1,4 +1,4 @@
-"""`ToldOperator`: an operator whose wishes a program states as it goes."""
+"""`ToldOperator`: an operator that a program controls."""
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import Context, LeafSystem
@@ -8,7 +8,7 @@ from remosplat_drake.signals.operator_command import OperatorCommand
 
 
 class ToldOperator(LeafSystem):
-    """Outputs what it was told between two steps of a simulation.
+    """Outputs commands that a program sets between two simulation steps.
 
     .. pydrake_system::
 
@@ -42,8 +42,7 @@ class ToldOperator(LeafSystem):
 
         Args:
             context: The system's own context, between two steps.
-            command: Operator's command: all that was asked of the target so
-                far.
+            command: Operator's command: all requests to the target so far.
             map_requests: Requests to the map so far.
         """
         self._cell(context, "command").set_value(command)

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from pydrake.lcm import DrakeLcm
 
@@ -80,14 +81,18 @@ def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
 
 
 @contextlib.contextmanager
-def program(*line: str) -> Iterator[subprocess.Popen]:
+def program(*line: str, said: Path | None = None) -> Iterator[subprocess.Popen]:
     """Runs `remosplat` until the context ends.
 
     Args:
         line: Its command and the command's arguments.
+        said: File that receives what it prints; None for none.
     """
     whole = [sys.executable, "-c", _COMMAND, *line]
-    with _running(whole, subprocess.DEVNULL) as process:
+    with (
+        Path(os.devnull if said is None else said).open("wb") as file,
+        _running(whole, file, file) as process,
+    ):
         yield process
 
 
@@ -180,12 +185,14 @@ def controller(
 
 
 @contextlib.contextmanager
-def _running(line: list[str], stdout) -> Iterator[subprocess.Popen]:
+def _running(
+    line: list[str], stdout: Any, stderr: Any = subprocess.DEVNULL
+) -> Iterator[subprocess.Popen]:
     """Runs a process, with raised priority where allowed; SIGTERM ends it."""
     with subprocess.Popen(
         line,
         stdout=stdout,
-        stderr=subprocess.DEVNULL,
+        stderr=stderr,
         env=os.environ | ONE_THREAD,
     ) as process:
         with contextlib.suppress(PermissionError, ProcessLookupError):

@@ -70,7 +70,7 @@ def command(lcm: DrakeLcm) -> None:
     now = time.time()
     rates = np.array([_SPEED, *np.zeros(6)])
     lcm.Publish(channels.PANDA_COMMAND, encode_panda_command(rates, now))
-    forward = np.array([_SPEED, 0.0])
+    forward = np.array([_SPEED, 0.0, 0.0])
     lcm.Publish(channels.BASE_COMMAND, encode_base_command(forward, now))
 
 

@@ -80,4 +80,4 @@ def _velocities(channel: str, data: bytes) -> list[float]:
         message = base_command.decode(data)
     except (ValueError, struct.error):
         return []
-    return [message.forward, message.yaw_rate]
+    return [message.forward, message.left, message.yaw_rate]

@@ -135,6 +135,7 @@ def AddControlLoop(
     *,
     hardware: bool,
     ingredients: Sequence[Ingredient] = (),
+    law: ReactiveLaw | None = None,
     others: Callable[..., Sequence[OutputPort]] = lambda *_: (),
 ) -> ControlLoop:
     """Adds the stages and closes the loop.
@@ -148,6 +149,7 @@ def AddControlLoop(
         hardware: Whether the station is the real robot; nothing else differs.
         ingredients: Costs and constraints of the control law, besides the
             scenario's.
+        law: The control law; None makes the scenario's.
         others: Function that adds the other robots, given the output ports of
             q, of the executed command and of the true `Movers` (or None); it
             returns the output ports of what they are to this one.
@@ -172,7 +174,7 @@ def AddControlLoop(
     oracle = AddOracle(builder, scenario, world, planned)
     if robot.n_base:
         ConnectUncertainty(builder, station, localization, oracle)
-    law = ReactiveLaw.make(
+    law = law or ReactiveLaw.make(
         scenario.controller, robot, scenario.control_period, ingredients
     )
     rest = RestRule(scenario.controller.rest, arrival_of(scenario))

@@ -22,6 +22,7 @@ from remosplat_drake.app.stages.targets import AddTargets
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.controller.program.ingredient import Ingredient
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.recording.trajectory_recorder import TrajectoryRecorder
@@ -74,6 +75,7 @@ def build(
     hardware: bool = False,
     teleoperation: "Teleoperation | None" = None,
     ingredients: Sequence[Ingredient] = (),
+    law: ReactiveLaw | None = None,
     mcap: McapRecorder | None = None,
     cockpit: "CockpitProcess | None" = None,
 ) -> Application:
@@ -88,6 +90,8 @@ def build(
             grow; None takes the scenario's targets.
         ingredients: Costs and constraints of the control law, besides the
             scenario's; rollouts know them, too.
+        law: The control law in place of the scenario's, with its own
+            ingredients; None makes the scenario's.
         mcap: Writes the run as an MCAP file; None for none.
         cockpit: The page of a teleoperation's operator; None for none.
 
@@ -122,6 +126,7 @@ def build(
         add_targets,
         hardware=hardware,
         ingredients=ingredients,
+        law=law,
         others=partial(AddOtherRobots, builder, scenario, world)
         if not hardware
         else lambda *_: (),

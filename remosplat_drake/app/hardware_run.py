@@ -105,6 +105,7 @@ def prepare_for_hardware(
     limits.max_reverse = _least(
         limits.max_reverse, -hardware.base_forward_lower
     )
+    limits.max_sideways = _least(limits.max_sideways, hardware.base_sideways)
     limits.max_yaw_rate = _least(limits.max_yaw_rate, hardware.base_yaw_rate)
 
 

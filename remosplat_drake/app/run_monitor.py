@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import deque
 from collections.abc import Callable
 
 from pydrake.systems.framework import Context, EventStatus
@@ -34,6 +35,9 @@ StandingCallback = Callable[[float, Standing], None]
 
 MapCallback = Callable[[MapStatus], None]
 """Function that is told how the live map is coming on."""
+
+KEPT_STANDINGS = 2000
+"""Number of latest news that a run keeps: it may go on for hours."""
 
 _NUMBER = re.compile(r"\d+(\.\d+)?")
 """What differs between two tellings of the same trouble."""
@@ -86,7 +90,9 @@ class RunMonitor:
         self._on_standing = on_standing
         self._on_map = on_map
         self._map_news = ""
-        self._standings: list[tuple[float, Standing]] = []
+        self._standings: deque[tuple[float, Standing]] = deque(
+            maxlen=KEPT_STANDINGS
+        )
         self._until = until
         self._patience = patience
         self._progress_period = progress_period
@@ -100,7 +106,7 @@ class RunMonitor:
 
     @property
     def standings(self) -> tuple[tuple[float, Standing], ...]:
-        """All news so far of how things stand, each with its time [s]."""
+        """News of how things stand, the latest `KEPT_STANDINGS`, with times."""
         return tuple(self._standings)
 
     @property

@@ -5,6 +5,10 @@ from pathlib import Path
 from remosplat_drake.app.scenario import YAML_SUFFIXES, Scenario
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.robot.robot_description import (
+    MODEL_SUFFIXES,
+    load_robot_description,
+)
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 
@@ -25,6 +29,14 @@ def robot_file(scenario: Scenario) -> str:
         FieldError: There is no such file.
     """
     model = scenario.robot.model
+    if Path(model).suffix.lower() in MODEL_SUFFIXES:
+        # What `load_robot` says of it, of the field that names it.
+        try:
+            load_robot_description(model)
+        except FileError as error:
+            raise FieldError(
+                scenario.source, "robot.model", str(error)
+            ) from error
     if Path(model).suffix not in YAML_SUFFIXES:
         return model
     try:

@@ -21,13 +21,13 @@ from remosplat_drake.base.errors import (
     FieldError,
     FileError,
     RemoSplatError,
-    unknown_name,
 )
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.reconstruction.report.quality_report import report_path
+from remosplat_drake.robot.robot_description import unknown_effector
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.directives import read_directives
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -36,6 +36,10 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+_DEEPEST = 0.03
+"""How deep inside the scene a robot may start [m]: a map knows surfaces, and
+deeper no direction leads out for sure."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -77,7 +81,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
 
     Raises:
         RemoSplatError: A file or a field is unusable, or the robot would
-            start inside the scene.
+            start deep inside the scene or far beyond its limits.
     """
     where = scenario.source
     check_ranges(scenario, where)
@@ -167,13 +171,11 @@ def scenario_targets(
         field = f"targets[{i}]"
         name = config.effector or effectors[0]
         if name not in found:
-            problem = (
-                unknown_name("end effector", name, effectors)
-                if any(effectors)
-                else "the robot has one end effector, without a name; leave"
-                " this out"
+            raise FieldError(
+                scenario.source,
+                f"{field}.effector",
+                unknown_effector(name, effectors),
             )
-            raise FieldError(scenario.source, f"{field}.effector", problem)
         found[name].append(make_target(config, scenario.source, field))
     return found
 
@@ -258,19 +260,20 @@ def _start(
             "robot.arm",
             f"expected {len(robot.home)} numbers, got {len(arm)}",
         )
-    return np.array([*((base or [0.0] * 3) if robot.n_base else []), *arm])
+    q0 = np.array([*((base or [0.0] * 3) if robot.n_base else []), *arm])
+    return robot.rounded_into_limits(q0)
 
 
 def _check_start(world: World, where: str) -> None:
     robot, q0 = world.robot, world.q0
-    if problem := robot.beyond_limits(q0):
-        raise FieldError(where, "robot.arm", problem)
+    if not (robot.excess(q0) <= robot.most_beyond).all():
+        raise FieldError(where, "robot.arm", robot.beyond_limits(q0))
     clearances = world.field.clearances(robot.spheres_at(q0))
     if not clearances.is_known:
         raise FieldError(
             where, "oracle", "does not know how near the robot would start"
         )
-    if clearances.minimum() < 0:
+    if clearances.minimum() < -_DEEPEST:
         row = int(clearances.distance.argmin())
         link = robot.spheres.links[clearances.sphere[row]]
         raise FieldError(

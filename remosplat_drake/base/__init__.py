@@ -1,1 +1,1 @@
-"""What every room may use: errors, ranges, files, processes and clocks."""
+"""Shared foundations: errors, ranges, files, processes and clocks."""

@@ -1,9 +1,10 @@
-"""Calls from kernels to functions that are compiled by themselves.
+"""Calls from kernels to functions that are compiled separately.
 
-A kernel contains what it calls: it is compiled anew, for minutes, when one of
-these functions changes. A user's function must not cost that. So it is
-compiled alone, and the kernel is told its address. What it shall read goes
-to it as a named tuple, which it finds packed: see `Packed`.
+A kernel contains the functions that it calls. When one of these changes, the
+kernel is compiled again, which takes minutes. A user's function must not cost
+that. So it is compiled alone, and the kernel calls it by its address. Its
+settings and arguments are named tuples, which the kernel passes packed: see
+`Packed`.
 """
 
 import hashlib
@@ -27,8 +28,8 @@ from remosplat_drake.base.kernels.packed import (
 )
 
 DONE, RAISED, MISFIT = range(3)
-"""How a call ends: the function has returned, has raised something, or was
-compiled for other arguments and has not run."""
+"""How a call ends: the function returned, raised an exception, or did not run
+because it was compiled for other arguments."""
 
 _WORD = ir.IntType(64)
 
@@ -36,12 +37,13 @@ _WORD = ir.IntType(64)
 class AddressedFunction:
     """A function with settings, which kernels call by its address.
 
-    It takes its settings and what it is told, two named tuples. It is compiled
-    once for all settings that look alike, and divides as NumPy does.
+    The function takes two named tuples: its settings and its input. It is
+    compiled once for all settings of the same type, and divides as NumPy
+    does.
 
     Attributes:
-        words: By which a kernel calls it: where the function is, and where its
-            settings are, shape (2,).
+        words: The addresses of the function and of its settings, for kernels,
+            shape (2,).
     """
 
     __slots__ = ("__weakref__", "_function", "_settings", "words")
@@ -57,7 +59,7 @@ class AddressedFunction:
         Args:
             function: The function.
             settings: Its settings.
-            told: A tuple such as it will be told, for its type alone.
+            told: An example of its input; only the type is used.
 
         Raises:
             NumbaError: The function cannot be compiled.
@@ -70,7 +72,7 @@ class AddressedFunction:
         _functions[settings.address] = self
 
     def __call__(self, told: Any) -> int:
-        """Calls it in Python, where nothing is compiled."""
+        """Calls the function in Python, uncompiled."""
         self._function(self._settings, told)
         return DONE
 
@@ -95,7 +97,7 @@ def _compiled(function: Callable, settings: PackedType, told: PackedType):
 
 
 def _digest(kind: types.Type) -> int:
-    """A number that tells types from each other, in every process."""
+    """A number that identifies a type in every process."""
     digest = hashlib.sha256(repr(kind).encode()).digest()
     return int.from_bytes(digest[:8], "little", signed=True)
 
@@ -105,7 +107,7 @@ def call_address(words, told) -> int:
 
     Args:
         words: The `AddressedFunction.words`.
-        told: What the function is told, a named tuple.
+        told: The function's input, a named tuple.
 
     Returns:
         DONE, RAISED or MISFIT.
@@ -122,14 +124,14 @@ def _call_address(words, told):
 
 @intrinsic
 def _call(typing_context, function, settings, told):
-    """What `call_address` is in compiled code."""
+    """The compiled form of `call_address`."""
     del typing_context
 
     def generate(context, builder, signature, arguments):
         del signature
         words = packed_words(context, builder, told, arguments[2])
         first = store_words(builder, words)
-        # An address is passed as a word is.
+        # An address is passed like an integer.
         kind = ir.FunctionType(_WORD, [_WORD] * 3)
         called = builder.inttoptr(arguments[0], kind.as_pointer())
         digest = ir.Constant(_WORD, _digest(packed_type(told)))

@@ -7,10 +7,10 @@ from remosplat_drake.base.errors import FileError
 
 
 class AppendFile:
-    """Appends whole pieces, or nothing of them, without ever raising.
+    """Appends each piece completely or not at all, and never raises.
 
-    Every piece is with the operating system when `append` returns: what was
-    appended outlives the death of this process. Nothing waits for the disk.
+    When `append` returns, the operating system has the piece, so it survives a
+    crash of this process. Nothing waits for the disk.
 
     Args:
         path: Must not exist; its folder is made.
@@ -54,10 +54,21 @@ class AppendFile:
         self._size += len(piece)
         return ""
 
-    def close(self) -> None:
-        """Closes the file; nothing can be appended any more."""
+    def close(self) -> str:
+        """Closes the file; nothing can be appended any more.
+
+        Returns:
+            What became of the file at its path, such as "was moved or deleted
+            meanwhile"; empty if it is there.
+        """
+        ours = os.fstat(self._file)
         os.close(self._file)
+        try:
+            there = self.path.stat()
+        except OSError:
+            return "was moved or deleted meanwhile"
+        return "" if os.path.samestat(ours, there) else "was replaced meanwhile"
 
     def _take_back(self) -> None:
-        """Removes what was written of a piece; a full disk allows that."""
+        """Removes a partly written piece, which works on a full disk, too."""
         os.ftruncate(self._file, self._size)

@@ -1,13 +1,13 @@
 """Files of named arrays: `write_arrays` and `open_arrays`.
 
-Layout: `_PREFIX`, a header of JSON, and the arrays one after the other, each
-of them at a multiple of 64 bytes, little-endian. The header holds a document
-of the caller's and, in the order of the arrays, their names, types, shapes
-and checksums; where they are follows from that.
+Layout: `_PREFIX`, a header of JSON, and the arrays one after the other, each of
+them at a multiple of 64 bytes, little-endian. The header holds a document of
+the caller and, in the order of the arrays, their names, types, shapes and
+checksums, from which their positions follow.
 
-Who writes a file gets its seal, the SHA-256 of the header. To whom the writer
-tells the seal the file opens at once: its arrays are mapped into memory, and
-not read. To all others every array is read and checked.
+Writing a file returns its seal, the SHA-256 of the header. A caller that passes
+the seal opens the file at once: its arrays are mapped into memory and not read.
+Without the seal, every array is read and checked.
 """
 
 import dataclasses as dc
@@ -31,24 +31,24 @@ _PREFIX = struct.Struct("<8sIIQ32s")
 """Magic, format, sizes of the header and of the file, the header's SHA-256."""
 
 _ALIGNMENT = 64
-"""A cache line: kernels read records that fill some exactly."""
+"""Size of a cache line: some kernels read records of whole cache lines."""
 
 _LONGEST_HEADER = 1 << 20
 _LARGEST_ARRAY = 1 << 40
-"""Greatest sizes of what this program writes [bytes]."""
+"""Largest array that this program writes [bytes]."""
 
 _MOST_DIMENSIONS = 4
 
 _TYPES = ("<f4", "<f8", "<i2", "<i4", "<i8", "|u1", "|b1")
-"""Types of numbers that arrays may have."""
+"""Types that the entries of an array may have."""
 
 
 @dc.dataclass(frozen=True)
 class FileKind:
-    """A kind of file, as it says of itself at its start.
+    """A kind of file, as its first bytes declare it.
 
     Attributes:
-        name: What messages call such a file.
+        name: Name of such a file in messages.
         magic: The first 8 bytes of such a file.
         version: Version of its format.
     """
@@ -59,12 +59,12 @@ class FileKind:
 
 
 class VersionError(FileError):
-    """A file is of another version of its format."""
+    """A file has an unsupported version of its format."""
 
 
 @dc.dataclass(frozen=True)
 class _Place:
-    """Where an array is, and what it must be."""
+    """Position, type, shape and checksum of an array."""
 
     dtype: str
     shape: list[int]
@@ -79,9 +79,9 @@ class ArrayFile:
 
     Attributes:
         path: Path of the file.
-        document: The JSON document that was written besides the arrays.
-        is_sealed: Whether its writer is trusted: the arrays are views of the
-            file then, and of memory that has been checked otherwise.
+        document: The JSON document that is stored with the arrays.
+        is_sealed: Whether the seal matched. If so, the arrays are views of the
+            file; otherwise they are views of memory that was checked.
     """
 
     path: Path
@@ -121,8 +121,9 @@ def write_arrays(
 
     Args:
         path: The file.
-        kind: The kind of file that it becomes.
-        document: A document to store besides; whatever JSON can hold.
+        kind: The kind of file to write.
+        document: A document to store with the arrays; anything that JSON can
+            hold.
         arrays: The arrays by their names.
 
     Returns:
@@ -164,13 +165,13 @@ def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
     Args:
         path: The file.
         kind: The kind of file that it must be.
-        seal: What `write_arrays` returned for it in this run of the program:
-            the arrays are mapped into memory unread. None reads the file,
-            and checks each array when it is asked for.
+        seal: The return value of `write_arrays` in this run of the program; the
+            arrays are then mapped into memory unread. None reads the file and
+            checks each array on first use.
 
     Raises:
-        VersionError: The file is of another version of its format.
-        FileError: It is missing, of another kind, cut off, or damaged.
+        VersionError: The file has an unsupported version of its format.
+        FileError: The file is missing, of another kind, truncated or damaged.
         FieldError: Its header is damaged or contradicts itself.
     """
     data = _read(path) if seal is None else _map(path)
@@ -184,9 +185,9 @@ def open_arrays(path: Path, kind: FileKind, seal: str | None) -> ArrayFile:
 
 
 def _read(path: Path) -> memoryview:
-    """The file, read into memory of its own."""
+    """Reads the file into memory."""
     try:
-        # Others may never end.
+        # Pipes and devices may never end.
         if not path.is_file() and path.exists():
             raise FileError(path, "is no file")
         with path.open("rb") as file:
@@ -200,9 +201,10 @@ def _read(path: Path) -> memoryview:
 
 
 def _map(path: Path) -> memoryview:
-    """The file, mapped into memory.
+    """Maps the file into memory.
 
-    Privately and writable: kernels have been compiled for arrays like that.
+    The mapping is private and writable, since kernels are compiled for writable
+    arrays.
     """
     try:
         with path.open("rb") as file:
@@ -240,7 +242,7 @@ def _header(path: Path, kind: FileKind, data: memoryview) -> memoryview:
 def _find(
     path: Path, entries: JsonFields, header: int, end: int
 ) -> dict[str, _Place]:
-    """Where the arrays are, in a file with so many bytes."""
+    """Finds the arrays in a file that ends at byte `end`."""
     places = {}
     offset = _aligned(_PREFIX.size + header)
     for name in entries.names():
@@ -250,7 +252,7 @@ def _find(
             raise entry.error("dtype", f"expected one of {', '.join(_TYPES)}")
         if len(shape) > _MOST_DIMENSIONS:
             raise entry.error("shape", "has too many dimensions")
-        # An empty array may not be absurd in its other directions either.
+        # The other dimensions of an empty array are bounded, too.
         size = np.dtype(dtype).itemsize * math.prod(max(n, 1) for n in shape)
         if size > _LARGEST_ARRAY:
             raise entry.error("shape", "is too large")

@@ -1,8 +1,8 @@
-"""Send values with large arrays without holding up this process's threads.
+"""Send values with large arrays without blocking this process's threads.
 
-Pickling a map as it is copies its arrays, for some milliseconds in which no
-other thread runs Python. Here the arrays stay where they are and are written
-one by one, while the others go on.
+Pickling a whole map copies its arrays, and no other thread runs Python for some
+milliseconds. Here the arrays are not copied but written one by one, and other
+threads continue.
 """
 
 import dataclasses as dc
@@ -13,13 +13,13 @@ from typing import Any
 
 @dc.dataclass(frozen=True)
 class ArrayHeader:
-    """What goes before the arrays of a value.
+    """The message before the arrays of a value.
 
     Attributes:
         body: Pickle of the value, without its arrays.
         sizes: Number of bytes of each array that follows.
-        read_only: Whether each of them must not be written. Kernels are
-            compiled anew for arrays that may, which takes half a minute.
+        read_only: Whether each of them must not be written. Kernels would be
+            compiled again for writable arrays, which takes half a minute.
     """
 
     body: bytes

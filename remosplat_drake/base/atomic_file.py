@@ -14,7 +14,7 @@ from remosplat_drake.base.errors import FileError
 def atomic_write(path: Path, mode: str = "w") -> Iterator[IO]:
     """Opens a temporary file that takes the place of `path` at the end.
 
-    An exception inside leaves whatever was at `path` before.
+    After an exception inside the block, `path` is as it was before.
 
     Raises:
         FileError: The folder cannot be made or written, `path` is a folder,
@@ -45,8 +45,8 @@ def atomic_write(path: Path, mode: str = "w") -> Iterator[IO]:
 def check_writable(path: Path) -> None:
     """Checks in advance whether `atomic_write` could write a file.
 
-    Meant for results that take long to compute and are written at the end.
-    Neither the file nor its folder is made.
+    Meant for results that take long to compute and are written at the end. It
+    creates neither the file nor its folder.
 
     Raises:
         FileError: `path` is a folder, or no file can be made there.
@@ -74,7 +74,7 @@ def replace_checked(path: Path, text: str, check: Callable[[], object]) -> None:
     Args:
         path: The file, which exists.
         text: Its new content.
-        check: Reads the file; what it raises brings the old content back.
+        check: Reads the file; if it raises, the old content is restored.
 
     Raises:
         FileError: The folder cannot be made or written.

@@ -27,11 +27,11 @@ ONE_THREAD = {
 
 
 class _Inside:
-    """How many blocks of `one_thread_environment` run.
+    """Number of active `one_thread_environment` blocks.
 
     Attributes:
         lock: Held while the environment is changed.
-        count: Number of blocks that run at present.
+        count: Number of active blocks.
     """
 
     def __init__(self):
@@ -46,11 +46,10 @@ _inside = _Inside()
 def one_thread_environment() -> Iterator[None]:
     """Lets child processes that the block starts have `ONE_THREAD`.
 
-    Their numerical libraries read the variables when they load. Only the C
-    library's environment changes, which children inherit, and not this
-    process's `os.environ`: Numba reads that again whenever it compiles, and
-    fails where the number of its threads has changed. Blocks of several threads
-    may overlap.
+    Numerical libraries read the variables when they load. Only the environment
+    of the C library changes, which children inherit. `os.environ` of this
+    process stays as it is, because Numba reads it at each compilation and fails
+    if the number of threads has changed. Blocks of several threads may overlap.
     """
     with _inside.lock:
         _inside.count += 1
@@ -77,24 +76,25 @@ def _restore() -> None:
 class ChildProcess:
     """A daemon process with a pipe, started by multiprocessing's spawn.
 
-    Its numerical libraries keep to one thread. It is scheduled as SCHED_OTHER
-    whatever the starting thread is, may be niced, and leaves Ctrl-C (SIGINT) to
-    its parent. Its target is to return when the pipe is closed (EOFError).
+    Its numerical libraries use one thread. Its scheduling policy is
+    SCHED_OTHER, independent of the starting thread; it may be niced, and
+    ignores Ctrl-C (SIGINT), which its parent handles. Its target must return
+    when the pipe is closed (EOFError).
 
     Attributes:
-        connection: The parent's end of the pipe; None while there is no
-            process or it is only being started.
-        process: The process; None likewise.
+        connection: The parent's end of the pipe; None while no process runs or
+            one is still starting.
+        process: The process; None in the same cases.
     """
 
     def __init__(self, target: Callable[..., None], name: str, niceness: int):
-        """Prepares a process, which `start` starts.
+        """Prepares a process; `start` starts it.
 
         Args:
             target: A module-level function that runs in the process. Its
                 first argument is the child's end of the pipe.
-            name: Name of the process, for people.
-            niceness: How much its nice value is raised, 0 to 19.
+            name: Name of the process, for display.
+            niceness: Increment of its nice value, 0 to 19.
         """
         self._target = target
         self._name = name
@@ -106,11 +106,11 @@ class ChildProcess:
 
     @property
     def is_down(self) -> bool:
-        """Whether there is no process, and none is being started."""
+        """Whether no process runs or is starting."""
         return self._starter is None
 
     def start(self, *arguments: object) -> None:
-        """Starts the process in a thread, since spawning takes a while.
+        """Starts the process from a background thread, since spawning is slow.
 
         Args:
             arguments: The target's arguments after the pipe; each is pickled.
@@ -135,8 +135,8 @@ class ChildProcess:
 
     def _spawn(self, *arguments: object) -> None:
         # Starting the tracker unblocks SIGINT, so it comes first. The process
-        # inherits what follows: Ctrl-C does not reach even its start, and it
-        # has no real-time priority where the control loop has.
+        # inherits the settings below: SIGINT is blocked from its start, and it
+        # has no real-time priority even if the control loop has one.
         resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
@@ -153,7 +153,7 @@ class ChildProcess:
                 process.start()
             self.process = process
         finally:
-            # Without a process the first look finds the other end closed.
+            # Without a process, the first read finds the other end closed.
             theirs.close()
             self._poll.register(connection.fileno(), select.POLLIN)
             self.connection = connection
@@ -174,10 +174,9 @@ class ChildProcess:
             self._poll.poll(1e3 * timeout)
 
     def end(self, patience: float = 2.0) -> None:
-        """Closes the pipe, upon which the process leaves, and waits for that.
+        """Closes the pipe, which ends the process, and waits for its exit.
 
-        Does nothing if there is no process; afterwards `start` may start
-        another one.
+        Does nothing if no process runs. `start` may then start another one.
 
         Args:
             patience: Time after which the process is killed [s].
@@ -203,7 +202,7 @@ def _run(
     niceness: int,
     *arguments: object,
 ) -> None:
-    """What the process does first, and then its target."""
+    """Sets up the process and runs its target."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.getLogger("drake").setLevel(logging.WARNING)
     os.nice(niceness)

@@ -1,13 +1,13 @@
-"""Wall-clock stamps, the number of the next tick, laps, and a loop's pace."""
+"""Wall-clock stamps, tick numbers, lap times, and fixed-rate loops."""
 
 import math
 import time
 
 MICROSECONDS = 1_000_000
-"""Microseconds in a second: messages are stamped in microseconds."""
+"""Microseconds in a second; message stamps are in microseconds."""
 
 LATEST_START = 0.5
-"""How late a tick may start at most, as a fraction of the period."""
+"""Largest delay at the start of a tick, as a fraction of the period."""
 
 
 def wall_utime() -> int:
@@ -18,9 +18,9 @@ def wall_utime() -> int:
 def next_tick(now: float, period: float, latest: int) -> int:
     """Returns the number of the next tick that can still start in time.
 
-    Tick n is due at n * period, counted from the Unix epoch as Drake counts
-    its periodic events from 0. Ticks that would start more than
-    `LATEST_START` of a period late are left out.
+    Tick n is due at n * period, counted from the Unix epoch as Drake counts its
+    periodic events from 0. Ticks that would start more than `LATEST_START` of a
+    period late are skipped.
 
     Args:
         now: Wall-clock time since the Unix epoch [s].
@@ -44,7 +44,7 @@ def sleep_until(wake: float, longest: float) -> None:
 
 
 class Laps:
-    """Times the parts of something, one after the other.
+    """Measures the duration of consecutive parts of a job.
 
     Attributes:
         seconds: Wall-clock time of each part that has ended, by name [s].
@@ -68,9 +68,9 @@ class Laps:
 class Pacer:
     """Holds a driver's loop to a fixed period on the monotonic clock.
 
-    A loop that is late runs without a pause until it has caught up. After a
-    stall of more than `patience` the backlog is forgotten: a burst of old
-    ticks would help nobody.
+    A late loop runs without pauses until it has caught up. After a stall longer
+    than `patience` the backlog is dropped, since a burst of outdated ticks is
+    of no use.
 
     Attributes:
         ticks: Number of calls of `wait`.
@@ -80,11 +80,11 @@ class Pacer:
     """
 
     def __init__(self, period: float, patience: float = 0.02):
-        """Prepares the loop, whose first tick is due when `wait` is called.
+        """Prepares the loop; the first tick is due at the first call of `wait`.
 
         Args:
             period: Time between two ticks [s].
-            patience: Longest backlog that is worked off [s].
+            patience: Longest backlog that the loop catches up with [s].
         """
         self._period = period
         self._patience = patience

@@ -1,13 +1,13 @@
-"""Directions that are spread evenly."""
+"""Evenly distributed directions."""
 
 import numpy as np
 
 
 def spread_directions(n: int) -> np.ndarray:
-    """Returns unit vectors evenly over the sphere, on a Fibonacci spiral.
+    """Returns unit vectors spread evenly over the sphere (Fibonacci spiral).
 
     Args:
-        n: Their number.
+        n: Number of vectors.
 
     Returns:
         Shape (n, 3).

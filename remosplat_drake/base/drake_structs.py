@@ -1,9 +1,9 @@
 """Drake's own structs as fields of files, `SimulatorConfig` for example.
 
-pydrake tells of each struct which fields it has (`__fields__`). Their types
-become annotations as ours are: a vector is a list of numbers, as long as that
-of a new struct, and random values are left out, for a scenario says exactly
-what is where.
+pydrake lists the fields of each struct (`__fields__`). Their types become
+annotations like those of this package. A vector is a list of numbers with the
+length that it has in a new struct. Random distributions are excluded, since a
+scenario is deterministic.
 """
 
 import copyreg
@@ -18,7 +18,7 @@ from annotated_types import Len
 from pydrake.common.schema import Rotation
 
 _RANDOM = ("Deterministic", "Gaussian", "Uniform", "_Invalid")
-"""How the names of Drake's distributions begin."""
+"""Prefixes of the names of Drake's distributions."""
 
 
 def is_struct(kind: Any) -> bool:
@@ -27,22 +27,22 @@ def is_struct(kind: Any) -> bool:
 
 
 def is_record(kind: Any) -> bool:
-    """Whether a type has named fields, as dataclasses and structs have."""
+    """Whether a type is a dataclass or one of Drake's structs."""
     return dc.is_dataclass(kind) or is_struct(kind)
 
 
 def member(record: Any, name: str) -> Any:
-    """The value of a field; of Drake's rotations the kind that was chosen."""
+    """Returns a field's value; of Drake's rotations, the chosen alternative."""
     value = getattr(record, name)
     return value.value if isinstance(value, Rotation) else value
 
 
 @functools.cache
 def struct_fields(struct: Any) -> dict[str, Any]:
-    """The annotations of a struct's fields, in terms that files have.
+    """Returns the annotations of a struct's fields, in types of files.
 
-    From here on, structs of this kind can be pickled: configurations travel to
-    other processes.
+    This call also makes structs of this type picklable, since configurations
+    are sent to other processes.
     """
     new = struct()
     copyreg.pickle(struct, _reduced)

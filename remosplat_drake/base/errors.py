@@ -1,7 +1,7 @@
-"""The error tree: everything a user can cause is a `RemoSplatError`.
+"""The error tree: every error that a user can cause is a `RemoSplatError`.
 
 The command line prints such an error as one line and exits with code 2; any
-other exception is a defect of ours and keeps its traceback.
+other exception is a bug and keeps its traceback.
 """
 
 from collections.abc import Iterable
@@ -10,7 +10,7 @@ from pathlib import Path
 
 
 class RemoSplatError(Exception):
-    """Base of all errors that a user can cause and mend.
+    """Base of all errors that a user can cause and correct.
 
     Example:
         >>> import remosplat_drake as rs
@@ -23,7 +23,7 @@ class RemoSplatError(Exception):
 
 
 class FileError(RemoSplatError):
-    """A file is missing, unreadable or not what it should be.
+    """A file is missing, unreadable or of the wrong kind.
 
     Attributes:
         path: The file or folder.
@@ -63,10 +63,10 @@ class MissingExtraError(RemoSplatError):
 
 
 def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
-    """Words an error about an unknown name, with a guess and the valid names.
+    """Formats an error about an unknown name, with a guess and all valid names.
 
     Args:
-        kind: What the name should name, such as "robot".
+        kind: The kind of thing that the name stands for, such as "robot".
         name: The name that was given.
         valid: The valid names.
 

@@ -1,12 +1,12 @@
-"""Configurations that come from elsewhere, by the name `package.module:Class`.
+"""Configurations of other packages, named as `package.module:Class`.
 
-A field is open to them where its annotation names a `Protocol`:
+A field accepts them if its annotation contains a `Protocol`:
 
     oracle: SphereToEllipsoid | GroundTruth | OracleMaker
 
-Whatever `Config` dataclass has the protocol's methods will do there, with
-fields that are declared and checked like ours. A YAML file names it as a tag,
-`!my_package:MyOracle {gain: 2}`, or as plain text where its defaults will do.
+Any `Config` dataclass with the protocol's methods is accepted; its fields are
+declared and checked like those of this package. A YAML file names it as a tag,
+`!my_package:MyOracle {gain: 2}`, or as plain text for its defaults.
 """
 
 import dataclasses as dc
@@ -31,19 +31,19 @@ from remosplat_drake.base.ranges import (
 def find_extension(
     name: str, protocols: list[type], folder: Path | None = None
 ) -> type[Config]:
-    """The class that a name stands for.
+    """Returns the class that a name stands for.
 
-    Its module is looked for where Python looks. If there is none, the folder
-    of the file that names it becomes the last entry of `sys.path`: it hides
-    nothing that is installed, and processes that are started look there, too.
+    Python's import path is searched first. If the module is not found, the
+    folder of the file that names it is appended to `sys.path`. As the last
+    entry, it hides no installed module, and child processes inherit it.
 
     Args:
         name: As `package.module:Class`.
-        protocols: Whose methods it must have; those of one of them.
-        folder: Of the file that names it.
+        protocols: Protocols; the class must have all methods of one of them.
+        folder: Folder of the file that names it.
 
     Raises:
-        RemoSplatError: There is no such class, or it is none that fits.
+        RemoSplatError: There is no such class, or it does not fit.
     """
     module, _, class_name = name.partition(":")
     parts = [*module.split("."), class_name]
@@ -58,9 +58,7 @@ def find_extension(
             f"{module}: {unknown_name('class', class_name, classes)}"
         )
     if not (_is_config(found) and dc.is_dataclass(found)):
-        raise RemoSplatError(
-            f"{name} is no dataclass that is derived from Config"
-        )
+        raise RemoSplatError(f"{name} is not a dataclass derived from Config")
     found = cast(type[Config], found)
     problem = misfit(found, protocols) or schema_problem(found)
     if problem:
@@ -89,21 +87,21 @@ def _is_config(found: object) -> bool:
 
 
 def extension_name(kind: type) -> str:
-    """The name by which `find_extension` finds a class again.
+    """Returns the name by which `find_extension` finds a class.
 
     Raises:
-        RemoSplatError: None does, for the class is in no module.
+        RemoSplatError: The class is not in a module, so no name finds it.
     """
     name = kind.__qualname__
     if kind.__module__ == "__main__" or not name.isidentifier():
         raise RemoSplatError(
-            f"{name} cannot be named in a file: put it into a module"
+            f"{name} cannot be named in a file: move it into a module"
         )
     return f"{kind.__module__}:{name}"
 
 
 def extensions_in(config: Config) -> Iterator[Config]:
-    """All configurations within one that are not of this package."""
+    """Returns all configurations inside `config` that other packages define."""
     for name in field_types(type(config)):
         yield from _extensions_of(getattr(config, name))
 

@@ -1,7 +1,7 @@
 """Dataclasses of arrays, flattened to a JSON text and named arrays, and back.
 
-Values are arrays, dataclasses, tuples, lists, numbers, texts and None, nested
-in any way. What comes back is the same, bit for bit.
+Values are arrays, dataclasses, tuples, lists, numbers, strings and None, nested
+in any way. `restore` returns an equal value, bit for bit.
 """
 
 import dataclasses as dc
@@ -18,26 +18,26 @@ T = TypeVar("T")
 
 
 def flatten(value: object) -> tuple[str, dict[str, np.ndarray]]:
-    """Takes a value apart into a JSON text and the arrays that it holds.
+    """Splits a value into a JSON text and the arrays that it holds.
 
     Raises:
-        TypeError: The value holds something of another kind.
+        TypeError: The value holds an object of another type.
     """
     arrays: dict[str, np.ndarray] = {}
     return json.dumps(_flat(value, arrays)), arrays
 
 
 def restore(kind: type[T], text: str, arrays: Mapping[str, np.ndarray]) -> T:
-    """Puts a value together again that `flatten` has taken apart.
+    """Rebuilds a value from the results of `flatten`.
 
     Args:
-        kind: Dataclass that the value is of. Only dataclasses that its fields
-            are declared to hold are made.
+        kind: Dataclass of the value. Only dataclasses that its fields are
+            declared to hold are created.
         text: The JSON text.
         arrays: The arrays.
 
     Raises:
-        RemoSplatError: The text is no JSON, or a dataclass refuses a field.
+        RemoSplatError: The text is not JSON, or a dataclass rejects a field.
         LookupError: An array or a dataclass is unknown.
         TypeError: The value is of another kind.
     """
@@ -58,7 +58,7 @@ def digest(value: object) -> str:
 
 
 def _flat(value: object, arrays: dict[str, np.ndarray]) -> object:
-    """The value as JSON has it; its arrays are added to `arrays`."""
+    """Returns the value as JSON data and adds its arrays to `arrays`."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.generic):
@@ -98,7 +98,7 @@ def _restored(
 
 
 def _dataclasses(kind: Any) -> dict[str, type]:
-    """A type and all dataclasses that it is declared to hold, by name."""
+    """Returns a type and all dataclasses that it may hold, by name."""
     found: dict[str, type] = {}
     waiting = [kind]
     while waiting:

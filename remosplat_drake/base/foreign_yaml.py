@@ -1,7 +1,7 @@
-"""YAML that other programs write: what is wanted of it is read, with its line.
+"""Reads selected fields of YAML that other programs write, with line numbers.
 
-`strict_yaml` refuses fields that it does not know, as our own files must not
-have any. Here they are passed over, and what is wanted must be there.
+`strict_yaml` rejects unknown fields, which the files of this package must not
+have. Here unknown fields are ignored, and required fields must exist.
 """
 
 import typing
@@ -22,7 +22,7 @@ from remosplat_drake.base.yaml_nodes import (
 
 
 class ForeignValue:
-    """A value in a YAML file, which knows its line and its path.
+    """A value in a YAML file, with its line and its path.
 
     Attributes:
         field: Path of the value inside its document; empty for the whole.
@@ -45,7 +45,7 @@ class ForeignValue:
         """Returns a field of a mapping; None if it is absent or null.
 
         Raises:
-            FieldError: This is no mapping.
+            FieldError: This is not a mapping.
         """
         _, node = fields(self._node, self.field).get(name, (None, None))
         if node is None or is_null(node):
@@ -56,7 +56,7 @@ class ForeignValue:
         """Returns a field of a mapping, which must be there.
 
         Raises:
-            FieldError: This is no mapping, or the field is missing.
+            FieldError: This is not a mapping, or the field is missing.
         """
         found = self.find(name)
         if found is None:
@@ -67,7 +67,7 @@ class ForeignValue:
         """Returns the entries of a list.
 
         Raises:
-            FieldError: This is no list.
+            FieldError: This is not a list.
         """
         if not isinstance(self._node, yaml.SequenceNode):
             self.fail("expected a list")
@@ -77,10 +77,10 @@ class ForeignValue:
         ]
 
     def text(self) -> str:
-        """Returns a plain text.
+        """Returns a string.
 
         Raises:
-            FieldError: This is no text.
+            FieldError: This is not a string.
         """
         if not isinstance(self._node, yaml.ScalarNode):
             self.fail("expected a text")
@@ -103,7 +103,7 @@ class ForeignValue:
         """Returns a list of finite numbers.
 
         Args:
-            count: How many there must be; None: any number.
+            count: Required length; None accepts any.
 
         Raises:
             FieldError: This is none.

@@ -1,4 +1,4 @@
-"""Reports as one page of HTML: their style, cards and plots."""
+"""Parts of self-contained HTML reports: style, cards and plots."""
 
 import html
 import io
@@ -44,7 +44,8 @@ svg { max-width: 100%; height: auto; }
 """Style sheet (CSS) of a report."""
 
 OURS, OTHERS = "#2f6fae", "#b54708"
-"""Colours in plots: of what a report is about, and of what stands beside it."""
+"""Colours in plots: of the subject of a report, and of what it is compared
+with."""
 
 
 def make_page(title: str, body: str, style: str = "") -> str:
@@ -66,10 +67,10 @@ def make_page(title: str, body: str, style: str = "") -> str:
 
 
 def cards(values: Mapping[str, str]) -> str:
-    """Writes numbers that stand out, as HTML.
+    """Writes highlighted numbers as HTML.
 
     Args:
-        values: The numbers as text, by what they mean.
+        values: The numbers as text, by their labels.
     """
     inner = "".join(
         f'<div class="card"><b>{html.escape(value)}</b>'
@@ -80,7 +81,7 @@ def cards(values: Mapping[str, str]) -> str:
 
 
 def new_plot(width: float, height: float) -> tuple[Any, Any]:
-    """Makes a figure of matplotlib's with one plot.
+    """Makes a matplotlib figure with one plot.
 
     Args:
         width: Width of the figure [inches].
@@ -98,12 +99,12 @@ def new_plot(width: float, height: float) -> tuple[Any, Any]:
 
 
 def to_svg(figure: Any) -> str:
-    """Writes a figure of matplotlib's as SVG that goes into a page."""
+    """Writes a matplotlib figure as SVG for embedding in a page."""
     from matplotlib import rc_context
 
     text = io.StringIO()
-    # Names of parts are hashes; those of the same figure are the same.
+    # Element names are hashes, so that equal figures give equal text.
     with rc_context({"svg.hashsalt": "remosplat"}):
         figure.savefig(text, format="svg", metadata={"Date": None})
-    # Without the XML header, which has no place inside a page.
+    # The XML header is not valid inside a page.
     return text.getvalue()[text.getvalue().index("<svg") :]

@@ -6,21 +6,21 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.strict_json import parse_json
 
 _SHOWN = 40
-"""Number of characters of an unusable value that messages show."""
+"""Number of characters of an invalid value that messages show."""
 
 _LARGEST = 2**53
-"""Largest whole number that every program reads alike: floats hold 53 bits."""
+"""Largest integer that every program reads exactly: floats hold 53 bits."""
 
 
 class JsonFields:
-    """A JSON object whose fields are only given out if they are as expected.
+    """A JSON object whose fields are checked when they are read.
 
     All methods but `has` and `names` raise `FieldError`, with the file's and
     the field's name, if a field is missing, of another type or out of range.
     """
 
     def __init__(self, value: object, where: str, field: str = ""):
-        """Takes a value that is expected to be an object.
+        """Wraps a value that must be an object.
 
         Args:
             value: A value from `parse_json`.
@@ -28,7 +28,7 @@ class JsonFields:
             field: Path of the value inside the file; empty for the whole file.
 
         Raises:
-            FieldError: The value is no object.
+            FieldError: The value is not an object.
         """
         self.where = where
         self._field = field
@@ -45,7 +45,7 @@ class JsonFields:
         return FieldError(self.where, self._name(name), problem)
 
     def has(self, name: str) -> bool:
-        """Returns whether a field is there and not null."""
+        """Returns whether a field exists and is not null."""
         return self._values.get(name) is not None
 
     def names(self) -> list[str]:
@@ -128,7 +128,7 @@ class JsonFields:
         return value
 
     def _as_text(self, name: str, value: object) -> str:
-        # A lone surrogate is JSON, but can be neither printed nor saved.
+        # A lone surrogate is valid JSON, but cannot be printed or saved.
         if not isinstance(value, str) or not _is_printable(value):
             raise self._wrong(name, "text", value)
         return value
@@ -137,7 +137,7 @@ class JsonFields:
         is_number = isinstance(value, (int, float))
         if not is_number or isinstance(value, bool) or not _is_finite(value):
             raise self._wrong(name, "a finite number", value)
-        # What was written as 1 stays 1, which prints differently from 1.0.
+        # An integer stays an integer, since 1 prints differently from 1.0.
         return value if abs(value) <= _LARGEST else float(value)
 
     def _as_whole(self, name: str, value: object, least: int, most: int) -> int:
@@ -167,14 +167,14 @@ def parse_fields(text: str | bytes, where: str) -> JsonFields:
         where: The file that errors name.
 
     Raises:
-        FileError: The text is no JSON.
+        FileError: The text is not JSON.
         FieldError: The text holds something other than an object.
     """
     return JsonFields(parse_json(text, where), where)
 
 
 def _short(value: object) -> str:
-    """A value for people, on one line."""
+    """Formats a value for messages, on one line."""
     if isinstance(value, (dict, list)):
         return "an object" if isinstance(value, dict) else "a list"
     text = ascii(value)

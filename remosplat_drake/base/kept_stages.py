@@ -1,8 +1,8 @@
-"""`KeptStages`: what a long job has finished, for when it is interrupted.
+"""`KeptStages`: results of finished stages, so that a long job can resume.
 
-Each finished stage is a file of arrays in one folder, with a digest of all
-that its result depends on. A job that is started again takes what is still
-true from there. At the end the folder goes.
+Each finished stage is a file of arrays in one folder, with a digest of all that
+its result depends on. A restarted job reuses the stages that are still valid.
+At the end the folder is removed.
 """
 
 from collections.abc import Callable
@@ -25,16 +25,16 @@ from remosplat_drake.base.version import __version__
 KIND = FileKind("finished stage", b"RSSTAGE\n", 1)
 
 SUFFIX = ".stage"
-"""Ending of the names of such files."""
+"""File name extension of kept stages."""
 
 T = TypeVar("T")
 
 
 class KeptStages:
-    """The finished stages of a job; a context that a job is done in.
+    """The finished stages of a job; a context manager around the job.
 
-    When the job is done, or ends in an error that the user has to correct, the
-    folder is removed. When it is interrupted, the folder stays.
+    When the job succeeds, or ends in an error that the user must correct, the
+    folder is removed. After an interrupt, the folder stays.
 
     Example:
         >>> import dataclasses as dc
@@ -48,7 +48,7 @@ class KeptStages:
         ...     with KeptStages(Path(folder) / "job", print) as stages:
         ...         a = stages.kept("sum", Sum, [1, 2], lambda: Sum(1 + 2))
         ...         b = stages.kept("sum", Sum, [1, 2], lambda: Sum(0))
-        sum: finished before, and kept
+        sum: reuses the kept result
         >>> a.total, b.total
         (3, 3)
     """
@@ -58,13 +58,12 @@ class KeptStages:
         folder: Path | None,
         tell: Callable[[str], object] = lambda words: None,
     ):
-        """Looks at nothing yet.
+        """Prepares the stages; reads no file yet.
 
         Args:
-            folder: Where stages are kept, which need not exist; None keeps
-                none.
-            tell: Told in one line which stages are taken from before, and
-                which cannot be.
+            folder: Folder of the stages, which need not exist; None keeps none.
+            tell: Receives one line for each stage that is reused or cannot be
+                reused.
         """
         self._folder, self._tell = folder, tell
 
@@ -84,14 +83,15 @@ class KeptStages:
     def kept(
         self, name: str, kind: type[T], inputs: object, make: Callable[[], T]
     ) -> T:
-        """Returns the result of a stage: from before, or else made and kept.
+        """Returns the kept result of a stage, or computes and keeps it.
 
         Args:
             name: Name of the stage, also of its file.
             kind: Dataclass of the result; see `flat_values` for what it may
                 hold.
-            inputs: All that the result depends on, of the same kinds.
-            make: Function that makes the result.
+            inputs: All that the result depends on, of types that `flat_values`
+                accepts.
+            make: Function that computes the result.
 
         Raises:
             FileError: The result cannot be written.
@@ -103,35 +103,36 @@ class KeptStages:
         try:
             result = _load(path, kind, key)
         except RemoSplatError as problem:
-            self._tell(f"{name}: begun afresh, for {problem}")
+            self._tell(f"{name}: computed again: {problem}")
             result = None
         if result is not None:
-            self._tell(f"{name}: finished before, and kept")
+            self._tell(f"{name}: reuses the kept result")
             return result
         text, arrays = flatten(make())
         arrays = {n: np.ascontiguousarray(a) for n, a in arrays.items()}
         write_arrays(path, KIND, {"key": key, "value": text}, arrays)
-        # As it would be read: of another layout, sums might differ in a bit.
+        # Returned as it would be read: with another memory layout, sums might
+        # differ in the last bit.
         return restore(kind, text, arrays)
 
 
 NOTHING_KEPT = KeptStages(None)
-"""For jobs that are done from the start each time."""
+"""For jobs that keep no stages."""
 
 
 def _load(path: Path, kind: type[T], key: str) -> T | None:
-    """A result, None where there is no file.
+    """Returns a result; None if there is no file.
 
     Raises:
-        RemoSplatError: The file is damaged, or of another job.
+        RemoSplatError: The file is damaged, or belongs to another job.
     """
     if not path.exists():
         return None
     file = open_arrays(path, KIND, None)
     if file.document.text("key") != key:
-        raise FileError(path, "is of another input, or of other flags")
+        raise FileError(path, "was made from other input or with other flags")
     arrays = {name: file.array(name) for name in file.names()}
     try:
         return restore(kind, file.document.text("value"), arrays)
     except (LookupError, TypeError, ValueError) as error:
-        raise FileError(path, "is of another version") from error
+        raise FileError(path, "was made by another version") from error

@@ -1,12 +1,11 @@
-"""Lanes: eight numbers at once, or four, for kernels (numba).
+"""SIMD lanes for kernels (Numba): operations on eight or four numbers at once.
 
-Of a loop over eight numbers Numba mostly makes eight times the same. Lanes are
-what compilers call a vector: an operation on them is one instruction, or two
-where the processor takes four numbers at a time. Kernels write them like
-numbers, and a number among them stands for eight equal ones. Each lane's
-result is, to the last bit, what numbers alone would give.
+Numba rarely vectorises a loop over eight numbers. Lanes are a SIMD vector: an
+operation on them is one instruction, or two if the processor handles four
+numbers at a time. Kernels use them like numbers, and a scalar operand is
+broadcast. Each lane's result equals that of scalar code to the last bit.
 
-Comparisons give a mask, a truth a lane, for `where` and `places_of`.
+Comparisons give a mask, one boolean for each lane, for `where` and `places_of`.
 """
 
 import operator
@@ -30,17 +29,17 @@ from numba.extending import (
 from remosplat_drake.base.kernels import helper
 
 _built_in = cast(Callable[..., Any], intrinsic)
-"""Numba's `intrinsic`: what it makes is called without `typing`."""
+"""Numba's `intrinsic`; its functions are called without `typing`."""
 
 WIDTH, FEW = 8, 4
-"""Numbers of lanes: of most, and of those for what seldom fills eight."""
+"""Numbers of lanes: the usual one, and one for data that seldom fill eight."""
 
 _NUMBER, _TRUTH = ir.DoubleType(), ir.IntType(1)
 _WHOLE, _PLACE = ir.IntType(64), ir.IntType(32)
 
 
 class _Vector(types.Type):
-    """Numba's type of several numbers or truths."""
+    """Numba's type of several numbers or booleans."""
 
     def __init__(self, name: str, element: ir.Type, width: int):
         self.width = width
@@ -67,17 +66,17 @@ def _is_number(kind) -> bool:
 
 
 def _width_of(kinds) -> int:
-    """How many lanes types have together, 0 of numbers and truths alone."""
+    """Returns the number of lanes of operands, 0 if all are scalars."""
     return max(kind.width if isinstance(kind, _Vector) else 0 for kind in kinds)
 
 
 def _numbers(width: int) -> Any:
-    """Lanes, or a number alone where the width is 0."""
+    """Returns the type of lanes, or of a scalar if the width is 0."""
     return _LANES.get(width, types.float64)
 
 
 def _spread(context, builder, kind, value, width):
-    """Puts a number, or a truth, into all lanes; none if the width is 0."""
+    """Broadcasts a number or boolean to all lanes, unless the width is 0."""
     if isinstance(kind, _Vector):
         return value
     element = _TRUTH
@@ -104,7 +103,7 @@ _SINGLE = (types.Number, types.Boolean)
 
 
 def _define(function, operands, results, build) -> None:
-    """Defines an operator of lanes or masks, some of which may be single."""
+    """Defines an operator of lanes or masks; some operands may be scalars."""
 
     class _Operator(AbstractTemplate):
         key = function
@@ -132,7 +131,7 @@ def _define(function, operands, results, build) -> None:
 
 
 def _compare(sign):
-    """Ordered: what is not a number compares as false."""
+    """Ordered comparison: NaN compares as false."""
     return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
 
 
@@ -151,7 +150,7 @@ _define(operator.invert, _MASKS, _MASKS, ir.IRBuilder.not_)
 
 
 def _of_numbers(build):
-    """Types and lowers a function of numbers, each single or in lanes."""
+    """Types and lowers a function whose operands are scalars or lanes."""
 
     def type_and_lower(*kinds):
         if not all(map(_is_number, kinds)):
@@ -167,7 +166,7 @@ def _of_numbers(build):
 
 
 def _call(name):
-    """Calls one of LLVM's own functions."""
+    """Calls an LLVM intrinsic."""
 
     def build(builder, value):
         vector = isinstance(value.type, ir.VectorType)
@@ -209,25 +208,25 @@ def magnitude(typing, x):
 
 @_built_in
 def round_up(typing, x):
-    """Returns the least whole number that is not below, as a float."""
+    """Rounds up to a whole number, as a float."""
     return _round_up(x)
 
 
 @_built_in
 def round_down(typing, x):
-    """Returns the greatest whole number that is not above, as a float."""
+    """Rounds down to a whole number, as a float."""
     return _round_down(x)
 
 
 @_built_in
 def greatest(typing, a, b):
-    """Returns the greater one of two numbers or lanes; b if neither is."""
+    """Returns the greater of two numbers or lanes; b if they are unordered."""
     return _greatest(a, b)
 
 
 @_built_in
 def least(typing, a, b):
-    """Returns the lesser one of two numbers or lanes; b if neither is."""
+    """Returns the lesser of two numbers or lanes; b if they are unordered."""
     return _least(a, b)
 
 
@@ -249,7 +248,7 @@ def _times_power_of_two(typing, x, shifted):
 
 
 _SHIFT = 1.5 * 2.0**52
-"""What is added to it is rounded to a whole number, in its lowest bits."""
+"""Adding this number rounds the other one to an integer, in its lowest bits."""
 
 _LOG2_E = 1.4426950408889634
 _LN_2 = (0.693147180369123816490, 1.90821492927058770002e-10)
@@ -257,12 +256,12 @@ _LN_2 = (0.693147180369123816490, 1.90821492927058770002e-10)
 with any exponent is exact."""
 
 _LEAST = -700.0
-"""Exponent from which on down a power counts as the same, nearly nothing."""
+"""Exponents below this one are clamped to it; the power is nearly zero."""
 
 
 @helper
 def exponential(x):
-    """Returns e to the power of a number or of lanes, at most 0."""
+    """Returns e to the power of a number or of lanes, which are at most 0."""
     x = greatest(x, _LEAST)
     shifted = x * _LOG2_E + _SHIFT
     n = shifted - _SHIFT
@@ -286,11 +285,11 @@ def _series(r):
 
 @_built_in
 def where(typing, condition, a, b):
-    """Returns a where a condition holds, b elsewhere.
+    """Selects a where a condition holds, and b elsewhere.
 
     Args:
         typing: Numba's own.
-        condition: A truth, or a mask.
+        condition: A boolean or a mask.
         a: A number or lanes.
         b: A number or lanes.
     """
@@ -321,7 +320,7 @@ def in_all(typing, x):
 
 @_built_in
 def first_lanes(typing, n, lanes):
-    """Returns a mask that is true in the first n of as many as `lanes` are."""
+    """Returns a mask as wide as `lanes` that is true in the first n lanes."""
 
     def compare(context, builder, signature, values):
         most = context.cast(builder, values[0], n, types.float64)
@@ -335,7 +334,7 @@ def first_lanes(typing, n, lanes):
 
 @_built_in
 def places_of(typing, mask):
-    """Returns the lanes in which a mask is true, as bits."""
+    """Returns the lanes in which a mask is true, as bits of an integer."""
 
     def bits(context, builder, signature, values):
         as_bits = builder.bitcast(values[0], ir.IntType(mask.width))
@@ -346,7 +345,7 @@ def places_of(typing, mask):
 
 @_built_in
 def lanes_from(typing, array, place):
-    """Reads eight numbers that follow each other in an array's memory.
+    """Reads eight consecutive numbers from an array's memory.
 
     Args:
         typing: Numba's own.
@@ -364,7 +363,7 @@ def few_lanes_from(typing, array, place):
 
 
 def _is_plain(array) -> bool:
-    """Whether an array's numbers follow each other in memory."""
+    """Whether an array is contiguous."""
     return isinstance(array, types.Array) and array.layout == "C"
 
 
@@ -386,7 +385,7 @@ def _read(array, width):
 
 @_built_in
 def columns_of(typing, array, places):
-    """Reads eight rows of an array, and turns them into lanes by column.
+    """Reads eight rows of an array and returns lanes by column.
 
     Args:
         typing: Numba's own.
@@ -421,7 +420,7 @@ def columns_of(typing, array, places):
 
 
 def _transposed(builder, rows):
-    """Makes lanes by column of eight lanes by row: swaps ever larger blocks."""
+    """Transposes eight lanes by row into lanes by column, block by block."""
     for step in (1, 2, 4):
         upper = [j - step + WIDTH if j & step else j for j in range(WIDTH)]
         lower = [j + WIDTH if j & step else j + step for j in range(WIDTH)]

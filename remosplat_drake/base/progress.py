@@ -1,4 +1,4 @@
-"""`Progress`: shows how far a long job is, in a terminal and in a pipe."""
+"""`Progress`: progress of a long job, in a terminal or a pipe."""
 
 import dataclasses as dc
 import math
@@ -19,14 +19,15 @@ from rich.text import Text
 T = TypeVar("T")
 
 BEGUN = 1.0
-"""Where there is no terminal, a stage gets its first line at this age [s]: what
-is over sooner needs none."""
+"""Without a terminal, the first line about a stage appears after this time [s];
+shorter stages get none."""
 
 PERIOD = 30.0
-"""It gets another line so long after the one before [s]."""
+"""Time between two lines about a stage [s]."""
 
 _STEP, _LEAST_PERIOD = 0.1, 5.0
-"""Or when this fraction more is done, but not sooner than so [s]."""
+"""Progress that triggers another line, and the least time between two lines
+[s]."""
 
 _BAR = 30
 """Width of a bar [columns]."""
@@ -34,15 +35,15 @@ _BAR = 30
 
 @dc.dataclass(eq=False)
 class Stage:
-    """A part of a job that is shown by itself.
+    """A part of a job with its own progress display.
 
     Attributes:
         what: What is done.
         done: How many of its steps are done.
-        total: Number of its steps; None if unknown. Of less than two only the
-            time since its start is shown.
-        estimate: Returns the fraction of the work that is done and the time
-            that the rest takes [s]; None: every step takes equally long.
+        total: Number of its steps; None if unknown. For fewer than two, only
+            the elapsed time is shown.
+        estimate: Returns the fraction of the work that is done and the
+            remaining time [s]; None assumes equally long steps.
         start: When it began, on the monotonic clock [s].
     """
 
@@ -58,7 +59,7 @@ class Stage:
         self._first = self.done
 
     def state(self) -> tuple[float | None, str]:
-        """Returns the fraction that is done, None if unknown, and says more.
+        """Returns the fraction that is done, None if unknown, and a text.
 
         The fraction never decreases.
         """
@@ -79,13 +80,13 @@ class Stage:
         return self._shown, said
 
     def line(self) -> str:
-        """Returns a line of a log, and remembers when it was told."""
+        """Returns a line for a log, and records its time."""
         fraction, said = self.state()
         self._told = monotonic(), fraction or 0.0
         return f"{self.what}: {said}"
 
     def is_line_due(self) -> bool:
-        """Whether a log is to have another line about the stage."""
+        """Whether another line about the stage is due."""
         if self._told is None:
             return monotonic() - self.start >= BEGUN
         time, fraction = self._told
@@ -96,8 +97,8 @@ class Stage:
 class Progress:
     """Shows the stage of a job: a bar, its steps, and the time that it takes.
 
-    In a terminal this is a line that vanishes at the end. Elsewhere, lines go
-    to stderr: one for each stage that takes a while, and more of a long one.
+    In a terminal this is a line that vanishes at the end. Otherwise, lines go
+    to stderr: one for each stage of some duration, and more for long ones.
     Nothing is shown before the first report.
 
     Example:
@@ -112,11 +113,11 @@ class Progress:
     """
 
     def __init__(self, console: Console, what: str = ""):
-        """Prepares it.
+        """Prepares the display.
 
         Args:
             console: Where it is shown, if that is a terminal.
-            what: What is done first; nothing is shown yet if empty.
+            what: Name of the first stage; empty shows nothing yet.
         """
         self.stage: Stage | None = None
         self._first = what
@@ -151,7 +152,7 @@ class Progress:
     def report(
         self, what: str, done: int = 0, total: int | None = None
     ) -> None:
-        """Shows how far a stage is; another name begins another stage.
+        """Shows the progress of a stage; another name begins another stage.
 
         Args:
             what: What is done.
@@ -165,7 +166,7 @@ class Progress:
         self.show(stage)
 
     def over(self, items: Sequence[T], what: str) -> Iterator[T]:
-        """Yields items, and shows how many of them are done.
+        """Yields items, and shows how many have been processed.
 
         Args:
             items: The items.
@@ -176,7 +177,7 @@ class Progress:
             yield item
 
     def show(self, stage: Stage) -> None:
-        """Shows a stage from now on, in place of the one before."""
+        """Shows this stage from now on, in place of the previous one."""
         is_first, self.stage = self.stage is None, stage
         if not is_first:
             return

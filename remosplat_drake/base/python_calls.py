@@ -1,14 +1,14 @@
 """Calls from compiled code back to Python, in the middle of a kernel's call.
 
-A kernel meets questions that only Python answers: a solver of Drake's, a map
-or an ingredient from outside. `ask_python` notes where the arrays of its
-question are, and calls a C function by its symbol, which finds the Python
-function that answers. The answer is written into arrays of the question, or is
-the address of a `Packed`.
+Some results are available only in Python: those of Drake's solvers, and of maps
+and ingredients of other packages. `ask_python` stores the addresses of the
+arrays of its question, and calls a C function by its symbol, which calls the
+Python function. That function writes its answer into arrays of the question, or
+returns the address of a `Packed`.
 
-A function that raises does not end the kernel: its answer is `FAILED`, upon
-which the kernel takes the safe way. What was raised is the `error` of the
-`PythonCalls`, for the caller to raise.
+An exception in the function does not end the kernel: the call returns `FAILED`,
+and the kernel takes its safe branch. The exception is stored as
+`PythonCalls.error`, for the caller to raise.
 """
 
 import ctypes
@@ -31,21 +31,21 @@ from remosplat_drake.base.kernels.packed import (
 )
 
 FAILED = -1
-"""What a call answers whose function has raised."""
+"""Result of a call whose function has raised."""
 
 _SYMBOL = "remosplat_drake_call_python"
 _WORD = ir.IntType(64)
 _KINDS = {types.float64: 0, types.int64: 1, types.boolean: 2}
 _DTYPES = np.dtype(float), np.dtype(np.int64), np.dtype(bool)
 _NUMBER = -1
-"""In place of a number of dimensions: it is a number, not an array."""
+"""Marks a number, in place of the number of dimensions of an array."""
 
 
 class Question:
-    """The arrays and numbers that a kernel asks about.
+    """The arrays and numbers that a kernel passes to a Python function.
 
-    They are read as they are asked for, and are the kernel's own memory, valid
-    until the answer is returned.
+    They are read on access. Arrays are the kernel's own memory, which is valid
+    until the function returns.
     """
 
     __slots__ = ("_words",)
@@ -83,19 +83,19 @@ class PythonCalls:
         if calls.error is not None:
             raise calls.error
 
-    A function takes the `Question`, and returns a whole number that is not
-    negative, such as what `handed` makes of a `Packed`.
+    A function takes the `Question`, and returns an integer >= 0, such as the
+    result of `handed` for a `Packed`.
 
     Attributes:
-        number: By which a kernel names these calls.
-        error: What a function has raised first; None if none has. Nothing was
-            asked afterwards.
+        number: The number by which a kernel refers to these calls.
+        error: The first exception of a function; None if there was none. After
+            it, no function is called.
     """
 
     __slots__ = ("_functions", "_handed", "error", "number")
 
     def __init__(self, *functions: Callable[[Any], int]):
-        """Makes it of the functions, which kernels name by their numbers."""
+        """Registers the functions, which kernels call by their index."""
         self._functions = functions
         self._handed: dict[int, Packed] = {}
         self.error: BaseException | None = None
@@ -107,11 +107,11 @@ class PythonCalls:
 
     def __exit__(self, *_: object) -> None:
         del _open[self.number]
-        # No circle is left: a real robot's loop collects no garbage.
+        # No reference cycle remains: a real robot's loop collects no garbage.
         self._functions, self._handed = (), {}
 
     def handed(self, packed: Packed) -> int:
-        """Returns the address of a `Packed`, which is kept for the kernel.
+        """Returns the address of a `Packed`, which stays alive for the kernel.
 
         Args:
             packed: What the kernel reads by `packed_at`.
@@ -122,7 +122,7 @@ class PythonCalls:
     def answer(self, function: int, question: Question | list) -> int:
         """Answers a question; `FAILED` where the function raises.
 
-        After a failure nothing is asked any more.
+        After a failure, no function is called.
 
         Args:
             function: Number of the function.
@@ -132,7 +132,7 @@ class PythonCalls:
             return FAILED
         try:
             return self._functions[function](question)
-        except BaseException as error:  # Ctrl-C must not get lost in C, either.
+        except BaseException as error:  # Ctrl-C must not get lost in C.
             self.error = error
             return FAILED
 
@@ -151,11 +151,11 @@ binding.add_symbol(_SYMBOL, ctypes.cast(_answer, ctypes.c_void_p).value)
 
 
 def ask_python(number, function, values) -> int:
-    """Asks a Python function, from within a kernel.
+    """Calls a Python function, from within a kernel.
 
     Args:
         number: The number of the `PythonCalls`.
-        function: Which of its functions is asked.
+        function: Index of the function.
         values: A tuple of contiguous arrays and of numbers; named tuples of
             these, packed or not, may be among them.
 
@@ -173,11 +173,11 @@ def _ask_python(number, function, values):
 
 
 def packed_at(like, address) -> Any:
-    """Reads a `Packed` that Python has handed over, from within a kernel.
+    """Reads a `Packed` that Python has returned, from within a kernel.
 
     Args:
         like: A `Packed` of the same type.
-        address: What `PythonCalls.handed` has returned.
+        address: The result of `PythonCalls.handed`.
     """
     del like
     for calls in _open.values():
@@ -193,7 +193,7 @@ def _packed_at(like, address):
 
 @intrinsic
 def _call(typing_context, number, function, values):
-    """What `ask_python` is in compiled code."""
+    """The compiled form of `ask_python`."""
     del typing_context
     parts = list(_flat(values))
     for kind in parts:
@@ -226,7 +226,7 @@ def _call(typing_context, number, function, values):
 
 
 def _flat(values: Any) -> Iterator[Any]:
-    """Yields what a tuple holds, and the tuples in it, one after the other."""
+    """Yields the values of a tuple and of nested tuples, in order."""
     if isinstance(values, Packed):
         values = values.values
     elif isinstance(values, PackedType):
@@ -253,7 +253,7 @@ def _flat_values(context, builder, value, kind):
 
 
 def _described(context, builder, value, kind):
-    """The words for a value: its kind, number of dimensions, and the rest."""
+    """Returns the words for a value: type, number of dimensions, and data."""
     if not isinstance(kind, types.Array):
         if kind == types.float64:
             value = builder.bitcast(value, _WORD)
@@ -272,7 +272,7 @@ def _constant(number):
 
 @intrinsic
 def _cast(typing_context, like, address):
-    """What `packed_at` is in compiled code."""
+    """The compiled form of `packed_at`."""
     del typing_context
     if not isinstance(like, PackedType):
         raise TypingError(f"{like} is not packed")

@@ -1,13 +1,12 @@
-"""What a field's value may be, declared where the field is declared.
+"""Ranges of values, declared together with the fields.
 
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
 
-The markers are those of `annotated-types` and the two below. One walker reads
-them: it looks at every `Config` when that is made and again where it is used,
-since a field may have been assigned meanwhile; and `strict_yaml` asks it about
-every value of a file, so that it can name the line. Of Drake's structs, which
-a field may hold, too, it wants numbers that are finite; what else they must be
-is for Drake to say.
+The markers are those of `annotated-types` and the two below. One function reads
+them: it checks every `Config` when it is created and again before use, since a
+field may have been assigned in between. `strict_yaml` checks every value of a
+file with it, and so can name the line. In Drake's structs, which a field may
+hold, too, it checks only that numbers are finite; Drake checks the rest.
 """
 
 import dataclasses as dc
@@ -33,7 +32,7 @@ from remosplat_drake.base.drake_structs import (
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 _SHOWN = 60
-"""Number of characters of an unusable value that messages show."""
+"""Number of characters of an invalid value that messages show."""
 
 
 @dc.dataclass(frozen=True)
@@ -42,7 +41,7 @@ class OneOf:
 
     Attributes:
         names: The valid names.
-        kind: What they name, for messages such as "unknown backend".
+        kind: What the names stand for, for messages such as "unknown backend".
     """
 
     names: Collection[str]
@@ -51,7 +50,7 @@ class OneOf:
 
 @dc.dataclass(frozen=True)
 class Unbounded:
-    """Marks a number field for which any finite value is usable.
+    """Marks a number field for which any finite value is valid.
 
     Attributes:
         reason: Why the field needs no range.
@@ -61,7 +60,7 @@ class Unbounded:
 
 
 Coordinate = Annotated[float, Interval(ge=-1e4, le=1e4)]
-"""A coordinate of a point in a room, hall or street [m]."""
+"""A coordinate of a point in a scene [m]."""
 
 Position = Annotated[list[Coordinate], Len(3, 3)]
 """A point x, y, z [m]."""
@@ -86,10 +85,11 @@ class Config:
     """Base of dataclasses whose values are checked; inert data otherwise.
 
     Attributes:
-        PRESET: Name of the field whose value chooses what a file's other
-            fields start from; empty: from their defaults.
-        MODULES: Name of the field that says where extensions are, relative
-            to the file; empty: there is none, they are beside the file.
+        PRESET: Name of the field that selects a preset, from which the other
+            fields of a file start; empty: they start from their defaults.
+        MODULES: Name of the field with the folder of extensions, relative to
+            the file; empty: there is no such field, and extensions are beside
+            the file.
 
     Example:
         >>> import remosplat_drake as rs
@@ -118,7 +118,7 @@ class Config:
         raise NotImplementedError
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks what holds between fields, each of which is valid by itself.
+        """Checks relations between fields, each of which is valid by itself.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -129,7 +129,7 @@ class Config:
         """Checks all values.
 
         Raises:
-            FieldError: A value is unusable; the error names the class and the
+            FieldError: A value is invalid; the error names the class and the
                 field.
         """
         check_ranges(self)
@@ -145,7 +145,7 @@ def check_ranges(config: Any, where: str = "", field: str = "") -> None:
         field: Path of the configuration inside `where`; empty: all of it.
 
     Raises:
-        FieldError: A value is unusable; the error names its field.
+        FieldError: A value is invalid; the error names its field.
     """
     where = where or type(config).__name__
     for name, expected in field_types(type(config)).items():
@@ -169,7 +169,7 @@ def _check(value: Any, expected: Any, where: str, field: str) -> None:
     if not options or any(map(is_record, options)):
         if not isinstance(value, tuple(options)):
             names = [option.__name__ for option in options]
-            names += ["a Config of one's own"] if protocols else []
+            names += ["a Config class of another package"] if protocols else []
             problem = f"expected {' or '.join(names)}, got {shown(value)}"
             raise FieldError(where, field, problem)
         if is_record(type(value)):
@@ -191,7 +191,7 @@ def _check(value: Any, expected: Any, where: str, field: str) -> None:
 
 @functools.cache
 def field_types(schema: type) -> dict[str, Any]:
-    """The annotations of a record's fields, with their markers."""
+    """Returns the annotations of a record's fields, with their markers."""
     if is_struct(schema):
         return struct_fields(schema)
     hints = typing.get_type_hints(schema, include_extras=True)
@@ -214,7 +214,7 @@ def choices(expected: Any) -> list[Any]:
 
 
 def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
-    """What a union consists of but for None, its protocols apart.
+    """Returns the members of a union except None, and apart its protocols.
 
     A protocol makes a field open to configurations of other packages, see
     `extensions.py`.
@@ -225,9 +225,10 @@ def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
 
 
 def misfit(kind: type, protocols: Sequence[type]) -> str:
-    """Which methods a class lacks for a field; empty if it has them.
+    """Returns which methods a class lacks for a field; empty if none.
 
-    It must have those of one of the protocols, with as many arguments.
+    The class must have the methods of one of the protocols, with equal numbers
+    of arguments.
     """
     wanted = []
     for protocol in protocols:
@@ -252,16 +253,16 @@ def _takes(kind: type, name: str, arguments: Sequence[str]) -> bool:
 
 
 def schema_problem(schema: type) -> str:
-    """Why a dataclass cannot be read from a file; empty if it can."""
+    """Returns why a dataclass cannot be read from a file; empty if it can."""
     try:
         types = field_types(schema)
     except Exception as error:
-        return f"has an annotation that means nothing: {error}"
+        return f"has an invalid annotation: {error}"
     for f in dc.fields(schema):
         if f.default is dc.MISSING and f.default_factory is dc.MISSING:
             return f"needs a default for its field {f.name!r}"
         if not _is_readable(types[f.name]):
-            return f"has a field {f.name!r} of a kind that no file can hold"
+            return f"has a field {f.name!r} of a type that a file cannot hold"
     return ""
 
 
@@ -289,7 +290,7 @@ def shown(value: object) -> str:
     """Formats a value for messages, shortened to one line."""
     try:
         text = " ".join(repr(value).split())
-    except ValueError:  # A whole number of thousands of digits.
+    except ValueError:  # An integer of thousands of digits.
         return "a number of thousands of digits"
     return text if len(text) <= _SHOWN else text[:_SHOWN] + "..."
 
@@ -303,11 +304,11 @@ KINDS: dict[Any, tuple[str, Any]] = {
     list: ("a list", (Sequence, np.ndarray)),
     dict: ("a mapping", Mapping),
 }
-"""For each type of a field its name in messages and the classes it accepts."""
+"""For each type of a field, its name in messages and the accepted classes."""
 
 
 def kind_problem(value: object, base: Any) -> str:
-    """Says why a value does not fit an annotation; empty if it does."""
+    """Returns why a value does not fit an annotation; empty if it does."""
     base = typing.get_origin(base) or base
     name, classes = KINDS[base]
     is_switch = isinstance(value, (bool, np.bool_))
@@ -326,7 +327,7 @@ def kind_problem(value: object, base: Any) -> str:
 
 
 def range_problem(value: Any, markers: Sequence[Any]) -> str:
-    """Says why a value is out of range; empty if it is in range.
+    """Returns why a value is out of range; empty if it is in range.
 
     Args:
         value: A value of the right type.
@@ -369,7 +370,7 @@ def _interval(marker: Any) -> Interval:
 def _interval_problem(value: Any, bounds: Interval) -> str:
     low = bounds.gt if bounds.ge is None else bounds.ge
     high = bounds.lt if bounds.le is None else bounds.le
-    # Whatever is compared with NaN must come out as unusable.
+    # NaN must fail every comparison.
     above = low is None or (value > low if bounds.ge is None else value >= low)
     below = high is None or (
         value < high if bounds.le is None else value <= high

@@ -1,12 +1,12 @@
-"""The last resort of readers: what a file must not have done, told apart.
+"""Reports unforeseen errors of file readers with the name of the file.
 
-A reader names what is wrong with a file in a `RemoSplatError`. Whatever else
-it raises is a defect of ours; but the person at the keyboard has a file, and
-wants to know which. The command line makes one line of it and keeps the
-traceback in a log; a program or a test that calls the reader sees both.
+A reader reports a problem of a file as a `RemoSplatError`. Any other exception
+is a bug of this package, but the user still needs the name of the file. The
+command line prints one line and keeps the traceback in a log; a program or test
+that calls the reader gets both.
 
-Only what reads whole files before anything moves is marked. What happens
-while a robot is driven keeps its own exceptions.
+The decorator is only for functions that read whole files before anything moves.
+Code that runs while a robot moves keeps its own exceptions.
 """
 
 import functools
@@ -21,9 +21,10 @@ T = TypeVar("T")
 
 
 class UnreadableError(Exception):
-    """A reader has failed with an error that nobody has foreseen.
+    """A reader has failed with an unforeseen error.
 
-    It is no `RemoSplatError`: nothing may take it for an answer about the file.
+    It is not a `RemoSplatError`, so no caller mistakes it for a statement about
+    the file.
 
     Attributes:
         path: The file or folder that was read.

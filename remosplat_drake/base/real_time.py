@@ -15,20 +15,21 @@ CONTROLLER_PRIORITY = 5
 """SCHED_RR priority of the process that runs the controller."""
 
 DRIVER_PRIORITY = 10
-"""SCHED_RR priority of the robot's drivers, which go before the controller."""
+"""SCHED_RR priority of the robot's drivers, which precede the controller."""
 
 KEPT = 60_000
-"""Number of latest ticks that statistics cover: ten minutes at 100 Hz."""
+"""Number of the latest ticks in statistics: ten minutes at 100 Hz."""
 
 
 @contextlib.contextmanager
 def realtime_priority(priority: int) -> Iterator[None]:
     """Schedules this process as SCHED_RR while the block runs.
 
-    Where the system does not allow it (see `ulimit -r`), nothing changes. It
-    concerns all threads that exist when the block begins, such as those that
-    receive LCM messages, and what these start inside, except a `ChildProcess`.
-    At the end the first ones return to SCHED_OTHER.
+    If the system does not allow it (see `ulimit -r`), nothing changes. The
+    priority applies to all threads that exist when the block begins, such as
+    those that receive LCM messages, and to threads and processes that these
+    start inside the block, except a `ChildProcess`. At the end, the former
+    return to SCHED_OTHER.
 
     Args:
         priority: `CONTROLLER_PRIORITY` or `DRIVER_PRIORITY`; of two threads
@@ -52,8 +53,8 @@ def realtime_priority(priority: int) -> Iterator[None]:
 def garbage_collection_disabled() -> Iterator[None]:
     """Disables Python's cyclic garbage collector while the block runs.
 
-    A collection would take several ticks. What exists when the block begins
-    is collected once and then frozen (`gc.freeze`).
+    A collection would take several ticks. At the start of the block, existing
+    garbage is collected and the remaining objects are frozen (`gc.freeze`).
     """
     gc.collect()
     gc.freeze()
@@ -87,20 +88,21 @@ class LoopQuality:
     """How well a real-time loop kept its period.
 
     Attributes:
-        period: The period that was asked for [s].
+        period: The requested period [s].
         ticks: Number of ticks.
-        missed: Number of ticks that were left out because one before took too
-            long.
+        missed: Number of ticks that were skipped because an earlier one took
+            too long.
         unheard: Number of ticks for which the robot sent no new status in time.
-        age: Time from the stamp of the status that a command rests on to the
-            stamp of the command [s].
+        age: Time from the stamp of the status to the stamp of the command
+            computed from it [s].
         jitter: Absolute difference between the period and the time between two
             commands [s].
         work: Time from the arrival of the status to the command [s].
         busy: Processor time of the loop's thread from one command to the next;
-            unlike `work` it counts no waiting [s].
-        sight: Time from the stamp of an image that watches for movers to the
-            stamp of the first command that rests on it [s]; None without any.
+            unlike `work` it excludes waiting [s].
+        sight: Time from the stamp of an image used to detect movers to the
+            stamp of the first command computed with it [s]; None without
+            images.
     """
 
     period: float
@@ -115,12 +117,12 @@ class LoopQuality:
 
 
 class LoopLog:
-    """Records the ticks of a real-time loop, and sums them up as `LoopQuality`.
+    """Records the ticks of a real-time loop; `LoopQuality` summarises them.
 
     In long runs only the latest `KEPT` ticks count.
 
     Attributes:
-        missed: Number of ticks that were left out; the loop counts them here.
+        missed: Number of skipped ticks; the loop counts them here.
         unheard: Number of ticks without a new status; the loop counts them
             here.
     """
@@ -132,8 +134,8 @@ class LoopLog:
             period: Time between two ticks [s].
         """
         self._period = period
-        # Age, work, time of sending and of the processor, stamp of the image,
-        # in turns: a run may last for hours, and its memory must not grow.
+        # A ring buffer of age, work, time of sending, processor time, and stamp
+        # of the image: a run may last for hours, and its memory must not grow.
         self._rows = np.full((KEPT, 5), math.nan)
         self._ticks = 0
         self.missed = 0
@@ -152,21 +154,21 @@ class LoopLog:
         sent: float,
         image: float = math.nan,
     ) -> None:
-        """Records one tick; to be called on the loop's own thread.
+        """Records one tick; must be called on the loop's own thread.
 
         Args:
             stamp: Stamp of the status, by the sender's wall clock [s].
-            heard: Time at which the status arrived, by our wall clock [s].
-            sent: Stamp of the command, by our wall clock [s].
-            image: Stamp of the newest image by which it is known what moves,
-                by the wall clock; NaN without any [s].
+            heard: Arrival of the status, by the local wall clock [s].
+            sent: Stamp of the command, by the local wall clock [s].
+            image: Stamp of the newest image used to detect movers, by the wall
+                clock [s]; NaN without images.
         """
         row = (sent - stamp, sent - heard, sent, time.thread_time(), image)
         self._rows[self._ticks % KEPT] = row
         self._ticks += 1
 
     def quality(self) -> LoopQuality:
-        """Sums up the latest ticks."""
+        """Summarises the latest ticks."""
         oldest = max(0, self._ticks - KEPT)
         order = np.arange(oldest, self._ticks) % KEPT
         age, work, sent, processor, image = self._rows[order].T

@@ -1,7 +1,8 @@
-"""Where models/, scenarios/ and the user's cache are.
+"""Locations of models/, scenarios/ and the user's cache.
 
 A checkout or editable install keeps the data beside the package; a wheel
-carries it inside, under share/. Everything else asks this module.
+carries it inside, under share/. All other modules get their paths from this
+one.
 """
 
 import itertools
@@ -16,7 +17,7 @@ _WHEEL_SHARE = _PACKAGE / "share"
 _ROOT = _WHEEL_SHARE if _WHEEL_SHARE.is_dir() else _PACKAGE.parent
 
 _MOST = 10_000
-"""Number of files among which one is looked for that was meant."""
+"""Largest number of files in a folder that is searched for a similar name."""
 
 PACKAGE_SCHEME = "package://remosplat_drake/"
 """Beginning of URIs of files that come with this package."""
@@ -64,7 +65,7 @@ def resolve(uri: str | Path, relative_to: Path | None = None) -> Path:
 
 
 def _guess(path: Path) -> str:
-    """Asks whether another file of that folder was meant, if one is near."""
+    """Suggests a file of that folder with a similar name."""
     try:
         names = [x.name for x in itertools.islice(path.parent.iterdir(), _MOST)]
     except OSError:
@@ -74,7 +75,7 @@ def _guess(path: Path) -> str:
 
 
 def expand(uri: str | Path) -> Path:
-    """The path that a `package://remosplat_drake/...` URI or `~` stands for.
+    """Expands a `package://remosplat_drake/...` URI or `~` to a path.
 
     Args:
         uri: A package URI or a path, which need not exist.

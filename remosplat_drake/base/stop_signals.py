@@ -9,13 +9,12 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class StopRequest:
-    """Whether somebody asked the program to stop.
+    """A request to stop the program, made by a signal.
 
     Attributes:
         made: Whether a signal has arrived.
-        is_heeded: Whether the loop is over. Further signals then change
-            nothing, so that none of them strikes in the middle of a ramp to
-            standstill.
+        is_heeded: Whether the loop has ended. Further signals are then ignored,
+            so that none interrupts a ramp to standstill.
     """
 
     def __init__(self):
@@ -23,11 +22,10 @@ class StopRequest:
         self.is_heeded = False
 
     def make(self, *_) -> None:
-        """Handles a signal: the first one is noted, a second one interrupts.
+        """Handles a signal: the first one is recorded, a second one interrupts.
 
         Raises:
-            KeyboardInterrupt: The program has not looked since the first
-                signal.
+            KeyboardInterrupt: The program has not reacted to the first signal.
         """
         if self.made and not self.is_heeded:
             self.is_heeded = True
@@ -41,10 +39,10 @@ def stop_signals(
 ) -> Iterator[StopRequest]:
     """Handles signals while the block runs.
 
-    A loop looks at the request between two rounds. An exception in the middle
-    of a message's delivery would come out of Drake as another one. In a thread
-    other than the main one, signals are handled as before, and those that are
-    ignored stay ignored.
+    A loop checks the request between two iterations. An exception during the
+    delivery of a message would leave Drake as another exception. In a thread
+    other than the main one, signal handling does not change. Ignored signals
+    stay ignored.
 
     Args:
         numbers: The signals, SIGINT and SIGTERM if they are not given.
@@ -66,10 +64,10 @@ def stop_signals(
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Whether Ctrl-C is what an exception comes of.
+    """Whether an exception was caused by Ctrl-C.
 
-    Compiled code that an interrupt strikes, Numba's for example, may report it
-    as a `SystemError` of its own, whose cause it is.
+    Interrupted compiled code, Numba's for example, may raise a `SystemError`
+    whose cause is the interrupt.
     """
     cause: BaseException | None = error
     while cause is not None and not isinstance(cause, KeyboardInterrupt):

@@ -1,8 +1,8 @@
-"""JSON that others wrote, with bounds on nesting and on the size of numbers.
+"""Parses untrusted JSON, with bounds on nesting and on the size of numbers.
 
-Python's parser ends in a RecursionError on deep nesting, makes numbers of
-thousands of digits that neither a float nor an array can hold, and takes the
-last of two equal keys. What comes from here can be walked, printed and put into
+Python's parser raises a RecursionError on deep nesting, returns integers of
+thousands of digits that neither a float nor an array can hold, and accepts
+duplicate keys. Values from this module can be traversed, printed and stored in
 arrays.
 """
 
@@ -15,7 +15,8 @@ from typing import Any
 from remosplat_drake.base.errors import FieldError, FileError
 
 MAX_DEPTH = 32
-"""Deepest nesting of lists and objects; no format that is read has ten."""
+"""Deepest nesting of lists and objects; all supported formats have less than
+ten."""
 
 _DIGITS_OF_64_BITS = 18
 
@@ -23,15 +24,16 @@ _DIGITS_OF_64_BITS = 18
 def parse_json(text: str | bytes, where: str | Path) -> Any:
     """Parses a JSON text.
 
-    Whole numbers beyond 64 bits become floats, as in most languages. NaN and
-    infinities pass, so that a later check can name the field.
+    Integers beyond 64 bits become floats, as in most languages. NaN and
+    infinities are accepted, so that a later check can name the field.
 
     Args:
         text: The text; bytes are UTF-8.
         where: The file that errors name.
 
     Raises:
-        FileError: The text is no JSON, nested too deeply, or has a key twice.
+        FileError: The text is not JSON, nested too deeply, or has a duplicate
+            key.
     """
     try:
         document = json.loads(
@@ -40,7 +42,7 @@ def parse_json(text: str | bytes, where: str | Path) -> Any:
     except RecursionError as error:
         raise FileError(where, _TOO_DEEP) from error
     except ValueError as error:
-        raise FileError(where, f"no JSON: {error}") from error
+        raise FileError(where, f"not JSON: {error}") from error
     if _is_deeper(document, MAX_DEPTH):
         raise FileError(where, _TOO_DEEP)
     return document
@@ -64,7 +66,7 @@ def parse_json_object(text: str | bytes, where: str | Path) -> dict[str, Any]:
     """Parses a JSON text that holds an object.
 
     Raises:
-        FileError: The text is no JSON or no object; see `parse_json`.
+        FileError: The text is not JSON or not an object; see `parse_json`.
     """
     document = parse_json(text, where)
     if not isinstance(document, dict):
@@ -76,7 +78,7 @@ def as_number(where: object, field: str, value: object) -> float:
     """Checks that a value of a document is a finite number.
 
     Raises:
-        FieldError: It is none; the error names `where` and `field`.
+        FieldError: It is not; the error names `where` and `field`.
     """
     if (
         isinstance(value, bool)
@@ -95,7 +97,7 @@ def as_whole_number(
     """Checks that a value of a document is a whole number in [least, most].
 
     Raises:
-        FieldError: It is none; the error names `where` and `field`.
+        FieldError: It is not; the error names `where` and `field`.
     """
     if (
         isinstance(value, bool)
@@ -116,7 +118,10 @@ def shown(value: object) -> str:
     return reprlib.repr(value)
 
 
-_TOO_DEEP = f"no JSON that is read: nested more than {MAX_DEPTH} levels deep"
+_TOO_DEEP = (
+    "not JSON that this program reads: "
+    f"nested more than {MAX_DEPTH} levels deep"
+)
 
 
 def _whole_number(digits: str) -> int | float:
@@ -137,7 +142,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _is_deeper(document: Any, levels: int) -> bool:
-    """Whether containers lie within each other more than so many levels."""
+    """Whether containers are nested deeper than `levels`."""
     containers = [document] if isinstance(document, (dict, list)) else []
     for _ in range(levels):
         containers = [

@@ -1,8 +1,8 @@
-"""YAML into dataclasses, with errors that name file, line and field.
+"""Loads YAML into dataclasses, with errors that name file, line and field.
 
-A document is first checked against the dataclasses, on nodes that know their
-lines; the ranges are those of the fields (`ranges.py`). Then several layers,
-a file and text from the command line for example, become one object.
+A document is first checked against the dataclasses, on nodes with line numbers;
+the ranges are those of the fields (`ranges.py`). Then several layers, such as a
+file and text from the command line, are merged into one object.
 """
 
 import copy
@@ -65,7 +65,7 @@ def load_strict(
 
     Raises:
         FileError: The file is missing, not YAML, or has no such entry.
-        FieldError: A field is unknown, or its value unusable; the error names
+        FieldError: A field is unknown, or its value invalid; the error names
             the file, the line and the field.
     """
     node = compose(read_text(path), str(path))
@@ -81,17 +81,17 @@ def load_strict(
 
 
 def load_text(schema: type[T], text: str, where: str, defaults: T) -> T:
-    """Replaces values of a dataclass by those of a YAML text.
+    """Loads a YAML text into a dataclass.
 
     Args:
         schema: A dataclass whose fields all have defaults.
         text: YAML text, from the command line for example.
-        where: What errors name, such as a flag.
+        where: Source of the text in errors, such as a flag.
         defaults: Values of fields that the text does not name.
 
     Raises:
         FileError: The text is not YAML.
-        FieldError: A field is unknown, or its value unusable.
+        FieldError: A field is unknown, or its value is invalid.
     """
     return _load(schema, [compose(text, where)], defaults)
 
@@ -133,16 +133,16 @@ def _is_text(node: yaml.Node | None) -> bool:
 def _check_node(
     node: yaml.Node, expected: Any, field: str, folder: Path | None
 ) -> None:
-    """Checks one node against an annotation, and what is below it.
+    """Checks a node and its children against an annotation.
 
     Args:
         node: The node.
         expected: The annotation.
         field: Its name, for messages.
-        folder: Where extensions may be, besides where Python looks.
+        folder: Folder of extensions, besides Python's import path.
 
     Raises:
-        FieldError: It does not fit; names the line and the field.
+        FieldError: The node does not fit; the error names line and field.
     """
     base, markers = split(expected)
     options = choices(base)
@@ -179,9 +179,9 @@ def _check_node(
 def _choose(
     node: yaml.Node, base: Any, field: str, folder: Path | None = None
 ) -> tuple[Any, yaml.Node]:
-    """The member of a union that a tag names, or its first; and the rest.
+    """Returns the union member that a tag names, or the first; and the node.
 
-    A protocol among them stands for all classes that have its methods.
+    A protocol stands for all classes that have its methods.
     """
     options, protocols = alternatives(base)
     tag = "" if node.tag.startswith(YAML_TAG) else node.tag.removeprefix("!")
@@ -203,7 +203,7 @@ def _choose(
 
 
 def _untagged(node: yaml.Node, or_empty: bool = False) -> yaml.Node:
-    """A node with its tag taken off; a name alone may stand for no fields."""
+    """Removes a node's tag; a bare name may stand for an empty mapping."""
     is_name = node.tag == YAML_TAG + "str" or node.value == ""
     if or_empty and is_name:
         marks = node.start_mark, node.end_mark
@@ -226,7 +226,7 @@ def _check_fields(
 
 
 def _file_fields(schema: type) -> dict[str, Any]:
-    """The annotations of the fields that a file may name."""
+    """Returns the annotations of the fields that a file may contain."""
     types = field_types(schema)
     if is_struct(schema):
         return types
@@ -251,11 +251,11 @@ def _checked_scalar(node: yaml.Node, base: Any, field: str) -> Any:
     return value
 
 
-# Building an object from layers that have passed.
+# Building an object from checked layers.
 
 
 def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
-    """What the last layer stands for, where it is silent those before it."""
+    """Builds a value from layers; later ones override earlier ones."""
     base, _ = split(expected)
     node = layers[-1]
     if is_null(node) and type(None) in choices(base):
@@ -287,7 +287,7 @@ def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
 
 
 def _alike(layers: list[yaml.Node], base: Any, field: str) -> list[yaml.Node]:
-    """The last layers that choose the same member of a union."""
+    """Returns the last layers that choose the same member of a union."""
     wanted, _ = _choose(layers[-1], base, field)
     alike: list[yaml.Node] = []
     for layer in reversed(layers):
@@ -313,7 +313,7 @@ def _build_dataclass(
     try:
         return schema(**values)
     except FieldError as error:
-        # What is wrong between fields; nothing else can be by now.
+        # Only relations between fields can be wrong by now.
         path = joined(field, error.field)
         if not layers:
             raise FieldError(schema.__name__, path, error.problem) from error
@@ -332,12 +332,12 @@ def _build_struct(
         try:
             setattr(built, name, value)
         except (TypeError, ValueError, RuntimeError):
-            fail(nodes[-1], path, f"Drake takes no {shown(value)} here")
+            fail(nodes[-1], path, f"Drake does not accept {shown(value)} here")
     return built
 
 
 def _given(layers: list[yaml.Node], field: str) -> dict[str, list[yaml.Node]]:
-    """What the layers say of each field."""
+    """Returns the nodes of all layers for each field."""
     given: dict[str, list[yaml.Node]] = {}
     for layer in layers:
         for name, (_, node) in fields(layer, field).items():
@@ -346,7 +346,7 @@ def _given(layers: list[yaml.Node], field: str) -> dict[str, list[yaml.Node]]:
 
 
 def _deepest(node: yaml.Node, path: list[str]) -> yaml.Node:
-    """The node at a path, or the last that there is on the way to it."""
+    """Returns the node at a path, or its deepest existing parent."""
     for name in path:
         if isinstance(node, yaml.MappingNode):
             found = {key.value: value for key, value in node.value}
@@ -359,7 +359,7 @@ def _deepest(node: yaml.Node, path: list[str]) -> yaml.Node:
 def _start(
     schema: type[T], given: dict[str, list[yaml.Node]], default: T | None
 ) -> T:
-    """What the fields that are not given are taken from."""
+    """Returns the source of fields that are not given."""
     if issubclass(schema, Config) and schema.PRESET in given:
         node = given[schema.PRESET][-1]
         return schema.preset(node.value)
@@ -370,7 +370,7 @@ def _start(
 
 
 def dump(name: str, config: Any) -> str:
-    """Writes a configuration as YAML under one key, with all default values."""
+    """Formats a configuration as YAML under one key, with all defaults."""
     key = yaml.ScalarNode(YAML_TAG + "str", name)
     root = yaml.MappingNode(
         YAML_TAG + "map", [(key, _node(config, type(config)))]
@@ -401,7 +401,7 @@ def _node(value: Any, expected: Any) -> yaml.Node:
 
 
 def _mapping_node(config: Any, tag: str) -> yaml.Node:
-    """A record's fields; those that Drake's structs may lack are left out."""
+    """Returns a record's fields as a node, without unset optional ones."""
     values = {
         name: (member(config, name), expected)
         for name, expected in _file_fields(type(config)).items()

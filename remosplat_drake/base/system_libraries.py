@@ -1,8 +1,8 @@
-"""Imports of packages that need shared libraries of the system.
+"""Imports packages that need shared libraries of the system.
 
 Drake, Open3D and librealsense link against libraries that pip does not install.
-libusb has a pip package, which is tried; where another library is absent, one
-line names it and the Debian package that holds it.
+For libusb, the pip package is tried. If another library is absent, the error
+names it and its Debian package in one line.
 """
 
 import contextlib
@@ -28,7 +28,7 @@ DEBIAN_PACKAGES = {
 
 _LIBUSB = "libusb-1.0.so.0"
 
-# As the dynamic loader says it, and Drake, which loads EGL by itself.
+# Messages of the dynamic loader, and of Drake, which loads EGL itself.
 _GLIBC = re.compile(r"version `GLIBC_([\d.]+)' not found")
 _LIBRARY = re.compile(r"(?:^|/|loading )(lib[^\s/:;]+\.so[\d.]*)[:;]")
 
@@ -60,7 +60,7 @@ def import_optional(name: str, feature: str, extra: str) -> ModuleType:
 
 @contextlib.contextmanager
 def libraries_named(feature: str) -> Iterator[None]:
-    """Names, in one line, the library that an import in the block lacks.
+    """Names, in one line, the library that an import in the block misses.
 
     Args:
         feature: What needs the library, for the error.
@@ -78,7 +78,7 @@ def libraries_named(feature: str) -> Iterator[None]:
 
 
 def _missing(problem: str) -> str | None:
-    """What an error says is missing; None if it is about something else."""
+    """Returns what is missing according to an error; None for other errors."""
     glibc = _GLIBC.search(problem)
     if glibc:
         here = platform.libc_ver()[1]
@@ -92,14 +92,14 @@ def _missing(problem: str) -> str | None:
 
 
 def _load_libusb() -> None:
-    """Loads libusb for those that link against it: the system's, or pip's.
+    """Loads libusb for packages that link against it: the system's, or pip's.
 
-    A library that is loaded already is not looked for in the system.
+    The dynamic loader does not search for a library that is already loaded.
     """
     try:
         ctypes.CDLL(_LIBUSB, ctypes.RTLD_GLOBAL)
     except OSError:
-        # Without it, the importer says what is missing.
+        # Without it, the importing package reports what is missing.
         with contextlib.suppress(ImportError, OSError):
             libusb = importlib.import_module("libusb_package")
             path = libusb.get_library_path()

@@ -10,12 +10,12 @@ class Table:
 
     Attributes:
         title: Heading above the table; empty for none.
-        header: Headings of the columns; a terminal shows empty ones not at all.
-        rows: Rows of cells, as many each as there are headings.
+        header: Headings of the columns; empty ones are not shown in a terminal.
+        rows: Rows of cells, one for each heading.
         notes: Paragraph below the table; empty for none.
-        texts: How many of the first columns hold text, which is aligned at
-            the left; the others hold numbers.
-        quoted: Indices of rows that are other people's.
+        texts: Number of leading columns that hold text, which is aligned left;
+            the others hold numbers.
+        quoted: Indices of rows that are quoted from other publications.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""Whether a page can be served where its flags say."""
+"""Checks whether a page can be served at an address."""
 
 import errno
 import socket
@@ -7,14 +7,15 @@ from remosplat_drake.base.errors import RemoSplatError
 
 
 def is_free(host: str, port: int) -> bool:
-    """Tells whether nobody else listens at a port.
+    """Returns whether a TCP port is free.
 
     Args:
         host: Network interface, as `--host` has it; "*" stands for all.
         port: The TCP port; 0 stands for any.
 
     Raises:
-        RemoSplatError: There is no such interface, or nobody may listen there.
+        RemoSplatError: There is no such interface, or listening there is not
+            permitted.
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     address = "" if host == "*" else host
@@ -29,9 +30,9 @@ def is_free(host: str, port: int) -> bool:
 
 
 def check_free(host: str, port: int | None) -> None:
-    """Refuses a place where no page could be served.
+    """Raises an error if no page can be served at an address.
 
-    A page that is served late tells so at once, before anything is done.
+    Commands that serve a page late check this before any other work.
 
     Args:
         host: Network interface, as `--host` has it.

@@ -1,4 +1,4 @@
-"""`TerminalLines`: what a person types while a program does something else."""
+"""`TerminalLines`: lines typed while a program is busy."""
 
 import os
 import select
@@ -6,21 +6,21 @@ import sys
 
 
 class TerminalLines:
-    """The lines that are typed at this process's terminal, if it has one."""
+    """Lines that are typed at the terminal of this process, if it has one."""
 
     def __init__(self):
-        """Looks for a terminal; nothing is read yet."""
+        """Opens the terminal; reads nothing yet."""
         self._open = sys.stdin is not None and sys.stdin.isatty()
 
     @property
     def is_open(self) -> bool:
-        """Whether somebody could type something."""
+        """Whether there is a terminal to type at."""
         return self._open
 
     def fetch(self) -> str | None:
-        """Returns a line that was typed since the last call; None if none was.
+        """Returns a line typed since the last call; None if there is none.
 
-        It never waits. In the background, what is typed is not for us.
+        It never waits. A background process gets no input.
         """
         if not self._open:
             return None
@@ -29,14 +29,14 @@ class TerminalLines:
             return None
         if not select.select([number], [], [], 0)[0]:
             return None
-        # Not by readline: its buffer would hide a second line from `select`.
+        # Without `readline`: its buffer would hide a second line from `select`.
         data = os.read(number, 4096)
         self._open = bool(data)
         return data.decode(errors="replace").strip() if data else None
 
 
 def _is_in_foreground(number: int) -> bool:
-    """Whether we may read; a terminal that controls nobody stops nobody."""
+    """Whether this process may read from its terminal without a stop."""
     try:
         return os.tcgetpgrp(number) == os.getpgrp()
     except OSError:

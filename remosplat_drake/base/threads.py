@@ -1,6 +1,6 @@
-"""Work on large arrays that threads share: NumPy and kernels let go of the GIL.
+"""Threads for work on large arrays: NumPy and kernels release the GIL.
 
-Where a process is to keep to one thread, see `ONE_THREAD`, nothing is shared.
+A process that is limited to one thread, see `ONE_THREAD`, uses no others.
 """
 
 import os
@@ -13,18 +13,18 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _MOST = 8
-"""Threads beyond this wait for the memory."""
+"""Largest number of threads; more would only wait for memory."""
 
 
 def num_threads() -> int:
-    """Returns how many threads may share the work of this process.
+    """Returns the number of threads that this process may use.
 
-    At most one for each of its cores, and no more than NUMBA_NUM_THREADS, as
-    with Numba's own threads.
+    It is at most one for each core, and at most NUMBA_NUM_THREADS, as for
+    Numba's threads.
     """
     try:
         cores = len(os.sched_getaffinity(0))
-    except AttributeError:  # Only Linux tells.
+    except AttributeError:  # Only Linux provides this.
         cores = os.cpu_count() or 1
     allowed = os.environ.get("NUMBA_NUM_THREADS", "")
     if allowed.isdecimal():
@@ -33,17 +33,18 @@ def num_threads() -> int:
 
 
 def in_parallel(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
-    """Calls a function with each item, on as many threads as are allowed.
+    """Calls a function with each item, on `num_threads` threads.
 
     Args:
-        function: It changes nothing that its other calls read or change.
-        items: Its arguments; those that take longest come first.
+        function: The function; its calls must not share data that one of them
+            changes.
+        items: Its arguments; put those that take longest first.
 
     Returns:
         Its results, in the order of the items.
 
     Raises:
-        Exception: What the first of the items that failed has raised.
+        Exception: The exception of the first item that failed.
     """
     items = list(items)
     threads = min(num_threads(), len(items))
@@ -55,19 +56,19 @@ def in_parallel(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
 
 @cache
 def kept_threads(name: str, threads: int) -> ThreadPoolExecutor:
-    """Returns threads that wait for work that comes again and again.
+    """Returns a persistent thread pool, for frequent short work.
 
-    For short work starting them would take as long. Whoever may be called by
-    one of them needs others, of another name.
+    Starting threads would take as long as the work. A function that runs on one
+    of these threads must use a pool of another name.
 
     Args:
-        name: What they work on.
+        name: Name of the pool.
         threads: Number of threads.
     """
     return ThreadPoolExecutor(threads, name)
 
 
-# A forked child has none of them.
+# A forked child inherits no threads.
 os.register_at_fork(after_in_child=kept_threads.cache_clear)
 
 
@@ -75,14 +76,14 @@ def both(first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:
     """Calls two functions at the same time, if two threads are allowed.
 
     Args:
-        first: Is called by this thread.
-        second: Is called by another one.
+        first: Function that this thread calls.
+        second: Function that another thread calls.
 
     Returns:
-        What they return.
+        The results of both functions.
 
     Raises:
-        Exception: What one of them has raised, or else the other.
+        Exception: The exception of the first function, or else of the second.
     """
     if num_threads() < 2:
         return first(), second()
@@ -92,5 +93,5 @@ def both(first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:
 
 
 def blocks(n: int, size: int) -> list[slice]:
-    """Cuts n rows into blocks of at most so many."""
+    """Splits n rows into blocks of at most `size`."""
     return [slice(k, min(k + size, n)) for k in range(0, n, size)]

@@ -1,7 +1,6 @@
-"""Vectors in space, for kernels: arrays of three numbers, or tuples.
+"""Operations on 3D vectors for kernels: arrays of three numbers, or tuples.
 
-NumPy's own operations on them allocate an array each, and take numba a while
-to compile.
+NumPy's operations allocate an array each, and take Numba longer to compile.
 """
 
 import math

@@ -1,3 +1,3 @@
-"""The version of this package, told in one place."""
+"""The version of this package, defined in one place."""
 
 __version__ = "0.2.0"

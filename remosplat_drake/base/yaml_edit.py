@@ -1,4 +1,4 @@
-"""Sets values in YAML text, and leaves every other character as it is."""
+"""Sets values in YAML text and preserves every other character."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from remosplat_drake.base.errors import FieldError
 def with_values(
     text: str, path: tuple[str, ...], values: dict[str, str], where: Path | str
 ) -> str:
-    """Returns the text with other values in one of its mappings.
+    """Returns the text with new values in one of its mappings.
 
     Comments, order and spelling of everything else stay. A mapping or field
     that is missing is added in front of its neighbours.
@@ -22,7 +22,7 @@ def with_values(
         where: The file, for errors.
 
     Raises:
-        FieldError: There is something else than a mapping.
+        FieldError: The path leads to something other than a mapping.
     """
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     node = _mapping(root, (), where)
@@ -36,7 +36,7 @@ def with_values(
             end = found.end_mark.index
             return f"{text[:at]} {{{content}}}{text[end:]}"
         node = _mapping(found, path[: depth + 1], where)
-    # From the end, so that places before stay where they are.
+    # From the end, so that earlier positions stay valid.
     present = {k: v for k in values if (v := _value(node, k)) is not None}
     new = [f"{k}: {v}" for k, v in values.items() if k not in present]
     for key, old in sorted(
@@ -50,10 +50,10 @@ def with_values(
 def _mapping(
     node: yaml.Node | None, path: tuple[str, ...], where: Path | str
 ) -> yaml.MappingNode:
-    """The node, which must be a mapping without a tag."""
+    """Returns the node, which must be a mapping without a tag."""
     if not isinstance(node, yaml.MappingNode) or not node.tag.endswith(":map"):
         raise FieldError(
-            str(where), ".".join(path), "is no plain mapping: set it by hand"
+            str(where), ".".join(path), "is not a plain mapping: set it by hand"
         )
     return node
 
@@ -67,7 +67,7 @@ def _is_empty(node: yaml.Node) -> bool:
 
 
 def _end(node: yaml.Node) -> int:
-    """Where a value ends; blocks end at what follows them, says PyYAML."""
+    """Returns where a value ends; in PyYAML, blocks end at the next token."""
     is_block = isinstance(node, yaml.CollectionNode) and not node.flow_style
     if not is_block or not node.value:
         return node.end_mark.index
@@ -76,7 +76,7 @@ def _end(node: yaml.Node) -> int:
 
 
 def _with_fields(text: str, node: yaml.MappingNode, lines: list[str]) -> str:
-    """Adds fields in front of all others of a mapping."""
+    """Adds fields before all others of a mapping."""
     if node.flow_style:
         at = node.start_mark.index + 1
         comma = ", " if node.value else ""

@@ -1,7 +1,7 @@
-"""YAML text as PyYAML's nodes, which know their lines; bounded in size.
+"""Parses YAML into PyYAML nodes with line numbers, bounded in size.
 
-Whatever a file holds, reading it ends: nesting, size and what aliases stand
-for have limits.
+Nesting, size and the expansion of aliases have limits, so reading any file
+terminates.
 """
 
 import re
@@ -15,10 +15,10 @@ from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.base.ranges import joined, shown
 
 MOST_BYTES = 8 * 2**20
-"""Size of the largest file that is read; more would take minutes [bytes]."""
+"""Largest file size; larger files would take minutes [bytes]."""
 
 MOST_NODES = 2_000_000
-"""Largest number of values in a document whose aliases are written out."""
+"""Largest number of values in a document after expansion of aliases."""
 
 DEEPEST = 40
 """Deepest nesting of lists and mappings."""
@@ -51,7 +51,7 @@ def read_text(path: Path) -> str:
 
 
 class _Loader(yaml.SafeLoader):
-    """Composes nodes that know where they are from, not too deep."""
+    """Composes nodes with file and line, up to a limited depth."""
 
     def __init__(self, text: str, where: str):
         super().__init__(text)
@@ -77,10 +77,10 @@ def compose(text: str, where: str) -> yaml.Node:
 
     Args:
         text: YAML text.
-        where: The file or flag that the text is from; nodes remember it.
+        where: The file or flag that the text is from, for errors.
 
     Raises:
-        FileError: The text is not YAML, empty, or stands for too much.
+        FileError: The text is not YAML, empty, or expands to too many values.
     """
     try:
         loader = _Loader(text, where)
@@ -88,7 +88,7 @@ def compose(text: str, where: str) -> yaml.Node:
             node = loader.get_single_node()
         finally:
             loader.dispose()
-    # PyYAML lets some errors of its conversions through.
+    # PyYAML does not catch some errors of its conversions.
     except (yaml.YAMLError, ValueError, OverflowError) as error:
         problem = " ".join(str(error).split())
         raise FileError(where, f"not YAML: {problem}") from error
@@ -96,13 +96,13 @@ def compose(text: str, where: str) -> yaml.Node:
         raise FileError(where, "is empty")
     if _size(node, {}, where) > MOST_NODES:
         raise FileError(
-            where, f"its aliases stand for more than {MOST_NODES} values"
+            where, f"its aliases expand to more than {MOST_NODES} values"
         )
     return node
 
 
 def _size(node: yaml.Node, known: dict[int, int], where: str) -> int:
-    """How many nodes a document has when its aliases are written out."""
+    """Returns the number of nodes after expansion of aliases."""
     if isinstance(node, yaml.ScalarNode):
         return 1
     if id(node) not in known:
@@ -113,7 +113,7 @@ def _size(node: yaml.Node, known: dict[int, int], where: str) -> int:
             total += sum(_size(part, known, where) for part in parts)
         known[id(node)] = total
     if known[id(node)] < 0:
-        raise FileError(where, "an alias stands for what it is part of")
+        raise FileError(where, "an alias refers to a node that contains it")
     return known[id(node)]
 
 
@@ -125,7 +125,7 @@ def fields(node: yaml.Node, field: str) -> dict[str, tuple[Any, Any]]:
         field: Path of the mapping inside its document, for errors.
 
     Raises:
-        FieldError: The node is no mapping, or a key is unusable.
+        FieldError: The node is not a mapping, or a key is invalid.
     """
     name = field or "the document"
     if not isinstance(node, yaml.MappingNode):
@@ -160,7 +160,7 @@ def fail(node: yaml.Node, field: str, problem: str) -> typing.NoReturn:
     raise FieldError(line_of(node), " ".join(field.split()), problem)
 
 
-# Scalars, of which PyYAML knows only how they are written.
+# Scalars, which PyYAML keeps as text.
 
 _SPECIAL = re.compile(r"^([-+]?)\.(?=inf|nan)", re.IGNORECASE)
 """The dot of YAML's own spellings .inf, -.inf and .nan."""
@@ -199,9 +199,9 @@ def scalar(node: yaml.ScalarNode, kind: type, field: str) -> Any:
 
 
 def _number(node: yaml.ScalarNode) -> float | None:
-    """The number that a plain scalar stands for.
+    """Returns the number that a plain scalar stands for.
 
-    Plain 1e-3 is a number to people and YAML 1.2, not to YAML 1.1.
+    Plain 1e-3 is a number in YAML 1.2, but not in YAML 1.1.
     """
     if node.style:
         return None

@@ -23,10 +23,35 @@ JACOBIAN_STEP = 1e-5
 
 
 def target_errors(
-    robot: RobotModel, q: np.ndarray, X_WT: np.ndarray
+    robot: RobotModel, q: np.ndarray, X_WTs: np.ndarray
 ) -> list[PoseError]:
-    """Returns the error to the target pose X_WT (4, 4) at each q."""
-    return [pose_error(robot.end_effector_pose(q_t), X_WT) for q_t in q]
+    """Returns the error to the target at each q, the worst of each kind.
+
+    Args:
+        robot: The robot.
+        q: Configurations, shape (T + 1, n_q).
+        X_WTs: Target poses of the robot's first end effectors, shape
+            (e, 4, 4).
+    """
+    errors = []
+    for q_t in q:
+        found = [
+            pose_error(X_WE, X_WT)
+            for X_WE, X_WT in zip(
+                robot.end_effector_poses(q_t), X_WTs, strict=False
+            )
+        ]
+        errors.append(_worst(found))
+    return errors
+
+
+def _worst(errors: list[PoseError]) -> PoseError:
+    """The largest distance, angle and L1 norm: all have arrived if it has."""
+    return PoseError(
+        max(errors, key=lambda error: error.distance).p_ET_W,
+        max(errors, key=lambda error: error.angle).rotation_W,
+        max(errors, key=lambda error: error.distance_l1).p_ET_E,
+    )
 
 
 def arrival_tick(errors: list[PoseError], rule: ArrivalConfig) -> int | None:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Protocol
 
+import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
@@ -33,6 +34,8 @@ class ReachingTask:
         start_field: Name of the start in the scene's file, for errors.
         arm_goal: Joint positions of an arm on a fixed base at the target
             [rad]; None where nobody gives them.
+        further_targets: Target poses in W of the robot's further end
+            effectors, in their order; empty where nothing is asked of them.
     """
 
     X_WE_target: RigidTransform
@@ -43,6 +46,13 @@ class ReachingTask:
     arm_start: tuple[float, ...] | None = None
     start_field: str = "robot_base"
     arm_goal: tuple[float, ...] | None = None
+    further_targets: tuple[RigidTransform, ...] = ()
+
+    @property
+    def X_WTs(self) -> np.ndarray:
+        """Target poses of the first end effectors, shape (e, 4, 4)."""
+        targets = (self.X_WE_target, *self.further_targets)
+        return np.array([X_WT.GetAsMatrix4() for X_WT in targets])
 
     @cached_property
     def truth_field(self) -> DistanceField:

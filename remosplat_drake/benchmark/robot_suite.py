@@ -2,7 +2,7 @@
 
 Targets are poses of goals that the robot can hold: configurations drawn at
 random that keep off the scene, off the robot itself and off its joint limits,
-with the hand near something.
+with a hand near something. Of several hands each has its target.
 """
 
 import dataclasses as dc
@@ -112,8 +112,10 @@ class RobotCase:
         """
         scene = _scene(self.robot, self.scene)
         q = _goal(self.robot, self.scene, self.number)
-        X_WT = RigidTransform(_robot(self.robot).end_effector_pose(q))
-        return solid_task(dc.replace(scene, X_WE_target=X_WT))
+        X_WEs = _robot(self.robot).end_effector_poses(q)
+        first, *further = map(RigidTransform, X_WEs)
+        task = solid_task(dc.replace(scene, X_WE_target=first))
+        return dc.replace(task, further_targets=tuple(further))
 
     def splat_key(self) -> str:
         """Returns a key of the splat's content."""

@@ -94,6 +94,7 @@ class Trial:
             (task.X_WE_target.GetAsMatrix34().tolist(), task.X_WB_start),
             task.arm_start,
             splat,
+            *(X_WT.GetAsMatrix34().tolist() for X_WT in task.further_targets),
         )
 
 
@@ -240,7 +241,15 @@ def _drive(
     """Runs the closed loop until every rule has held, or time is up."""
     until = _ArrivedByEveryRule(scenario)
     if not method.controller:
-        scenario = dc.replace(scenario, targets=[_pose(task.X_WE_target)])
+        targets = [
+            _pose(X_WT, effector)
+            for effector, X_WT in zip(
+                world.robot.effectors,
+                (task.X_WE_target, *task.further_targets),
+                strict=False,
+            )
+        ]
+        scenario = dc.replace(scenario, targets=targets)
         result = run(build(scenario, world), until=until).uninterrupted()
         return result.trajectory, result.search_effort
     X_WT = task.X_WE_target.GetAsMatrix4()
@@ -258,9 +267,11 @@ def _drive(
     return trajectory, NO_EFFORT
 
 
-def _pose(X: RigidTransform) -> TargetConfig:
+def _pose(X: RigidTransform, effector: str) -> TargetConfig:
     return TargetConfig(
-        X.translation().tolist(), rotation=X.rotation().matrix().tolist()
+        X.translation().tolist(),
+        rotation=X.rotation().matrix().tolist(),
+        effector=effector,
     )
 
 

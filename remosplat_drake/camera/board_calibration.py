@@ -1,14 +1,14 @@
-"""Hand-eye calibration from a ChArUco board, which stands still somewhere.
+"""Hand-eye calibration from images of a fixed ChArUco board.
 
 A camera C is fixed to a frame F of the robot, a board K to the world W. Both
-X_FC and X_WK are unknown; they are those with which the board's corners are
-where the images show them,
+X_FC and X_WK are unknown; they minimise the reprojection error of the board's
+corners,
 
     min over X_FC, X_WK of sum |pi(X_CF X_FW X_WK p_KQ) - z|^2,
 
-with the robot's own X_WF. It begins at the closed form of Park and Martin
-(1994): of A_i X = X B_i, with A_i the motions of F and B_i those of the camera
-that each board's image alone gives. Nothing need be known of the mount.
+with the robot's own X_WF. The start is the closed form of Park and Martin
+(1994) for A_i X = X B_i, with A_i the motions of F and B_i those of the camera
+from single images of the board. No knowledge of the mount is needed.
 """
 
 import dataclasses as dc
@@ -25,7 +25,7 @@ from remosplat_drake.capture.capture import Capture
 
 _FEWEST_CORNERS, _FEWEST_IMAGES = 6, 5
 _WORST = 2.0
-"""Largest RMS distance of the corners of a board that is believed [pixels]."""
+"""Largest accepted RMS distance of the corners of a board [pixels]."""
 
 
 @dc.dataclass(frozen=True)
@@ -54,7 +54,7 @@ class CharucoBoard:
             text: For example `7x5:0.04:0.03`, lengths in metres.
 
         Raises:
-            RemoSplatError: The text says something else.
+            RemoSplatError: The text has another format.
         """
         number = r"(\d*\.?\d+)"
         match = re.fullmatch(rf"(\d+)x(\d+):{number}:{number}(?::(\w+))?", text)
@@ -122,7 +122,7 @@ class BoardView:
 
 @dc.dataclass(frozen=True, eq=False)
 class BoardFit:
-    """A hand-eye transform, and how far it is to be trusted.
+    """A hand-eye transform, with its uncertainty.
 
     Attributes:
         X_FC: The camera's pose (OpenCV axes) in the frame F that carries it.
@@ -222,9 +222,9 @@ def fit_board(views: list[BoardView]) -> BoardFit:
 def _covariance(r: np.ndarray, J: np.ndarray, sizes: list[int]) -> np.ndarray:
     """Covariance of the parameters, shape (12, 12).
 
-    The corners of one image are off together where the robot is not where it
-    says. So it is the scatter of whole images that counts (the sandwich
-    estimator of clustered data), not that of single corners.
+    If the robot's pose has an error, all corners of an image move together. So
+    the scatter of whole images counts (the sandwich estimator of clustered
+    data), not that of single corners.
     """
     ends = np.cumsum(sizes)[:-1]
     scores = np.stack(

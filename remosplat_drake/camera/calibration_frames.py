@@ -1,4 +1,4 @@
-"""Frames for a hand-eye calibration, taken while a person moves the robot."""
+"""Collects frames for a hand-eye calibration while a person moves the robot."""
 
 import time
 from collections.abc import Callable
@@ -20,11 +20,11 @@ _STILL_TURN, _STILL = np.deg2rad(0.1), 1e-3
 
 
 _SILENCE = 10.0
-"""Time without any usable image after which nobody waits for more [s]."""
+"""Time without a usable image after which collection fails [s]."""
 
 
 class Camera(Protocol):
-    """What takes frames, such as an `LcmCamera`."""
+    """A source of frames, such as an `LcmCamera`."""
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
         """Waits for the next frame."""
@@ -36,17 +36,17 @@ def collect_still_frames(
     count: int,
     on_frame: Callable[[int], bool],
 ) -> Capture:
-    """Takes frames from places that differ, each time the robot stands there.
+    """Takes frames from different poses, each when the robot stands still.
 
-    Nothing moves the robot: a person does, by hand or by teleoperation. An
-    image that says nothing, because its camera or the robot was silent for a
-    moment, is left out.
+    The program does not move the robot: a person does, by hand or by
+    teleoperation. Images without a pose, because the camera or the robot was
+    silent for a moment, are skipped.
 
     Args:
         camera: The robot's camera.
         count: Number of frames.
-        on_frame: Told the number of frames so far after each image; returns
-            whether to go on.
+        on_frame: Called with the number of frames so far after each image;
+            returns whether to continue.
 
     Returns:
         The frames, as many as there are when it ends.

@@ -1,4 +1,4 @@
-"""`CameraDriver`: images on the wire, also after the camera was unplugged."""
+"""`CameraDriver`: publishes a camera's images, and reopens a lost camera."""
 
 import contextlib
 import time
@@ -20,7 +20,7 @@ RETRY = 1.0
 
 
 class Camera(Protocol):
-    """What takes images, such as a `RealSenseCamera`."""
+    """A source of images, such as a `RealSenseCamera`."""
 
     def image(self) -> RgbdImage:
         """Waits for the next image; raises RemoSplatError if none comes."""
@@ -32,12 +32,12 @@ class Camera(Protocol):
 
 
 class CameraDriver:
-    """Sends a camera's images as those that the scenario expects.
+    """Publishes a camera's images in the format of the scenario.
 
-    A camera that falls silent is closed, and opened again until it answers.
+    A camera that stops sending is closed, and reopened until it sends again.
 
     Attributes:
-        sent: Number of images that were sent.
+        sent: Number of sent images.
         problem: Why no images come at present; empty while they do.
     """
 

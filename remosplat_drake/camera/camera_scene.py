@@ -18,7 +18,7 @@ from remosplat_drake.station.station_config import DynamicStation
 
 @dc.dataclass(frozen=True, eq=False)
 class CameraScene:
-    """A plant that is only looked at, in a diagram that is never simulated.
+    """A plant that is only rendered, in a diagram that is never simulated.
 
     Both simulated cameras outside of a station's diagram render with it:
     `RenderedCamera` and `CameraSim`.
@@ -52,11 +52,11 @@ class CameraScene:
             builder: Builder of the diagram.
             config: Mount, lens and range of the camera.
             robot: The robot that carries it.
-            scene: The solids that it sees besides the robot; None for none.
+            scene: The solids in view besides the robot; None for none.
             tracks: How things move by themselves.
 
         Raises:
-            RemoSplatError: A setting is unusable.
+            RemoSplatError: A setting is invalid.
         """
         start = list(movers_at(tracks, 0.0))
         body = add_dynamic_body(
@@ -72,13 +72,13 @@ class CameraScene:
     def place(
         self, root: Context, q: np.ndarray, stamp: float, time: float
     ) -> None:
-        """Poses the robot and what moves, and sets the images' time.
+        """Poses the robot and the movers, and sets the images' time.
 
         Args:
             root: Context of the whole diagram.
             q: The robot's configuration, shape (n_q,).
             stamp: Time at which the images are taken [s].
-            time: Time of what moves, since it began to [s].
+            time: Time for the tracks of moving things [s].
         """
         root.SetTime(stamp)
         context = self.plant.GetMyMutableContextFromRoot(root)

@@ -1,6 +1,6 @@
-"""`CameraSim`: stands in for the wrist camera's driver, on the LCM wire.
+"""`CameraSim`: simulates the wrist camera's driver over LCM.
 
-`remosplat camera-sim` runs it in a process of its own, beside `hardware-sim`.
+`remosplat camera-sim` runs it in a separate process, beside `hardware-sim`.
 """
 
 import contextlib
@@ -50,7 +50,7 @@ class CameraSim:
         Args:
             config: Mount, lens and range of the camera.
             robot: The robot that carries it.
-            scene: The solids that it sees besides the robot; None for none.
+            scene: The solids in view besides the robot; None for none.
             tracks: How things move.
             lcm: Where the images are published.
 
@@ -95,17 +95,17 @@ class CameraSim:
 
 
 _MOVED = 5e-3
-"""Change of a position by which a robot has begun to move [m, rad]."""
+"""Change of a position that counts as motion of the robot [m, rad]."""
 
 
 class HeardConfiguration:
-    """The robot's latest configuration, put together from LCM statuses.
+    """The robot's latest configuration, assembled from LCM statuses.
 
-    What moves by itself begins when the robot is first seen to move. All who
-    hear its statuses by then agree on that time.
+    Moving things start when the robot first moves. All processes that receive
+    its statuses by then use the same start.
 
     Attributes:
-        channels: The LCM channels that it has to hear.
+        channels: The LCM channels that it must receive.
     """
 
     def __init__(self, description: RobotDescription):
@@ -141,7 +141,7 @@ class HeardConfiguration:
                 self._watch(arm.stamp)
 
     def _watch(self, stamp: float) -> None:
-        """Notes when the robot is seen to be elsewhere than at first."""
+        """Records when the robot first leaves its initial configuration."""
         q = self.q
         if q is None or self._began is not None:
             return
@@ -164,7 +164,8 @@ class HeardConfiguration:
     def q(self) -> np.ndarray | None:
         """Configuration (x, y, yaw, arm), shape (n_q,) [m, rad].
 
-        It is None until the arm, and the base if there is one, have been heard.
+        It is None before the first status of the arm, and of the base if there
+        is one.
         """
         if self._pose is None or self._joints is None:
             return None

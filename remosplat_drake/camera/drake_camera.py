@@ -1,4 +1,4 @@
-"""Drake's `CameraConfig` in the place of a `WristCameraConfig`."""
+"""Converts Drake's `CameraConfig` to a `WristCameraConfig`."""
 
 from collections.abc import Iterator
 
@@ -20,14 +20,14 @@ _SOURCES = {
     "translation": "X_PB",
     "rpy_deg": "X_PB",
 }
-"""Which field of Drake's each field of ours is made of."""
+"""The field of Drake's config for each field of `WristCameraConfig`."""
 
 _FREE = ("name", "depth")
 """Nothing depends on the name, and there is always a depth image."""
 
 
 def make_wrist_camera(config: CameraConfig) -> WristCameraConfig:
-    """The same camera in terms of ours.
+    """Converts a Drake camera to a `WristCameraConfig`.
 
     Its body frame B is the camera's, with axes x right, y down, z forward.
 
@@ -52,13 +52,13 @@ def make_wrist_camera(config: CameraConfig) -> WristCameraConfig:
 
 
 def camera_problems(config: CameraConfig) -> Iterator[tuple[str, str]]:
-    """What of Drake's settings the wrist camera cannot honour.
+    """Yields the settings of Drake's that the wrist camera does not support.
 
     Args:
         config: Its numbers are finite.
 
     Yields:
-        A field of Drake's and its problem.
+        A field of Drake's config and its problem.
     """
     new = CameraConfig()
     for name in field_types(CameraConfig):

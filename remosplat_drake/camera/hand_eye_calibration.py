@@ -1,13 +1,13 @@
 """Hand-eye calibration from the images alone, without a calibration board.
 
-A camera C is fixed to a frame F of the robot. If its pose in F is believed
-wrongly, each image is placed wrongly in a way that depends on how the robot
-held the camera, and surfaces come out double. The right hand-eye transform
-X_FC is the one with which overlapping images agree.
+A camera C is fixed to a frame F of the robot. If its assumed pose in F is
+wrong, the error of each image's pose depends on the robot's configuration, and
+surfaces appear twice. The correct hand-eye transform X_FC makes overlapping
+images agree.
 
-`refine_hand_eye` is for programs of your own: nothing in a run calls it.
-`live_frames` takes the images; the transform that is found goes into a
-scenario as `wrist_camera.translation` and `wrist_camera.rpy_deg`.
+`refine_hand_eye` is for programs of your own: no run calls it. `live_frames`
+takes the images; the resulting transform goes into a scenario as
+`wrist_camera.translation` and `wrist_camera.rpy_deg`.
 """
 
 import dataclasses as dc
@@ -35,20 +35,19 @@ _DELTA = 2e-3
 effect of smaller ones."""
 
 _RIDGE = 1e-9
-"""Regularization, as a share of the information matrix' trace: it damps the
-directions that the images do not tell."""
+"""Regularization, as a share of the information matrix' trace: it damps
+directions that the images do not constrain."""
 
 _POINTS, _MIN_POINTS = 2000, 100
 """Points of an image that are compared, and how many of all images at least
 must be comparable."""
 
 _OUTLIERS = (0.2, 0.1, 0.05, 0.03, 0.02, 0.02)
-"""Points whose depths differ by a larger fraction belong to different
-surfaces, round by round."""
+"""Relative difference of depths above which points belong to different
+surfaces, for each round."""
 
 _SPREAD, _MIN_NOISE = 1.5, 1e-6
-"""Differences beyond the usual one (standard deviation over median) pull less
-and less."""
+"""Scale of the robust weight (standard deviation over median)."""
 
 _MIN_TURN = np.deg2rad(3.0)
 """The camera must turn by this about two axes (standard deviation)."""
@@ -71,12 +70,11 @@ class HandEyeFit:
 def refine_hand_eye(
     capture: Capture, X_FC: np.ndarray, seed: int = 0
 ) -> HandEyeFit:
-    """Improves a hand-eye transform that is right to a few degrees.
+    """Refines a hand-eye transform with an error of a few degrees.
 
-    It takes images whose views overlap well, such as a dozen of one corner
-    of a room; look at `measure_overlap` of the result before you trust it.
-    Depth noise of 0.2 % of each pixel left 0.1 mm of error in a test, but
-    0.5 % left 5 mm.
+    It takes images whose views overlap well, such as a dozen of one corner of a
+    room; check `measure_overlap` of the result before you use it. Depth noise
+    of 0.2 % of each pixel left 0.1 mm of error in a test, but 0.5 % left 5 mm.
 
     Args:
         capture: Images of a scene at rest, at poses X_WC = X_WF X_FC with
@@ -140,7 +138,7 @@ def _gauss_newton_step(
     scale = max(_SPREAD * float(np.median(np.abs(r))), _MIN_NOISE)
     weights = 1 / (1 + (r / scale) ** 2)
     information = J.T @ (weights[:, None] * J)
-    # What the images do not tell stays as it is.
+    # Parameters that the images do not constrain stay unchanged.
     ridge = _RIDGE * max(np.trace(information), _RIDGE)
     return -np.linalg.solve(
         information + ridge * np.eye(6), J.T @ (weights * r)
@@ -148,7 +146,7 @@ def _gauss_newton_step(
 
 
 def _similar_pairs(capture: Capture, seed: int) -> np.ndarray:
-    """Neighbours that look the same way, (m, 2): they hide little."""
+    """Returns neighbours with similar directions, (m, 2)."""
     a, b = measure_overlap(capture, seed).pairs.T
     axes = capture.X_WC[:, :3, 2]
     similar = (axes[a] * axes[b]).sum(axis=1) > _MIN_COSINE

@@ -1,4 +1,4 @@
-"""`LcmCamera`: the wrist camera of the real robot, heard by LCM."""
+"""`LcmCamera`: the wrist camera of the real robot, received over LCM."""
 
 import time as clock
 
@@ -22,16 +22,15 @@ PATIENCE = 2.0
 
 
 class LcmCamera:
-    """A `WristCamera` that listens to images and to the robot's statuses.
+    """A `WristCamera` that receives images and the robot's statuses.
 
-    An image's pose follows from where the robot was at the image's stamp. A
-    frame is the first image that arrives after it was asked for, so that the
-    robot may have come to rest.
+    An image's pose follows from the robot's configuration at the image's stamp.
+    A frame is the first image that arrives after its request, so that the robot
+    can come to rest before.
 
     Attributes:
         broken: Number of broken images so far.
-        problem: What was wrong with the latest of them; empty before the
-            first.
+        problem: The problem of the latest of them; empty before the first.
     """
 
     def __init__(
@@ -40,7 +39,7 @@ class LcmCamera:
         robot: RobotModel,
         hardware: HardwareConfig,
     ):
-        """Joins the wire.
+        """Subscribes to the channels.
 
         Args:
             config: The camera's intrinsics and hand-eye transform.
@@ -64,7 +63,7 @@ class LcmCamera:
         self.problem = ""
 
     def listen(self) -> None:
-        """Takes in the images and statuses that have arrived."""
+        """Processes the images and statuses that have arrived."""
         for _, data in self._images.fetch():
             try:
                 self._image = decode_images(data)
@@ -78,12 +77,12 @@ class LcmCamera:
                 self._history.hear_base(data)
 
     def show(self, scene: PrimitiveScene) -> None:
-        """Refuses: what a real camera sees cannot be changed.
+        """Raises an error: the view of a real camera cannot be changed.
 
         Raises:
             RemoSplatError: Always.
         """
-        raise RemoSplatError("what a real camera sees cannot be changed")
+        raise RemoSplatError("the view of a real camera cannot be changed")
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
         """Waits for the next image, and gives it its pose.
@@ -98,8 +97,8 @@ class LcmCamera:
             The frame, with its time by that clock [s].
 
         Raises:
-            RemoSplatError: The camera is silent or sends something else, or
-                the robot's statuses do not say where it was.
+            RemoSplatError: The camera is silent or sends something else, or the
+                robot's statuses do not give its pose.
         """
         image = self._next_image()
         self._hear_until(image.time)
@@ -138,7 +137,7 @@ class LcmCamera:
         )
 
     def _hear_until(self, stamp: float) -> None:
-        """Waits for the statuses that came after an image was taken."""
+        """Waits for statuses that are newer than an image."""
         end = clock.monotonic() + PATIENCE
         while self._history.newest <= stamp and clock.monotonic() < end:
             clock.sleep(0.002)

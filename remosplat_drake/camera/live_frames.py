@@ -10,7 +10,7 @@ A program of your own takes them with any camera and any robot:
         capture = collect(source, count=12, move=go_to_view)
 
 `station_frames` is the same for the wrist camera of a simulated station. The
-images of such a capture are what `hand_eye_calibration` wants.
+images of such a capture are the input of `hand_eye_calibration`.
 """
 
 from collections.abc import Callable
@@ -30,10 +30,10 @@ from remosplat_drake.signals import station_ports as ports
 
 
 class FrameSource(Protocol):
-    """Whatever can tell what it sees now, and from where."""
+    """A source of posed images."""
 
     def frame(self) -> Frame:
-        """Takes the latest posed image; what is not the scene is hidden."""
+        """Takes the latest posed image, with only the scene unmasked."""
         ...
 
 
@@ -47,14 +47,14 @@ class RobotFrames:
         configuration: Callable[[float], np.ndarray],
         mount: CameraMount,
     ):
-        """Puts a camera and a robot together.
+        """Combines a camera and a robot.
 
         Args:
             image: Returns the camera's latest image.
-            configuration: Returns the measured configuration q, shape
-                (n_q,), at a time of the image's clock [s]. An image is older
-                than the latest measurement, and an arm at 0.5 m/s that is
-                20 ms late puts walls 10 mm off.
+            configuration: Returns the measured configuration q, shape (n_q,),
+                at a time of the image's clock [s]. An image is older than the
+                latest measurement, and with an arm at 0.5 m/s, a delay of 20 ms
+                shifts walls by 10 mm.
             mount: Where the camera sits on the robot.
         """
         self._image = image
@@ -81,8 +81,8 @@ def station_frames(
             `signals.station_ports`.
         context: The station's own context; frames follow its state.
         robot: The station's robot.
-        config: The camera as it is believed to be: its intrinsics, and a
-            hand-eye transform that need not be the true one.
+        config: The assumed camera: its intrinsics, and a hand-eye transform
+            that may differ from the true one.
         margin: How much the robot's spheres are inflated to hide it [m].
 
     Raises:
@@ -114,7 +114,7 @@ def collect(
     """Takes several frames, and returns them as one capture.
 
     Args:
-        source: Where the frames come from.
+        source: The source of the frames.
         count: Number of frames, at least one.
         move: Called with i before frame i is taken; it moves the robot, or
             waits.

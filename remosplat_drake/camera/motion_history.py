@@ -1,4 +1,4 @@
-"""`MotionHistory`: where the robot was when a picture was taken."""
+"""`MotionHistory`: the robot's configuration at the time of a picture."""
 
 import bisect
 import contextlib
@@ -18,7 +18,7 @@ _MAX_GAP = 0.12
 """Longest time between two statuses over which a motion is interpolated [s]."""
 
 _STANDING = 1e-3
-"""Largest change between two statuses of a robot that stood still [rad, m]."""
+"""Largest change between two statuses that counts as rest [rad, m]."""
 
 
 class MotionHistory:
@@ -54,9 +54,9 @@ class MotionHistory:
 
     @property
     def newest(self) -> float:
-        """Latest stamp up to which arm and base have both been heard [s].
+        """Latest stamp for which statuses of both arm and base exist [s].
 
-        It is -inf while one of them has never been heard.
+        It is -inf before the first status of either.
         """
         tracks = [self._arm] if self._base is None else [self._arm, self._base]
         return min(track.newest for track in tracks)
@@ -66,15 +66,15 @@ class MotionHistory:
 
         Args:
             time: Wall clock of the drivers [s].
-            ahead: For how long after the newest status a motion may be taken to
-                go on [s].
+            ahead: Time after the newest status for which a motion is
+                extrapolated [s].
 
         Returns:
             The configuration q, shape (n_q,) [m, rad].
 
         Raises:
-            RemoSplatError: Arm or base was silent then, or moved through a
-                gap between two statuses.
+            RemoSplatError: Arm or base was silent then, or moved during a gap
+                between two statuses.
         """
         joints = self._arm.at(time, ahead)
         if self._base is None:
@@ -95,7 +95,7 @@ class _Track:
         return self._stamps[-1] if self._stamps else -np.inf
 
     def append(self, stamp: float, positions: np.ndarray) -> None:
-        """Keeps a position; one that came out of order is left out."""
+        """Stores a position; one that arrives out of order is ignored."""
         if stamp > self.newest:
             self._stamps.append(stamp)
             self._positions.append(positions)
@@ -112,7 +112,8 @@ class _Track:
         q, step = self._positions[after - 1], self._step(after)
         if end - start > _MAX_GAP and np.abs(step).max() > _STANDING:
             raise RemoSplatError(
-                f"{self._name} moved unheard when the picture was taken"
+                f"{self._name} moved during a gap of its statuses when the "
+                "picture was taken"
             )
         return q + (time - start) / (end - start) * step
 

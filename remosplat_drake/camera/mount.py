@@ -1,4 +1,4 @@
-"""`CameraMount`: where the camera is, and what it sees of its own robot."""
+"""`CameraMount`: the camera's pose on the robot, and the robot's mask."""
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -20,6 +20,7 @@ class CameraMount:
         X_FC: Hand-eye transform, the camera's pose (OpenCV axes) in F, shape
             (4, 4).
         margin: How much the robot's spheres are inflated to hide it [m].
+        body: Index in the robot's tree of the body that carries the camera.
     """
 
     def __init__(
@@ -30,14 +31,14 @@ class CameraMount:
         margin: float = 0.02,
         field: str = "wrist_camera.frame",
     ):
-        """Looks the frame up in the robot's model.
+        """Finds the frame in the robot's model.
 
         Args:
             robot: The robot that carries the camera.
             X_FC: The hand-eye transform.
             frame: Name of the frame F in the robot's model.
             margin: How much the robot's spheres are inflated to hide it [m].
-            field: The field that errors about the frame blame.
+            field: The field that errors about the frame name.
 
         Raises:
             FieldError: The robot has no such frame.
@@ -49,12 +50,12 @@ class CameraMount:
         self.robot = robot
         self.X_FC = X_FC.GetAsMatrix4()
         self.margin = margin
-        self._body = robot.tree.index(frame_F.body().name())
+        self.body = robot.tree.index(frame_F.body().name())
         self._X_LF = frame_F.GetFixedPoseInBodyFrame().GetAsMatrix4()
 
     def pose(self, q: np.ndarray) -> np.ndarray:
         """Returns the camera's pose X_WC at configuration q, shape (4, 4)."""
-        X_WL = self.robot.body_poses(q)[self._body]
+        X_WL = self.robot.body_poses(q)[self.body]
         return X_WL @ self._X_LF @ self.X_FC
 
     def mask(
@@ -74,11 +75,11 @@ class CameraMount:
         return robot_mask(spheres, K, self.pose(q), depth, self.margin)
 
     def frame(self, image: RgbdImage, q: np.ndarray) -> Frame:
-        """Gives an image its pose, hides the robot and undoes distortion.
+        """Adds the pose to an image, masks the robot and removes distortion.
 
         Args:
-            image: What the camera saw.
-            q: The robot's configuration when it did, shape (n_q,).
+            image: The camera's image.
+            q: The robot's configuration at that time, shape (n_q,).
         """
         rgb, depth, outside = image.rgb, image.depth, None
         if image.distortion not in (None, Distortion()):

@@ -118,10 +118,10 @@ def from_realsense(frames) -> RgbdImage:
 def stamp_of(frame, now: float) -> float:
     """Returns when a frame was taken, by the wall clock [s].
 
-    Librealsense tells it where it knows how the camera's clock relates to
-    the computer's, as it does by default. Otherwise the frame counts as taken
-    now, which is tens of milliseconds late: an image of a moving robot is
-    then out of place.
+    By default, librealsense synchronises the camera's clock with the computer's
+    and provides the stamp. Otherwise the frame is stamped with the present
+    time, which is tens of milliseconds late, and images of a moving robot get
+    wrong poses.
 
     Args:
         frame: A `pyrealsense2.frame`.
@@ -172,7 +172,7 @@ def distortion_of(intrinsics) -> Distortion | None:
 
 
 def _check_connected(rs, serial: str | None):
-    """Raises at once where librealsense would wait for a camera."""
+    """Raises an error at once if librealsense would wait for a camera."""
     devices = rs.context().query_devices()
     serials = [d.get_info(rs.camera_info.serial_number) for d in devices]
     if not serials:

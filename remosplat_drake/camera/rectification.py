@@ -1,4 +1,4 @@
-"""`Rectifier`: makes the images of a real lens those of a scenario's camera."""
+"""`Rectifier`: converts images of a real lens to a scenario's camera."""
 
 import numpy as np
 
@@ -12,19 +12,19 @@ from remosplat_drake.capture.undistortion import (
 
 
 class Rectifier:
-    """Takes from a camera's images what a pinhole camera would see there.
+    """Resamples a camera's images to those of a pinhole camera.
 
-    The wire and all that listens to it know a camera by size and field of
-    view alone. A colour and a depth are those of the nearest pixel of the
-    lens: up to half of one beside the ray. Pixels beyond the lens' field of
-    view are black, and their depths unknown.
+    Messages and their receivers describe a camera only by size and field of
+    view. A colour and a depth are those of the nearest pixel of the lens: up to
+    half of one beside the ray. Pixels beyond the lens' field of view are black,
+    and their depths unknown.
     """
 
     def __init__(self, config: WristCameraConfig):
         """Prepares for images of any lens.
 
         Args:
-            config: The camera as the scenario has it.
+            config: The camera of the scenario.
         """
         self._config = config
         self._lens: tuple | None = None
@@ -32,7 +32,7 @@ class Rectifier:
         self._outside = np.zeros((0, 0), bool)
 
     def __call__(self, image: RgbdImage) -> RgbdImage:
-        """Returns what the scenario's camera would have seen.
+        """Returns the image of the scenario's camera.
 
         Args:
             image: An image, with its intrinsics and distortion.
@@ -54,7 +54,7 @@ class Rectifier:
 
     @property
     def coverage(self) -> float:
-        """Share of the scenario's image that the latest lens has seen."""
+        """Share of the scenario's image that the latest lens covers."""
         return 1.0 - float(self._outside.mean()) if self._outside.size else 0.0
 
     def _look_up(self, image: RgbdImage) -> None:

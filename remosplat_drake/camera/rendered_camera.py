@@ -17,11 +17,10 @@ from remosplat_drake.signals import station_ports as ports
 
 
 class RenderedCamera:
-    """A `WristCamera` that renders the true scene, the robot and what moves.
+    """A `WristCamera` that renders the true scene, the robot and movers.
 
-    It runs beside a simulation, in the mapping process, and knows nothing of
-    it but the configurations and times that it is told. Frames have the robot
-    hidden.
+    It runs beside a simulation, in the mapping process, and receives only
+    configurations and times from it. The robot is masked in frames.
     """
 
     def __init__(
@@ -37,9 +36,9 @@ class RenderedCamera:
         Args:
             config: Mount, lens and range of the camera.
             robot: The robot that carries it.
-            scene: The solids that it sees besides the robot; None for none.
-            odometry_drift: Velocity with which the base's configurations that
-                it is told leave the true ones [m/s, m/s, rad/s].
+            scene: The solids in view besides the robot; None for none.
+            odometry_drift: Velocity of the drift of received base
+                configurations from the true ones [m/s, m/s, rad/s].
             tracks: How things move.
 
         Raises:
@@ -63,10 +62,10 @@ class RenderedCamera:
         self._root = self._diagram.CreateDefaultContext()
 
     def listen(self) -> None:
-        """Does nothing: this camera has nothing to take in between frames."""
+        """Does nothing: this camera receives nothing between frames."""
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
-        """Renders what the camera sees at a configuration.
+        """Renders the camera's frame at a configuration.
 
         Args:
             q: The robot's configuration, shape (n_q,).

@@ -1,4 +1,4 @@
-"""`RgbdImage`: what a camera saw and when, whatever kind of camera it is."""
+"""`RgbdImage`: an image of any RGB-D camera, with its time."""
 
 import dataclasses as dc
 
@@ -37,7 +37,7 @@ class RgbdImage:
 def from_drake(
     color: ImageRgba8U, depth: ImageDepth32F, K: np.ndarray, time: float
 ) -> RgbdImage:
-    """Turns images of Drake's `RgbdSensor` into an `RgbdImage`.
+    """Converts images of Drake's `RgbdSensor` to an `RgbdImage`.
 
     Args:
         color: The colour image; its alpha channel is dropped.

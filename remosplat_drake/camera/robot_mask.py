@@ -1,8 +1,8 @@
-"""The robot masked out of its own depth images.
+"""Masks the robot in its own depth images.
 
-A robot's camera sees its arm and fingers, and a map that took them for
-furniture would keep the robot from ever moving again. Its spheres cover it,
-so what lies in one of them, or is seen through one, is not the scene.
+A robot's camera sees its arm and fingers, and a map with them as obstacles
+would block the robot permanently. Its spheres cover it, so points in a sphere,
+or seen through one, are not part of the scene.
 """
 
 import numpy as np
@@ -20,9 +20,9 @@ def robot_mask(
     """Finds the pixels that may show the robot.
 
     A pixel is hidden if its ray meets an inflated sphere nearer than the
-    measured point and a margin beyond it, or anywhere if nothing was
-    measured. A camera that is itself inside an inflated sphere looks out of
-    it: that sphere hides only points that it contains.
+    measured point and a margin beyond it, or anywhere if nothing was measured.
+    A camera that is itself inside an inflated sphere looks out of it: that
+    sphere masks only points that it contains.
 
     Args:
         spheres: The robot's spheres in W; they must cover it.

@@ -1,4 +1,4 @@
-"""`WristCamera`: what a camera of the live map must be able to do."""
+"""`WristCamera`: the interface of a camera of the live map."""
 
 from typing import Protocol
 
@@ -16,23 +16,23 @@ class WristCamera(Protocol):
     """
 
     def frame(self, q: np.ndarray, time: float) -> Frame:
-        """Takes a posed RGB-D frame of what the camera sees now.
+        """Takes a posed RGB-D frame now.
 
         Args:
-            q: The robot's configuration when the frame was asked for, shape
+            q: The robot's configuration at the time of the request, shape
                 (n_q,).
-            time: When the frame was asked for, by the diagram's clock [s].
+            time: Time of the request, by the diagram's clock [s].
 
         Returns:
             The frame; its time is by the diagram's clock, too.
 
         Raises:
-            RemoSplatError: There is no frame; the text says why.
+            RemoSplatError: There is no frame; the error states why.
         """
         ...
 
     def listen(self) -> None:
-        """Takes in what has arrived; it is called many times a second."""
+        """Processes what has arrived; called many times a second."""
         ...
 
     def show(self, scene: PrimitiveScene) -> None:

@@ -39,7 +39,7 @@ _NEAR_PLANE = 0.01
 class WristCameraConfig(Config):
     """An RGB-D camera that is fixed to the robot.
 
-    In a simulated station it renders only when somebody reads its ports.
+    In a simulated station it renders only when its ports are evaluated.
     """
 
     # Name of the robot model's frame F that carries the camera; its axes are
@@ -64,7 +64,7 @@ class WristCameraConfig(Config):
     max_depth: Annotated[float, Interval(gt=0, le=100)] = 5.0
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error where the range of depths is empty."""
+        """Yields an error if the range of depths is empty."""
         if not self.max_depth > self.min_depth:
             yield (
                 "max_depth",
@@ -86,7 +86,7 @@ class WristCameraConfig(Config):
         return CameraInfo(self.width, self.height, np.deg2rad(self.fov_y_deg))
 
     def sees(self, X_WC: np.ndarray, p_W: np.ndarray) -> bool:
-        """Whether a point is in the image, whatever stands before it.
+        """Returns whether a point is in the image, ignoring occlusion.
 
         Args:
             X_WC: The camera's pose, shape (4, 4).

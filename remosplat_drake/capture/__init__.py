@@ -1,1 +1,1 @@
-"""Posed RGB-D images: the type, how it is read, checked and rendered."""
+"""Posed RGB-D images: data type, readers, checks and rendering."""

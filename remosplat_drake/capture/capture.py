@@ -1,4 +1,4 @@
-"""`Capture`: posed RGB-D images, whatever file they came from."""
+"""`Capture`: posed RGB-D images, independent of their file format."""
 
 import dataclasses as dc
 
@@ -7,16 +7,16 @@ import numpy as np
 from remosplat_drake.base.errors import RemoSplatError
 
 _ROTATION_TOLERANCE = 1e-3
-"""Files print rotations with few digits; less than this is rounding."""
+"""Bound on the rounding of rotations, which files print with few digits."""
 
 _LARGEST = 1e9
-"""No camera's pixels or metres are more; their squares are still numbers."""
+"""Largest number of pixels or metres; its square does not overflow."""
 
 _MOTIONS = ("velocity_W", "acceleration_W")
-"""Fields of a capture that tell how its cameras moved."""
+"""Fields of a capture with the motion of its cameras."""
 
 MIN_VIEWS = 2
-"""Least number of views of a capture; one shows one side of everything."""
+"""Least number of views of a capture."""
 
 MIN_DEPTH_FRACTION = 0.01
 """Least fraction of a capture's pixels that must have a depth."""
@@ -33,21 +33,20 @@ class Capture:
             (n, 4, 4).
         rgb: sRGB colours, shape (n, h, w, 3), uint8.
         depth: Depth z in C, shape (n, h, w), float32 [m]; 0 where unknown.
-        hidden: Pixels that do not show the scene (but the robot, say), shape
-            (n, h, w), bool; their depth is 0. None: every pixel shows the
-            scene.
+        hidden: Pixels that do not show the scene (such as the robot), shape (n,
+            h, w), bool; their depth is 0. None: every pixel shows the scene.
         names: Names of the n views, as their files have them; empty: unknown.
-        notes: What the reader doubts or has left out, one sentence each.
+        notes: Doubts and omissions of the reader, one sentence each.
         up_W: Unit vector against gravity, if the file says so; None: unknown.
         velocity_W: Angular velocity of each camera [rad/s], then the velocity
             of its centre [m/s], in W, while its image was taken, shape (n, 6);
             None: unknown.
-        acceleration_W: How fast these six numbers change, shape (n, 6); None:
+        acceleration_W: Derivative of these six numbers, shape (n, 6); None:
             unknown.
 
     Raises:
-        RemoSplatError: The arrays do not fit each other, or a view's pose is no
-            rigid transform; the error names the view.
+        RemoSplatError: The arrays do not match, or a view's pose is not a rigid
+            transform; the error names the view.
     """
 
     K: np.ndarray
@@ -175,7 +174,7 @@ def back_project(
 
 
 def check_reconstructible(capture: Capture, least_views: int = MIN_VIEWS):
-    """Checks that a splat can be made of a capture, before any work starts.
+    """Checks that a splat can be made from a capture, before any work starts.
 
     Args:
         capture: The capture.
@@ -206,8 +205,8 @@ def check_camera(name: str, K: np.ndarray, X_WC: np.ndarray):
         X_WC: Camera pose, shape (4, 4).
 
     Raises:
-        RemoSplatError: The matrix is no intrinsic matrix, or the pose is no
-            rigid transform.
+        RemoSplatError: The matrix is not an intrinsic matrix, or the pose is
+            not a rigid transform.
     """
     if not (np.isfinite(K).all() and np.isfinite(X_WC).all()):
         raise RemoSplatError(f"{name}: its camera is not finite")

@@ -1,8 +1,8 @@
-"""`read_capture`: posed RGB-D images from any file or folder we know.
+"""`read_capture`: posed RGB-D images from files of all supported formats.
 
-A format is what it looks for, whether it recognises a path, what reads its
-poses and images, and notes about what those leave out. Adding one is a module
-and a line here.
+A format consists of a description, a function that recognises a path, one that
+reads poses and images, and one that reports omissions. To add a format, write a
+module and add a line here.
 """
 
 import dataclasses as dc
@@ -37,7 +37,8 @@ from remosplat_drake.capture.readers import (
 from remosplat_drake.capture.recording import Recording
 
 Report = Callable[[str, int, int], None]
-"""Called with what is read, how many frames of it are, and how many will be."""
+"""Called with the name of the stage, the number of frames read, and the
+total."""
 
 
 @dc.dataclass(frozen=True)
@@ -45,13 +46,13 @@ class Format:
     """A format in which captures are stored.
 
     Attributes:
-        looks_for: What the format looks for in a path, in words.
+        looks_for: Description of the files of the format.
         recognises: Function that returns whether a path is of this format, by
             what it holds.
         open_recording: Function that reads the poses of a path.
-        notes: Function that tells what the frames of a path leave out.
+        notes: Function that reports omissions of the frames of a path.
         up_W: Unit vector against gravity in the world of all captures of this
-            format; None where it documents none.
+            format; None if it documents none.
     """
 
     looks_for: str
@@ -89,7 +90,7 @@ class ReadingConfig:
     """How a capture is read.
 
     Attributes:
-        stride: Only every so many frames are looked at.
+        stride: Step between frames that are considered.
         keyframes: Largest number of frames that are read in full; of more than
             these, `choose_keyframes` chooses. 0 reads all.
         max_depth: Largest depth that is trusted; deeper pixels become unknown
@@ -140,10 +141,11 @@ def read_capture(
             [pixels].
 
     Raises:
-        FileError: Something is missing, damaged, too large, of no known
-            format, or does not fit the rest.
-        FieldError: A field of a file, or an argument, is unusable.
-        RemoSplatError: A pose is no rigid transform; the error names the frame.
+        FileError: Something is missing, damaged, too large, of an unknown
+            format, or inconsistent.
+        FieldError: A field of a file, or an argument, is invalid.
+        RemoSplatError: A pose is not a rigid transform; the error names the
+            frame.
         MissingExtraError: A reader's package is not installed.
     """
     config = ReadingConfig(stride, 0, max_depth, max_size)
@@ -161,19 +163,19 @@ def read_keyframes(
     """Reads the frames of a capture that show all of it.
 
     The poses of all frames are read first. The depth images, which are small,
-    are looked at once to choose frames by; only chosen frames are read in full,
-    in one pass.
+    are read once for the selection of frames; only selected frames are read in
+    full, in one pass.
 
     Args:
         path: A file or folder.
         format: A name of `FORMATS`; None detects it by the content.
-        config: Which frames are looked at, how many are read, and how.
+        config: Which frames are considered, how many are read, and how.
         report: Called with the progress, see `Report`.
-        stages: Where the choice is kept.
+        stages: Where the selection is kept.
 
     Returns:
-        The capture as `read_capture` describes it, and how its frames were
-        chosen; None if they are all.
+        The capture as `read_capture` describes it, and the selection of its
+        frames; None if all were read.
 
     Raises:
         RemoSplatError: As in `read_capture`.
@@ -223,12 +225,12 @@ def read_keyframes(
 
 
 def _if_known(motion: np.ndarray) -> np.ndarray | None:
-    """The numbers of all frames, or None where one of them is unknown."""
+    """Returns the numbers of all frames, or None if one is unknown."""
     return motion if np.isfinite(motion).all() else None
 
 
 def _stamps(path: Path) -> list[tuple[str, int, int]]:
-    """Name, size and time of each file of a capture, which tell of changes."""
+    """Returns name, size and time of a capture's files, to detect changes."""
     files = sorted(path.rglob("*")) if path.is_dir() else [path]
     stats = [(str(file), file.stat()) for file in files if file.is_file()]
     return [(name, stat.st_size, stat.st_mtime_ns) for name, stat in stats]
@@ -256,7 +258,7 @@ def _choose(
     config: ReadingConfig,
     report: Report,
 ) -> Keyframes:
-    """Looks at all depth images at a small size, and chooses frames."""
+    """Reads all depth images at a small size, and selects frames."""
     looks, sharp = [], []
     for i, image in recording.read_depths(wanted):
         report("choosing keyframes", len(looks), len(wanted))

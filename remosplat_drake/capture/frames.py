@@ -1,9 +1,8 @@
-"""`Frame`: one posed RGB-D image as its file has it, and captures of many.
+"""`Frame`: one posed RGB-D image of a file, and the assembly of captures.
 
-Phones measure depth on a coarser grid than colour. All images of a capture
-have one size, so here both get that of the smaller: colours are averaged over
-areas, depths are picked. No depth is made up, and none is a mixture of two
-surfaces.
+Phones measure depth on a coarser grid than colour. All images of a capture have
+one size, so both get the size of the smaller: colours are averaged over areas,
+depths are sampled. No depth is interpolated between two surfaces.
 """
 
 import dataclasses as dc
@@ -59,7 +58,7 @@ def scale_intrinsics(
         new_size: Height and width of the resized image [pixels].
     """
     rows, columns = new_size[0] / size[0], new_size[1] / size[1]
-    # What overflows here, `check_camera` refuses.
+    # `check_camera` rejects values that overflow here.
     with np.errstate(over="ignore", invalid="ignore"):
         return np.diag([columns, rows, 1.0]) @ K
 
@@ -96,8 +95,8 @@ def assemble(
             [pixels].
 
     Raises:
-        RemoSplatError: A frame has no usable camera, its images do not fit each
-            other or those of the frames before, or there is no frame.
+        RemoSplatError: A frame has no usable camera, its images do not match
+            each other or those of earlier frames, or there is no frame.
     """
     fitted: list[Frame] = []
     for frame in frames:

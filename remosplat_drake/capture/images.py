@@ -1,7 +1,7 @@
 """Reads the colour, depth and mask images of captures.
 
-Files come from anywhere, so an image's size is checked before its pixels are
-unpacked, and whatever a decoder dislikes becomes a `FileError`.
+Files are untrusted, so an image's size is checked before its pixels are
+unpacked, and all errors of decoders become a `FileError`.
 """
 
 import struct
@@ -42,7 +42,7 @@ def read_depth(source: Source, unit: float) -> np.ndarray:
 
     Args:
         source: The file.
-        unit: Length that one step of the file's numbers stands for [m].
+        unit: Length of one step of the file's numbers [m].
 
     Returns:
         Shape (h, w), float32 [m]; 0 where the file has no finite number.
@@ -113,7 +113,7 @@ def check_pixel_count(source: Source, width: int, height: int):
 
 
 def check_announced_size(where: str, field: str, width: float, height: float):
-    """Checks the size of an image that only a field of a file tells.
+    """Checks the size of an image that is given only by a field of a file.
 
     Raises:
         FieldError: The size is unusable; the error names `where` and `field`.

@@ -1,11 +1,10 @@
-"""`choose_keyframes`: the few frames of a long capture that show all of it.
+"""`choose_keyframes`: selects a few frames that cover a long capture.
 
-A hand-held camera takes each surface dozens of times from next to the same
-place. Here surfaces are cut into voxels, and frames are chosen one by one:
-each is the one whose image adds most to what those before have seen (the
-greedy covering of Nemhauser, Wolsey and Fisher, 1978). A voxel's first views
-add most, and views from new directions more than others. What a blurred frame
-adds counts for less.
+A hand-held camera sees each surface dozens of times from almost the same place.
+Here surfaces are divided into voxels, and frames are selected one by one: each
+is the frame that adds most to the voxels seen so far (the greedy covering of
+Nemhauser, Wolsey and Fisher, 1978). A voxel's first views add most, and views
+from new directions more than others. Blurred frames have a lower weight.
 """
 
 import dataclasses as dc
@@ -28,30 +27,30 @@ _COARSE = 64
 """Largest width and height of the depth images that are looked at [pixels]."""
 
 _WORTH = 0.5
-"""Each view of a voxel adds this part of what the one before has added, of
-which the first adds 1: many views average noise, but few must come first."""
+"""Ratio of the gains of successive views of a voxel; the first view adds 1.
+Many views average noise, but the first few matter most."""
 
 _BLURRED_WORTH = 0.1
-"""What an image counts for that is all blurred: of two that show the same, the
-sharp one is chosen, but a surface is not left out for a blur."""
+"""Weight of a completely blurred image: a sharp image of the same surface is
+preferred, but a surface is not omitted because of blur."""
 
 _DIRECTION_WORTH = 0.5
 """What the first view of a voxel from a direction adds to that."""
 
 _AXIS_BITS, _DIRECTION_BITS = 19, 5
-"""A look is a whole number: indices along three axes, and a direction."""
+"""A look is an integer: indices along three axes, and a direction."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Keyframes:
-    """The frames that were chosen, and what the rest would add.
+    """The selected frames, and the share that the others would add.
 
     Attributes:
         chosen: Their positions among all frames, ascending, shape (k,).
         frames: Number of all frames.
-        missed: Fraction of the voxels that any frame has seen, but no chosen
-            one, nor any of their 26 neighbours: where a surface trembles, it
-            is in one or another voxel.
+        missed: Fraction of all seen voxels that no selected frame has seen, nor
+            any of their 26 neighbours, since noise moves a surface between
+            voxels.
     """
 
     chosen: np.ndarray
@@ -60,10 +59,10 @@ class Keyframes:
 
     @property
     def words(self) -> str:
-        """One sentence that says how many frames are used."""
+        """One sentence with the number of used frames."""
         return (
-            f"{len(self.chosen)} of {self.frames} frames are used; of all that"
-            f" was seen, {100 * self.missed:.1f} % is in others only"
+            f"{len(self.chosen)} of {self.frames} frames are used; "
+            f"{100 * self.missed:.1f} % of the seen surfaces are only in others"
         )
 
 
@@ -98,7 +97,7 @@ def looks_of_view(
 
 
 def sharpness(velocity_W: np.ndarray, focal: float, depth: float) -> float:
-    """Judges how little an image is blurred by the camera's motion.
+    """Computes the sharpness of an image from the camera's motion.
 
     Args:
         velocity_W: Angular velocity [rad/s] and velocity of the camera's
@@ -118,7 +117,7 @@ def sharpness(velocity_W: np.ndarray, focal: float, depth: float) -> float:
 def choose_keyframes(
     looks: Sequence[np.ndarray], sharp: np.ndarray, most: int
 ) -> Keyframes:
-    """Chooses frames that together have seen what all frames have.
+    """Selects frames that together cover all frames.
 
     Args:
         looks: What `looks_of_view` finds in each of n frames.

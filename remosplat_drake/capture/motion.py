@@ -1,10 +1,10 @@
-"""How a camera moved while its images were taken."""
+"""Computes velocities of a camera while its images were taken."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 LONGEST_STEP = 0.2
-"""Neighbouring frames that are as far apart tell no velocity [s]."""
+"""Time between neighbouring frames above which the velocity is unknown [s]."""
 
 ACCELERATION_SPAN = 0.1
 """Time to either side by which velocities are compared [s]."""
@@ -50,7 +50,7 @@ def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
 def camera_accelerations(
     times: np.ndarray, velocity_W: np.ndarray
 ) -> np.ndarray:
-    """Computes how fast a camera's velocities change.
+    """Computes a camera's accelerations.
 
     Differences are taken over `ACCELERATION_SPAN` to either side: over single
     frames, the jitter of poses would be most of them.

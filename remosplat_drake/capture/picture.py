@@ -19,10 +19,10 @@ _POINTS = 60_000
 """Points in the view from above."""
 
 _ABOVE = 0.5
-"""What is so far above all cameras (ceilings, say) would hide the rest [m]."""
+"""Height above all cameras of hidden points, such as ceilings [m]."""
 
 _LOOK = 0.15
-"""Length of the strokes that show where cameras look [m]."""
+"""Length of the strokes in the cameras' viewing directions [m]."""
 
 _INK, _FAINT, _UNKNOWN, _WRONG = "#1d2430", "#7a8494", "#e9ecf1", "#ff3b30"
 _CAMERA = "#0a7cff"

@@ -1,4 +1,4 @@
-"""`Recording`: a capture in its files, of which no image has been read."""
+"""`Recording`: a capture in files, before its images are read."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterator, Sequence
@@ -52,7 +52,7 @@ class Recording:
 
     Attributes:
         X_WC: Camera poses (OpenCV axes), shape (n, 4, 4), as the files have
-            them: a pose that is unusable is refused when its frame is read.
+            them: an invalid pose is rejected when its frame is read.
         read_depths: Function that reads the depth images of some frames.
         read_frames: Function that reads some frames in full.
         times: Times at which the images were taken, shape (n,) [s]; None if

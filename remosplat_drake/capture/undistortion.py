@@ -7,8 +7,8 @@ through (x, y) on the plane z = 1 reaches the sensor at (x_d, y_d),
     x_d = x radial + 2 p1 x y + p2 (s + 2 x^2),
     y_d = y radial + p1 (s + 2 y^2) + 2 p2 x y.
 
-Undistorting needs no inverse: each pixel of the new image looks up where its
-ray went in the old one.
+Undistortion needs no inverse: for each pixel of the new image, the distorted
+position in the old one is computed.
 """
 
 import dataclasses as dc
@@ -43,8 +43,8 @@ def distort(distortion: Distortion, xy: np.ndarray) -> np.ndarray:
 def valid_radius(distortion: Distortion) -> float:
     """Returns the radius at which the radial polynomial turns back on itself.
 
-    Beyond it, on the plane z = 1, the model shows the same pixels again, so it
-    says nothing. It is inf for a polynomial that never turns back.
+    Beyond it, on the plane z = 1, the model would show the same pixels again,
+    so it is invalid. It is inf for a monotonic polynomial.
     """
     d = distortion
     slope = [9 * d.k4, 7 * d.k3, 5 * d.k2, 3 * d.k1, 1.0]
@@ -73,8 +73,8 @@ def undistort(
         hidden: Pixels that do not show the scene, shape (h, w), or None.
 
     Returns:
-        New colours, depths and hidden pixels; what the old images do not
-        cover is hidden.
+        New colours, depths and hidden pixels; pixels outside the old images are
+        hidden.
     """
     height, width = depth.shape
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)

@@ -171,18 +171,23 @@ def look_at(
         state = supervised(supervision, releases=True, standing=standing)
     is_held = standing.kind == HELD
     robot_state = robot.state(np.array(q))
+    does = target.text or target.mode
+    if target.X_WTs is not None:
+        does = f"{robot.effectors[target.effector]}: {does}"
     return Look(
         time=time,
         q=np.array(q),
-        X_WE=robot_state.X_WE,
+        X_WE=robot_state.X_WEs[target.effector],
         X_WB=robot_state.X_WB,
         X_WT=target.X_WT,
         is_followed=target.mode == FOLLOW and target.command.source == SOURCE,
         state=state,
         held_link=standing.link if is_held else "",
         p_WHeld=standing.p_W if is_held else None,
-        target=target.text or target.mode,
+        target=does,
         map=status.text if status is not None else "",
         trouble=status.trouble if status is not None else "",
         worst=worst,
+        effector=target.effector,
+        X_WTs=target.X_WTs,
     )

@@ -55,6 +55,16 @@ class Desk:
         """
         self._count("command", name)
 
+    def choose(self, effector: str) -> None:
+        """Wishes to move another end effector from now on.
+
+        The pose that was wished for of the one before is forgotten.
+
+        Args:
+            effector: Its name.
+        """
+        self._count("command", "choices", effector=effector, X_WT=None)
+
     def pick(self, pose: str) -> None:
         """Wishes for a saved pose, by its name."""
         self._count("command", "poses", pose=pose)

@@ -85,9 +85,9 @@ class Look:
     Attributes:
         time: Time of the diagram [s].
         q: The measured configuration, shape (n_q,).
-        X_WE: Pose of the end effector, shape (4, 4).
+        X_WE: Pose of the end effector that the operator moves, shape (4, 4).
         X_WB: Pose of the base, shape (4, 4).
-        X_WT: Pose of the target, shape (4, 4).
+        X_WT: Pose of that one's target, shape (4, 4).
         is_followed: Whether the target moves to where the operator's page has
             put it.
         state: How things stand, in words, and what may be pressed.
@@ -98,6 +98,9 @@ class Look:
         trouble: What has gone wrong with it; empty if nothing has.
         worst: The worst of the control ticks since the moment before; None if
             there were none.
+        effector: Index of the end effector that the operator moves.
+        X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
+            None of an only one.
     """
 
     time: float
@@ -115,6 +118,8 @@ class Look:
     map: str = ""
     trouble: str = ""
     worst: WorstTick | None = None
+    effector: int = 0
+    X_WTs: np.ndarray | None = None
 
     def after(self, earlier: "Look | None") -> "Look":
         """Returns this moment with the ticks of one that nobody has seen.

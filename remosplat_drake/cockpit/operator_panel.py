@@ -65,7 +65,8 @@ class OperatorPanel:
         self._job = job
         self._desk = desk
         self._look = look
-        self._coordinates = PoseCoordinates(job.robot.end_effector_pose(job.q0))
+        self._chosen, self._chosen_at = look.effector, -np.inf
+        self._coordinates = self._coordinates_of(look.effector)
         self._proposal: np.ndarray | None = None
         self._moved_at = -np.inf
         self._parts: list[viser.GuiButtonHandle | viser.GuiFolderHandle] = []
@@ -82,6 +83,10 @@ class OperatorPanel:
         self._gizmo = self._add_gizmo()
         self._ghost = Ghost(client.scene, job.robot, shapes)
         self.show(look)
+
+    def _coordinates_of(self, effector: int) -> PoseCoordinates:
+        job = self._job
+        return PoseCoordinates(job.robot.end_effector_pose(job.q0, effector))
 
     def _button(
         self,
@@ -124,12 +129,47 @@ class OperatorPanel:
             )
             self._discard = self._button(gui, "Discard", self._drop, "X")
             self._go.visible = self._discard.visible = False
+            if len(self._job.robot.effectors) > 1:
+                self._hand = self._add_choice(gui)
             self._button(gui, "Hold", lambda: desk.press("holds"), "H")
             self._button(gui, "Go home", lambda: desk.press("homes"))
             for name in self._job.config.poses:
                 self._button(gui, f"→ {name}", self._picking(name))
             with gui.add_folder("By the numbers", expand_by_default=False):
                 self._sliders = self._add_sliders(gui)
+
+    def _add_choice(self, gui: viser.GuiApi) -> viser.GuiDropdownHandle:
+        """Adds what chooses the hand that all other controls move."""
+        names = self._job.robot.effectors
+        hand = gui.add_dropdown(
+            "Hand", names, initial_value=names[self._chosen], hint="key T"
+        )
+
+        @hand.on_update
+        async def _(event: viser.GuiEvent):
+            if event.client is not None:
+                self._choose(names.index(hand.value))
+
+        self._key("Next hand", "T", lambda: self._choose(self._chosen + 1))
+        return hand
+
+    def _choose(self, effector: int) -> None:
+        """Chooses a hand; of a number beyond the last the first."""
+        names = self._job.robot.effectors
+        effector %= len(names)
+        if effector != self._chosen:
+            self._chosen_at = monotonic()
+            self._desk.choose(names[effector])
+            self._show_hand(effector)
+
+    def _show_hand(self, effector: int) -> None:
+        """Has all controls be about a hand that was chosen."""
+        self._chosen = effector
+        self._drop()
+        self._coordinates = self._coordinates_of(effector)
+        self._hand.value = self._job.robot.effectors[effector]
+        if self._look.X_WTs is not None:
+            self._place(self._look.X_WTs[effector])
 
     def _picking(self, name: str) -> Press:
         return lambda: self._desk.pick(name)
@@ -236,7 +276,8 @@ class OperatorPanel:
 
     def _move(self, X_WT: np.ndarray, *, by_gizmo: bool = False) -> None:
         """Moves the proposal if there is one, else the target."""
-        if not np.isfinite(X_WT).all():
+        # Gizmo and keys are at the pose of the hand before until a look comes.
+        if not np.isfinite(X_WT).all() or self._look.effector != self._chosen:
             return
         self._moved_at = monotonic()
         if self._proposal is not None:
@@ -265,6 +306,10 @@ class OperatorPanel:
         can_release = "release" in look.state.buttons
         if self._release.visible != can_release:
             self._release.visible = can_release
+        if look.effector != self._chosen:
+            if monotonic() - self._chosen_at < _GRACE:
+                return
+            self._show_hand(look.effector)  # Another source has chosen.
         in_hand = monotonic() - self._moved_at < _GRACE
         if self._proposal is None and not (in_hand or look.is_followed):
             self._place(look.X_WT)

@@ -9,6 +9,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
     goal_configurations,
 )
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.thing import UNSEEN
@@ -47,7 +48,7 @@ def find_reach(
     field: DistanceField,
     stopping: float,
     q: np.ndarray,
-    target: Target,
+    aim: Aim | Target,
 ) -> Reach:
     """Looks for a configuration at a target; equal calls give equal answers.
 
@@ -58,12 +59,12 @@ def find_reach(
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
         q: Where the robot is, shape (n_q,) [rad, m].
-        target: What the end effector shall reach.
+        aim: What the end effectors shall reach; a target is the first one's.
     """
     space = planner.free_space(q, field, stopping)
     goals = goal_configurations(
         space,
-        target,
+        aim,
         np.clip(q, space.lower, space.upper),
         seeds=_SEEDS,
         most=1,

@@ -31,6 +31,7 @@ from remosplat_drake.cockpit.scene import CockpitScene
 from remosplat_drake.cockpit.surface_point import find_surface, target_before
 from remosplat_drake.cockpit.web_server import open_server
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 _BEAT = 0.2
@@ -268,11 +269,13 @@ class Page:
         return None if panel is None else panel.operator
 
     def _reach(self, X_WT: np.ndarray) -> Reach:
-        job, field = self._job, self._picture.field
-        target = Target(X_WT).without(*job.config.free)
-        return find_reach(
-            job.planner, field, job.stopping, self._look.q, target
-        )
+        job, field, look = self._job, self._picture.field, self._look
+        targets: list[Target | None] = [None] * len(job.robot.effectors)
+        if look.X_WTs is not None:  # The other hands are held.
+            targets = [Target(X) for X in look.X_WTs]
+        targets[look.effector] = Target(X_WT).without(*job.config.free)
+        aim = Aim(tuple(targets))
+        return find_reach(job.planner, field, job.stopping, look.q, aim)
 
     def _show_pictures(self) -> None:
         """Shows what the wrist camera sees, in a thread of its own."""

@@ -1,139 +1,62 @@
-"""`remosplat base-driver`: between the station's wire and a base on ROS."""
+"""`remosplat base-driver`: between the station's wire and a mobile base."""
 
 import argparse
 import contextlib
-import math
-import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.console import Console
-
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.scenario_robot import robot_file
 from remosplat_drake.base.clock import Pacer, wall_utime
 from remosplat_drake.base.errors import FieldError, FileError
-from remosplat_drake.base.stop_signals import stop_signals
-from remosplat_drake.commands.tables import open_console
-from remosplat_drake.commands.wire import (
-    add_wire_argument,
-    leased_inbox,
-    open_wire,
+from remosplat_drake.base.real_time import (
+    DRIVER_PRIORITY,
+    realtime_priority,
 )
+from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.commands.driver_flags import (
+    add_driver_arguments,
+    driver_name,
+    open_driver_wire,
+)
+from remosplat_drake.commands.tables import open_console
+from remosplat_drake.commands.wire import leased_inbox
+from remosplat_drake.hardware.driver_config import Tell
 from remosplat_drake.hardware.drivers.arcl_monitor import (
     ArclMonitor,
     split_address,
 )
-from remosplat_drake.hardware.drivers.ros1_link import Ros1Link
-from remosplat_drake.hardware.drivers.ros2_link import Ros2Link
-from remosplat_drake.hardware.drivers.ros_base import (
+from remosplat_drake.hardware.drivers.base_commands import BaseMaxima
+from remosplat_drake.hardware.drivers.base_driver import (
     PERIOD,
-    RosBase,
-    RosLink,
-    RosTopics,
+    BaseDriver,
+    BaseLink,
 )
 from remosplat_drake.hardware.wire.channels import BASE_COMMAND, COMMAND_RAMP
-
-ROS1, ROS2 = "ros1", "ros2"
+from remosplat_drake.robot.robot_description import (
+    OMNIDIRECTIONAL,
+    load_robot_description,
+)
 
 _LAST_ZEROS = 10
 
 EXAMPLES = """
-remosplat base-driver ros2 --localization-topic /amcl_pose
-remosplat base-driver ros1 --localization-tf map odom --tf-deviation 0.03 1
+remosplat base-driver my_base.yaml
+remosplat base-driver my_base.yaml --arcl 10.0.0.5 --arcl-password-file pw
 """
 """What `--help` ends with."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
+    add_driver_arguments(parser, "base")
     parser.add_argument(
-        "ros",
-        choices=(ROS1, ROS2),
-        help="what the base speaks: ROS 1 (rospy) or ROS 2 (CycloneDDS)",
-    )
-    add_wire_argument(parser)
-    parser.add_argument(
-        "--command-topic",
-        default="/frankie/cmd_vel",
-        metavar="TOPIC",
-        help="Twist to the base (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--odometry-topic",
-        default="/frankie/odom",
-        metavar="TOPIC",
-        help="Odometry from the base (default: %(default)s)",
-    )
-    _add_localization(parser)
-    _add_stops(parser)
-    parser.add_argument(
-        "--domain",
-        type=int,
-        metavar="N",
-        help="ROS 2 only: domain (default: ROS_DOMAIN_ID, or 0)",
-    )
-
-
-def _add_localization(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("where the base is in the map")
-    group.add_argument(
-        "--localization-topic",
-        default="",
-        metavar="TOPIC",
-        help="PoseWithCovarianceStamped of the base in the map, such as"
-        " /amcl_pose",
-    )
-    group.add_argument(
-        "--base-frame",
-        default=RosTopics.base_frame,
-        metavar="FRAME",
-        help="the frame whose pose that is (default: %(default)s)",
-    )
-    group.add_argument(
-        "--localization-tf",
-        nargs=2,
-        metavar=("MAP", "FRAME"),
-        help="take from /tf where FRAME, the odometry's or the base's, is in"
-        " MAP",
-    )
-    group.add_argument(
-        "--tf-deviation",
-        nargs=2,
-        type=float,
-        default=(0.05, 2.0),
-        metavar=("M", "DEG"),
-        help="standard deviations of what /tf tells: position and heading"
-        " (default: 0.05 m, 2 deg)",
-    )
-
-
-def _add_stops(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("whether the base may move")
-    for flag, meaning in (
-        ("emergency-stop", "true while an emergency stop is latched"),
-        ("protective-stop", "true while the scanner holds the base"),
-        ("motors", "true while the motors are on"),
-    ):
-        group.add_argument(
-            f"--{flag}-topic",
-            default="",
-            metavar="TOPIC",
-            help=f"Bool: {meaning}",
-        )
-    group.add_argument(
-        "--stop-expiry",
-        type=float,
-        default=RosTopics.stop_expiry,
-        metavar="S",
-        help="silence after which such a topic counts as a stop (default:"
-        " %(default)s; inf for topics that tell changes only)",
-    )
-    group.add_argument(
         "--arcl",
         metavar="HOST[:PORT]",
-        help="ask an Omron base over ARCL, besides",
+        help="ask an Omron base over ARCL whether it may move, besides",
     )
-    group.add_argument(
+    parser.add_argument(
         "--arcl-password-file",
         type=Path,
         metavar="FILE",
@@ -142,35 +65,57 @@ def _add_stops(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Bridges wire and ROS until Ctrl-C, and then tells the base to stop."""
-    lcm = open_wire(arguments.lcm_url)
-    link = _link(arguments)
+    """Drives the base until Ctrl-C, and then tells it to stop."""
+    scenario = load_scenario(arguments.scenario, arguments.scenario_text)
+    config = scenario.hardware
+    if config.base_driver is None:
+        problem = "is absent: name the base's driver, for example !Ros2Base {}"
+        raise FieldError(scenario.source, "hardware.base_driver", problem)
+    description = load_robot_description(robot_file(scenario))
+    if description.base is None:
+        problem = f"{description.name} has no base"
+        raise FieldError(scenario.source, "robot.model", problem)
+    is_omni = description.base.drive == OMNIDIRECTIONAL
+    maxima = BaseMaxima(
+        config.base_forward_upper,
+        -config.base_forward_lower,
+        config.base_sideways if is_omni else 0.0,
+        config.base_yaw_rate,
+    )
+    lcm, url = open_driver_wire(arguments, config)
     console = open_console(stderr=True)
+
+    def tell(news: str) -> None:
+        console.print(f"base-driver: {news}", highlight=False)
+
+    link = config.base_driver.connect_base(tell)
     inbox = leased_inbox(
         lcm, [COMMAND_RAMP, BASE_COMMAND], "base-driver", console
     )
     pacer = Pacer(PERIOD)
-    with stop_signals() as request, _arcl(arguments, console) as sources:
-        bridge = RosBase(lcm, link, sources=sources, inbox=inbox)
-        console.print(
-            f"{arguments.lcm_url} <-> {arguments.command_topic},"
-            f" {arguments.odometry_topic}; Ctrl-C ends"
-        )
+    with (
+        realtime_priority(DRIVER_PRIORITY),
+        stop_signals() as request,
+        _arcl(arguments, tell) as sources,
+    ):
+        driver = BaseDriver(lcm, link, maxima, sources, inbox, tell)
+        name = driver_name(config.base_driver)
+        console.print(f"{url} <-> {name}; Ctrl-C ends")
         try:
             while not request.made:
                 pacer.wait()
-                bridge.step(wall_utime(), time.monotonic())
+                driver.step(wall_utime(), time.monotonic())
         finally:
             request.is_heeded = True
-            _leave(bridge, link, pacer)
+            _leave(driver, link, pacer)
     return 0
 
 
-def _leave(bridge: RosBase, link: RosLink, pacer: Pacer) -> None:
+def _leave(driver: BaseDriver, link: BaseLink, pacer: Pacer) -> None:
     """Stops the base, several times: one message may be lost on the way."""
     try:
         for _ in range(_LAST_ZEROS):
-            bridge.stop()
+            driver.stop()
             pacer.wait()
     finally:
         link.close()
@@ -178,14 +123,14 @@ def _leave(bridge: RosBase, link: RosLink, pacer: Pacer) -> None:
 
 @contextlib.contextmanager
 def _arcl(
-    arguments: argparse.Namespace, console: Console
+    arguments: argparse.Namespace, tell: Tell
 ) -> Iterator[list[ArclMonitor]]:
     """Asks over ARCL while the context lasts, if somebody wants it."""
     if arguments.arcl is None:
         yield []
         return
     host, port = split_address(arguments.arcl)
-    monitor = ArclMonitor(host, port, _password(arguments), console.print)
+    monitor = ArclMonitor(host, port, _password(arguments), tell)
     try:
         yield [monitor]
     finally:
@@ -201,43 +146,3 @@ def _password(arguments: argparse.Namespace) -> str:
         return path.read_text().strip()
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(path, f"cannot be read: {error}") from error
-
-
-def _link(arguments: argparse.Namespace) -> RosLink:
-    topics = _topics(arguments)
-    if arguments.ros == ROS1:
-        return Ros1Link(topics)
-    return Ros2Link(topics, ros_domain(arguments.domain))
-
-
-def _topics(arguments: argparse.Namespace) -> RosTopics:
-    meters, degrees = arguments.tf_deviation
-    for flag, value in (
-        ("--tf-deviation", min(meters, degrees)),
-        ("--stop-expiry", arguments.stop_expiry),
-    ):
-        if not value > 0:
-            raise FieldError("command line", flag, f"{value} is not positive")
-    frames = arguments.localization_tf
-    return RosTopics(
-        arguments.command_topic,
-        arguments.odometry_topic,
-        arguments.localization_topic,
-        arguments.base_frame,
-        tuple(frames) if frames else None,
-        (meters, meters, math.radians(degrees)),
-        arguments.emergency_stop_topic,
-        arguments.protective_stop_topic,
-        arguments.motors_topic,
-        arguments.stop_expiry,
-    )
-
-
-def ros_domain(given: int | None) -> int:
-    """Returns the ROS 2 domain that a flag or the environment names."""
-    if given is not None:
-        return given
-    text = os.environ.get("ROS_DOMAIN_ID", "0")
-    if not text.isdecimal():
-        raise FieldError("environment", "ROS_DOMAIN_ID", f"{text!r}: no number")
-    return int(text)

@@ -55,14 +55,15 @@ GROUPS = (
         "remosplat doctor TableReach --skip all",
         {
             "doctor": "check robot, wire and computer before the robot moves",
+            "driver-check": "check that a robot's drivers keep to the rules",
             "arm": "let a real robot go that waits for an operator",
             "identify": "measure how the axes of the real robot follow"
             " commands",
             "calibrate-hand-eye": "find where the camera sits on the robot",
             "panda-driver": "drive a Panda through panda-python",
-            "arm-driver": "drive an arm that speaks ROS 2 or is a Universal"
-            " Robots",
-            "base-driver": "drive a mobile base that speaks ROS",
+            "arm-driver": "drive an arm: ROS 2, Universal Robots, a plug-in",
+            "base-driver": "drive a mobile base: ROS 1, ROS 2, a plug-in",
+            "ros2-target": "take a teleoperation's target from ROS 2",
             "camera-driver": "send the images of a RealSense camera",
             "hardware-sim": "stand in for the real robot, behind the same wire",
             "sight": "tell a robot what its cameras see move",

@@ -1,16 +1,24 @@
 """`remosplat doctor`: what must hold before the real robot moves."""
 
 import argparse
+import copy
 import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 
+from remosplat_drake.app.compiling import compiling_shown
+from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
+from remosplat_drake.app.velocity_run import build_velocity_run, play
+from remosplat_drake.app.warm_up import compile_kernels
+from remosplat_drake.app.world import load_world
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.tables import open_console
@@ -18,6 +26,7 @@ from remosplat_drake.hardware.doctor import drills, host_checks, wire_checks
 from remosplat_drake.hardware.doctor.doctor_report import (
     DoctorReport,
     default_path,
+    needed_checks,
     this_host,
 )
 from remosplat_drake.hardware.doctor.drills import (
@@ -108,16 +117,16 @@ def run(arguments: argparse.Namespace) -> int:
     findings = []
     for finding in _examine(scenario, robot, arguments, console):
         findings.append(finding)
-        _show(finding, console)
+        show_finding(finding, console)
     report = DoctorReport(
         this_host(), hardware.url, time.time(), tuple(findings)
     )
     path = arguments.report or default_path()
     report.save(path)
     console.print(f"the report is {path}")
-    lacking = report.lacking(needed_drills(robot.n_base > 0))
+    lacking = report.lacking(needed_checks(robot.n_base > 0))
     if lacking and not report.failed:
-        console.print(f"it allows no run; not passed: {', '.join(lacking)}")
+        console.print(f"it allows no run; it lacks {', '.join(lacking)}")
     if arguments.json:
         print_json(report)
     return 1 if report.failed else 0
@@ -162,7 +171,7 @@ def _drill(
     console: Console,
 ) -> Iterator[Finding]:
     """Yields the findings of the drills that a person agrees to."""
-    watched = drills.DrilledRobot(scenario.hardware, robot)
+    watched = drills.WatchedRobot(scenario.hardware, robot)
 
     def say(text: str) -> None:
         console.print(f"[bold]{text}[/bold]")
@@ -173,7 +182,9 @@ def _drill(
         )
 
     begin = {
-        BASE_STEP: lambda: drills.drill_base_step(watched),
+        BASE_STEP: lambda: drills.drill_base_step(
+            lambda: _base_speeds(scenario, console)
+        ),
         USER_STOP: lambda: stop(USER_STOP, watched.arm_stop),
         EMERGENCY_STOP: lambda: stop(EMERGENCY_STOP, watched.base_stop),
     }
@@ -186,6 +197,31 @@ def _drill(
             yield begin[name]()
 
 
+def _base_speeds(
+    scenario: Scenario, console: Console
+) -> tuple[np.ndarray, np.ndarray]:
+    """Drives the base's step by the diagram of every run.
+
+    Returns:
+        Times of the ticks since the first one [s], and the measured speeds of
+        the base [m/s], shape (n,) each.
+    """
+    scenario = copy.deepcopy(scenario)
+    prepare_for_hardware(scenario, None)
+    with (
+        Progress(console) as progress,
+        compiling_shown(progress, scenario),
+    ):
+        world = load_world(scenario)
+        compile_kernels(scenario, world, plans=False)
+    step = drills.base_step(world.robot, scenario.control_period)
+    ticks = play(build_velocity_run(scenario, world), step)
+    told = [(tick.sent, tick.measurement.base) for tick in ticks]
+    times = np.array([sent for sent, _ in told])
+    speeds = [0.0 if base is None else base.velocity[0] for _, base in told]
+    return times - times[0], np.array(speeds)
+
+
 def _agreed(name: str) -> bool:
     """Asks the person at the terminal; nobody there agrees to nothing."""
     if not sys.stdin.isatty():
@@ -194,7 +230,8 @@ def _agreed(name: str) -> bool:
     return answer.strip().lower() in ("y", "yes")
 
 
-def _show(finding: Finding, console: Console) -> None:
+def show_finding(finding: Finding, console: Console) -> None:
+    """Prints what a check found, and how to mend it."""
     style = _STYLES[finding.result]
     console.print(
         f"[{style}]{finding.result:8}[/] {finding.check}: {finding.found}"

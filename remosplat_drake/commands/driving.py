@@ -19,9 +19,17 @@ from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.visualization.page import MeshcatPage
+
+INCOMPLETE = 2
+"""Exit code of a run that went well, and of which a file lacks something."""
 
 _FRAME = 0.1
 """Period at which the progress line is updated [s]."""
+
+LONGEST_REPLAY = 600.0
+"""Time of a run on a real robot that the page's replay holds [s]: each minute
+takes 6 MB, and a run may last for hours."""
 
 _COLOURS = {
     stands.WAITING: "cyan",
@@ -41,6 +49,7 @@ def drive(
     *,
     rate: float | None,
     patience: float,
+    page: MeshcatPage | None = None,
 ) -> tuple[RunResult, LoopQuality | None]:
     """Runs an application with a progress line; prints stops and their reasons.
 
@@ -50,6 +59,8 @@ def drive(
         rate: Real-time rate of a simulation, as `simulation.run` takes it;
             None if the station is the real robot.
         patience: Time that a stopped robot waits for a release [s].
+        page: The page that records the motion, for `LONGEST_REPLAY` where the
+            station is the real robot; None for none.
 
     Returns:
         The result of the run, and the timing of a real robot's loop, which is
@@ -65,6 +76,8 @@ def drive(
             if now - last < _FRAME or report is None:
                 return
             last = now
+            if page is not None and rate is None and t > LONGEST_REPLAY:
+                page.pause_recording()
             live.update(progress_line(t, standing, report), refresh=True)
             if log is not None and log.trouble and not has_told:
                 has_told = True
@@ -118,10 +131,11 @@ def log_is_whole(application: Application, console: Console) -> bool:
     Returns:
         Whether they lack nothing.
     """
-    trouble = "" if application.log is None else application.log.trouble
-    if trouble:
+    parts = application.recorder.ticks, application.log
+    troubles = [part.trouble for part in parts if part and part.trouble]
+    for trouble in troubles:
         say_trouble(trouble, console)
-    return not trouble
+    return not troubles
 
 
 def say_trouble(trouble: str, console: Console) -> None:

@@ -30,7 +30,7 @@ NAME = "Reach"
 """Name of the scenario."""
 
 TARGETS = 2
-"""Number of targets."""
+"""Number of targets of each end effector."""
 
 TRIES = 6
 """Number of scenes that are tried."""
@@ -88,29 +88,34 @@ def write_first_scenario(
         RemoSplatError: The robot reaches no target in any of the scenes, or
             would stand inside all of them.
     """
-    best: tuple[Tried, list[RigidTransform], PrimitiveScene] | None = None
-    for i, (scene, targets) in enumerate(_scenes(robot)):
+    best: tuple[Tried, list[np.ndarray], PrimitiveScene] | None = None
+    effectors = len(robot.effectors)
+    for i, (scene, goals) in enumerate(_scenes(robot)):
         on_try(i, TRIES)
-        _write(folder, targets, scene, robot)
+        _write(folder, goals, scene, robot)
         tried = _try(folder)
         if best is None or tried.reached > best[0].reached:
-            best = tried, targets, scene
-        if tried.reached == TARGETS:
+            best = tried, goals, scene
+        if tried.reached == effectors * TARGETS:
             break
-    if best is None or not best[0].reached:
+    if best is None or best[0].reached < effectors:
         raise RemoSplatError(
             f"{robot.description.name} reached none of the targets that were"
             " tried; look at its spheres (robot.png) and its home"
         )
-    tried, targets, scene = best
-    _write(folder, targets[: tried.reached], scene, robot)
+    tried, goals, scene = best
+    kept = tried.reached // effectors
+    if kept < TARGETS:
+        # Fewer goals are other runs, and what is written has been tried.
+        _write(folder, goals[:kept], scene, robot)
+        tried = _try(folder)
     return tried
 
 
 def _scenes(
     robot: RobotModel,
-) -> Iterator[tuple[PrimitiveScene, list[RigidTransform]]]:
-    """Posts that leave the start and the targets free."""
+) -> Iterator[tuple[PrimitiveScene, list[np.ndarray]]]:
+    """Posts that leave the start and the goals free, and these goals."""
     made = 0
     for seed in range(10 * TRIES):
         if made == TRIES:
@@ -125,10 +130,7 @@ def _scenes(
         if post is None:
             continue
         made += 1
-        yield (
-            PrimitiveScene(cylinders=(post,), name="scene"),
-            [RigidTransform(robot.end_effector_pose(q)) for q in goals],
-        )
+        yield PrimitiveScene(cylinders=(post,), name="scene"), goals
 
 
 def _goal(robot: RobotModel, rng: np.random.Generator) -> np.ndarray | None:
@@ -145,8 +147,10 @@ def _goal(robot: RobotModel, rng: np.random.Generator) -> np.ndarray | None:
         q[n:] = np.clip(q[n:], lower + margin, upper - margin)
         if robot.n_base:
             q[:3] = rng.uniform((0.6, -0.5, -0.5), (1.2, 0.5, 0.5))
-        home = robot.end_effector_pose(robot.q_home)
-        way = np.linalg.norm(robot.end_effector_pose(q)[:3, 3] - home[:3, 3])
+        ways = robot.end_effector_poses(q) - robot.end_effector_poses(
+            robot.q_home
+        )
+        way = np.linalg.norm(ways[:, :3, 3], axis=1).min()
         low = _lowest(robot, q) < _lowest(robot, robot.q_home) - 0.1
         if way > 0.15 and not low and keeps_off_itself(robot, q, _SELF_ROOM):
             return q
@@ -163,10 +167,11 @@ def _lowest(robot: RobotModel, q: np.ndarray) -> float:
 def _post(
     robot: RobotModel, states: list[np.ndarray], rng: np.random.Generator
 ) -> Cylinder | None:
-    """A post beside the hand's way that no state touches."""
-    ends = np.array([robot.end_effector_pose(q)[:3, 3] for q in states])
+    """A post beside the way of a hand that no state touches."""
+    ends = np.array([robot.end_effector_poses(q)[:, :3, 3] for q in states])
     for _ in range(100):
-        a, b = ends[rng.permutation(len(ends))[:2]]
+        hand = rng.integers(ends.shape[1])
+        a, b = ends[rng.permutation(len(ends))[:2], hand]
         foot = a + rng.uniform(0.2, 0.8) * (b - a)
         angle, far = rng.uniform(-np.pi, np.pi), rng.uniform(0.1, 0.5)
         x, y = foot[:2] + far * np.array([np.cos(angle), np.sin(angle)])
@@ -181,21 +186,16 @@ def _post(
     return None
 
 
-def _text(robot: RobotModel, targets: list[RigidTransform]) -> str:
+def _text(robot: RobotModel, goals: list[np.ndarray]) -> str:
+    poses = [robot.end_effector_poses(q) for q in goals]
     entry = {
         NAME: {
             "scene": {"splat": "scene.ply", "truth": "scene.json"},
             "robot": {"model": Path(robot.description.source).name},
             "targets": [
-                {
-                    "translation": X_WT.translation().round(3).tolist(),
-                    "rpy_deg": np.rad2deg(
-                        RollPitchYaw(X_WT.rotation()).vector()
-                    )
-                    .round(1)
-                    .tolist(),
-                }
-                for X_WT in targets
+                _target(effector, RigidTransform(X_WT))
+                for X_WTs in poses
+                for effector, X_WT in zip(robot.effectors, X_WTs, strict=True)
             ],
             "time_limit": TIME_LIMIT,
         }
@@ -203,6 +203,15 @@ def _text(robot: RobotModel, targets: list[RigidTransform]) -> str:
     return _HEAD + yaml.safe_dump(
         entry, sort_keys=False, default_flow_style=None, width=80
     )
+
+
+def _target(effector: str, X_WT: RigidTransform) -> dict:
+    rpy_deg = np.rad2deg(RollPitchYaw(X_WT.rotation()).vector())
+    return {
+        **({"effector": effector} if effector else {}),
+        "translation": X_WT.translation().round(3).tolist(),
+        "rpy_deg": rpy_deg.round(1).tolist(),
+    }
 
 
 _HEAD = """\
@@ -213,13 +222,13 @@ _HEAD = """\
 
 def _write(
     folder: Path,
-    targets: list[RigidTransform],
+    goals: list[np.ndarray],
     scene: PrimitiveScene,
     robot: RobotModel,
 ) -> None:
     write_rmmi(folder / "scene.json", scene)
     write_splat(folder / "scene.ply", surfel_splat(scene, _DISCS))
-    write_atomically(folder / "scenario.yaml", _text(robot, targets))
+    write_atomically(folder / "scenario.yaml", _text(robot, goals))
 
 
 def _try(folder: Path) -> Tried:

@@ -12,21 +12,36 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.doctor.doctor_report import (
     check_doctor,
     default_path,
+    needed_checks,
 )
-from remosplat_drake.hardware.doctor.drills import needed_drills
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.robot.robot_description import load_robot_description
 from remosplat_drake.robot.robot_model import RobotModel
 
+_LAST_PORT = 65535
+
 
 def add_record_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares the flag `--record`."""
+    """Declares the flags `--record`, `--live` and `--rviz`."""
     parser.add_argument(
         "--record",
         type=Path,
         metavar="FILE.mcap",
         help="write every tick, and the real camera's images, as an MCAP file"
         " for Foxglove",
+    )
+    parser.add_argument(
+        "--live",
+        type=int,
+        metavar="PORT",
+        help="with --record: let Foxglove watch at ws://127.0.0.1:PORT (usually"
+        " 8765; extra `live`)",
+    )
+    parser.add_argument(
+        "--rviz",
+        action="store_true",
+        help="with --record: show target, clearances and standing on ROS 2, as"
+        " markers and a transform (extra `ros2`)",
     )
 
 
@@ -36,13 +51,22 @@ def opened_recorder(
     """Begins the recording that the flags want; None if they want none.
 
     Args:
-        arguments: The command line with `--record` and `--hardware`.
+        arguments: The command line with the flags of
+            `add_record_argument`, and `--hardware`.
         scenario: The scenario.
         robot: The robot that is recorded.
 
     Raises:
         RemoSplatError: The file cannot be begun.
     """
+    if arguments.live is not None:
+        if arguments.record is None:
+            raise FieldError("--live", str(arguments.live), "needs --record")
+        if not 1 <= arguments.live <= _LAST_PORT:
+            problem = f"must be a port, 1 to {_LAST_PORT}"
+            raise FieldError("--live", str(arguments.live), problem)
+    if arguments.rviz and arguments.record is None:
+        raise FieldError("run", "--rviz", "needs --record")
     if arguments.record is None:
         return None
     has_camera = arguments.hardware and scenario.camera is not None
@@ -51,6 +75,8 @@ def opened_recorder(
         robot,
         camera=scenario.hardware if has_camera else None,
         may_wait=not arguments.hardware,
+        live=arguments.live,
+        rviz=arguments.rviz,
     )
 
 
@@ -90,7 +116,7 @@ def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
         arguments.doctor or default_path(),
         scenario.hardware.url,
         time.time(),
-        needed_drills(description.base is not None),
+        needed_checks(description.base is not None),
     )
 
 

@@ -4,7 +4,7 @@ import argparse
 import dataclasses as dc
 import sys
 import termios
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from rich.console import Console
 
@@ -89,7 +89,10 @@ class Admission:
 
 
 def admit(
-    knowledge: MapKnowledge, arguments: argparse.Namespace, where: str
+    knowledge: MapKnowledge,
+    arguments: argparse.Namespace,
+    where: str,
+    start: Sequence[Gate] = (),
 ) -> Admission:
     """Lets a run begin, or refuses it; prints nothing yet.
 
@@ -97,12 +100,13 @@ def admit(
         knowledge: What is known of the run's map.
         arguments: The command line, with `accept` and `hardware`.
         where: Name of the scenario that errors blame.
+        start: What is wrong with the run's start and targets.
 
     Raises:
         RemoSplatError: The run is refused.
     """
     passage = open_gates(
-        knowledge.gates,
+        [*knowledge.gates, *start],
         arguments.accept,
         hardware=arguments.hardware,
         where=where,

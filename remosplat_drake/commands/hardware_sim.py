@@ -5,6 +5,8 @@ import gc
 import math
 from pathlib import Path
 
+from pydrake.lcm import DrakeLcm
+
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.atomic_file import check_writable
@@ -33,6 +35,7 @@ from remosplat_drake.hardware.stand_in.hardware_sim import (
     commanded,
 )
 from remosplat_drake.hardware.stand_in.robot_plant import PERIOD, RobotPlant
+from remosplat_drake.hardware.stand_in.ros2_robot import Ros2Robot
 from remosplat_drake.hardware.stand_in.rtde_arm import RtdeArm
 from remosplat_drake.hardware.stand_in.true_motion import TrueMotion
 from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
@@ -99,6 +102,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " 127.0.0.2",
     )
     parser.add_argument(
+        "--ros2",
+        action="store_true",
+        help="be a robot on ROS 2 in place of one on the wire: with the topics"
+        " of the scenario's !Ros2Arm and !Ros2Base, for `arm-driver` and"
+        " `base-driver`",
+    )
+    parser.add_argument(
         "--localization",
         action="store_true",
         help="tell where the base is by a localisation, too, 10 times a second;"
@@ -122,27 +132,33 @@ def run(arguments: argparse.Namespace) -> int:
     world = load_world(scenario, blank=True)
     plant = _plant(scenario, world)
     driver = _arm_driver(arguments, world)
-    lcm = open_wire(arguments.lcm_url)
-    inbox = leased_inbox(
-        lcm,
-        commanded(world.robot.description, driver is not None),
-        "hardware-sim",
-        console,
-        open_channels=[CHANNEL],
-    )
+    description, ros, url = world.robot.description, None, arguments.lcm_url
+    if arguments.ros2:
+        lcm, inbox, url = DrakeLcm("memq://"), None, "ROS 2"
+        ros = Ros2Robot(lcm, scenario.hardware, description)
+    else:
+        lcm = open_wire(url)
+        inbox = leased_inbox(
+            lcm,
+            commanded(description, driver is not None),
+            "hardware-sim",
+            console,
+            open_channels=[CHANNEL],
+        )
     robot = HardwareSim(
         plant,
         lcm,
         schedule,
-        actuators=world.robot.description.actuators,
+        actuators=description.actuators,
         fci=driver,
         localizes=arguments.localization,
+        status_rate=scenario.hardware.arm_status_rate,
         inbox=inbox,
     )
     motion = TrueMotion(plant) if arguments.record else None
     patience = _PATIENCE if arguments.fci is None else _FCI_PATIENCE
     pacer = Pacer(TICK / arguments.realtime_rate, patience)
-    console.print(f"the robot is on {arguments.lcm_url}; Ctrl-C ends")
+    console.print(f"the robot is on {url}; Ctrl-C ends")
     # A collection of everything that was loaded would cost several ticks.
     gc.collect()
     gc.freeze()
@@ -151,6 +167,8 @@ def run(arguments: argparse.Namespace) -> int:
             while not request.made and robot.time < arguments.time_limit:
                 pacer.wait()
                 robot.step(pacer.late)
+                if ros is not None:
+                    ros.step()
                 if motion is not None:
                     motion.sample(robot.time)
         finally:
@@ -176,6 +194,9 @@ def _arm_driver(
 ) -> FciArm | RtdeArm | None:
     """What the arm obeys in place of the wire, if it is to."""
     joints = len(world.robot.home)
+    if arguments.ros2 and (arguments.fci is not None or arguments.rtde):
+        problem = "not with --fci or --rtde: the arm is on ROS 2"
+        raise FieldError("hardware-sim", "--ros2", problem)
     for flag, has, arm in (
         ("--fci", arguments.fci, JOINTS),
         ("--rtde", arguments.rtde, UR_JOINTS),

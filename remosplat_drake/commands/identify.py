@@ -8,40 +8,47 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from remosplat_drake.app.compiling import compiling_shown
+from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.hardware_run import prepare_for_hardware
-from remosplat_drake.app.identification.drive import (
-    DisturbedError,
-    Reading,
-    await_robot,
-    drive,
-)
 from remosplat_drake.app.identification.excitation import (
     CRAWLS,
     commands,
     find_stroke,
 )
-from remosplat_drake.app.identification.fit import LONGEST_GAP, Fit, fit_axis
+from remosplat_drake.app.identification.fit import Fit, fit_axis
+from remosplat_drake.app.identification.reading import (
+    await_robot,
+    recording_of,
+)
 from remosplat_drake.app.identification.record import write_actuators
 from remosplat_drake.app.identification.room import NoRoomError, Room
-from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.velocity_run import (
+    HeldBackError,
+    LateError,
+    Played,
+    build_velocity_run,
+    play,
+)
+from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.table import Table
 from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.commands.wire import announce_wire
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
-from remosplat_drake.hardware.client.robot_link import RobotLink
+from remosplat_drake.hardware.client.hardware_station import HardwareStation
+from remosplat_drake.hardware.wire.base import base_axes
 from remosplat_drake.robot.actuators import Actuator
 
 _INCOMPLETE = 1
 
 _TRIES = 5
 """How often an axis is measured until nothing came late."""
-
-_GUARDED = 0.5
-"""Share of the distances below which an axis is stopped on its way."""
 
 EXAMPLES = """
 remosplat identify kitchen.yaml
@@ -105,8 +112,14 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     prepare_for_hardware(scenario, arguments.lcm_url)
     announce_wire(scenario.hardware.url, console)
-    world = load_world(scenario)
+    with (
+        Progress(console) as progress,
+        compiling_shown(progress, scenario),
+    ):
+        world = load_world(scenario)
+        compile_kernels(scenario, world, plans=False)
     robot = world.robot
+    known = robot.assumed_actuators
     own = SelfClearance.make(robot, scenario.controller.self_collision.stopping)
     room = Room(world.field, own, arguments.clearance, scenario.control_period)
     path = arguments.output or Path(robot.description.source)
@@ -115,26 +128,25 @@ def run(arguments: argparse.Namespace) -> int:
     limit = arguments.fraction * robot.velocity_limit
     if robot.n_base:
         hardware = scenario.hardware
-        slowest = min(-hardware.base_forward_lower, hardware.base_forward_upper)
-        limit[:2] = np.minimum(limit[:2], [slowest, hardware.base_yaw_rate])
+        axes_B = base_axes(robot.n_base)
+        slowest = np.minimum(*np.abs(hardware.base_bounds))[axes_B]
+        limit[: robot.n_base] = np.minimum(limit[: robot.n_base], slowest)
     if not (arguments.yes or _agrees(console, len(axes))):
         raise RemoSplatError("identify: nobody agreed; nothing has moved")
-    link = RobotLink(scenario.hardware, robot)
-    link.wait_for_statuses()
-    link.take_command()
+    application = build_velocity_run(scenario, world)
     fits: dict[int, Fit] = {}
     for axis in axes:
         try:
-            fits[axis] = _identified(axis, limit, link, scenario, room)
+            fits[axis] = _identified(axis, limit, application, room)
         except NoRoomError as error:
             console.print(
                 f"axis {axis}: no room to move ({error}); not measured"
             )
     print_table(console, fit_table(fits))
-    known = robot.assumed_actuators
     for axis, fit in fits.items():
         known[axis] = fit.actuator
-    names = [*("forward", "yaw")[: robot.n_base], *robot.description.arm.joints]
+    base = [("forward", "left", "yaw")[i] for i in base_axes(robot.n_base)]
+    names = [*base, *robot.description.arm.joints]
     kept = write_actuators(path, known, names, time.strftime("%Y-%m-%d"))
     console.print(f"{path} written; the file before is {kept}")
     return _INCOMPLETE if len(fits) < len(axes) else 0
@@ -166,11 +178,7 @@ def _agrees(console: Console, n: int) -> bool:
 
 
 def _identified(
-    axis: int,
-    limit: np.ndarray,
-    link: RobotLink,
-    scenario: Scenario,
-    room: Room,
+    axis: int, limit: np.ndarray, application: Application, room: Room
 ) -> Fit:
     """Moves one axis where there is room, and fits it.
 
@@ -178,34 +186,42 @@ def _identified(
         NoRoomError: There is none.
         RemoSplatError: The robot stopped, or was disturbed too often.
     """
-    robot, hardware = room.own.robot, scenario.hardware
-
-    def problem(reading: Reading) -> str:
-        return room.about(reading).problem(reading.q_W, _GUARDED)
-
-    why = ""
-    for _ in range(_TRIES):
-        # An axis that a try left somewhere starts from there.
-        reading = await_robot(link, robot, hardware)
-        stroke = find_stroke(room.about(reading), reading.q_W, axis, limit)
-        line = commands(stroke, robot, limit, room.dt)
-        try:
-            recording = drive(link, robot, hardware, line, room.dt, problem)
-        except DisturbedError as error:
-            why = str(error).removeprefix("identify: ")
-            continue
-        if recording.gap <= LONGEST_GAP:
-            break
-        why = f"this computer was {1e3 * recording.gap:.0f} ms late"
-    else:
-        raise RemoSplatError(
-            f"identify: axis {axis}: {why}, {_TRIES} times;"
-            " leave this computer alone meanwhile"
-        )
+    robot = room.own.robot
+    ticks = _strokes(axis, limit, application, room)
     crawls = [share * limit[axis] for share in CRAWLS]
     return fit_axis(
-        recording, axis, float(robot.acceleration_limit[axis]), crawls
+        recording_of(ticks, robot),
+        axis,
+        float(robot.acceleration_limit[axis]),
+        crawls,
     )
+
+
+def _strokes(
+    axis: int, limit: np.ndarray, application: Application, room: Room
+) -> list[Played]:
+    """Moves one axis, more slowly where verification holds it back."""
+    robot, hardware = room.own.robot, application.scenario.hardware
+    assert isinstance(application.station, HardwareStation)
+    late, fastest = 0, 1.0
+    while True:
+        # An axis that a try left somewhere starts from there.
+        reading = await_robot(application.station.link, robot, hardware)
+        about = room.about(reading)
+        stroke = find_stroke(about, reading.q_W, axis, limit, fastest)
+        try:
+            return play(application, commands(stroke, robot, limit, room.dt))
+        except HeldBackError:
+            fastest = float(0.5 * abs(stroke.speed) / limit[axis])
+        except LateError as error:
+            late += 1
+            if late == _TRIES:
+                raise RemoSplatError(
+                    f"identify: axis {axis}: {error}, {_TRIES} times; leave"
+                    " this computer alone meanwhile"
+                ) from error
+        except RemoSplatError as error:
+            raise RemoSplatError(f"identify: axis {axis}: {error}") from error
 
 
 def fit_table(fits: dict[int, Fit]) -> Table:

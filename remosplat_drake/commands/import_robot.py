@@ -24,6 +24,7 @@ from remosplat_drake.commands.first_scenario import (
 )
 from remosplat_drake.commands.tables import open_console, print_table
 from remosplat_drake.robot.importing.findings import Findings
+from remosplat_drake.robot.importing.joint_roles import side_names
 from remosplat_drake.robot.importing.mobile_base import BASES
 from remosplat_drake.robot.importing.packages import given_packages
 from remosplat_drake.robot.importing.robot_import import (
@@ -57,8 +58,11 @@ def add_arguments(parser: argparse.ArgumentParser):
     )
     parser.add_argument(
         "--end-effector",
-        metavar="LINK",
-        help="link whose frame goes to targets (default: guessed)",
+        action="append",
+        default=[],
+        metavar="[NAME=]LINK",
+        help="link whose frame goes to targets; once for each of several arms"
+        " (default: of one arm or two, as found or guessed)",
     )
     parser.add_argument(
         "--base",
@@ -141,19 +145,34 @@ def _request(args: argparse.Namespace, out: Path) -> ImportRequest:
             raise FieldError("--arg", text, "expected NAME=VALUE")
         arguments[name] = value
     made_by = [f"remosplat import-robot {args.robot.name}"]
-    for flag in ("base", "end_effector"):
-        if getattr(args, flag):
-            made_by.append(f"--{flag.replace('_', '-')} {getattr(args, flag)}")
+    if args.base:
+        made_by.append(f"--base {args.base}")
+    made_by += [f"--end-effector {text}" for text in args.end_effector]
     return ImportRequest(
         source=args.robot.expanduser(),
         packages=given_packages(args.package),
         base=args.base,
-        end_effector=args.end_effector,
+        end_effectors=_end_effectors(args.end_effector),
         srdf=args.srdf,
         arguments=arguments,
         tolerance=1e-3 * args.tolerance,
         made_by=" ".join(made_by),
     )
+
+
+def _end_effectors(texts: list[str]) -> dict[str, str]:
+    """Links by what the end effectors are called; an only one by nothing."""
+    parts = [text.rpartition("=") for text in texts]
+    links = [link for _, _, link in parts]
+    if len(links) == 1:
+        return {"": links[0]}
+    names = [name for name, _, _ in parts]
+    if not all(names):
+        names = side_names(links)
+    if len(set(names)) < len(names) or len(set(links)) < len(links):
+        problem = f"expected names and links that differ, got {texts}"
+        raise FieldError("import-robot", "--end-effector", problem)
+    return dict(zip(names, links, strict=True))
 
 
 def _import(

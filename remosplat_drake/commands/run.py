@@ -14,13 +14,18 @@ from remosplat_drake.app.map_knowledge import examine_map, target_places
 from remosplat_drake.app.run_files import METRICS, TRAJECTORY, save_result
 from remosplat_drake.app.run_result import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.start import start_gates
 from remosplat_drake.app.warm_up import compile_kernels
 from remosplat_drake.app.world import load_world
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.tcp_port import check_free
-from remosplat_drake.commands.driving import drive, log_is_whole
+from remosplat_drake.commands.driving import (
+    INCOMPLETE,
+    drive,
+    log_is_whole,
+)
 from remosplat_drake.commands.flags import (
     add_record_argument,
     opened_recorder,
@@ -125,7 +130,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Runs the scenario; returns 0 if the targets were reached, else 1.
 
-    A recording that lacks something makes it 1, too.
+    It returns `INCOMPLETE` if they were and a file lacks something.
     """
     console = open_console(stderr=True)
     _check_outputs(arguments)
@@ -155,7 +160,12 @@ def run(arguments: argparse.Namespace) -> int:
         world = load_world(scenario)
         places = target_places(scenario, world)
         knowledge = examine_map(scenario, world, places)
-        admission = admit(knowledge, arguments, scenario.source)
+        admission = admit(
+            knowledge,
+            arguments,
+            scenario.source,
+            start_gates(scenario, world),
+        )
         compile_kernels(scenario, world, plans=bool(arguments.hardware))
     if page is not None:
         show_verdict(page, knowledge)
@@ -170,7 +180,10 @@ def run(arguments: argparse.Namespace) -> int:
     preparation.say_address()
     if page is not None and application.supervisor is None:
         page.show(unsupervised())
-    waits = not arguments.headless and is_held(arguments.hold)
+    # A real robot stands until an operator lets it go, after every stop.
+    waits = arguments.hardware or (
+        not arguments.headless and is_held(arguments.hold)
+    )
     start = 0.0
     try:
         if page is not None:
@@ -184,6 +197,7 @@ def run(arguments: argparse.Namespace) -> int:
             console,
             rate=_rate(arguments, scenario),
             patience=math.inf if waits else 0.0,
+            page=page,
         )
     finally:
         if application.log is not None:
@@ -205,7 +219,9 @@ def run(arguments: argparse.Namespace) -> int:
         hold(arguments.hold, page, console)
     if result.outcome == INTERRUPTED:
         return 130
-    return 0 if result.outcome == REACHED and is_recorded else 1
+    if result.outcome != REACHED:
+        return 1
+    return 0 if is_recorded else INCOMPLETE
 
 
 class _Preparation:

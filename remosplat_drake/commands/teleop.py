@@ -18,9 +18,9 @@ from remosplat_drake.app.scenario import LONGEST_RUN, Scenario, load_scenario
 from remosplat_drake.app.stages.cockpit import cockpit_job, first_picture
 from remosplat_drake.app.stages.teleoperation import (
     Teleoperation,
-    check_one_end_effector,
     wrist_camera_mount,
 )
+from remosplat_drake.app.start import start_gates
 from remosplat_drake.app.teleop_session import (
     check_mappable,
     holds_session,
@@ -35,7 +35,11 @@ from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.tcp_port import check_free
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
 from remosplat_drake.cockpit.messages import CodeIssued
-from remosplat_drake.commands.driving import drive, log_is_whole
+from remosplat_drake.commands.driving import (
+    INCOMPLETE,
+    drive,
+    log_is_whole,
+)
 from remosplat_drake.commands.flags import (
     add_record_argument,
     opened_recorder,
@@ -164,7 +168,6 @@ def run(arguments: argparse.Namespace) -> int:
         compiling_shown(progress, scenario),
     ):
         world = load_world(scenario, blank=scenario.mapping.enabled)
-        check_one_end_effector(scenario, world.robot)
         wrist_camera_mount(scenario, world.robot)
         admission = _admitted(arguments, scenario, world)
         compile_kernels(scenario, world, live_map=True)
@@ -208,7 +211,9 @@ def run(arguments: argparse.Namespace) -> int:
     # A folder's name is as long as it is; the line is to be copied.
     told = f"{result.standing.text}; `remosplat replay {folder}` shows it"
     console.print(told, soft_wrap=True)
-    return 0 if result.outcome in (INTERRUPTED, TIME_LIMIT) and is_logged else 1
+    if result.outcome not in (INTERRUPTED, TIME_LIMIT):
+        return 1
+    return 0 if is_logged else INCOMPLETE
 
 
 def _pages(
@@ -248,15 +253,16 @@ def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float:
 def _admitted(
     arguments: argparse.Namespace, scenario: Scenario, world: World
 ) -> Admission | None:
-    """Returns the terms on which a map may be used; None without a map yet.
+    """Returns the terms on which a run may begin; None without a map yet.
 
     Raises:
-        RemoSplatError: The map may not be used.
+        RemoSplatError: The run is refused.
     """
     if scenario.mapping.enabled and not scenario.scene.splat:
         return None
     knowledge = examine_map(scenario, world, saved_places(scenario))
-    return admit(knowledge, arguments, scenario.source)
+    gates = start_gates(scenario, world)
+    return admit(knowledge, arguments, scenario.source, gates)
 
 
 def _begin(

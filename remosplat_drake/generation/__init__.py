@@ -1,1 +1,1 @@
-"""Scenes drawn at random, splats on their solids, and goals within reach."""
+"""Random scenes, splats on their solids, and reachable goals."""

@@ -1,4 +1,4 @@
-"""Posts and beams around any robot: a scene that no family was made for."""
+"""Random scenes of posts and beams around any robot."""
 
 from collections.abc import Callable
 
@@ -12,13 +12,13 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 POSTS, BEAMS = 5, 3
-"""How many of each there are."""
+"""Number of each."""
 
 _ROOM = 0.15
 """Least distance of each from the robot at home [m]."""
 
 _TRIES = 200
-"""Number of draws for each; where none fits, there is one fewer."""
+"""Number of draws for each; if none fits, it is omitted."""
 
 
 def clutter(robot: RobotModel, seed: int) -> PrimitiveScene:
@@ -33,7 +33,7 @@ def clutter(robot: RobotModel, seed: int) -> PrimitiveScene:
 
     Args:
         robot: The robot.
-        seed: Any non-negative integer; with the robot's name, it makes the
+        seed: Any non-negative integer; with the robot's name, it determines the
             scene.
     """
     name = robot.description.name

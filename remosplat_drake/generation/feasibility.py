@@ -1,4 +1,4 @@
-"""Which generated scenes can be solved at all, decided by their goals.
+"""Decides which generated scenes are feasible, by their goals.
 
 The generators keep the target point clear of obstacles, but not the gripper
 and the arm around it. Here a goal counts as feasible if a search with random
@@ -22,8 +22,7 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 
 FILTER_VERSION = 1
-"""Version of the filter, raised whenever it might judge a scene
-differently."""
+"""Version of the filter, increased whenever its decisions may change."""
 
 BASE_DISTANCE = (0.6, 1.0)
 """Smallest and largest distance of guessed bases from the target [m]."""

@@ -1,7 +1,7 @@
 """The seeds of generated scenes that pass the feasibility filter.
 
-Decisions are kept in a file, since a goal that cannot be reached costs
-seconds to find out.
+Decisions are stored in a file, since the search for an unreachable goal takes
+seconds.
 """
 
 import hashlib
@@ -23,8 +23,8 @@ from remosplat_drake.generation.scene_generators import (
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 ROBOT, FLOOR_HEIGHT = "frankie", 0.03
-"""Robot that must reach the goals, and the height below which its floor
-links see nothing, as in scenarios [m]."""
+"""Robot that must reach the goals, and the height below which its floor links
+ignore everything, as in scenarios [m]."""
 
 
 def feasible_seeds(

@@ -1,4 +1,4 @@
-"""Floaters: faint splats in free space, as a poor reconstruction has them."""
+"""Floaters: faint splats in free space, like those of a poor reconstruction."""
 
 import numpy as np
 
@@ -7,8 +7,8 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 FAINTEST = 1 / 255
-"""Smallest opacity: training pushes floaters to where a renderer stops
-seeing them."""
+"""Smallest opacity: training lowers floaters' opacity to the threshold of the
+renderer."""
 
 SCALE_MEDIAN, SCALE_SPREAD = 0.075, 0.45
 """Median [m] and log-spread of the discs' log-normal standard deviations."""
@@ -31,12 +31,12 @@ def with_floaters(
 ) -> GaussianSplat:
     """Returns a splat with random discs added in the free part of its box.
 
-    The box holds the splat's centres above the floor, as the random points
-    of the paper's experiment 3 do that are added before training. Sizes and
-    opacities are drawn from fits to what became of 1,000 such points after
-    1,000 steps of training on a table: nine in ten fade to 1/255, one in a
-    hundred keeps an opacity above 0.1, and the discs are large (median
-    standard deviation 75 mm, while the scene's own are about 10 mm).
+    The box holds the splat's centres above the floor, as the random points of
+    the paper's experiment 3 do that are added before training. Sizes and
+    opacities are drawn from fits to 1,000 such points after 1,000 steps of
+    training on a table: nine in ten fade to 1/255, one in a hundred keeps an
+    opacity above 0.1, and the discs are large (median standard deviation 75 mm,
+    while the scene's own are about 10 mm).
 
     Args:
         splat_W: Splat of surfels, expressed in W.

@@ -1,8 +1,8 @@
-"""Things that move, drawn at random for a scene in which a robot reaches.
+"""Random movers for a scene with a reaching robot.
 
-They cross the way of the hand and of the base, and reach for the place that
-the robot reaches for. None goes faster than 1 m/s, but for the swinging limbs
-of those who walk; each leaves in the end, so that the target can be reached.
+They cross the paths of the hand and of the base, and reach for the robot's
+target. None is faster than 1 m/s, except the swinging limbs of walking people;
+each leaves in the end, so that the target can be reached.
 """
 
 import math
@@ -15,31 +15,30 @@ from remosplat_drake.scene.moving.person import Person
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 MOVING_VERSION = 1
-"""Version of the generator, raised whenever a seed would give others."""
+"""Version of the generator, increased whenever a seed gives other movers."""
 
 MOST_MOVERS = 5
-"""Most things that move in a scene."""
+"""Largest number of movers in a scene."""
 
 SLOWEST, FASTEST = 0.3, 1.0
 """Greatest speeds of things that cross and of hands [m/s]."""
 
 TOLD_SPEED, TOLD_ACCELERATION = 1.6, 4.0
-"""What the robot is told of a thing that crosses: as fast as people walk
-(ISO 13855) and as suddenly as a hand may turn [m/s, m/s^2]."""
+"""Bounds of crossing movers that the robot receives: walking speed (ISO 13855),
+and the acceleration of a hand [m/s, m/s^2]."""
 
 START_ROOM = 0.9
-"""Distance from the middle of the robot that nothing is within at first [m]."""
+"""Least initial distance of movers from the middle of the robot [m]."""
 
 END_ROOM = 1.2
-"""Distance from the way of the base to the target that nothing stays within
-[m]."""
+"""Least final distance of movers from the base's path to the target [m]."""
 
 HAND = np.array([0.6, 0.0, 0.95])
-"""Where a hand is at the start, from the middle of the base [m]."""
+"""Position of the hand at the start, from the middle of the base [m]."""
 
 
 def draw_movers(scene: PrimitiveScene, seed: int) -> list[MoverConfig | Person]:
-    """Draws what moves in a scene, the same everywhere.
+    """Draws the movers of a scene, deterministically.
 
     Args:
         scene: The scene, which must have a target and a start.
@@ -75,14 +74,14 @@ def crosser(
     hand: np.ndarray,
     goal: np.ndarray,
 ) -> MoverConfig:
-    """A ball, a stick or a box that crosses the way of the hand.
+    """Draws a ball, a stick or a box that crosses the path of the hand.
 
     Args:
         rng: The random numbers.
         name: What it is called.
         base: Where the base starts [m].
         hand: Where the hand starts [m].
-        goal: Where it is to go [m].
+        goal: Target of the hand [m].
     """
     speed = rng.uniform(SLOWEST, FASTEST)
     duration = rng.uniform(3.0, 6.0)
@@ -100,7 +99,7 @@ def crosser(
             break
     stops = [(start, first), (start + duration, last)]
     if _distance_to_way(last, base, goal) < END_ROOM:
-        # It goes on until it is out of the way.
+        # It continues until it is out of the way.
         gone = _out_of_the_way(last, along, base, goal)
         leaving = 1.6 * np.linalg.norm(gone - last) / speed + 0.5
         stops.append((float(start + duration + leaving), gone))
@@ -111,7 +110,7 @@ def crosser(
         rng.uniform(0.05, 0.15, 3).tolist(),
     ][int(rng.integers(3))]
     angles = np.degrees(rng.uniform(-math.pi, math.pi, (len(stops), 3)))
-    # It turns a little on the way.
+    # It turns slightly on the way.
     angles[1:] = angles[0] + 0.1 * (angles[1:] - angles[0])
     return MoverConfig(
         name=name,
@@ -138,7 +137,7 @@ def _distance_to_way(
 def _out_of_the_way(
     p: np.ndarray, along: np.ndarray, base: np.ndarray, goal: np.ndarray
 ) -> np.ndarray:
-    """A point far enough from the way, on the side where one is or goes to."""
+    """Returns a point far from the path, on the mover's side of it."""
     way = (goal - base)[:2] / np.linalg.norm((goal - base)[:2])
     across = np.array([-way[1], way[0]])
     middle = 0.5 * (base + goal)[:2]
@@ -153,7 +152,7 @@ def _out_of_the_way(
 def forearm(
     rng: np.random.Generator, name: str, goal: np.ndarray
 ) -> MoverConfig:
-    """Somebody's forearm that reaches for the robot's target, and leaves.
+    """Draws a forearm that reaches for the robot's target, and leaves.
 
     Args:
         rng: The random numbers.
@@ -191,9 +190,9 @@ def forearm(
 def walker(
     rng: np.random.Generator, base: np.ndarray, goal: np.ndarray
 ) -> Person:
-    """Somebody who walks by between the robot and its target, or behind it.
+    """Draws a person who walks between the robot and its target, or behind it.
 
-    Half of them stop behind it, reach for it and go on.
+    Half of them stop behind it, reach for it and continue.
 
     Args:
         rng: The random numbers.

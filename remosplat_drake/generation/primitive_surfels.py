@@ -1,4 +1,4 @@
-"""Surfels sampled on true geometry: a splat where no trained one is at hand."""
+"""Surfels sampled on true geometry, as a splat without training."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SURFEL_COUNT = 60_000
-"""Default number of surfels, about as many as the paper's splats have."""
+"""Default number of surfels, about the number in the paper's splats."""
 
 _GRAY = 0.6
 
@@ -20,9 +20,9 @@ _GRAY = 0.6
 def surfel_splat(
     scene: PrimitiveScene, count: int = SURFEL_COUNT
 ) -> GaussianSplat:
-    """Covers a scene's visible surfaces evenly, the same way every time.
+    """Covers a scene's visible surfaces evenly and deterministically.
 
-    Surface points inside another primitive are left out, as no camera sees
+    Surface points inside another primitive are omitted, since no camera sees
     them.
 
     Args:

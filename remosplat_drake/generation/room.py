@@ -1,7 +1,7 @@
 """The family `room`: two rooms, a doorway, and a table behind it.
 
-It is for what drives far: the start faces away, five to eight metres from the
-goal, and the straight way leads through a wall.
+It needs long drives: the start faces away, five to eight metres from the goal,
+and the straight path leads through a wall.
 """
 
 import numpy as np

@@ -1,11 +1,11 @@
 """The families of random scenes, as functions of a random generator.
 
 `table` and `bookshelf` are those of the RMMI benchmark: clutter of upright
-cylinders in front of one fixed end-effector target, in the ranges of the
-1,000 published scenes. `table2`, `bookshelf2` and `posts` are our own, for
-trying a controller where it was not tuned: they vary the goal and the whole
-start pose too; `room.py` has one where the robot drives far. All lengths are
-in metres, all angles in radians.
+cylinders in front of one fixed end-effector target, in the ranges of the 1,000
+published scenes. `table2`, `bookshelf2` and `posts` are our own, to test a
+controller outside its tuning scenes: they vary the goal and the whole start
+pose, too; `room.py` has a family with long drives. All lengths are in metres,
+all angles in radians.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Seeded random scenes: a family and a seed name one scene, everywhere.
+"""Seeded random scenes: a family and a seed determine a scene.
 
 The families are in `scene_families` and `room`. The rejection rule is that of
 the published scenes; the random stream is our own, so seeds do not repeat them.
@@ -13,8 +13,8 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 GENERATOR_VERSION = 1
-"""Version of the generators, raised whenever a seed would give another
-scene; part of every name."""
+"""Version of the generators, increased whenever a seed gives another scene;
+part of every name."""
 
 TARGET_CLEARANCE = 0.025
 """Smallest distance of the target point to an obstacle [m]."""
@@ -34,7 +34,7 @@ FAMILIES = {
 
 
 def generate(family: str, seed: int) -> PrimitiveScene:
-    """Generates the scene of a family and a seed, the same everywhere.
+    """Generates the scene of a family and a seed, deterministically.
 
     Args:
         family: Name of the family, one of `FAMILIES`.

@@ -6,11 +6,20 @@ import re
 from collections.abc import Iterator
 from typing import Annotated
 
+import numpy as np
 from annotated_types import Interval, Len
 from pydrake.lcm import DrakeLcm, DrakeLcmParams
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import Config
+from remosplat_drake.hardware.driver_config import (
+    ArmDriverMaker,
+    BaseDriverMaker,
+    Ros1Base,
+    Ros2Arm,
+    Ros2Base,
+    UrArm,
+)
 from remosplat_drake.hardware.localization_config import LocalizationConfig
 from remosplat_drake.hardware.mover_sensing_config import MoverSensingConfig
 from remosplat_drake.hardware.wire import channels as wire
@@ -85,7 +94,12 @@ class HardwareConfig(Config):
     channels: ChannelNames = dc.field(default_factory=ChannelNames)
     # Longest wait for the first status of each driver [s].
     connect_timeout: Annotated[float, Interval(gt=0, le=600)] = 10.0
-    # Age at which a status of the arm is stale and the robot is stopped [s].
+    # How often the arm's driver tells its state [Hz]. Control stays at the rate
+    # of `control_period`. Limits on the age of a status follow: each is longer
+    # by one period, so that a stop of a slow arm is noticed later.
+    arm_status_rate: Annotated[float, Interval(ge=20, le=1000)] = 1000.0
+    # Age at which a status of the arm is stale and the robot is stopped, less
+    # the period of its statuses [s].
     arm_status_expiry: Annotated[float, Interval(gt=0, le=1)] = (
         wire.STATUS_EXPIRY
     )
@@ -104,6 +118,9 @@ class HardwareConfig(Config):
     # Upper bound on the base's speed forward [m/s]; a command beyond it is
     # scaled as a whole.
     base_forward_upper: Annotated[float, Interval(gt=0, le=2)] = 0.5
+    # Bound on the speed of an omnidirectional base to either side [m/s]; a
+    # command beyond it is scaled as a whole.
+    base_sideways: Annotated[float, Interval(gt=0, le=2)] = 0.25
     # Bound on the base's turning rate, either way [rad/s]; a command beyond
     # it is scaled as a whole.
     base_yaw_rate: Annotated[float, Interval(gt=0, le=4)] = 0.87
@@ -123,6 +140,12 @@ class HardwareConfig(Config):
     # What moves, as another process sees it; absent: nobody tells, and nothing
     # is taken to move.
     movers: MoverSensingConfig | None = None
+    # How the arm is reached by `remosplat arm-driver`: `!Ros2Arm`, `!UrArm` or
+    # one's own, as `!my_arm:MyArm`; absent: by a driver of another program.
+    arm_driver: Ros2Arm | UrArm | ArmDriverMaker | None = None
+    # How the base is reached by `remosplat base-driver`: `!Ros2Base`,
+    # `!Ros1Base` or one's own; absent: by a driver of another program.
+    base_driver: Ros2Base | Ros1Base | BaseDriverMaker | None = None
     # Shortest time between two commands to the hand [s].
     hand_period: Annotated[float, Interval(ge=0.01, le=10)] = 0.1
 
@@ -177,6 +200,28 @@ class HardwareConfig(Config):
         self.lcm_url = url
         if self.lcm is not None:
             self.lcm.lcm_url = ""
+
+    @property
+    def base_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bounds on the base's velocity: forward, left, turn.
+
+        Both have the shape (3,) [m/s, m/s, rad/s].
+        """
+        aside, turn = self.base_sideways, self.base_yaw_rate
+        return (
+            np.array([self.base_forward_lower, -aside, -turn]),
+            np.array([self.base_forward_upper, aside, turn]),
+        )
+
+    @property
+    def arm_status_period(self) -> float:
+        """Time between two statuses of the arm [s]."""
+        return 1.0 / self.arm_status_rate
+
+    @property
+    def arm_status_limit(self) -> float:
+        """Age at which a status of the arm is stale [s]."""
+        return self.arm_status_expiry + self.arm_status_period
 
     @property
     def suffix(self) -> str:

@@ -1,13 +1,13 @@
-"""The live map: what the wrist camera sees becomes what the oracle asks.
+"""The live map: frames of the wrist camera become maps for the oracle.
 
-`LiveMap` is the system in the diagram. It hands requests to a
-`MappingProcess` and swaps in the maps that come back, and never waits for it.
-In that process, `worker` takes pictures and makes maps as its `MappingJob`
-says; `messages` is what the two processes tell each other.
+`LiveMap` is the system in the diagram. It passes requests to a
+`MappingProcess`, swaps in the resulting maps, and never waits for it. In that
+process, `worker` takes pictures and builds maps according to its `MappingJob`;
+`messages` defines the messages between the two processes.
 
-A map is made by `map_builder.build_map`: `changes` finds what the newest
-frames contradict, `carving` and `base_splat` take away what has gone and add
-what has come, `known_space` says which part of space was seen at all.
+A map is made by `map_builder.build_map`: `changes` finds parts that the newest
+frames contradict, `carving` and `base_splat` remove vanished things and add new
+ones, `known_space` computes which part of space was seen.
 
 `store` keeps frames and maps of a session on disk.
 """

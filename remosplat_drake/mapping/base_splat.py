@@ -1,4 +1,4 @@
-"""Updates a splat that was made before a run with what live frames show."""
+"""Updates a splat from before a run with live frames."""
 
 import numpy as np
 
@@ -11,21 +11,21 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_conversion import with_thickness
 
 _COVERED = 0.01
-"""Distance to an old disc within which a surface shows nothing new [m]."""
+"""Distance to an old disc within which a surface is not new [m]."""
 
 _SAMPLES = 400
-"""Points of a frame that are looked for in the base."""
+"""Number of points of a frame that are compared with the base."""
 
 
 def updated(
     base: GaussianSplat, seen: GaussianSplat, capture: Capture
 ) -> GaussianSplat:
-    """Takes from a splat what has gone, and adds what has come.
+    """Removes vanished things from a splat, and adds new ones.
 
     Args:
         base: The splat from before the run, in W.
-        seen: Discs on the surfaces that live frames show, in W.
-        capture: The live frames, without what is out of date in them.
+        seen: Discs on the surfaces in live frames, in W.
+        capture: The live frames, without their outdated parts.
 
     Returns:
         The updated splat, in W.
@@ -35,18 +35,18 @@ def updated(
     if not kept.is_surfel:
         added = with_thickness(added)
     if kept.uncertainty is None and added.uncertainty is not None:
-        # The stopping distance allows for what such a base does not know about
-        # itself (`scene.map_error`), so nothing is subtracted.
+        # The stopping distance covers the error of such a base
+        # (`scene.map_error`), so no uncertainty is subtracted.
         kept = kept.with_uncertainty(0.0)
     return kept.joined_with(added)
 
 
 def find_covered(base: GaussianSplat, p_WQ: np.ndarray) -> np.ndarray:
-    """Finds the points on surfaces that the base has as well.
+    """Finds the points on surfaces that the base contains, too.
 
     Args:
         base: The splat from before the run, in W.
-        p_WQ: Points on surfaces that live frames show, shape (n, 3) [m].
+        p_WQ: Points on surfaces in live frames, shape (n, 3) [m].
 
     Returns:
         A mask of the points, shape (n,).
@@ -61,7 +61,7 @@ def find_covered(base: GaussianSplat, p_WQ: np.ndarray) -> np.ndarray:
 
 
 def shares_of(base: GaussianSplat, capture: Capture) -> np.ndarray:
-    """Computes which part of what each live frame shows the base has as well.
+    """Computes which fraction of each live frame's surfaces the base contains.
 
     Args:
         base: The splat from before the run, in W.

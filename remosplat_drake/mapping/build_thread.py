@@ -1,4 +1,4 @@
-"""`BuildThread`: makes maps in a thread while pictures are being taken."""
+"""`BuildThread`: builds maps in a thread while pictures are being taken."""
 
 from collections.abc import Callable
 from threading import Thread
@@ -29,7 +29,7 @@ class BuildThread(Generic[Result]):
         """Starts a job; there must be none.
 
         Args:
-            job: A function that is told where to report its progress.
+            job: A function; its argument is the callback for progress.
         """
         assert self._thread is None
 
@@ -44,18 +44,17 @@ class BuildThread(Generic[Result]):
         self._thread.start()
 
     def drop(self) -> None:
-        """Gives the job's result up; no other can start before it has ended."""
+        """Discards the job's result; the next job starts only after its end."""
         self._is_dropped = True
 
     def fetch(self) -> Result | Exception | None:
         """Fetches the result of a job that has ended.
 
-        What the job had reported last is void: nobody may learn of it after
-        the result.
+        Its last progress report is discarded, so that none follows the result.
 
         Returns:
-            The result, or the exception that the job ended by; None while it
-            runs, if it was dropped, or if there is no job.
+            The result, or the exception of the job; None while it runs, if it
+            was dropped, or if there is no job.
         """
         if self._thread is None or self._thread.is_alive():
             return None
@@ -63,7 +62,7 @@ class BuildThread(Generic[Result]):
         return None if self._is_dropped else self._result
 
     def progress(self) -> Building | None:
-        """Tells how far the job has come; None if nothing is new."""
+        """Returns new progress of the job; None if there is none."""
         progress, self._progress = self._progress, None
         return None if self._is_dropped else progress
 

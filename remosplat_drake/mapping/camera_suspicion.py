@@ -1,8 +1,8 @@
-"""`judge_camera`: is the camera what its calibration says?
+"""`judge_camera`: estimates errors of the camera's calibration from frames.
 
-A robot's joints tell where its hand was to fractions of a millimetre, so where
-frames disagree, the camera is suspected first: its place on the hand, its lens
-and its depth. What frames tell of them is undone before they make a map.
+A robot's joints give the pose of its hand to fractions of a millimetre. So if
+frames disagree, the camera is suspected first: its pose on the hand, its lens
+and its depth. Estimated errors of these are corrected before a map is built.
 """
 
 import dataclasses as dc
@@ -34,10 +34,11 @@ from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.reconstruction.uncertainty.bound import LARGEST_SIGMA
 
 LEAST_FRAMES = 5
-"""So many frames tell errors of their camera from their own."""
+"""Least number of frames to separate errors of the camera from those of
+frames."""
 
 _MOST_FRAMES = 16
-"""More frames tell little more, and take longer."""
+"""Largest number of frames; more add little information, and take longer."""
 
 _PRIOR = CameraPrior(
     growth=0.01,
@@ -47,8 +48,8 @@ _PRIOR = CameraPrior(
     turn=np.deg2rad(1.0),
     shift=0.005,
 )
-"""What a calibration by hand may err by. Frames do not say how fast the camera
-moved, so nothing tells when exactly they were taken."""
+"""Prior deviations of a manual calibration. Frames have no camera velocity, so
+delays cannot be estimated."""
 
 
 _KINEMATICS = OdometryNoise(
@@ -60,18 +61,18 @@ _KINEMATICS = OdometryNoise(
     steady=0.0,
     smooth=0.0,
 )
-"""Noise of poses that joints tell, on a base that stands or drives exactly."""
+"""Noise of poses from joints, on a base that is fixed or has exact odometry."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Judgement:
-    """What frames have told of their camera.
+    """Camera errors that were estimated from frames.
 
     Attributes:
         names: Names of the frames.
-        errors: What the camera errs by, see `camera_errors`, shape (`COUNT`,).
-        words: What that is, for people; empty if it is nothing.
-        problem: Why no map can be made of the frames; empty if one can.
+        errors: The camera's errors, see `camera_errors`, shape (`COUNT`,).
+        words: A description of the errors; empty if there are none.
+        problem: Why no map can be built from the frames; empty if one can.
     """
 
     names: frozenset[str]
@@ -80,10 +81,10 @@ class Judgement:
     problem: str = ""
 
     def holds_for(self, names: tuple[str, ...]) -> bool:
-        """Whether frames need not be judged again.
+        """Whether the judgement holds for frames, too.
 
-        They must where half of them are others, and where there was a problem
-        and any of them is another one.
+        It does not if half of them are new, or if there was a problem and any
+        of them is new.
 
         Args:
             names: Names of the frames.
@@ -94,7 +95,7 @@ class Judgement:
         return 2 * len(others) < len(names)
 
     def undone(self, capture: Capture) -> Capture:
-        """Returns frames as the camera would have taken them without errors."""
+        """Returns frames with the camera's errors corrected."""
         return corrected(capture, self.errors) if self.words else capture
 
 
@@ -104,14 +105,14 @@ def judge_camera(
     drifts: bool = False,
     report: Report = lambda stage, done, total: None,
 ) -> Judgement:
-    """Finds what the camera errs by, from frames of a robot.
+    """Estimates the camera's errors from frames of a robot.
 
     Args:
-        capture: The frames, where the robot believes that they were taken;
-            fewer than `LEAST_FRAMES` tell nothing.
+        capture: The frames, with poses from the robot; fewer than
+            `LEAST_FRAMES` give no estimate.
         names: Their names.
-        drifts: Whether the robot's base drifts; how wrong its poses are is
-            then told by the frames, too.
+        drifts: Whether the robot's base drifts; the errors of its poses
+            are then estimated from the frames, too.
         report: Called with the progress.
     """
     judged = frozenset(names)
@@ -133,7 +134,8 @@ def judge_camera(
     if apart > LARGEST_SIGMA:
         wrong = wrong_frames(measure_overlap(capture))
         if 0 < len(wrong) < len(capture):
-            # They are refused one by one; the others tell of the camera.
+            # They are rejected one by one; the others determine the camera's
+            # errors.
             right = np.setdiff1d(np.arange(len(capture)), wrong)
             return judge_camera(capture.select(right), names, drifts, report)
         freely = alignment if drifts else aligned(None)
@@ -150,11 +152,11 @@ def _apart(alignment: Alignment) -> float:
 
 
 def _problem(apart: float, freely: float) -> str:
-    """Why frames are refused whose surfaces lie apart [m].
+    """Returns why frames with differing surfaces are rejected.
 
     Args:
-        apart: How far, if only the camera errs.
-        freely: How far, if each frame may be elsewhere, too.
+        apart: Distance of their surfaces if only the camera has errors [m].
+        freely: Distance if each frame's pose is free, too [m].
     """
     problem = (
         "the frames contradict each other: their surfaces lie"
@@ -174,7 +176,7 @@ def _problem(apart: float, freely: float) -> str:
 
 
 def _words(alignment: Alignment) -> str:
-    """What was undone, for people; empty if it is nothing."""
+    """Describes the corrections; empty if there are none."""
     sentences = words_of_camera(alignment)
     parts = [each[0].lower() + each[1:].rstrip(".") for each in sentences]
     return "; ".join(parts) + ": corrected" if parts else ""

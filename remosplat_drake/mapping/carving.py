@@ -1,4 +1,4 @@
-"""Carving: which discs of a splat belong to things that have gone."""
+"""Carving: finds the discs of a splat that belong to vanished things."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -8,28 +8,28 @@ from remosplat_drake.reconstruction.measured_cells import THINNEST
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 
 _APART = 0.03
-"""Distance from all that is still there which some part of a thing that has
-gone exceeds; edges that views disagree about a little do not [m]."""
+"""Least distance of some part of a vanished thing from all remaining surfaces
+[m]; edges with slight disagreement of views stay below it."""
 
 _AROUND = 0.1
-"""Distance from what has gone within which the rest of it is [m]."""
+"""Distance from vanished discs within which the rest of the thing is [m]."""
 
 _PAST = 0.01
-"""How far past a disc around what has gone views must see for it to go too
-[m]."""
+"""Least distance that views see past a disc around a vanished thing to remove
+it, too [m]."""
 
 _NEIGHBORS = 8
 _MOST = 0.6
-"""A disc goes with this fraction of its neighbours, if nobody looks at it:
-frayed outlines and pixels without depth leave such specks."""
+"""An unseen disc is removed if this fraction of its neighbours is: frayed
+outlines and pixels without depth leave such remnants."""
 
 
 def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
-    """Finds the discs of things that views have looked through.
+    """Finds the discs of things that views look through.
 
-    The foot of a thing goes with it: it is near to what it stood on, so that
-    views look past it by little. Of a thin thing only views with fine pixels
-    say that it has gone: others may look past it on both sides.
+    The foot of a thing is removed with it: it is close to the supporting
+    surface, so views look past it only slightly. For a thin thing, only views
+    with fine pixels count: others may look past it on both sides.
 
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].
@@ -52,7 +52,7 @@ def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
 
 
 def _widths(p_W: np.ndarray) -> np.ndarray:
-    """How wide things are at discs on them, (n, 3), at least `THINNEST`, (n,).
+    """Returns the width of things at discs (n, 3), at least `THINNEST`, (n,).
 
     It is twice the second largest standard deviation of the nearest discs: of
     a rod's, the largest is along it. A strip is 1.7 times as wide.
@@ -75,11 +75,11 @@ def _widths(p_W: np.ndarray) -> np.ndarray:
 def find_rest(
     p_WK: np.ndarray, gone_W: np.ndarray, capture: Capture
 ) -> np.ndarray:
-    """Finds the discs around what has gone that must go with it.
+    """Finds the discs around vanished ones that must be removed with them.
 
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].
-        gone_W: Points of what has gone in W, shape (m, 3) [m].
+        gone_W: Points of vanished things in W, shape (m, 3) [m].
         capture: Views of what there is now.
 
     Returns:
@@ -96,7 +96,7 @@ def find_rest(
 
 
 def _specks(p_WK: np.ndarray, near: np.ndarray, gone: np.ndarray) -> np.ndarray:
-    """Discs among those near that are left over between gone ones."""
+    """Returns nearby discs that remain between vanished ones."""
     specks = np.zeros(len(p_WK), bool)
     if len(p_WK) <= _NEIGHBORS:
         return specks

@@ -1,9 +1,9 @@
-"""What has changed between frames: the newest look at a place counts.
+"""Finds changes between frames: the newest view of a place counts.
 
-An older frame is out of date in two ways. A thing that it shows has gone when
-a newer frame looks through it. And it looks through a thing that has come
-when a newer frame measures a surface on its rays. Depth noise and silhouettes
-do both to single pixels; so only regions count that are wide somewhere.
+An older frame can be outdated in two ways. It shows a thing that has vanished
+if a newer frame looks through it. And it looks through a new thing if a newer
+frame measures a surface on its rays. Depth noise and silhouettes cause both in
+single pixels, so only regions of some width count.
 """
 
 import dataclasses as dc
@@ -25,11 +25,11 @@ from remosplat_drake.reconstruction.measured_space import (
 )
 
 _WIDE = 0.012
-"""Half the width that a region has somewhere, as a fraction of the image's:
-what is 2.4 % wide is 2.5 cm large at 1 m of a camera with 55 degrees."""
+"""Half the least width of a region at its widest place, as a fraction of the
+image's: 2.4 % of the width are 2.5 cm at 1 m for a camera with 55 degrees."""
 
 _BORDER = 2
-"""Around a region pixels mix what has changed with what has not [pixels]."""
+"""Width of a border around a region in which pixels are mixed [pixels]."""
 
 _STRIDE = 2
 """Every second row and column is compared: regions are wider."""
@@ -40,9 +40,9 @@ class Changes:
     """Pixels of n views that contradict each other, (n, h, w) bool each.
 
     Attributes:
-        gone: Pixels that show what is not there any more.
-        hidden_now: Pixels that look through what is there now.
-        come: Pixels that show what was not there before.
+        gone: Pixels that show vanished things.
+        hidden_now: Pixels that look through things that are there now.
+        come: Pixels that show new things.
     """
 
     gone: np.ndarray
@@ -64,8 +64,8 @@ def find_changes(
 
     Args:
         capture: Views, oldest first.
-        confirmed: Which of them may say that others are out of date, shape
-            (n,) bool; None for all.
+        confirmed: Which of them may make others outdated, shape (n,) bool; None
+            for all.
         margin: Difference of depths below which views agree [m]; beyond 2 m
             it grows with the square of the depth.
     """
@@ -90,7 +90,7 @@ def find_changes(
 
 
 def without(capture: Capture, pixels: np.ndarray) -> Capture:
-    """Hides more pixels of a capture.
+    """Masks more pixels of a capture.
 
     Args:
         capture: n views.
@@ -105,7 +105,7 @@ def without(capture: Capture, pixels: np.ndarray) -> Capture:
 def seen_at(
     capture: Capture, p_W: np.ndarray, view: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Projects points into a view; those outside of its image are left out.
+    """Projects points into a view; those outside its image are omitted.
 
     Args:
         capture: The views.
@@ -132,7 +132,7 @@ def points_at(capture: Capture, pixels: np.ndarray) -> np.ndarray:
     Args:
         capture: n views.
         pixels: Which pixels, shape (n, h, w) bool; those without depth are
-            left out.
+            omitted.
     """
     points = [
         capture.points_W(i)[pixels[i] & (capture.depth[i] > 0)]
@@ -142,7 +142,7 @@ def points_at(capture: Capture, pixels: np.ndarray) -> np.ndarray:
 
 
 def coherent(pixels: np.ndarray) -> np.ndarray:
-    """Keeps the whole regions of a mask (h, w) that are wide somewhere."""
+    """Keeps the complete regions of a mask (h, w) with a wide place."""
     radius = max(1, round(_WIDE * pixels.shape[1]))
     core = binary_erosion(pixels, np.ones((2 * radius + 1,) * 2))
     if not core.any():
@@ -157,7 +157,7 @@ def _seen_through(
     p_W: np.ndarray,
     margin: float,
 ) -> np.ndarray:
-    """Pixels of an image with points p_W that a view has looked through."""
+    """Returns pixels of an image with points p_W that a view looks through."""
     coarse = p_W[::_STRIDE, ::_STRIDE]
     through = np.zeros(coarse.shape[:2], bool)
     known = np.isfinite(coarse[..., 0])

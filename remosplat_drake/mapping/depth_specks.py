@@ -1,4 +1,4 @@
-"""Fills the specks that depth cameras leave unmeasured."""
+"""Fills small gaps in depth images."""
 
 import dataclasses as dc
 
@@ -8,17 +8,16 @@ from scipy.ndimage import convolve, minimum_filter
 from remosplat_drake.capture.capture import Capture
 
 _KNOWN_AROUND = 5
-"""How many of an unknown pixel's eight neighbours must be known at least for it
-to be a speck."""
+"""Least number of known neighbours, of eight, of an unknown pixel in a small
+gap."""
 
 
 def without_specks(capture: Capture) -> Capture:
-    """Gives unknown specks the depth of the nearest point beside them.
+    """Fills small gaps with the depth of the nearest neighbouring point.
 
-    One unknown pixel keeps a view from having looked through anything around
-    it, so that dropouts would hold in place what has gone. This is for
-    telling what is free, and not for finding surfaces. What is hidden, by the
-    robot for example, stays unknown.
+    One unknown pixel prevents the view from counting as free around it, so that
+    dropouts would preserve vanished things. The result is for free space, not
+    for surfaces. Masked pixels, of the robot for example, stay unknown.
     """
     return dc.replace(
         capture, depth=np.stack([_filled(depth) for depth in capture.depth])

@@ -1,4 +1,4 @@
-"""Chooses the frames that a map is made of."""
+"""Selects the frames of a map."""
 
 from collections.abc import Callable
 
@@ -22,19 +22,20 @@ SAME_ROTATION = np.deg2rad(2.0)
 """Angle between two cameras below which they may see the same [rad]."""
 
 _HIDDEN_SHARE = 0.01
-"""Share of a frame's pixels that a newer one may hide and take its place."""
+"""Largest share of an older frame's pixels that a newer one may mask and still
+replace it."""
 
 _MIN_SHARE = 0.2
-"""Something bears a frame out that shows so much of the same. Of rendered
-tables, others show 0.58 or more of a frame that is right, and nothing of one
-that is elsewhere."""
+"""Least share of a frame's surfaces in other frames that confirms it. For
+rendered tables, it is at least 0.58 for a correct frame, and 0 for a misplaced
+one."""
 
 
 def hides_view_of(newer: Frame, older: Frame) -> bool:
-    """Whether a frame hides what an older one from the same pose shows.
+    """Returns whether a frame masks surfaces that an older one shows.
 
     Args:
-        newer: A frame, of which something may be hidden.
+        newer: A frame, perhaps with masked pixels.
         older: A frame from nearly the same pose.
     """
     if newer.hidden is None or newer.hidden.shape != older.depth.shape:
@@ -47,16 +48,16 @@ def frames_to_keep(
     most: int,
     hides: Callable[[int, int], bool] = lambda newer, older: False,
 ) -> np.ndarray:
-    """Chooses frames from different poses, and the newest ones.
+    """Selects frames from different poses, and the newest ones.
 
-    Of nearly equal poses it keeps the newest frame, and those whose view that
-    one hides; of too many frames the newest ones.
+    Of nearly equal poses it keeps the newest frame, and older ones with
+    surfaces that it masks; of too many frames, the newest ones.
 
     Args:
         X_WC: Poses of the cameras, oldest first, shape (n, 4, 4).
         most: Greatest number of frames to keep.
-        hides: Whether one of two frames from nearly the same pose, given their
-            indices, hides what the other shows, which is older.
+        hides: Returns whether the first of two frames from nearly the same
+            pose, by index, masks surfaces of the second, older one.
 
     Returns:
         Indices of the frames to keep, ascending.
@@ -85,8 +86,8 @@ def contradicting_frames(capture: Capture, trusted: int) -> np.ndarray:
         Indices of the wrong frames, ascending.
 
     Raises:
-        RemoSplatError: All frames are new and contradict each other, so that
-            nobody knows which of them is wrong.
+        RemoSplatError: All frames are new and contradict each other, so the
+            wrong one is unknown.
     """
     wrong = wrong_frames(measure_overlap(capture))
     if not trusted and len(wrong) == len(capture) > 0:
@@ -100,10 +101,10 @@ def contradicting_frames(capture: Capture, trusted: int) -> np.ndarray:
 def confirmed_frames(
     capture: Capture, base: GaussianSplat | None = None
 ) -> np.ndarray:
-    """Finds the frames that others, or the map from before, bear out.
+    """Finds the frames that others, or the earlier map, confirm.
 
-    Nobody knows whether another one is where it seems to be: something may
-    stand where it looks through.
+    The pose of an unconfirmed frame may be wrong: there may be an obstacle
+    where it seems to look through.
 
     Args:
         capture: The frames.
@@ -119,11 +120,11 @@ def confirmed_frames(
 
 
 def contradiction(residual: float) -> str:
-    """Says why a frame is refused that contradicts the others.
+    """Returns why a frame that contradicts the others is rejected.
 
     Args:
-        residual: Median distance of its surfaces from theirs [m]; NaN where
-            that has not been measured.
+        residual: Median distance of its surfaces from theirs [m]; NaN if not
+            measured.
     """
     problem = "contradicts the others: its pose is wrong"
     if np.isfinite(residual):

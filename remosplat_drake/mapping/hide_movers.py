@@ -1,4 +1,4 @@
-"""Keeps what moves out of the frames that maps are made of."""
+"""Masks movers in the frames of maps."""
 
 import dataclasses as dc
 
@@ -11,7 +11,7 @@ from remosplat_drake.scene.kernels.mover_reach import reach
 from remosplat_drake.scene.mover import Movers
 
 _MARGIN = 0.05
-"""How far from a mover a point that is measured may still be its own [m]."""
+"""Largest distance from a mover of measured points that belong to it [m]."""
 
 _W_IS_O = np.zeros(3)
 
@@ -19,18 +19,18 @@ _W_IS_O = np.zeros(3)
 def hide_movers(
     frame: Frame, movers: Movers, X_WO: np.ndarray = _W_IS_O
 ) -> Frame:
-    """Hides the pixels of a frame that may show something that moves.
+    """Masks the pixels of a frame that may show a mover.
 
-    A map that had taken them for things that stand would keep a ghost until a
-    later frame looks through it.
+    Otherwise the map would contain a ghost until a later frame looks through
+    it.
 
     Args:
         frame: The frame, with colours, depths and hidden pixels of one size, as
             `CameraMount.frame` makes it; one without a time was taken at the
             movers' stamp.
-        movers: What moves in W, with its velocities and its bounds.
-        X_WO: Pose of the odometry, by which the frame has its own, in W, shape
-            (3,) [m, rad].
+        movers: The movers in W, with velocities and bounds.
+        X_WO: Pose of the odometry's frame, in which the frame is posed, in W,
+            shape (3,) [m, rad].
 
     Returns:
         A frame without depth where a mover may have been when it was taken,

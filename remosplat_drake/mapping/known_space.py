@@ -1,4 +1,4 @@
-"""Which part of space is known, by what cameras saw and where the robot was."""
+"""Computes the known part of space, from frames and the robot's positions."""
 
 import dataclasses as dc
 
@@ -33,7 +33,7 @@ from remosplat_drake.signals.coverage import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.3
-"""Greatest depth of things that people put on tables [m]."""
+"""Assumed largest depth of things on tables [m]."""
 
 
 def known_space(
@@ -45,16 +45,14 @@ def known_space(
     config: MappingConfig,
     before: Coverage | None = None,
 ) -> Coverage:
-    """Sorts the voxels of the mapped box into surface, free and unseen.
+    """Classifies the voxels of the mapped box as surface, free or unseen.
 
-    What was seen before stays known, but for what is behind things that have
-    come since. Nothing is free where a pixel has measured something, unless
-    the robot itself was there.
+    Space that was seen before stays known, except behind new things. A cell
+    with a measured point is not free, unless the robot itself was there.
 
     Args:
-        capture: The frames that may clear space, without what is out of date
-            in them.
-        come: Pixels of the frames that show what was not there in older ones,
+        capture: The frames that may clear space, without their outdated parts.
+        come: Pixels of the frames that show things that were not in older ones,
             shape (n, h, w) bool.
         measured: Cells that hold measured points, see `measured_in_box`.
         splat_W: All surfaces, in W.
@@ -82,13 +80,12 @@ def known_space(
 def measured_in_box(
     frames: Capture, changes: Changes, capture: Capture, config: MappingConfig
 ) -> np.ndarray:
-    """Finds the cells of the mapped box that hold points measured of a surface.
+    """Finds the cells of the mapped box that contain measured surface points.
 
     Args:
         frames: All frames as they were taken.
-        changes: What is out of date in them.
-        capture: The frames that may clear space, without what is out of date
-            in them.
+        changes: Their outdated parts.
+        capture: The frames that may clear space, without their outdated parts.
         config: The box and its voxels.
 
     Returns:
@@ -104,7 +101,7 @@ def measured_in_box(
 def in_box(
     coverage: Coverage, X_WG: np.ndarray, config: MappingConfig
 ) -> Coverage:
-    """Says what was seen in the voxels of the mapped box.
+    """Resamples a coverage to the voxels of the mapped box.
 
     Args:
         coverage: What was seen, in voxels of a frame G.
@@ -112,7 +109,7 @@ def in_box(
         config: The box and its voxels, in W.
 
     Returns:
-        The box; a voxel of it is seen only if all that it reaches into is.
+        The box; a voxel is seen only if all voxels that it overlaps are.
     """
     nothing = _nothing_seen(config)
     places = np.indices(nothing.state.shape).reshape(3, -1).T
@@ -132,7 +129,7 @@ def in_box(
 
 
 def space_around(robot: Spheres, config: MappingConfig) -> Coverage:
-    """Says what is known before anybody has looked: the space at the robot.
+    """Returns the coverage before the first frame: the space at the robot.
 
     Args:
         robot: The robot's spheres at the start.
@@ -155,7 +152,7 @@ def _nothing_seen(config: MappingConfig) -> Coverage:
 
 
 def _come_since(before: Coverage, capture: Capture) -> np.ndarray:
-    """Finds wide regions that measure something where space was free before.
+    """Finds wide regions of measured points in formerly free space.
 
     Returns:
         Their pixels, shape (n, h, w) bool.
@@ -173,9 +170,9 @@ def _come_since(before: Coverage, capture: Capture) -> np.ndarray:
 def _without_shadows(
     coverage: Coverage, capture: Capture, come: np.ndarray
 ) -> Coverage:
-    """Forgets what was free behind a thing's face before the thing came.
+    """Marks formerly free space behind the faces of new things as unseen.
 
-    Nobody knows how deep it is until a view looks at it from behind.
+    The depth of such a thing is unknown until a view shows its back.
     """
     state = coverage.state.copy()
     for view in np.flatnonzero(come.any(axis=(1, 2))):

@@ -1,4 +1,4 @@
-"""`LiveMap`: swaps in the mapping process's newest map between ticks."""
+"""`LiveMap`: swaps in the newest map of the mapping process between ticks."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -43,13 +43,13 @@ from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.scene_map import SceneMap
 
 _AHEAD = 1.0
-"""Greatest time by which a camera's clock may be ahead of ours [s]."""
+"""Largest lead of a camera's clock [s]."""
 
 _TRACKING_PERIOD = 0.2
-"""Time between two looks at where the base is [s]."""
+"""Time between two localisations of the base [s]."""
 
 _ROUNDING = 1e-9
-"""Time by which ticks may come too early, by rounding [s]."""
+"""Bound on the rounding error of tick times [s]."""
 
 
 class LiveMap(LeafSystem):
@@ -71,33 +71,33 @@ class LiveMap(LeafSystem):
         - correction
         - hold
 
-    Nothing here waits for the process: a new map is a file that is mapped
-    into memory at a tick, and counts from the next one on. Where
-    `velocity_executed` tells the command u, map and pose of the base change
-    together, half-way between the two ticks, and only if `objection` has none;
-    else `hold` gives its reason, for a supervisor that stops the robot, and it
-    is asked again at every tick. `configuration` is the measured q, `requests`
-    takes the `MapRequests` of operators and `settled` those for things that
-    have come to stay, `passing` the `Movers` that have not, which frames do not
-    show. `distance_field` gives the map's `DistanceField`, `map_status` a
-    `MapStatus` and `correction` the newest `BaseCorrection` that any map
-    brought. `map_age` tells how long ago the newest frame of the map was taken
-    [s]; before the first it is 0.
+    This system never waits for the process: a new map is a file that is mapped
+    into memory at a tick, and takes effect from the next one on. If
+    `velocity_executed` provides the command u, map and base pose change
+    together, half-way between the two ticks, and only if `objection` returns
+    none; otherwise `hold` outputs its reason, for a supervisor that stops the
+    robot, and `objection` is called again at every tick. `configuration` is the
+    measured q, `requests` takes the `MapRequests` of operators and `settled`
+    those for things that have settled, `passing` the `Movers` that have not,
+    which are masked in frames. `distance_field` gives the map's
+    `DistanceField`, `map_status` a `MapStatus` and `correction` the newest
+    `BaseCorrection` that any map brought. `map_age` is the age of the newest
+    frame of the map [s]; 0 before the first one.
 
-    With a fixed latency simulated maps take effect exactly so long after
-    they were asked for, however fast the simulation runs: it waits then.
+    With a fixed latency, simulated maps take effect exactly that long after
+    their request; the simulation waits if necessary.
 
     Args:
-        process: The process that takes the pictures and makes the maps.
-        initial: The map that the scenario begins with, version 0.
+        process: The process that takes the pictures and builds the maps.
+        initial: The scenario's map, version 0.
         n_q: Length of a configuration.
-        period: Time between two looks at the process [s].
-        reopened: The map of a session that goes on; None for a new session.
-        latency: The fixed latency [s]; None: maps count as soon as they are
-            made.
-        tracking: Whether the base is looked for all the time.
-        objection: Says why a field must not count while the robot is at q and
-            executes u, called with the three; None asks nobody.
+        period: Time between two polls of the process [s].
+        reopened: The map of a continued session; None for a new session.
+        latency: The fixed latency [s]; None: maps take effect as soon as they
+            are built.
+        tracking: Whether the base is localised continuously.
+        objection: Returns why a field must not take effect while the robot is
+            at q and executes u, given the three; None permits every field.
         n_u: Length of a command.
     """
 
@@ -139,7 +139,7 @@ class LiveMap(LeafSystem):
         )
         status = first_status(initial if reopened is None else reopened)
         before = LiveMapMemory(status)
-        if process.sent:  # A map is being made before the first tick.
+        if process.sent:  # A map is being built before the first tick.
             status = dc.replace(status, is_building=True)
             due = () if latency is None else ((latency, process.sent, True),)
             before = LiveMapMemory(status, due=due)
@@ -193,12 +193,13 @@ class LiveMap(LeafSystem):
             requests: The `MapRequests` of operators; None for none.
             settled: Further `MapRequests`, for what has settled; None for none.
             passing: The `Movers` that have not settled; None for none.
-            oracle: The distance oracle; it asks the live map from now on.
-            supervisor: The safety supervisor, which is told the map's age and
-                what a new map waits for; None for none.
-            executed: The command u that the station gets; None where nobody is
-                asked whether a map may count.
-            localization: What corrects the base's odometry; None for nothing.
+            oracle: The distance oracle, which is connected to the live map.
+            supervisor: The safety supervisor, which receives the map's age and
+                the reason why a new map waits; None for none.
+            executed: The command u of the station; None if maps take effect
+                without a check.
+            localization: The system that corrects the base's odometry; None for
+                none.
             **arguments: The arguments of `LiveMap`.
         """
         live_map = builder.AddSystem(LiveMap(**arguments))
@@ -249,7 +250,7 @@ class LiveMap(LeafSystem):
 
     def _calc_age(self, context: Context, output: BasicVector):
         now, taken = context.get_time(), self.status(context).scene_map.time
-        if taken > now + _AHEAD:  # In an earlier run, by its clock.
+        if taken > now + _AHEAD:  # From an earlier run, with its clock.
             taken = 0.0
         age = now - taken if np.isfinite(taken) else 0.0
         output.SetAtIndex(0, max(0.0, age))
@@ -271,7 +272,7 @@ class LiveMap(LeafSystem):
         cell.set_value(changed(memory, self._asked_whether(context, memory)))
 
     def _asked_whether(self, context: Context, memory: LiveMapMemory) -> str:
-        """What speaks against the map that waits."""
+        """Returns the objection to the waiting map."""
         if self._objection is None or memory.candidate is None:
             return ""
         scene_map, correction = memory.candidate
@@ -293,7 +294,7 @@ class LiveMap(LeafSystem):
             state.get_mutable_abstract_state(cell).set_value(memory)
 
     def _asked(self, context: Context, memory: LiveMapMemory) -> LiveMapMemory:
-        """Passes on what is new among the requests."""
+        """Passes on new requests."""
         ports = self._requests_input, self._settled_input
         asked = [port.Eval(context) for port in ports if port.HasValue(context)]
         wanted = sum(asked, MapRequests())
@@ -315,7 +316,7 @@ class LiveMap(LeafSystem):
     def _followed(
         self, context: Context, memory: LiveMapMemory
     ) -> LiveMapMemory:
-        """Asks where the base is, if it is time to."""
+        """Requests a localisation of the base, if one is due."""
         time = context.get_time()
         is_due = time >= memory.tracked + _TRACKING_PERIOD - _ROUNDING
         if not self._tracking or not is_due:
@@ -331,11 +332,11 @@ class LiveMap(LeafSystem):
         return dc.replace(memory, tracked=time, due=due)
 
     def _passing(self, context: Context) -> Movers:
-        """What moves and has not settled, as far as it is known."""
+        """Returns the known movers that have not settled."""
         return value_or_none(self._passing_input, context) or Movers(0.0)
 
     def _heard(self, time: float, memory: LiveMapMemory) -> LiveMapMemory:
-        """Takes in what the process has told."""
+        """Processes events of the mapping process."""
         due = memory.due
         if self._latency is None:
             events = self._process.poll()

@@ -1,4 +1,4 @@
-"""What the live map remembers between two ticks, and how that changes."""
+"""State of the live map between ticks, and its changes."""
 
 import dataclasses as dc
 
@@ -27,14 +27,14 @@ class LiveMapMemory:
     Attributes:
         status: What is shown.
         known: The requests that have been passed on.
-        due: When answers take effect: triples (time [s], number of requests
-            answered by then, whether they make a map); only with a fixed
-            latency.
+        due: Times at which answers take effect: triples (time [s], number of
+            requests answered by then, whether they make a map); only with a
+            fixed latency.
         correction: The newest correction of the base's odometry.
-        tracked: When the base was looked for last [s].
-        candidate: A map that has been made and waits until it may count, and
-            where the odometry is in it; None for none.
-        hold: Why it may not; empty if nothing waits for the robot to stop.
+        tracked: Time of the latest localisation of the base [s].
+        candidate: A map that waits to take effect, and the pose of the odometry
+            in it; None for none.
+        hold: Why it waits; empty if nothing waits for the robot to stop.
     """
 
     status: MapStatus
@@ -50,13 +50,13 @@ class LiveMapMemory:
 
 
 def located(memory: LiveMapMemory, correction: BaseCorrection) -> LiveMapMemory:
-    """Takes in where the odometry is in the newest map that was made.
+    """Records the pose of the odometry in the newest map.
 
-    While that one waits, the pose in the map that counts stays what it was.
+    While that map waits, the pose in the map in use does not change.
 
     Args:
         memory: The state before.
-        correction: Where the odometry is in that map.
+        correction: Pose of the odometry in that map.
     """
     if memory.candidate is not None:
         scene_map = memory.candidate[0]
@@ -68,7 +68,7 @@ def located(memory: LiveMapMemory, correction: BaseCorrection) -> LiveMapMemory:
 
 
 def taken_back(memory: LiveMapMemory) -> LiveMapMemory:
-    """Gives up the map that waits; the robot is no longer held for it.
+    """Discards the waiting map; the robot is no longer held for it.
 
     Args:
         memory: The state before.
@@ -77,7 +77,7 @@ def taken_back(memory: LiveMapMemory) -> LiveMapMemory:
 
 
 def changed(memory: LiveMapMemory, objection: str) -> LiveMapMemory:
-    """Lets the map that waits count, with its pose, or says why it does not.
+    """Makes the waiting map take effect, with its pose, or records why not.
 
     Args:
         memory: The state before.
@@ -105,14 +105,14 @@ def news(
     time: float,
     passing: Movers,
 ) -> list[Request]:
-    """Turns what was newly asked for into requests, in the order to do them.
+    """Converts new requests into messages, in the order of execution.
 
     Args:
-        known: All that had been asked for before.
-        wanted: All that has been asked for by now.
+        known: All earlier requests.
+        wanted: All requests so far.
         q: The robot's configuration now, shape (n_q,).
         time: Time now, by the diagram's clock [s].
-        passing: What moves and shall not be in the map.
+        passing: Movers that must not be in the map.
     """
     requests: list[Request] = []
     if wanted.scene is not None and wanted.scene is not known.scene:

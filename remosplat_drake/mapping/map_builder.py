@@ -1,4 +1,4 @@
-"""`build_map`: makes a version of the map from camera frames."""
+"""`build_map`: builds a version of the map from camera frames."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -63,40 +63,40 @@ def build_map(
     camera: str = "",
     report: Report = lambda stage, done, total: None,
 ) -> SceneMap:
-    """Makes a map of frames; where they contradict, the newest counts.
+    """Builds a map from frames; in contradictions, the newest counts.
 
-    What a frame shows that nothing bears out is there, too, but nothing is
-    free or gone since it looks through it: its pose may be wrong.
+    Surfaces of an unconfirmed frame are part of the map, too, but the frame
+    clears no space, since its pose may be wrong.
 
     Args:
         capture: The frames, oldest first, with the robot hidden.
         config: Settings of the live map.
         version: Number that the map gets.
-        parent: Number of the map that it follows; None for none.
+        parent: Number of the previous map; None for none.
         frames: Names of the frames.
         time: When the newest frame was taken [s].
         make_field: Makes the oracle's distance field of a splat.
         effort: `QUICK` or `FULL`.
-        base: A splat from before that the frames bring up to date; None
-            begins with nothing.
+        base: An earlier splat that the frames update; None starts empty.
         base_seen: What the cameras of that splat saw, as `in_box` returns it;
-            None if nobody knows.
-        unseen_is_solid: Whether what nobody has seen is part of the map.
+            None if unknown.
+        unseen_is_solid: Whether unseen space is part of the map.
         robot_free: The robot's spheres where it was when frames were taken:
-            it has not been inside of anything. None for none.
-        camera: What was undone of the camera's errors, in words.
+            these places are free. None for none.
+        camera: Description of the corrected camera errors.
         report: Called with the stage, and how many of its steps are done, of
             how many.
 
     Raises:
-        RemoSplatError: The frames show too little, or a setting is unusable.
+        RemoSplatError: The frames show too little, or a setting is invalid.
     """
     if effort not in EFFORTS:
         raise RemoSplatError(unknown_name("effort", effort, EFFORTS))
     start = perf_counter()
     report("comparing frames", 0, 1)
     looks = without_specks(capture)
-    # A single frame may have slid along walls that it shares with the splat.
+    # A single frame may have an error along walls that it shares with the
+    # splat.
     confirmed = confirmed_frames(looks, base) & (len(looks) > 1)
     changes = find_changes(looks, confirmed)
     report("comparing frames", 1, 1)
@@ -137,17 +137,17 @@ def _surfaces(
     effort: str,
     report: Report,
 ) -> GaussianSplat:
-    """Discs that start on all that was seen and fit what is there now.
+    """Returns discs that start on all seen surfaces and fit the present ones.
 
-    Behind what has come stands what was there before, unseen now.
+    Behind new things, earlier surfaces remain, unseen now.
 
     Args:
         capture: The frames as they were taken.
-        changes: What is out of date in them.
+        changes: Their outdated parts.
         looks: The rest of those that may clear space, without specks.
         config: Settings of the live map.
         effort: `QUICK` or `FULL`.
-        report: Told how far it has come.
+        report: Called with the progress.
     """
     remembered = without(capture, changes.gone)
     present = without(capture, changes.outdated)
@@ -172,7 +172,7 @@ def _surfaces(
 
 
 def within(capture: Capture, max_depth: float) -> Capture:
-    """Leaves out surfaces that are farther away than a depth [m]."""
+    """Removes surfaces beyond a depth [m]."""
     near = capture.depth <= max_depth
     return dc.replace(capture, depth=capture.depth * near)
 
@@ -188,7 +188,7 @@ def _describe(
     n = len(confirmed)
     frames = "1 frame" if n == 1 else f"{n} frames"
     if alone:
-        frames += f" ({alone} borne out by nothing: clearing no space)"
+        frames += f" ({alone} unconfirmed: clearing no space)"
     discs = f"{len(splat) / 1000:.0f}k" if len(splat) > 999 else len(splat)
     unseen = 100 * coverage.fraction(UNSEEN)
     words = f"{frames}, {discs} discs, {unseen:.0f} % unseen, {seconds:.1f} s"

@@ -1,4 +1,4 @@
-"""How the live map's `MapStatus` follows from what happens."""
+"""Updates the live map's `MapStatus` with events."""
 
 import dataclasses as dc
 
@@ -16,7 +16,7 @@ from remosplat_drake.signals.scene_map import SceneMap
 
 
 def first_status(scene_map: SceneMap) -> MapStatus:
-    """Returns the status at the start, with the map that counts then."""
+    """Returns the status at the start, with the map in use."""
     return MapStatus(
         scene_map, text=_described(scene_map), frames=len(scene_map.frames)
     )
@@ -25,7 +25,7 @@ def first_status(scene_map: SceneMap) -> MapStatus:
 def noted(status: MapStatus, event: Event) -> MapStatus:
     """Returns the status after an event of the mapping process.
 
-    A new map leaves it as it is: `swapped` takes that in.
+    A new map does not change it: see `swapped`.
     """
     match event:
         case FrameAdded(name, total):
@@ -45,7 +45,7 @@ def noted(status: MapStatus, event: Event) -> MapStatus:
 
 
 def swapped(status: MapStatus, scene_map: SceneMap) -> MapStatus:
-    """Returns the status once another map counts."""
+    """Returns the status after a change of the map in use."""
     return dc.replace(
         status,
         scene_map=scene_map,
@@ -57,7 +57,7 @@ def swapped(status: MapStatus, scene_map: SceneMap) -> MapStatus:
 
 
 def _described(scene_map: SceneMap) -> str:
-    """A map in a line; that of the scenario has no number."""
+    """Describes a map in one line; the scenario's has no number."""
     if not scene_map.version:
         return scene_map.quality
     return f"version {scene_map.version}: {scene_map.quality}"

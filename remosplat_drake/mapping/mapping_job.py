@@ -1,4 +1,4 @@
-"""`MappingJob`: what a mapping process is given, and how it makes a map."""
+"""`MappingJob`: the inputs of a mapping process, and how it builds a map."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -26,10 +26,10 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass(frozen=True)
 class WrittenMap:
-    """A map that has just been made and written to its file.
+    """A map that has just been built and written to its file.
 
     Attributes:
-        version: What the session notes about it.
+        version: The session's record of it.
         seal: The file's seal, as `write_map` returned it.
     """
 
@@ -47,12 +47,12 @@ class MappingJob:
         robot: The robot that carries the camera.
         make_camera: Makes the camera; called inside of the process.
         make_field: Makes the oracle's distance field of a splat.
-        q0: Configuration at the start, shape (n_q,); somebody has looked at
+        q0: Configuration at the start, shape (n_q,); an operator has checked
             the space around it, see `MappingConfig.start_margin`.
         base: The splat that the scenario begins with; None for none.
-        base_seen: What its capture saw, as `in_box` returns it; None if nobody
-            knows.
-        unseen_is_solid: Whether what nobody has seen is part of the maps.
+        base_seen: What its capture saw, as `in_box` returns it; None if
+            unknown.
+        unseen_is_solid: Whether unseen space is part of the maps.
     """
 
     session: Path
@@ -68,14 +68,14 @@ class MappingJob:
 
 @dc.dataclass(frozen=True, eq=False)
 class UsableFrames:
-    """The frames of the next map, where they were taken.
+    """The frames of the next map, with their poses.
 
     Attributes:
         names: Names of the frames.
         capture: The frames, in W.
         q: The robot's configurations in W, shape (n, n_q).
-        residual: Median distance of each frame's surfaces from the others'
-            [m]; NaN where that has not been measured. Shape (n,).
+        residual: Median distance of each frame's surfaces from the others' [m];
+            NaN if not measured. Shape (n,).
     """
 
     names: tuple[str, ...]
@@ -96,10 +96,10 @@ class UsableFrames:
 def next_judgement(
     job: MappingJob, frames: UsableFrames
 ) -> Callable[[Report], Judgement]:
-    """Prepares to judge the camera by frames as they were taken.
+    """Prepares to judge the camera from unchanged frames.
 
     Returns:
-        A function that does it and asks the session nothing, so that it can
+        A function that does it without access to the session, so that it can
         run in a thread.
     """
     return lambda report: judge_camera(
@@ -124,11 +124,11 @@ def next_map(
         session: The session that the map belongs to.
         frames: The frames.
         effort: "quick" or "full".
-        camera: What was undone of the camera's errors, in words.
+        camera: Description of the corrected camera errors.
 
     Returns:
-        A function that makes the map and writes its file. It may take long,
-        but asks the session nothing any more, so that it can run in a thread.
+        A function that builds the map and writes its file. It may take long,
+        but does not access the session, so that it can run in a thread.
     """
     build = partial(
         build_map,
@@ -166,10 +166,10 @@ def _make(
 
 
 def free_around(job: MappingJob, q: np.ndarray) -> Spheres:
-    """Returns balls that hold no obstacle: the robot was there.
+    """Returns balls of free space, where the robot has been.
 
-    At the start they are larger, so that what the robot may not see of
-    itself does not become an obstacle with the first map.
+    At the start they are larger, so that space that the robot itself occludes
+    does not become an obstacle with the first map.
 
     Args:
         job: The robot, where it started, and its margins.

@@ -1,4 +1,4 @@
-"""`MappingProcess`: the control process's end of the mapping process."""
+"""`MappingProcess`: the control process's interface to the mapping process."""
 
 import logging
 import weakref
@@ -30,22 +30,22 @@ PATIENCE = 600.0
 """Longest time that `wait` waits [s]."""
 
 _NICENESS = 5
-"""Niceness of the process: control goes first, and two busy cores still leave
-it a quarter of one."""
+"""Niceness of the process: control has precedence, and on two busy cores the
+process still gets a quarter of one."""
 
 _log = logging.getLogger(__name__)
 
 
 class MappingProcess:
-    """Takes pictures and makes maps in a process of lower priority (nice 5).
+    """Takes pictures and builds maps in a process of lower priority (nice 5).
 
     Nothing waits for the process, neither for its start nor for its answers.
-    All that it knows is in its session's folder: when it dies, `poll` tells
-    so once, and the next request starts another one, which goes on there.
+    All its state is in its session's folder: if it dies, `poll` reports that
+    once, and the next request starts another one, which continues there.
 
     Attributes:
         sent: Number of requests so far.
-        answered: Number of requests that are dealt with, or lost.
+        answered: Number of requests that are finished or lost.
     """
 
     def __init__(self, job: MappingJob):
@@ -61,7 +61,8 @@ class MappingProcess:
         self._scene: ShowScene | None = None
         self._outbox: deque[Request] = deque()
         self._own_events: deque[Event] = deque()
-        # With a fixed latency control waits for it, and would wait for long.
+        # With a fixed latency, control waits for it, and niceness would make
+        # that long.
         niceness = _NICENESS if job.config.latency is None else 0
         self._child = ChildProcess(serve, "mapping", niceness)
         self.close = weakref.finalize(self, ChildProcess.end, self._child)
@@ -73,7 +74,7 @@ class MappingProcess:
         return self._child.process
 
     def request(self, request: Request) -> None:
-        """Sends a request; where the process has died a new one is started."""
+        """Sends a request; if the process has died, a new one is started."""
         if self.sent - self.answered >= MOST_UNANSWERED:
             self._own_events.append(Trouble(BUSY))
             return
@@ -85,7 +86,7 @@ class MappingProcess:
             self._scene = request
 
     def track(self, request: Track) -> None:
-        """Sends a request to look for the base, if the one before is done.
+        """Sends a request to localise the base, if the previous one is done.
 
         It does not count among those that `wait` waits for, and starts no
         process.
@@ -95,7 +96,7 @@ class MappingProcess:
             self._outbox.append(request)
 
     def poll(self) -> list[Event]:
-        """Returns what the process has told since the last call, at once."""
+        """Returns the events since the last call, without waiting."""
         events: list[Event] = []
         while event := self._next_event():
             events.append(event)
@@ -105,11 +106,11 @@ class MappingProcess:
         """Waits until requests are answered, ten minutes at most.
 
         Args:
-            count: Number of requests that must be answered, of all that
-                were ever sent.
+            count: Number of requests that must be answered, of all that were
+                sent.
 
         Returns:
-            What the process has told by then.
+            The events so far.
         """
         events: list[Event] = []
         end = monotonic() + PATIENCE
@@ -142,7 +143,7 @@ class MappingProcess:
         return event
 
     def _lost(self) -> Event:
-        """Gives the process up, and with it all that it was asked for."""
+        """Abandons the process and all its requests."""
         _log.warning(DIED)
         self._child.end(patience=0.0)
         self._outbox.clear()
@@ -151,7 +152,7 @@ class MappingProcess:
         return Trouble(DIED)
 
     def _restart(self) -> None:
-        """Starts a process that knows the session's folder and the scene."""
+        """Starts a process with the session's folder and the scene."""
         if self._scene is not None:
             self._outbox.appendleft(self._scene)
         self._answered_before = self.sent - len(self._outbox)

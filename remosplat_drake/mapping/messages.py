@@ -1,7 +1,7 @@
-"""What control process and mapping process tell each other.
+"""Messages between control process and mapping process.
 
-Requests go one way, events the other. All are small, so that neither side
-waits for the other: images and maps travel as files of the session.
+Requests go one way, events the other. All are small, so that neither side waits
+for the other: images and maps are passed as files of the session.
 """
 
 import dataclasses as dc
@@ -21,7 +21,7 @@ class AddFrame:
     Attributes:
         q: The robot's configuration, shape (n_q,).
         time: Time now, by the diagram's clock [s].
-        passing: What moves and shall not be in the map.
+        passing: Movers that must not be in the map.
     """
 
     q: np.ndarray
@@ -31,12 +31,12 @@ class AddFrame:
 
 @dc.dataclass(frozen=True, eq=False)
 class Track:
-    """Request: look where the base is; the picture is not kept.
+    """Request: localise the base; the picture is not kept.
 
     Attributes:
         q: The robot's configuration, shape (n_q,).
         time: Time now, by the diagram's clock [s].
-        passing: What moves and tells nothing of where the base is.
+        passing: Movers, which must not be used for localisation.
     """
 
     q: np.ndarray
@@ -46,7 +46,7 @@ class Track:
 
 @dc.dataclass(frozen=True)
 class Build:
-    """Request: make a map of the session's active frames.
+    """Request: build a map from the session's active frames.
 
     Attributes:
         effort: "quick" or "full".
@@ -57,7 +57,7 @@ class Build:
 
 @dc.dataclass(frozen=True)
 class Undo:
-    """Request: leave out the frames that no map has yet, else the last map."""
+    """Request: discard the frames that are in no map yet, else the last map."""
 
 
 @dc.dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Save:
 
 @dc.dataclass(frozen=True, eq=False)
 class ShowScene:
-    """Request: change the scene that a simulated camera sees.
+    """Request: change the scene of a simulated camera.
 
     Attributes:
         scene: The solids that are there from now on.
@@ -78,7 +78,7 @@ class ShowScene:
 
 @dc.dataclass(frozen=True)
 class Close:
-    """Request: end the process; a map that is being made is dropped."""
+    """Request: end the process; a map under construction is dropped."""
 
 
 @dc.dataclass(frozen=True)
@@ -99,7 +99,7 @@ class FrameRefused:
     """Event: a frame cannot be used.
 
     Attributes:
-        reason: Why it cannot, for people.
+        reason: Why it cannot, for display.
     """
 
     reason: str
@@ -107,10 +107,10 @@ class FrameRefused:
 
 @dc.dataclass(frozen=True, eq=False)
 class Located:
-    """Event: where the base is in the newest map that was told.
+    """Event: pose of the base in the newest announced map.
 
     Attributes:
-        correction: Where its odometry is.
+        correction: Pose of its odometry.
     """
 
     correction: BaseCorrection
@@ -118,10 +118,10 @@ class Located:
 
 @dc.dataclass(frozen=True)
 class Building:
-    """Event: how far the map that is being made has come.
+    """Event: progress of the map under construction.
 
     Attributes:
-        stage: What is being done, for people.
+        stage: Name of the stage, for display.
         done: Number of the stage's steps that are done.
         total: Number of the stage's steps.
     """
@@ -139,8 +139,8 @@ class MapReady:
         path: The map's file; None for the map that the scenario began with.
         version: Number of the map.
         seal: Seal of the file, which the mapping process itself has written.
-        correction: Where the base's odometry is in this map; None where it is
-            not corrected.
+        correction: Pose of the base's odometry in this map; None if it is not
+            corrected.
     """
 
     path: Path | None
@@ -154,7 +154,7 @@ class Note:
     """Event: something went well.
 
     Attributes:
-        text: What went well, for people.
+        text: Description, for display.
     """
 
     text: str
@@ -165,7 +165,7 @@ class Trouble:
     """Event: something went wrong; the process goes on.
 
     Attributes:
-        text: What went wrong, for people.
+        text: Description of the problem, for display.
     """
 
     text: str
@@ -173,7 +173,7 @@ class Trouble:
 
 @dc.dataclass(frozen=True)
 class Idle:
-    """Event: nothing is left to do.
+    """Event: the process is idle.
 
     Attributes:
         answered: Number of requests that were answered since the process

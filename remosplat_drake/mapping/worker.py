@@ -1,7 +1,7 @@
-"""The mapping process: what runs inside it.
+"""The code of the mapping process.
 
-It owns the camera and the session's folder and keeps nothing besides, so
-that another one goes on where it was killed.
+It owns the camera and the session's folder and has no other state, so that
+another process can continue after it was killed.
 """
 
 import dataclasses as dc
@@ -71,10 +71,11 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.splat.codecs.ply import write_ply
 
 _LOOK = 0.01
-"""Time between two looks at the camera and at the map in the making [s]."""
+"""Time between two polls of the camera and of the map under construction
+[s]."""
 
 _NEWS = 0.2
-"""Time between two reports on the map in the making [s]."""
+"""Time between two progress reports of a map [s]."""
 
 _log = logging.getLogger(__name__)
 
@@ -82,7 +83,7 @@ _log = logging.getLogger(__name__)
 def serve(connection: Connection, job: MappingJob) -> None:
     """Runs the mapping process until the other end of its pipe is closed.
 
-    It ends by `os._exit`: a map in the making is given up.
+    It ends by `os._exit`: a map under construction is abandoned.
 
     Args:
         connection: Pipe that brings requests and takes events; see
@@ -101,12 +102,13 @@ def serve(connection: Connection, job: MappingJob) -> None:
     except Exception:
         _log.exception("the mapping process ends")
     finally:
-        # A map in the making is given up; what is saved was saved at once.
+        # A map under construction is abandoned; everything else is already
+        # saved.
         os._exit(0)
 
 
 def _refuse_all(connection: Connection, reason: str) -> None:
-    """Says to each request why there is no mapping."""
+    """Answers each request with the reason why there is no mapping."""
     connection.send(Trouble(reason))
     answered = 0
     while not isinstance(connection.recv(), Close):
@@ -116,7 +118,7 @@ def _refuse_all(connection: Connection, reason: str) -> None:
 
 
 class _Worker:
-    """Takes the pictures at once, and makes the maps one by one."""
+    """Takes pictures immediately, and builds maps one by one."""
 
     def __init__(self, connection: Connection, job: MappingJob):
         self._connection = connection
@@ -132,12 +134,12 @@ class _Worker:
         self._offered: set[str] = set()
         self._received = self._answered = 0
         self._told = 0.0
-        # With a fixed latency each request is done before the next is read:
-        # what is in which map must not depend on how fast they are made.
+        # With a fixed latency, each request is finished before the next is
+        # read: the content of maps must not depend on computing time.
         self._in_order = job.config.latency is not None
 
     def run(self) -> None:
-        """Works until the other end says so, or is closed."""
+        """Runs until the other end requests a stop, or is closed."""
         self._try(self._resume)
         self._try(self._tell_map)
         while True:
@@ -157,7 +159,7 @@ class _Worker:
         self._connection.send(event)
 
     def _tell_map(self) -> None:
-        """Tells which map counts now."""
+        """Announces the map in use."""
         path, version = self._session.head_map, self._session.head
         correction = None
         if self._aligner is not None:
@@ -165,10 +167,10 @@ class _Worker:
         self._tell(MapReady(path, version, self._seal(version), correction))
 
     def _seal(self, version: int) -> str:
-        """The seal of a map's file; of none for the scenario's own map.
+        """Returns the seal of a map's file; empty for the scenario's own map.
 
-        The other side has no time to check a file that this process has not
-        written. So it is checked here, and written anew.
+        The control process has no time to check a file from another process. So
+        it is checked here, and written again.
         """
         if version and version not in self._seals:
             path = self._session.map_path(version)
@@ -176,7 +178,7 @@ class _Worker:
         return self._seals.get(version, "")
 
     def _try(self, action: Callable[[], None]) -> None:
-        """Tells what goes wrong, and goes on."""
+        """Reports errors of an action, and continues."""
         try:
             action()
         except (EOFError, ConnectionError):
@@ -203,7 +205,7 @@ class _Worker:
                 self._camera.show(scene)
 
     def _want(self, effort: str) -> None:
-        """Lets a map be made as soon as no other one is."""
+        """Schedules a map for when no other one is under construction."""
         if self._wanted != "full":
             self._wanted = effort
 
@@ -214,7 +216,7 @@ class _Worker:
             return
         frame = hide_movers(frame, passing, self._odometry_frame(frame, q))
         if (frame.depth > 0).mean() < MIN_DEPTH_FRACTION:
-            self._tell(FrameRefused("what moves hides most of the frame"))
+            self._tell(FrameRefused("movers cover most of the frame"))
             return
         name = self._session.frames.add(frame, q)
         self._session.activate(name)
@@ -227,14 +229,14 @@ class _Worker:
         self._tell(FrameAdded(name, len(self._session.active)))
 
     def _odometry_frame(self, frame: Frame, q: np.ndarray) -> np.ndarray:
-        """X_WO when a frame was taken, as far as it is known, shape (3,)."""
+        """Returns the estimate of X_WO at a frame, shape (3,)."""
         if self._aligner is None or frame.time is None:
             return np.zeros(3)
         X_WB, _ = self._aligner.correction.base_at(frame.time, q[:3])
         return odometry_frame(X_WB, q[:3])
 
     def _track(self, q: np.ndarray, taken: float, passing: Movers) -> None:
-        """Looks where the base is; whatever happens, there is an answer."""
+        """Localises the base; there is always an answer."""
         assert self._aligner is not None
         try:
             frame = self._camera.frame(q, taken)
@@ -245,7 +247,7 @@ class _Worker:
             self._tell(Located(self._aligner.correction))
 
     def _resume(self) -> None:
-        """Tells the aligner of frames that an earlier process has aligned."""
+        """Adds frames that an earlier process has aligned to the aligner."""
         names, frames = self._session.active, self._session.frames
         if self._aligner is None or all(
             map(self._aligner.knows, self._keys(names))
@@ -267,7 +269,7 @@ class _Worker:
             session.leave_out_new_frames()
             self._tell(Note("what no map had yet is left out"))
             return
-        self._seal(session.parent)  # Where that fails nothing has changed.
+        self._seal(session.parent)  # If that fails, nothing has changed.
         session.undo()
         self._tell_map()
 
@@ -306,7 +308,7 @@ class _Worker:
             self._tell(Idle(self._answered, len(self._session.active)))
 
     def _take(self, made: WrittenMap) -> None:
-        """Lets a map that has been made count."""
+        """Puts a finished map into use."""
         replaced = self._offered - set(made.version.frames)
         if self._aligner is not None and self._graph is not None:
             poses = self._aligner.adopt(self._graph)
@@ -335,15 +337,15 @@ class _Worker:
         )
 
     def _is_unjudged(self, names: tuple[str, ...]) -> bool:
-        """Whether such frames may tell more of the camera than is known."""
+        """Returns whether frames may improve the judgement of the camera."""
         if len(names) < LEAST_FRAMES:
             return False
         return self._judgement is None or not self._judgement.holds_for(names)
 
     def _chosen_frames(self) -> UsableFrames | None:
-        """The frames for the next map as they were taken, if there are enough.
+        """Returns the unchanged frames of the next map, if there are enough.
 
-        Those that are damaged, or whose places are vague, are refused.
+        Damaged frames, and those with uncertain poses, are rejected.
         """
         session, frames = self._session, self._session.frames
         self._resume()
@@ -372,9 +374,9 @@ class _Worker:
         return UsableFrames(names, capture, q[kept], residual[kept])
 
     def _usable(self, frames: UsableFrames) -> UsableFrames | None:
-        """Chosen frames that agree, if enough do, without camera errors.
+        """Returns frames that agree, if enough do, without camera errors.
 
-        Those in the wrong place are refused.
+        Frames with wrong poses are rejected.
 
         Raises:
             RemoSplatError: They contradict each other.
@@ -401,11 +403,11 @@ class _Worker:
 
     @property
     def _least_frames(self) -> int:
-        """Number of frames of which a map can be made: one adds to a splat."""
+        """Returns the least number of frames of a map; one with a splat."""
         return MIN_VIEWS if self._job.base is None else 1
 
     def _align(self) -> None:
-        """Aligns all frames, and refuses those whose places stay vague."""
+        """Aligns all frames, and rejects those with uncertain poses."""
         names = self._session.active
         if self._aligner is None or not names:
             return

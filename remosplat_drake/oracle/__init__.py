@@ -1,1 +1,1 @@
-"""Distance oracles: how far each robot sphere is from the scene."""
+"""Distance oracles: distances from the robot's spheres to the scene."""

@@ -1,20 +1,20 @@
-"""Choice of the backend that answers: the CPU, or our kernels on a GPU."""
+"""Choice of the backend of an oracle: the CPU, or CUDA kernels on a GPU."""
 
 from importlib.util import find_spec
 
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 BACKENDS = ("auto", "cpu", "cuda")
-"""Valid backends; "auto" is "cuda" wherever that can work."""
+"""Valid backends; "auto" selects "cuda" if it is available."""
 
 
 def choose_backend(asked: str, where: str, field: str) -> str:
-    """Chooses the backend that answers how far spheres are from a splat.
+    """Chooses the backend that computes distances from spheres to a splat.
 
     Args:
-        asked: One of `BACKENDS`; "auto" is "cuda" wherever that can work.
+        asked: One of `BACKENDS`; "auto" selects "cuda" if it is available.
         where: The file that errors name.
-        field: The field of that file that asked.
+        field: The field of that file with the value `asked`.
 
     Returns:
         Either "cpu" or "cuda".
@@ -33,9 +33,9 @@ def choose_backend(asked: str, where: str, field: str) -> str:
 
 
 def missing_for_cuda() -> str:
-    """Says what keeps our kernels from running; empty if nothing does.
+    """Returns what the CUDA kernels lack to run; empty if nothing.
 
-    Where torch is not installed, this loads nothing.
+    If torch is not installed, this loads nothing.
     """
     problem = _missing_for_torch("torch")
     if problem:
@@ -46,9 +46,9 @@ def missing_for_cuda() -> str:
 
 
 def missing_for_gsplat() -> str:
-    """Says what keeps gsplat from rendering; empty if nothing does.
+    """Returns what gsplat lacks to render; empty if nothing.
 
-    Where torch or gsplat is not installed, this loads neither.
+    If torch or gsplat is not installed, this loads neither.
     """
     problem = _missing_for_torch("torch", "gsplat")
     if problem:
@@ -57,7 +57,7 @@ def missing_for_gsplat() -> str:
     from gsplat.cuda._backend import _C
 
     if _C is None:
-        return "needs nvcc, with which gsplat compiles its kernels once"
+        return "needs nvcc, since gsplat compiles its kernels once"
     return ""
 
 

@@ -14,7 +14,7 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import Thing
 
 ROWS = ("all", "closest")
-"""Which rows a composite field answers: all of them, or one a sphere."""
+"""Which rows a composite field returns: all of them, or one per sphere."""
 
 
 class CompositeDistanceField(DistanceField):
@@ -22,11 +22,11 @@ class CompositeDistanceField(DistanceField):
 
     Args:
         parts: One or more fields of the same world.
-        rows: "all" keeps every row of every part, so that the controller
-            sees each part's obstacle; "closest" keeps one row a sphere.
+        rows: "all" keeps every row of every part, so that the controller sees
+            each part's obstacle; "closest" keeps one row per sphere.
 
     Raises:
-        RemoSplatError: There are no parts, or `rows` is no such choice.
+        RemoSplatError: There are no parts, or `rows` is not one of `ROWS`.
     """
 
     def __init__(self, parts: Sequence[DistanceField], rows: str = "all"):
@@ -41,33 +41,33 @@ class CompositeDistanceField(DistanceField):
 
     @cached_property
     def for_look_ahead(self) -> "CompositeDistanceField":
-        """The composite of the parts' own fields for rollouts."""
+        """The composite of the parts' fields for rollouts."""
         parts = [part.for_look_ahead for part in self.parts]
         return CompositeDistanceField(parts, self.rows)
 
     @cached_property
     def for_planning(self) -> "CompositeDistanceField":
-        """The composite of the parts' own fields for planning."""
+        """The composite of the parts' fields for planning."""
         parts = [part.for_planning for part in self.parts]
         return CompositeDistanceField(parts, self.rows)
 
     @cached_property
     def surfaces(self) -> DistanceField | None:
-        """The composite of the parts' own surfaces; None without any."""
+        """The composite of the parts' surfaces; None if no part has any."""
         parts = [part.surfaces for part in self.parts]
         parts = [part for part in parts if part is not None]
         return CompositeDistanceField(parts, self.rows) if parts else None
 
     @cached_property
     def compiled(self) -> Packed[Maps] | None:
-        """The parts' own, if all have one; see `DistanceField.compiled`."""
+        """The parts' maps, if all have one; see `DistanceField.compiled`."""
         parts = [part.compiled for part in self.parts]
         found = [part for part in parts if part is not None]
         return together(found) if len(found) == len(parts) else None
 
     @cached_property
     def compiled_rows(self) -> Packed[Maps] | None:
-        """The parts' own; see `DistanceField.compiled_rows`."""
+        """The parts' compiled rows; see `DistanceField.compiled_rows`."""
         if self.rows == "closest" and len(self.parts) > 1:
             return None
         maps = []
@@ -82,7 +82,7 @@ class CompositeDistanceField(DistanceField):
     ) -> Clearances:
         """The clearances of all spheres; see `DistanceField.clearances`.
 
-        One kernel asks all parts where it can, on one thread.
+        If possible, one kernel queries all parts, on one thread.
         """
         maps = self.compiled_rows
         if maps is None:
@@ -92,9 +92,9 @@ class CompositeDistanceField(DistanceField):
     def gathered(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """Asks the parts one after the other and sorts their rows.
+        """Queries the parts one after the other and sorts their rows.
 
-        Parts of any kind answer so; see `DistanceField.clearances`.
+        This works for parts of any kind; see `DistanceField.clearances`.
         """
         answers = [p.clearances(spheres, max_distance) for p in self.parts]
         sphere = np.concatenate([a.sphere for a in answers])
@@ -102,7 +102,7 @@ class CompositeDistanceField(DistanceField):
         direction_W = np.concatenate([a.direction_W for a in answers])
         p_WC = np.concatenate([a.p_WC for a in answers])
         # The sort is stable, so of equal distances the first part's row wins.
-        # What is not known (NaN) may be nearest of all, so it comes first.
+        # An unknown distance (NaN) may be the smallest, so it comes first.
         by_distance = self.rows == "closest"
         nearness = np.where(np.isnan(distance), -np.inf, distance)
         order = (
@@ -122,7 +122,7 @@ class CompositeDistanceField(DistanceField):
         )
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Says what is at a place: the part whose surface is nearest to it."""
+        """Names what is at a point: the part whose surface is nearest to it."""
         point = Spheres.at(p_W)
         off = [abs(part.clearances(point).minimum()) for part in self.parts]
         return self.parts[int(np.argmin(off))].thing_at(p_W)

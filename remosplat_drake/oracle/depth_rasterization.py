@@ -30,29 +30,29 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 LOOK_AHEAD_RESOLUTION = 24
 """Number of pixels along a side of a depth view in rollouts.
 
-The nearest view at this resolution costs a sixth of a full query, and is off by
-millimetres.
+The nearest view at this resolution costs a sixth of a full query, and its error
+is some millimetres.
 """
 
 
 class DepthRasterizationField(DistanceField):
-    """Distances that six depth views from every sphere's centre measure.
+    """Distances measured in six depth views from the centre of every sphere.
 
-    Opacity counts: a floater too transparent to be a surface is not one (paper
-    section IV-C.2). The answer is that of
-    `depth_rasterization_reference.clearances`; `DepthSensor` holds the exact
-    definition. A sphere owns a row for every view that sees something nearer
-    than the queried distance, in the order of the views.
+    Opacity matters: floaters that are too transparent are ignored (paper
+    section IV-C.2). The result equals that of
+    `depth_rasterization_reference.clearances`; `DepthSensor` has the exact
+    definition. A sphere has one row for each view that contains something
+    nearer than the queried distance, in the order of the views.
 
     Args:
         splat_W: The scene, expressed in W.
         sensor: The views and what counts as a surface.
-        nearest_only: Answer only the nearest view of each sphere (cheaper).
+        nearest_only: Return only the nearest view of each sphere (cheaper).
         num_threads: Number of threads that share the spheres of a query; the
-            answer does not depend on it.
+            result does not depend on it.
         subtract_uncertainty: Whether the splats' uncertainty counts.
-        prepared: The `prepared` of an equal field, to save building the
-            hierarchy again. Kernels trust its indices unchecked.
+        prepared: The `prepared` of an equal field, to avoid building the
+            hierarchy again. Kernels do not check its indices.
 
     Raises:
         FieldError: `num_threads` is not positive.
@@ -106,7 +106,7 @@ class DepthRasterizationField(DistanceField):
 
     @property
     def settings(self) -> dict:
-        """The constructor's arguments besides the splat, as plain values."""
+        """The constructor's arguments except the splat, as plain values."""
         return {
             "sensor": dc.asdict(self.sensor),
             "nearest_only": self.nearest_only,
@@ -116,7 +116,7 @@ class DepthRasterizationField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that took time to compute, for the constructor."""
+        """The arrays that are expensive to compute, for the constructor."""
         footprints = self._footprints
         return {"nodes": footprints.nodes, "records": footprints.records}
 
@@ -135,7 +135,7 @@ class DepthRasterizationField(DistanceField):
 
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
-        """The exact distance to the splats as solids, which is Lipschitz."""
+        """The exact, Lipschitz continuous distance to splats as solids."""
         return SphereToEllipsoidField(
             self._splat_W, subtract_uncertainty=self.subtract_uncertainty
         )
@@ -143,14 +143,14 @@ class DepthRasterizationField(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """Measures the clearances of all spheres, one row a view.
+        """Measures the clearances of all spheres, one row per view.
 
         Args:
             spheres: The n robot spheres, placed in W.
             max_distance: Rows at or beyond this distance are left out [m].
 
         Returns:
-            Up to six rows a sphere, sorted by sphere, then by view.
+            Up to six rows per sphere, sorted by sphere, then by view.
         """
         if not np.isfinite(spheres.p_WS).all():
             raise ValueError("a sphere's centre is not finite")
@@ -205,7 +205,7 @@ class DepthRasterizationField(DistanceField):
 
 
 class _Scratch(threading.local):
-    """This thread's canvases by their resolution: memory, but no answers."""
+    """The canvases of this thread by resolution: scratch memory, no results."""
 
     def __init__(self):
         self.canvases: dict[int, Packed[Canvas]] = {}
@@ -218,7 +218,7 @@ class _Scratch(threading.local):
         return self.canvases[resolution]
 
     def enlarge(self, resolution: int) -> None:
-        """Doubles the room of that canvas."""
+        """Doubles the capacity of that canvas."""
         room = len(self.canvases[resolution].runs)
         self.canvases[resolution] = new_canvas(resolution, 2 * room)
 

@@ -1,31 +1,32 @@
 """`GsplatDepthField`: distances from virtual depth views, on a CUDA device.
 
-The answers are those of `DepthRasterizationField` but for what gsplat does
-differently from the definition in `DepthSensor`:
+The results are those of `DepthRasterizationField`, except that gsplat deviates
+from the definition in `DepthSensor`:
 
 - *order*: gsplat sorts a disc by one depth for all pixels of a view, so that
-  overlapping discs that are not parallel may swap. This is nearly all: of the
-  views of a trained scene that see something within 0.5 m, a quarter to a
-  half differ by more than a millimetre, 1 % by more than 7 to 14 mm. Spheres
-  that touch nothing are at most 6 mm nearer to the scene than is answered;
-  37 mm with a floor of coarse discs, which swap most.
+  overlapping discs that are not parallel may swap. This causes nearly all of
+  the difference: of the views of a trained scene with a surface within 0.5 m, a
+  quarter to a half differ by more than a millimetre, and 1 % by more than 7 to
+  14 mm. The distance of spheres that touch nothing is over-estimated by at most
+  6 mm; by 37 mm with a floor of coarse discs, which swap most.
 - *outline*: discs end where their alpha falls below 1/255 (3.3 standard
   deviations of an opaque one), not at `n_sigma`.
-- *planes*: fragments before the near or behind the far plane still take light
-  from others, though they are no answer. It takes a disc that reaches past
-  the camera, hence a sphere that touches it, or one that crosses `far`.
+- *planes*: fragments before the near or behind the far plane still absorb
+  light, although they cannot be the result. This needs a disc that extends
+  behind the camera, hence a sphere that touches it, or a disc that crosses
+  `far`.
 - *clamp*: alpha is at most 0.999.
-- *rounding*: single precision, where an alpha just misses a threshold.
+- *rounding*: single precision, if an alpha is very close to a threshold.
 
-Three known traps of gsplat's 2DGS are not among them: its depth is that of a
-disc's centre, it drops discs whose centre is behind the near plane, and it
-bounds discs beside the camera too tightly (a hole close to the robot). Here
-the depth is met again with the median disc, and discs are placed and bounded
-by `gsplat_pairs` and `gsplat_views`. The low-pass filter is a choice of the
-sensor for both backends.
+Three known defects of gsplat's 2DGS are avoided: its depth is that of a disc's
+centre, it drops discs with centres before the near plane, and it bounds discs
+beside the camera too tightly (a hole close to the robot). Here each ray is
+intersected with its median disc, and `gsplat_pairs` and `gsplat_views` place
+and bound the discs. The low-pass filter is a setting of the sensor for both
+backends.
 
-`python -m apps.studies.depth_backends.__main__` counts the differences of
-any splat by these classes and times both backends.
+`python -m apps.studies.depth_backends.__main__` counts the differences for any
+splat in these classes and times both backends.
 """
 
 import math
@@ -65,20 +66,20 @@ _MAX_PAIRS = 1 << 23
 
 
 class GsplatDepthField(DistanceField):
-    """Distances that six depth views measure on a CUDA device (gsplat).
+    """Distances measured in six depth views on a CUDA device (gsplat).
 
-    It is `DepthRasterizationField` computed with unmodified gsplat; the
-    module's docstring says where the answers differ.
+    This is `DepthRasterizationField`, computed with unmodified gsplat; the
+    module's docstring lists the differences.
 
     Args:
         splat_W: The scene, expressed in W; 2DGS discs.
         sensor: The views and what counts as a surface.
-        nearest_only: Answer only the nearest view of each sphere.
+        nearest_only: Return only the nearest view of each sphere.
         subtract_uncertainty: Whether the splats' uncertainty counts.
 
     Raises:
-        FieldError: The splat has ellipsoids, or the sensor asks for another
-            threshold than the one that gsplat has built in.
+        FieldError: The splat has ellipsoids, or the sensor has another
+            threshold than the one built into gsplat.
         RemoSplatError: torch, gsplat or a CUDA device is missing.
     """
 
@@ -108,20 +109,20 @@ class GsplatDepthField(DistanceField):
 
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
-        """The exact distance to the splats as solids, which is Lipschitz."""
+        """The exact, Lipschitz continuous distance to splats as solids."""
         return SphereToEllipsoidField(self._splat_W)
 
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """Measures the clearances of all spheres, one row a view.
+        """Measures the clearances of all spheres, one row per view.
 
         Args:
             spheres: The n robot spheres, placed in W.
             max_distance: Rows at or beyond this distance are left out [m].
 
         Returns:
-            Up to six rows a sphere, sorted by sphere, then by view.
+            Up to six rows per sphere, sorted by sphere, then by view.
         """
         if not np.isfinite(spheres.p_WS).all():
             raise ValueError("a sphere's centre is not finite")
@@ -139,9 +140,9 @@ class GsplatDepthField(DistanceField):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Finds the nearest pixel of every view.
 
-        Discs beyond `max_distance` are left out at first. They matter only
-        to views whose nearest surface has gathered too little alpha without
-        them, and those views are rendered again.
+        Discs beyond `max_distance` are omitted at first. They matter only in
+        views whose nearest surface accumulates too little alpha without them;
+        these views are rendered again.
 
         Args:
             spheres: The n robot spheres, placed in W.
@@ -149,8 +150,8 @@ class GsplatDepthField(DistanceField):
 
         Returns:
             Range along the pixel's ray [m] and index of the pixel, two arrays
-            of shape (n, 6) in the order of `R_DV`; the range is inf where
-            nothing is seen nearer than `max_distance`.
+            of shape (n, 6) in the order of `R_DV`; the range is inf if a view
+            has no surface nearer than `max_distance`.
         """
         bound = spheres.radius + max_distance
         # No pixel reaches beyond the corners of the far plane.
@@ -173,11 +174,11 @@ class GsplatDepthField(DistanceField):
     def _render(
         self, spheres: Spheres, reach: np.ndarray, wanted: np.ndarray
     ) -> np.ndarray:
-        """Range, pixel and open range of all views, (3, n, 6)."""
+        """Returns range, pixel and open range of all views, (3, n, 6)."""
         import torch
 
         n = len(spheres)
-        # One array, so that it takes one transfer.
+        # One array needs only one transfer.
         table = np.empty((n, 14 + N_VIEWS), np.float32)
         table[:, :3] = spheres.p_WS
         R_WD = self.sensor.R_WD(spheres.R_WL)
@@ -191,7 +192,7 @@ class GsplatDepthField(DistanceField):
         return answer.reshape(3, n, N_VIEWS)[:, :, np.argsort(VIEWS)]
 
     def _nearest(self, table: "Tensor") -> "Tensor":
-        """What `_render` answers, in the order of `VIEWS`, (3, 6 n)."""
+        """Returns results of `_render` in the order of `VIEWS`, (3, 6 n)."""
         import torch
 
         p_WS, R_DW, ignore_below, reach, wanted = table.split(
@@ -233,13 +234,13 @@ def _check(splat_W: GaussianSplat, sensor: DepthSensor) -> None:
     if not splat_W.is_surfel:
         reject("splat", "needs 2DGS discs; use the cpu backend for ellipsoids")
     if sensor.transmittance != TRANSMITTANCE:
-        reject("transmittance", f"gsplat knows only {TRANSMITTANCE}")
+        reject("transmittance", f"gsplat supports only {TRANSMITTANCE}")
     if sensor.min_alpha != MIN_ALPHA:
-        reject("min_alpha", "gsplat knows only 1/255")
+        reject("min_alpha", "gsplat supports only 1/255")
 
 
 def _device() -> "torch.device":
-    """The CUDA device, once torch and gsplat are known to work there."""
+    """Returns the CUDA device after a check that torch and gsplat work."""
     problem = missing_for_gsplat()
     if problem:
         raise RemoSplatError(f"cuda depth rasterization {problem}")

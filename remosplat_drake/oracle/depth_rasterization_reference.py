@@ -1,7 +1,7 @@
 """The definition of depth rasterisation, slow and readable, in NumPy.
 
-The fast backends are tested against it. It visits every pixel of every view
-for every splat, so it is meant for small splats and for looking at images.
+The fast backends are tested against it. It visits every pixel of every view for
+every splat, so it suits small splats and the inspection of images.
 """
 
 import dataclasses as dc
@@ -59,7 +59,7 @@ def render(
         p_WS: Position of the sensor, shape (3,) [m].
         R_WD: Orientation of the sensor, shape (3, 3).
         sensor: The views and their thresholds.
-        ignore_below: Splats with lower centres are not seen [m].
+        ignore_below: Splats with lower centres are ignored [m].
         order: "ray" composites by the depth of the fragments, as
             `DepthSensor` defines; "center" by the depth of the splats'
             centres, as gsplat does (ties by index).
@@ -98,8 +98,8 @@ def composite(
     """Computes median depth and accumulated alpha of ordered fragments.
 
     Source: 2DGS (Huang et al., 2024) and the paper's equation for z_median
-    (section on geometry-accurate splatting), read as "the last fragment that
-    light still reaches with T > 0.5".
+    (section on geometry-accurate splatting), read as "the last fragment with a
+    preceding transmittance T > 0.5".
 
     Args:
         z: Depths of the fragments along the ray, ascending, shape (k,) [m].
@@ -127,9 +127,10 @@ def _fragments(
     rays_V: np.ndarray,
     sensor: DepthSensor,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Depth and alpha of splat k along each ray; alpha 0 where unseen.
+    """Returns depth and alpha of splat k along each ray; alpha 0 if unseen.
 
-    The depth is that of the point which uncertainty moves to the camera.
+    The depth is that of the point after uncertainty moved it towards the
+    camera.
     """
     p_SK_V = R_WV.T @ (splat.p_GK[k].astype(float) - p_WS)
     R_VK = R_WV.T @ splat.R_GK[k]
@@ -156,7 +157,7 @@ def _fragments(
 
 
 def _meet_disc(p_SK_V, R_VK, scales, rays_V):
-    """Where rays meet the plane of a disc: depth, squared (u, v) there."""
+    """Returns where rays meet a disc's plane: depth, squared (u, v) there."""
     normal_V = R_VK[:, 2]
     z = (normal_V @ p_SK_V) / (rays_V @ normal_V)
     uv = (z[:, None] * rays_V - p_SK_V) @ (R_VK[:, :2] / scales)
@@ -164,7 +165,7 @@ def _meet_disc(p_SK_V, R_VK, scales, rays_V):
 
 
 def _densest_point(p_SK_V, R_VK, scales, rays_V):
-    """Where an ellipsoid is densest along rays: depth, squared distance."""
+    """Returns an ellipsoid's densest point on rays: depth, squared distance."""
     center = (p_SK_V @ R_VK) / scales
     rays = (rays_V @ R_VK) / scales
     z = (rays @ center) / (rays**2).sum(axis=1)
@@ -180,7 +181,7 @@ def clearances(
 ) -> Clearances:
     """Measures clearances: the nearest pixel of each view of each sphere.
 
-    Rows are ordered by sphere, then by view; views that see nothing nearer
+    Rows are ordered by sphere, then by view; views without a surface nearer
     than `max_distance` have none.
 
     Args:

@@ -14,15 +14,15 @@ def nearest_rows(
     pixel: np.ndarray,
     revision: str,
 ) -> Clearances:
-    """Makes a clearance row of every view that sees something.
+    """Makes a clearance row for every view that contains a surface.
 
     Args:
         spheres: The n spheres that carry the sensors.
         sensor: The views.
         reach: Range of each view's nearest pixel along its ray, shape (n, 6)
-            [m]; inf where nothing is seen.
+            [m]; inf if there is none.
         pixel: Row-major index of that pixel, shape (n, 6).
-        revision: Revision of the field that answers.
+        revision: Revision of the field.
 
     Returns:
         The rows, sorted by sphere, then by view.

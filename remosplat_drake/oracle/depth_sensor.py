@@ -1,9 +1,9 @@
-"""`DepthSensor`: the virtual depth camera that sits in every robot sphere.
+"""`DepthSensor`: the virtual depth camera at the centre of a robot sphere.
 
 Frames: D is the sensor (at the sphere's centre), V one of its six views with
-OpenCV axes (x right, y down, z forward). A ray through a pixel is written
-with unit z, so that a point at depth z along it is z times the ray. Kernels
-(numba) contain what this module says.
+OpenCV axes (x right, y down, z forward). A ray through a pixel is written with
+unit z, so that a point at depth z along it is z times the ray. Numba kernels
+contain the code of this module.
 """
 
 import dataclasses as dc
@@ -13,7 +13,7 @@ import numpy as np
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 N_VIEWS = 6
-"""Number of views of a sensor, which see all around together."""
+"""Number of views of a sensor; together they cover all directions."""
 
 R_DV = np.array(
     [
@@ -42,7 +42,7 @@ FILTER_SCALE = 2.0
 
 @dc.dataclass(frozen=True)
 class DepthSensor:
-    """What the six views see of a splat, and what counts as a surface.
+    """Definition of the six views of a splat, and of a surface in them.
 
     The definition, per pixel: splat k contributes a *fragment* at the depth
     z_k where the ray meets its disc (for an ellipsoid: where its density
@@ -52,12 +52,12 @@ class DepthSensor:
     preceding transmittance exceeds `transmittance`; the pixel counts only
     when all its fragments together reach `alpha_cutoff`.
 
-    A splat that knows its own uncertainty u is seen as if it stood u nearer
-    along the ray: composited there, and seen up to there from `far`. However
-    the true surfaces lie, each at most its u before its splat, no median is
-    nearer than this one.
+    A splat with an uncertainty u is rendered as if it were nearer by u along
+    the ray: it is composited there, and `far` applies there, too. If each true
+    surface is at most u before its splat, no true median is nearer than this
+    one.
 
-    The order is that along the ray, not that of the splats' centres as in
+    Fragments are ordered along the ray, not by the splats' centres as in
     gsplat: a disc whose centre lies behind or beside the camera has no
     meaningful centre depth there, and a centre order lets a slanted far disc
     hide a near one, so that the distance is over-estimated.
@@ -81,8 +81,8 @@ class DepthSensor:
         low_pass_filter: Use the screen-space filter of 2DGS: near a splat's
             projected centre, w_k is at most `FILTER_SCALE` times the squared
             distance to it [px^2]; where that is the smaller weight, the
-            fragment has the depth of the centre. Centres nearer than `near`
-            have no such footprint.
+            fragment has the depth of the centre. Centres nearer than `near` are
+            not filtered.
     """
 
     resolution: int = 80
@@ -107,7 +107,7 @@ class DepthSensor:
             self._reject("near", f"needs 0 < near < far = {self.far}")
         if not 0 < self.transmittance < 1:
             self._reject("transmittance", "must lie in (0, 1)")
-        # Otherwise a pixel could count without ever having a median.
+        # Otherwise a pixel could count without a median.
         if not 1 - self.transmittance <= self.alpha_cutoff < 1:
             self._reject("alpha_cutoff", "must lie in [1 - transmittance, 1)")
         if not self.n_sigma > 0:

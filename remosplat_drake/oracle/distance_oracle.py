@@ -15,7 +15,7 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 class DistanceOracle(LeafSystem):
-    """A Drake system that measures how far each robot sphere is from the scene.
+    """A Drake system that measures distances from robot spheres to the scene.
 
     .. pydrake_system::
 
@@ -28,13 +28,13 @@ class DistanceOracle(LeafSystem):
         - clearances
         - distance_field
 
-    `clearances` is cached: it is computed once for a configuration and a map,
-    whoever asks. The optional input carries a `DistanceField` that changes
-    while the diagram runs; a new one takes effect between ticks, never half.
-    `base_uncertainty` takes how far the base's pose in the configuration may be
-    off, shift and turn [m, rad]: what both outputs tell is then nearer by it,
-    see `UncertainPlacement`.
-    For a configuration that is not finite the output is `Clearances.unknown`.
+    `clearances` is cached: it is computed once for each configuration and map,
+    for all readers. The optional input `distance_field` carries a map that may
+    change while the diagram runs; a new map takes effect between ticks, as a
+    whole. `base_uncertainty` bounds the error of the base's pose in the
+    configuration, shift and turn [m, rad]. Both outputs then report distances
+    that are reduced by it, see `UncertainPlacement`. If the configuration is
+    not finite, the output is `Clearances.unknown`.
 
     Args:
         robot: The robot, which places the spheres.

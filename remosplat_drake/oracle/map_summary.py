@@ -1,7 +1,7 @@
-"""`MapSummary`: what a map knows of the places where a robot works.
+"""`MapSummary`: number of splats near the places where a robot works.
 
-An oracle cannot tell free space from what a map has lost: where splats are
-too faint, cropped away or somewhere else, all is free to it. So they are
+An oracle cannot distinguish free space from missing parts of a map: it reports
+free space where splats are too faint, cropped away or misplaced. So splats are
 counted before anything moves.
 """
 
@@ -24,7 +24,8 @@ SPLATS, SOLIDS = "splats", "solids"
 """Kinds of maps: a Gaussian splat, or solids of known geometry."""
 
 LAYERS = 10
-"""Number of faint splats behind each other that depth views see as opaque."""
+"""Number of faint splats, one behind the other, that are opaque in depth
+views."""
 
 
 @dc.dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Place:
     Attributes:
         name: Name of the place: "the start", "target 1".
         within_reach: Number of splats or solids within reach that the oracle
-            knows.
+            uses.
     """
 
     name: str
@@ -47,16 +48,16 @@ class MapSummary:
 
     Attributes:
         kind: Either `SPLATS` or `SOLIDS`.
-        kept: Number of splats or solids that the oracle knows.
+        kept: Number of splats or solids that the oracle uses.
         faint: Number of splats that the oracle ignores because of their
             opacity.
         cropped: Number of splats that were cropped away.
         reach: Distance up to which something is within reach of a place [m].
         places: The start, and each target.
         ignored: Fraction of the splats within reach that are ignored, from 0 to
-            1. Floors do not count: cropping one away is no mistake.
+            1. Floors do not count, since they are cropped on purpose.
         ignored_opacity: Fraction of the opacity within reach that is ignored,
-            from 0 to 1, each splat counting by its opacity.
+            from 0 to 1, each splat weighted by its opacity.
     """
 
     kind: str
@@ -82,8 +83,8 @@ class MapSummary:
 def least_opacity(oracle: OracleMaker) -> float:
     """Returns the opacity below which an oracle ignores a splat.
 
-    Depth views have no such threshold; there a splat counts if `LAYERS` of
-    its kind make a surface. Of other oracles nobody knows.
+    Depth views have no such threshold; there a splat counts if `LAYERS` of its
+    kind make a surface. For other oracles it is unknown.
     """
     if isinstance(oracle, SphereToEllipsoid):
         return oracle.min_opacity
@@ -125,12 +126,12 @@ def summarize_splat(
     reach: float,
     floor_height: float,
 ) -> MapSummary:
-    """Counts the splats of a map, as far as an oracle knows them.
+    """Counts the splats of a map that an oracle uses.
 
     Args:
         splat_W: The map, cropped.
         cropped_W: The splats that were cropped away.
-        oracle: The oracle, which says which splats count.
+        oracle: The oracle, which determines which splats count.
         places: Points p_WP where the robot will be, shape (3,), by name [m].
         reach: How far the robot may get from there [m].
         floor_height: Height below which everything is the floor [m].
@@ -161,16 +162,17 @@ def summarize_splat(
 def _within(
     p_WK: np.ndarray, p_WP: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Which points (n, 3) are within reach of places (k, 3).
+    """Finds the points (n, 3) that are within reach of places (k, 3).
 
     Returns:
-        The indices (m,) of those within reach of any, and of which (k, m).
+        The indices (m,) of points within reach of any place, and of which, (k,
+        m).
     """
     # |K - P|^2 multiplied out, about a point near all places: a million
     # splats take 20 ms, and rounding stays far below a millimetre.
     middle = p_WP.mean(axis=0)
     p, c = p_WK - middle, p_WP - middle
-    # What is too far away for float32 is not within reach.
+    # Points too far away for float32 are not within reach.
     with np.errstate(over="ignore"):
         squared = np.einsum("ij,ij->i", p, p)
     c_squared = np.einsum("ij,ij->i", c, c)
@@ -184,11 +186,11 @@ def _within(
 def _standing(
     splat_W: GaussianSplat, index: np.ndarray, floor_height: float
 ) -> np.ndarray:
-    """Those of some splats that are above the floor."""
+    """Returns those of some splats that are above the floor."""
     return index[splat_W.p_GK[index, 2] >= floor_height]
 
 
 def _amount(splat_W: GaussianSplat, index: np.ndarray) -> np.ndarray:
-    """How many splats these are, and how much opacity, shape (2,)."""
+    """Returns the number and total opacity of splats, shape (2,)."""
     opacity = splat_W.opacities[index].sum(dtype=np.float64)
     return np.array([len(index), opacity])

@@ -1,4 +1,4 @@
-"""The oracles that a scenario may name, and how each is built."""
+"""Configurations of the oracles that a scenario may name."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
 class MissingInputError(RemoSplatError):
-    """An oracle is asked for without what it looks at."""
+    """An oracle lacks its input."""
 
 
 @dc.dataclass
@@ -44,17 +44,17 @@ class SphereToEllipsoid(Config):
     # Number of bisection steps; 0 solves to double precision. The authors'
     # benchmark stopped after 3 steps.
     bisection_steps: Annotated[int, Interval(ge=0, le=100)] = 0
-    # Where distances are computed: `cpu`, `cuda`, or `auto`, which is cuda
-    # wherever that can work. On few cores and for one robot the CPU is as fast.
+    # Where distances are computed: `cpu`, `cuda`, or `auto`, which selects cuda
+    # if it is available. On few cores and for one robot the CPU is as fast.
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
     # Number of threads of a query on the CPU; 1 is the steadiest.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
-    # What the splats' own uncertainty does, where they know it: `subtract`
-    # takes it from every distance, `ignore` leaves them as they are.
+    # Use of the splats' own uncertainty, if they have it: `subtract`
+    # subtracts it from every distance, `ignore` leaves distances unchanged.
     uncertainty: Annotated[str, OneOf(("subtract", "ignore"))] = "subtract"
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that bisections are asked of the CPU."""
+        """Checks that bisection is used only on the CPU."""
         if self.backend == "cuda" and self.bisection_steps:
             yield "bisection_steps", "must be 0 with `backend: cuda`"
 
@@ -100,7 +100,7 @@ class SphereToEllipsoid(Config):
 
 @dc.dataclass
 class DepthRasterization(Config):
-    """Distances from six depth views a sphere, ignoring faint floaters.
+    """Distances from six depth views per sphere, ignoring faint floaters.
 
     Example:
         >>> import remosplat_drake as rs
@@ -118,15 +118,15 @@ class DepthRasterization(Config):
     near: Annotated[float, Interval(gt=0, le=1)] = 0.0106
     # Far plane of the views, which must exceed `near` [m].
     far: Annotated[float, Interval(gt=0, le=100)] = 0.9
-    # Whether only the nearest view of each sphere is answered.
+    # Whether only the nearest view of each sphere is computed.
     nearest_only: bool = False
-    # Where views are rendered: `cpu`, `cuda`, or `auto`, which is cuda wherever
-    # that can work.
+    # Where views are rendered: `cpu`, `cuda`, or `auto`, which selects cuda if
+    # it is available.
     backend: Annotated[str, OneOf(BACKENDS, "backend")] = "cpu"
     # Number of threads of a query on the CPU.
     threads: Annotated[int, Interval(ge=1, le=256)] = 1
-    # What the splats' own uncertainty does, where they know it: `subtract`
-    # takes it from every distance, `ignore` leaves them as they are.
+    # Use of the splats' own uncertainty, if they have it: `subtract`
+    # subtracts it from every distance, `ignore` leaves distances unchanged.
     uncertainty: Annotated[str, OneOf(("subtract", "ignore"))] = "subtract"
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -152,8 +152,7 @@ class DepthRasterization(Config):
         del truth  # Unused.
         if splat_W is None:
             raise MissingInputError("DepthRasterization needs scene.splat")
-        # Imported here: their kernels cost start-up time that others need
-        # not pay.
+        # Imported here, since their kernels cost start-up time.
         from remosplat_drake.oracle.depth_sensor import DepthSensor
 
         sensor = DepthSensor(
@@ -197,7 +196,7 @@ class GroundTruth(Config):
         >>> field = rs.GroundTruth().make(truth=scene)
     """
 
-    # Rows of the answer: `closest`, one a sphere, or `per_primitive`, one a
+    # Rows of the result: `closest`, one per sphere, or `per_primitive`, one per
     # sphere and primitive.
     rows: Annotated[str, OneOf(("closest", "per_primitive"))] = "closest"
 
@@ -228,7 +227,7 @@ OracleConfig = SphereToEllipsoid | DepthRasterization | GroundTruth
 
 
 class OracleMaker(Protocol):
-    """The settings of an oracle: ours above, or one's own."""
+    """The settings of an oracle: one of the above, or a user's."""
 
     def make(
         self, splat_W: GaussianSplat | None, truth: PrimitiveScene | None
@@ -278,5 +277,5 @@ def make_field(
 
 
 def _threads(config: SphereToEllipsoid | DepthRasterization) -> int:
-    """As many threads as are wanted and there are."""
+    """Returns the requested number of threads, at most the available ones."""
     return min(config.threads, numba.config.NUMBA_NUM_THREADS)  # pyright: ignore

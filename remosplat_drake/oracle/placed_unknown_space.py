@@ -1,4 +1,4 @@
-"""`PlacedUnknownSpace`: unseen voxels of a splat's frame G, asked in W."""
+"""`PlacedUnknownSpace`: unseen voxels in a splat's frame G, queried in W."""
 
 import dataclasses as dc
 import hashlib
@@ -18,20 +18,21 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import UNSEEN_SPACE, Thing
 
 _UPRIGHT = 1e-9
-"""Largest component of a frame's tilted z axis that passes for rounding."""
+"""Largest horizontal component of a z axis that counts as rounding."""
 
 _BENEATH = 0.4
-"""Thickness of what is free beneath the floor around a tilted grid [m]."""
+"""Thickness of free space beneath the floor around a tilted grid [m]."""
 
 
 class PlacedUnknownSpace(DistanceField):
-    """The exact signed distance to what a capture has not seen, in W.
+    """The exact signed distance to unseen space of a capture, in W.
 
-    The question is turned into the grid's frame G, not the grid into W, so
-    nothing is lost by any pose X_WG. A sphere takes voxels for seen whose
-    centres lie below its `ignore_below` in W. Where G is tilted the levels of
-    the grid are none of W, and a second grid without what is below
-    `floor_height` answers for the spheres that ignore at least that.
+    Queries are transformed into the grid's frame G, not the grid into W, so any
+    pose X_WG is exact. For a sphere, voxels with centres below its
+    `ignore_below` in W count as seen. If G is tilted, layers of the grid are
+    not horizontal in W. Then a second grid without the voxels below
+    `floor_height` serves the spheres with `ignore_below` at or above that
+    height.
 
     Args:
         coverage: What was seen, in G.
@@ -65,12 +66,12 @@ class PlacedUnknownSpace(DistanceField):
 
     @property
     def for_planning(self) -> DistanceField:
-        """The grid itself where G is W; see `DistanceField.for_planning`."""
+        """The grid itself if G is W; see `DistanceField.for_planning`."""
         return self._field if self._is_in_W else self
 
     @property
     def compiled(self) -> Packed | None:
-        """The grid's own where G is W; see `DistanceField.compiled`."""
+        """The grid's compiled map if G is W; see `DistanceField.compiled`."""
         return self._field.compiled if self._is_in_W else None
 
     @property
@@ -103,11 +104,11 @@ class PlacedUnknownSpace(DistanceField):
 
     @property
     def surfaces(self) -> None:
-        """None: nobody has seen any; see `DistanceField.surfaces`."""
+        """None: unseen space has none; see `DistanceField.surfaces`."""
         return None
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Says that it is unseen space; see `DistanceField.thing_at`."""
+        """Returns "unseen space"; see `DistanceField.thing_at`."""
         return UNSEEN_SPACE
 
     def _ask(
@@ -117,7 +118,7 @@ class PlacedUnknownSpace(DistanceField):
         floor_G: np.ndarray,
         max_distance: float,
     ) -> Clearances:
-        """Asks a grid, in its frame."""
+        """Queries a grid, in its frame."""
         p_GS = (spheres.p_WS - self._p_WG) @ self._R_WG
         asked = dc.replace(spheres, p_WS=p_GS, ignore_below=floor_G)
         answer = field.clearances(asked, max_distance)
@@ -133,7 +134,7 @@ class PlacedUnknownSpace(DistanceField):
 def _without_floor(
     coverage: Coverage, X_WG: RigidTransform, floor_height: float
 ) -> Coverage:
-    """The grid, a little larger, without what lies below the floor in W."""
+    """Returns the grid, enlarged, with space below the floor in W as seen."""
     layers = int(np.ceil(_BENEATH / coverage.voxel))
     state = np.pad(coverage.state, layers, constant_values=UNSEEN)
     lower = coverage.lower - layers * coverage.voxel
@@ -149,7 +150,7 @@ def _without_floor(
 
 
 def _merged(answers: list[Clearances]) -> Clearances:
-    """One answer of several that are about different spheres."""
+    """Merges results for different spheres."""
     names = "sphere", "distance", "direction_W", "p_WC"
     parts = {
         name: np.concatenate([getattr(answer, name) for answer in answers])

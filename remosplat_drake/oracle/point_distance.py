@@ -1,6 +1,6 @@
 """`PointDistanceField`: distance to a cloud of measured surface points.
 
-Where nobody knows the true geometry, a capture's own depth stands in for it.
+If the true geometry is unknown, a capture's depth images replace it.
 """
 
 import hashlib
@@ -16,13 +16,13 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 class PointDistanceField(DistanceField):
     """Distances to the nearest point of a cloud, which has no inside.
 
-    A sphere whose centre has passed a surface is outside again. And points are
-    samples of a surface, so a distance to them is never too small, and before a
-    flat surface too large by at most sqrt(d^2 + s^2) - d at distance d, where s
-    is how far a surface point may be from its nearest sample.
+    A sphere whose centre has passed a surface counts as outside again. Points
+    are samples of a surface, so distances are never too small. Before a flat
+    surface at distance d they are too large by at most sqrt(d^2 + s^2) - d,
+    where s is the largest distance from a surface point to its nearest sample.
 
-    A sphere does not see points below its `ignore_below`. For a centre that
-    lies exactly on a point the direction is -z.
+    A sphere ignores points below its `ignore_below`. For a centre that lies
+    exactly on a point the direction is -z.
 
     Args:
         p_WP: The points in W, shape (n, 3) [m].
@@ -43,7 +43,7 @@ class PointDistanceField(DistanceField):
         self.p_WP = p_WP
         digest = hashlib.sha256(p_WP.tobytes()).hexdigest()[:16]
         self.revision = f"point-distance-{digest}"
-        # One tree a floor height; a robot has one or two of them.
+        # One tree per floor height; a robot has one or two heights.
         self._trees: dict[float, KDTree] = {}
 
     def clearances(
@@ -70,7 +70,7 @@ class PointDistanceField(DistanceField):
             rows = np.flatnonzero(floors == floor)
             if tree.n == 0 or bound[rows].max() < 0:
                 continue
-            # The bound of the tree excludes what lies exactly on it, as ours.
+            # The bound of the tree is exclusive, as `max_distance` is.
             offset[rows], point = tree.query(
                 spheres.p_WS[rows], distance_upper_bound=bound[rows].max()
             )

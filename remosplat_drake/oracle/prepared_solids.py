@@ -1,4 +1,4 @@
-"""Splats as solids in a hierarchy: what `SphereToEllipsoidField` searches."""
+"""Splats as solids in a hierarchy, for `SphereToEllipsoidField`."""
 
 import hashlib
 import zlib
@@ -28,27 +28,29 @@ from remosplat_drake.splat.hierarchy_cache import (
 )
 
 _NONE = np.zeros(0, np.float32)
-_NONE.flags.writeable = False  # As the arrays of a splat: one kernel for both.
+_NONE.flags.writeable = (
+    False  # Like the arrays of a splat, so that one kernel serves both.
+)
 
 PACKED = 12
-"""Numbers of a packed splat."""
+"""Number of values of a packed splat."""
 
 _BLOCK = 1 << 12
-"""Splats whose records stay in a core's cache until they are used."""
+"""Number of splats whose records fit into a core's cache."""
 
 _SHARE = 1 << 16
-"""Splats, or nodes, that a thread works on in a row."""
+"""Number of consecutive splats or nodes that a thread processes."""
 
 
 def prepare_solids(
     splat_W: GaussianSplat, n_sigma: float, min_opacity: float, solved: bool
 ) -> dict[str, np.ndarray]:
-    """Sorts splats into a hierarchy, or finds it in the user's cache.
+    """Builds a hierarchy of splats, or reads it from the user's cache.
 
     Args:
         splat_W: The Gaussian splat.
         n_sigma: Semi-axes in standard deviations.
-        min_opacity: Splats below this opacity are left out.
+        min_opacity: Splats below this opacity are omitted.
         solved: Whether closest points are converged.
 
     Returns:
@@ -74,10 +76,10 @@ def prepare_solids(
 def _key(
     splat_W: GaussianSplat, n_sigma: float, min_opacity: float, solved: bool
 ) -> str:
-    """Names what the boxes follow from: the shapes, not the colours.
+    """Returns a key of all inputs of the boxes: shapes, but not colours.
 
-    Checksums are enough, and faster than digests: a hierarchy of other splats,
-    or of a program that made other boxes, is found by its boxes.
+    Checksums suffice and are faster than digests: a hierarchy of other splats,
+    or of a program with other boxes, is detected by its boxes.
     """
     arrays = [splat_W.p_GK, splat_W.quaternions, splat_W.scales]
     arrays.append(splat_W.opacities)
@@ -108,7 +110,7 @@ def splat_records(
 
 
 def _opaque(splat_W: GaussianSplat, min_opacity: float) -> np.ndarray:
-    """The indices of splats that are opaque enough."""
+    """Returns the indices of splats that are opaque enough."""
     opaque = np.flatnonzero(splat_W.opacities >= min_opacity)
     return opaque.astype(np.int32)
 
@@ -119,7 +121,7 @@ def _use_records(
     n_sigma: float,
     use: Callable[[slice, np.ndarray], None],
 ) -> None:
-    """Opens splats block by block, and hands them on: `use(rows, records)`."""
+    """Unpacks splats block by block, and calls `use(rows, records)`."""
     in_turn = np.arange(_BLOCK, dtype=np.int32)
 
     def work(share: slice) -> None:
@@ -157,7 +159,7 @@ def _pack(
 def _boxes(
     splat_W: GaussianSplat, index: np.ndarray, n_sigma: float, solved: bool
 ) -> np.ndarray:
-    """The table of the splats' boxes for `hierarchy_of`."""
+    """Returns the table of the splats' boxes for `hierarchy_of`."""
     table = np.empty((len(index), 8), np.float32)
 
     def bound(rows: slice, records: np.ndarray) -> None:
@@ -174,10 +176,9 @@ def _searched(
     index: np.ndarray,
     hierarchy: BoundingVolumeHierarchy,
 ) -> dict[str, np.ndarray]:
-    """What queries search: the wide hierarchy, and splats in its leaf order."""
+    """Returns the data of queries: wide hierarchy and splats in leaf order."""
     wide, children = widen(hierarchy.nodes, hierarchy.links, LEAF_SIZE)
-    # To read in the splats' order and write here and there is faster than the
-    # other way round.
+    # Sequential reads with scattered writes are faster than the reverse.
     places = np.empty(len(index), np.int32)
     places[hierarchy.order] = np.arange(len(index), dtype=np.int32)
     records = np.empty((len(index), PACKED), np.float32)
@@ -201,7 +202,7 @@ def _holds(
     n_sigma: float,
     solved: bool,
 ) -> bool:
-    """Whether every box holds what is below it."""
+    """Whether every box contains everything below it."""
 
     def look(nodes: slice) -> bool:
         return are_enclosed(

@@ -1,4 +1,4 @@
-"""What kernels are asked of spheres, checked."""
+"""Checks queries of spheres and formats them for kernels."""
 
 import math
 
@@ -10,14 +10,14 @@ from remosplat_drake.signals.compiled_map import Maps, clearance_rows
 from remosplat_drake.signals.distance_field import Clearances
 
 UNDEFINED = "a sphere's centre, radius or floor is undefined"
-"""What is wrong with spheres that are not known: NaN compares as false
-everywhere, and would look like a free path."""
+"""Error for undefined spheres: NaN compares as false everywhere, and would look
+like a free path."""
 
 
 def asked_in_one(
     maps: Packed[Maps], spheres: Spheres, max_distance: float, revision: str
 ) -> Clearances:
-    """Asks several maps for all their clearances, in one compiled call.
+    """Queries several maps for all their clearances, in one compiled call.
 
     Args:
         maps: The maps, as `DistanceField.compiled_rows`.
@@ -30,7 +30,7 @@ def asked_in_one(
     """
     sphere, distance, direction_W, p_WC, is_defined = clearance_rows(
         maps,
-        # Copies, since numba compiles for arrays that may be written.
+        # Copies, since Numba compiles for writable arrays.
         np.array(spheres.p_WS, float),
         np.array(spheres.radius, float),
         np.array(spheres.ignore_below, float),
@@ -42,15 +42,15 @@ def asked_in_one(
 
 
 def question(spheres: Spheres, max_distance: float) -> np.ndarray:
-    """Makes the question that kernels of `compiled_map.ask` take.
+    """Makes the query for the kernels of `compiled_map.ask`.
 
     Args:
         spheres: The n robot spheres, placed in W.
-        max_distance: Distance that an answer must undercut [m].
+        max_distance: Distance below which results are returned [m].
 
     Returns:
-        Centres, distances from these that an answer must undercut, and heights
-        below which nothing is seen, shape (n, 5) [m].
+        Centres, distances from them that a result must undercut, and heights
+        below which the scene is ignored, shape (n, 5) [m].
 
     Raises:
         ValueError: A centre is not finite, or a radius or floor is NaN.
@@ -60,7 +60,7 @@ def question(spheres: Spheres, max_distance: float) -> np.ndarray:
     asked[:, 3] = spheres.radius
     asked[:, 3] += max_distance
     asked[:, 4] = spheres.ignore_below
-    # Sums and minima pass NaN on.
+    # Sums and minima propagate NaN.
     is_finite = math.isfinite(asked[:, :3].sum())
     if not is_finite or math.isnan(asked[:, 3:].min(initial=0.0)):
         raise ValueError(UNDEFINED)

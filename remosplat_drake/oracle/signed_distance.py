@@ -1,9 +1,9 @@
 """`SignedDistanceField`: exact distances to boxes and cylinders.
 
-It is the paper's ground-truth baseline (RMMI) and the judge of every other
-field. Distances are signed: negative inside a solid. Where the gradient is
-not unique (the centre of a box, the axis of a cylinder) a fixed choice is
-made, so that equal queries get equal answers.
+It is the paper's ground-truth baseline (RMMI) and the reference for all other
+fields. Distances are signed: negative inside a solid. Where the gradient is not
+unique (the centre of a box, the axis of a cylinder) a fixed choice is made, so
+that equal queries get equal results.
 """
 
 from functools import cached_property
@@ -25,22 +25,21 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.thing import SOLID, Thing
 
 ROWS = ("closest", "per_primitive")
-"""Which rows the field answers: one a sphere, or one a sphere and primitive."""
+"""Which rows the field returns: one per sphere, or per sphere and primitive."""
 
 
 class SignedDistanceField(DistanceField):
     """The exact signed distance to a `PrimitiveScene` (ground truth).
 
-    A primitive that lies wholly below a sphere's `ignore_below` is not seen
-    by that sphere.
+    A sphere ignores primitives that lie wholly below its `ignore_below`.
 
     Args:
         scene: The solids.
-        rows: "closest" answers one row a sphere, "per_primitive" one row a
+        rows: "closest" returns one row per sphere, "per_primitive" one row per
             sphere and primitive.
 
     Raises:
-        RemoSplatError: `rows` is no such choice.
+        RemoSplatError: `rows` is not one of `ROWS`.
     """
 
     def __init__(self, scene: PrimitiveScene, rows: str = "closest"):
@@ -87,7 +86,7 @@ class SignedDistanceField(DistanceField):
 
 
 class Primitives(NamedTuple):
-    """Boxes and cylinders as kernels take them.
+    """Boxes and cylinders, as arrays for kernels.
 
     Attributes:
         is_box: Which are boxes, shape (k,).
@@ -153,7 +152,7 @@ def query(primitives, spheres, answer):
         primitives: The `Primitives`.
         spheres: (n, 5): centre p_WS, the distance from the centre that an
             answer must undercut, and the height below which primitives are
-            unseen.
+            ignored.
         answer: (n, 8), filled: the primitive's number or -1, its signed
             distance from the centre, p_WC, n_W.
     """

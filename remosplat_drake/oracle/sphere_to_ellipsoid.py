@@ -23,7 +23,7 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _ONE_AT_A_TIME = Lock()
-"""Numba's simplest threads end the process where two loops run at once."""
+"""Numba's simplest threading layer aborts if two loops run at once."""
 
 
 class SphereToEllipsoidField(DistanceField):
@@ -37,10 +37,10 @@ class SphereToEllipsoidField(DistanceField):
     it is the disc's normal R_WK[:, 2]. A sphere that reaches through either has
     a negative clearance.
 
-    Where splats know their own uncertainty, the true surface may stand that
-    much in front of them. A sphere's clearance is then the least over all
-    splats of distance minus uncertainty; closest point and direction are those
-    of that splat's n-sigma shape.
+    If splats have an uncertainty, the true surface may be that much in front of
+    them. A sphere's clearance is then the least over all splats of distance
+    minus uncertainty; closest point and direction are those of that splat's
+    n-sigma shape.
 
     The answer is exact: it equals trying every splat, ties going to the
     lowest index, with any number of threads.
@@ -63,18 +63,18 @@ class SphereToEllipsoidField(DistanceField):
             splat_W: The Gaussian splat, expressed in W.
             n_sigma: Semi-axes of a splat in standard deviations.
             min_opacity: Splats below this opacity are ignored: with 0, as in
-                the paper, floaters blind the robot.
+                the paper, floaters block the robot.
             bisection_steps: None solves for the closest point to double
                 precision. A number stops bisecting after as many steps (the
-                authors' benchmark used 3): then a distance may be off by a
-                good part of the splat, but stays a distance to its box; the
-                field is then not Lipschitz.
+                authors' benchmark used 3): then a distance may be wrong by a
+                large part of the splat's size, but stays a distance to its box,
+                and the field is not Lipschitz continuous.
             num_threads: Number of threads of a query, at most the number of
                 cores. One is steady; two are a little faster in the median and
                 far slower when the cores are busy.
             subtract_uncertainty: Whether the splats' uncertainty counts.
-            prepared: The `prepared` of an equal field, to save building the
-                hierarchy again. Kernels trust its indices unchecked.
+            prepared: The `prepared` of an equal field, to avoid building the
+                hierarchy again. Kernels do not check its indices.
 
         Raises:
             ValueError: A parameter is out of range.
@@ -97,7 +97,7 @@ class SphereToEllipsoidField(DistanceField):
             if not subtract_uncertainty:
                 kept = splat_W.with_uncertainty(None)
             solved = bisection_steps is None
-            # The revision's hash takes a while, too: compute it meanwhile.
+            # The revision's hash is slow, too: compute it in parallel.
             prepared, _ = both(
                 lambda: prepare_solids(kept, n_sigma, min_opacity, solved),
                 lambda: splat_W.content_hash,
@@ -124,7 +124,7 @@ class SphereToEllipsoidField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that took time to compute, for the constructor."""
+        """The arrays that are expensive to compute, for the constructor."""
         tree = self._tree
         return {
             "wide": tree.wide,
@@ -158,7 +158,7 @@ class SphereToEllipsoidField(DistanceField):
             max_distance: Rows at or beyond this distance are left out [m].
 
         Returns:
-            At most one row a sphere.
+            At most one row per sphere.
 
         Raises:
             ValueError: A centre is not finite, or a radius or floor is NaN.
@@ -188,7 +188,7 @@ class SphereToEllipsoidField(DistanceField):
 
         Returns:
             Its index, shape (n,), int64, and the clearance to it, shape (n,)
-            [m]; -1 and inf where no splat is nearer than `max_distance`.
+            [m]; -1 and inf if no splat is nearer than `max_distance`.
         """
         answer = self._answer(spheres, max_distance)
         place = answer[:, 0].astype(np.int64)

@@ -1,7 +1,7 @@
-"""The sphere-to-ellipsoid distance, slowly: every pair, plain bisection.
+"""Slow reference of the sphere-to-ellipsoid distance: all pairs, bisection.
 
-The readable twin of `sphere_to_ellipsoid.py`: no hierarchy, no bound, no
-Newton steps. Tests and benchmarks compare against it.
+Unlike `sphere_to_ellipsoid.py`, it has no hierarchy, no bounds and no Newton
+steps. Tests and benchmarks compare the two.
 """
 
 import numpy as np
@@ -17,14 +17,13 @@ def nearest_splats(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Finds the nearest splat of each query point by trying them all.
 
-    A splat is nearer than its shape by its own uncertainty, if it knows one.
+    A splat's uncertainty, if it has one, is subtracted from its distance.
 
     Args:
         splat_W: Discs or ellipsoids in W.
         p_WQ: Query points, shape (n, 3) [m].
         n_sigma: Semi-axes of a splat in standard deviations.
-        chunk: Number of points in a pass; bounds the memory, changes nothing
-            else.
+        chunk: Number of points in a pass, which limits the memory.
 
     Returns:
         Signed distance less uncertainty (n,) [m], closest point p_WC (n, 3)
@@ -105,7 +104,7 @@ def closest_points(y: np.ndarray, semi_axes: np.ndarray) -> np.ndarray:
 
 
 def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The quotient, and 0 where a is 0."""
+    """Returns the quotient, and 0 where a is 0."""
     return np.divide(a, b, out=np.zeros_like(a), where=a > 0)
 
 

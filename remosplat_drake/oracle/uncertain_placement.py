@@ -1,15 +1,15 @@
-r"""`UncertainPlacement`: a map that lies somewhat elsewhere about the robot.
+r"""`UncertainPlacement`: a map with an uncertain pose relative to the robot.
 
-Where the base is uncertain, the map is: seen from the robot, it lies shifted by
-at most s and turned by at most t about the base's place. A point at the
-distance r from there is displaced by s + t r at most. So a sphere is nearer to
-the scene by no more than
+If the base's pose is uncertain, so is the map's pose relative to the robot: the
+map is shifted by at most s and turned by at most t about the base's position. A
+point at the distance r from there is displaced by at most s + t r. So a sphere
+is nearer to the scene by at most
 
     w = s + t r,
 
-with its lever arm r: each sphere gets a margin of its own, and a stretched arm
-a larger one. That holds along a whole path: how the robot moves from here on it
-knows, only not from where.
+with its lever arm r: each sphere has its own margin, and a stretched arm has
+larger ones. This holds along a whole path, since relative motion is known
+exactly; only the start is uncertain.
 """
 
 import numpy as np
@@ -22,23 +22,22 @@ from remosplat_drake.signals.thing import Thing
 
 
 class UncertainPlacement(DistanceField):
-    """A distance field seen from a robot whose base may be elsewhere.
+    """A distance field for a robot with an uncertain base pose.
 
-    Distances are those of the map less w, and divided by 1 + t, since w itself
-    changes by t a metre: so the field stays 1-Lipschitz, and promises no more
-    than is true.
+    Distances are those of the map minus w, divided by 1 + t, since w changes by
+    t per metre. So the field stays 1-Lipschitz and conservative.
     """
 
     def __init__(
         self, field: DistanceField, p_WB: np.ndarray, shift: float, turn: float
     ):
-        """Widens a map's obstacles.
+        """Enlarges a map's obstacles.
 
         Args:
             field: The map.
             p_WB: x and y of the base in W, shape (2,) [m].
-            shift: Greatest distance by which the base may be off [m].
-            turn: Greatest angle by which it may be off [rad].
+            shift: Largest position error of the base [m].
+            turn: Largest heading error of the base [rad].
         """
         self._field = field
         self._p_WB = np.array(p_WB)
@@ -48,22 +47,22 @@ class UncertainPlacement(DistanceField):
 
     @property
     def for_look_ahead(self) -> DistanceField:
-        """The map as it is: nothing safe rests on rollouts."""
+        """The map without margins: safety does not depend on rollouts."""
         return self._field.for_look_ahead
 
     @property
     def for_planning(self) -> DistanceField:
-        """The map as it is: nothing safe rests on paths."""
+        """The map without margins: safety does not depend on planned paths."""
         return self._field.for_planning
 
     @property
     def surfaces(self) -> DistanceField | None:
-        """The surfaces of the map, where it has them."""
+        """The surfaces of the map, if it has them."""
         return self._field.surfaces
 
     @property
     def placed(self) -> tuple[Packed, Misplacement] | None:
-        """The map's own, and how far off it may lie."""
+        """The map's placement, with this uncertainty."""
         compiled = self._field.compiled
         if compiled is None:
             return None
@@ -71,7 +70,7 @@ class UncertainPlacement(DistanceField):
         return compiled, Misplacement(x, y, self._shift, self._turn)
 
     def margin(self, p_WS: np.ndarray) -> np.ndarray:
-        """Returns how much nearer the scene may be, shape (n,) [m].
+        """Returns by how much the scene may be nearer, shape (n,) [m].
 
         Args:
             p_WS: Centres of spheres in W, shape (n, 3) [m].
@@ -83,7 +82,7 @@ class UncertainPlacement(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """Measures the clearances that the uncertainty leaves."""
+        """Measures clearances minus the uncertainty."""
         if not len(spheres):
             return self._field.clearances(spheres, max_distance)
         margin, scale = self.margin(spheres.p_WS), 1.0 + self._turn
@@ -98,5 +97,5 @@ class UncertainPlacement(DistanceField):
         ).within(max_distance)
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Says what is at a place; see `DistanceField.thing_at`."""
+        """Names what is at a point; see `DistanceField.thing_at`."""
         return self._field.thing_at(p_W)

@@ -1,4 +1,4 @@
-"""`UnknownSpaceField`: distance to what no camera has seen."""
+"""`UnknownSpaceField`: distance to space that no camera has seen."""
 
 import hashlib
 from collections.abc import Mapping
@@ -25,22 +25,22 @@ from remosplat_drake.signals.thing import UNSEEN_SPACE, Thing
 class UnknownSpaceField(DistanceField):
     """The exact signed distance to the unseen voxels of a grid, as one solid.
 
-    Nobody has looked outside the grid either. A sphere whose centre is in
-    unseen space has a negative distance, and its direction points away from
-    the nearest seen voxel. A sphere takes voxels for seen whose centres lie
-    below its `ignore_below`.
+    Space outside the grid is unseen, too. A sphere whose centre is in unseen
+    space has a negative distance, and its direction points away from the
+    nearest seen voxel. For a sphere, voxels with centres below its
+    `ignore_below` count as seen.
 
-    The answer is exact: that of `unknown_space_reference`.
+    The result is exact and equals that of `unknown_space_reference`.
 
     Args:
         unseen: Which voxels no camera has seen, shape (nx, ny, nz), bool.
         lower: Lower corner of the grid in W, shape (3,) [m].
         voxel: Edge length of a voxel [m].
-        prepared: The `prepared` of an equal field, to save computing the
-            octree again. Kernels trust its indices unchecked.
+        prepared: The `prepared` of an equal field, to avoid computing the
+            octree again. Kernels do not check its indices.
 
     Raises:
-        RemoSplatError: The grid is no such grid, or nothing of it was seen.
+        RemoSplatError: The grid is invalid, or no voxel of it was seen.
     """
 
     def __init__(
@@ -55,7 +55,8 @@ class UnknownSpaceField(DistanceField):
         lower = np.asarray(lower, float)
         if unseen.ndim != 3 or lower.shape != (3,) or not voxel > 0:
             raise RemoSplatError(
-                f"no grid of voxels: shape {unseen.shape}, {lower=}, {voxel=}"
+                f"not a grid of voxels: shape {unseen.shape}, {lower=}, "
+                f"{voxel=}"
             )
         if unseen.all():
             raise RemoSplatError("no voxel of the grid has been seen")
@@ -64,7 +65,7 @@ class UnknownSpaceField(DistanceField):
         self.revision = f"unknown-space-{digest.hexdigest()[:16]}"
         grid = _prepare(unseen) if prepared is None else prepared
         for array in grid.values():
-            # One signature for the kernel, wherever the arrays are from.
+            # One signature for the kernel, for arrays of any origin.
             array.flags.writeable = False
         self._octree = VoxelOctree(
             grid["unseen"],
@@ -82,7 +83,7 @@ class UnknownSpaceField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that took time to compute, for the constructor."""
+        """The arrays that are expensive to compute, for the constructor."""
         return {
             "unseen": self._octree.unseen,
             "children": self._octree.children,
@@ -125,26 +126,26 @@ class UnknownSpaceField(DistanceField):
 
     @property
     def surfaces(self) -> None:
-        """None: nobody has seen any; see `DistanceField.surfaces`."""
+        """None: unseen space has none; see `DistanceField.surfaces`."""
         return None
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Says that it is unseen space; see `DistanceField.thing_at`."""
+        """Returns "unseen space"; see `DistanceField.thing_at`."""
         return UNSEEN_SPACE
 
 
 def unknown_space_field(
     coverage: Coverage, *, prepared: Mapping[str, np.ndarray] | None = None
 ) -> UnknownSpaceField:
-    """Makes a distance field of what was not seen.
+    """Makes a distance field of unseen space.
 
     Args:
         coverage: What was seen.
-        prepared: Arrays that such a field has prepared before, to save the
-            time; see `UnknownSpaceField`.
+        prepared: Arrays that an equal field has prepared; see
+            `UnknownSpaceField`.
 
     Raises:
-        RemoSplatError: Nothing was seen.
+        RemoSplatError: No voxel was seen.
     """
     unseen = coverage.state == UNSEEN
     return UnknownSpaceField(
@@ -153,6 +154,6 @@ def unknown_space_field(
 
 
 def _prepare(unseen: np.ndarray) -> dict[str, np.ndarray]:
-    """The arrays of a `VoxelOctree`."""
+    """Returns the arrays of a `VoxelOctree`."""
     padded = np.pad(unseen, 1, constant_values=True)
     return {"unseen": padded, "children": child_masks(padded)}

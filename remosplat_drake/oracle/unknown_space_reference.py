@@ -1,4 +1,4 @@
-"""Distance to unseen voxels by trying all of them: slow and readable.
+"""Slow reference of the distance to unseen voxels: tries all of them.
 
 `UnknownSpaceField` must equal it.
 """
@@ -11,10 +11,9 @@ from remosplat_drake.robot.sphere_model import Spheres
 def signed_distances(
     unseen: np.ndarray, lower: np.ndarray, voxel: float, spheres: Spheres
 ) -> np.ndarray:
-    """Measures distances to the boundary of unseen space, by trying all voxels.
+    """Measures distances to the boundary of unseen space over all voxels.
 
-    One layer of voxels around the grid stands for all that lies outside: it is
-    unseen.
+    One layer of unseen voxels around the grid represents all space outside.
 
     Args:
         unseen: Which voxels no camera has seen, shape (nx, ny, nz), bool.
@@ -34,7 +33,8 @@ def signed_distances(
         solid = unseen.ravel() & (center[:, 2] >= spheres.ignore_below[i])
         gap = np.maximum(low - p_WS, p_WS - (low + voxel))
         distance = np.linalg.norm(np.maximum(gap, 0), axis=1)
-        # The voxel that the centre is in, or the nearest one to it outside.
+        # The voxel that contains the centre, or the nearest one if it is
+        # outside.
         home = solid[distance.argmin()]
         others = distance[~solid] if home else distance[solid]
         sign = -1 if home else 1

@@ -1,9 +1,8 @@
-"""Whole depth images of a sensor, fast enough for display (numba).
+"""Complete depth images of a sensor, fast enough for display (Numba).
 
-The distance oracle never makes images: it only needs the nearest pixel of each
-view. Images show splats where they are, not nearer by their uncertainty. But
-for that, pixel for pixel, these equal those of
-`depth_rasterization_reference.render`.
+The distance oracle makes no images, since it needs only the nearest pixel of
+each view. Images ignore the splats' uncertainty; apart from that, they equal
+those of `depth_rasterization_reference.render` in every pixel.
 """
 
 import dataclasses as dc
@@ -33,8 +32,8 @@ class SphereViews:
         images: Depth z and accumulated alpha, see `DepthImages`.
         ranges: Distance of each pixel's point from the centre, shape
             (6, r, r) [m]; inf where the pixel does not count.
-        p_WP: The pixels' points in W, shape (6, r, r, 3) [m]; not finite
-            where the pixel does not count.
+        p_WP: The pixels' points in W, shape (6, r, r, 3) [m]; not finite if the
+            pixel does not count.
         nearest: Row and column of each view's nearest pixel, shape (6, 2).
         p_WS: The sphere's centre, shape (3,) [m].
         R_WD: Orientation of the sensor, shape (3, 3).
@@ -51,7 +50,7 @@ class SphereViews:
 
     @property
     def clearances(self) -> np.ndarray:
-        """Clearance of each view's nearest pixel, (6,) [m]; inf without one."""
+        """Clearance of each view's nearest pixel, (6,) [m]; inf if none."""
         view = np.arange(N_VIEWS)
         return self.ranges[view, *self.nearest.T] - self.radius
 
@@ -64,7 +63,7 @@ class SphereViews:
 def look_around(
     splat_W: GaussianSplat, sensor: DepthSensor, spheres: Spheres, i: int
 ) -> SphereViews:
-    """Renders what sphere i sees of a splat that is expressed in W."""
+    """Renders the six views of a splat, expressed in W, from sphere i."""
     p_WS, radius = spheres.p_WS[i], float(spheres.radius[i])
     R_WD = np.array(sensor.R_WD(spheres.R_WL)[i])
     images = render(splat_W, p_WS, R_WD, sensor, spheres.ignore_below[i])
@@ -122,7 +121,7 @@ def render(
 
 @numpy_kernel
 def _fragments(records, rules, p_WV, R_WV):
-    """All fragments of a view: pixel, depth z and alpha, in any order."""
+    """Returns a view's fragments in any order: pixel, depth z and alpha."""
     pixels, depths, alphas = [0], [0.0], [0.0]
     resolution = rules.resolution
     for k in range(len(records)):
@@ -150,7 +149,7 @@ def _fragments(records, rules, p_WV, R_WV):
 
 @numpy_helper
 def _ball_span(x, z, radius):
-    """Ray coordinates between which a ball at (x, z) appears in the image.
+    """Returns the ray coordinates that bound the image of a ball at (x, z).
 
     Seen along the other axis the ball is a disc; its tangents through the
     camera enclose it. Empty if low > high.

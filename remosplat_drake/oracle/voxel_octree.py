@@ -1,4 +1,4 @@
-"""`VoxelOctree`: where in a grid of voxels there are unseen and seen ones."""
+"""`VoxelOctree`: an octree of seen and unseen voxels of a grid."""
 
 from typing import NamedTuple
 
@@ -9,19 +9,19 @@ SEEN, UNSEEN = 0, 1
 
 
 class VoxelOctree(NamedTuple):
-    """A grid of unseen and seen voxels, of which the outermost are unseen.
+    """A grid of unseen and seen voxels; the outermost are unseen.
 
     A node of level l spans 2^l voxels along each axis; one of level 0 is a
     voxel, and the only one of the highest level is the root.
 
     Attributes:
         unseen: Which voxels are unseen, shape (nx, ny, nz), bool.
-        children: Of each node above level 0, which children hold seen and
-            which hold unseen voxels, shape (m, 2), uint8. Bit 4 a + 2 b + c is
-            set for child (2 i + a, 2 j + b, 2 k + c) of node (i, j, k).
-        levels: Of each level, the row of its first node in `children` and how
-            many nodes there are along y and z, shape (n, 3); a level's rows
-            are in C order. Level 0 has no rows.
+        children: For each node above level 0, the children with seen and with
+            unseen voxels, shape (m, 2), uint8. Bit 4 a + 2 b + c is set for
+            child (2 i + a, 2 j + b, 2 k + c) of node (i, j, k).
+        levels: For each level, the row of its first node in `children` and the
+            numbers of nodes along y and z, shape (n, 3); a level's rows are in
+            C order. Level 0 has no rows.
         lower: Lower corner of the grid, shape (3,) [m].
         voxel: Edge length of a voxel [m].
     """
@@ -37,7 +37,7 @@ def level_table(shape: tuple[int, ...]) -> np.ndarray:
     """Returns the `levels` of an octree over a grid.
 
     Args:
-        shape: How many voxels the grid has along each axis.
+        shape: Number of voxels along each axis.
     """
     size = np.array(shape)
     levels, row = [(0, size[1], size[2])], 0

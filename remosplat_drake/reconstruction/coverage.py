@@ -1,4 +1,4 @@
-"""Coverage: which part of the robot's workspace a capture's cameras saw."""
+"""Computes the part of the robot's workspace that cameras saw."""
 
 import numpy as np
 
@@ -23,7 +23,8 @@ def make_coverage(
     """Sorts the voxels of a box into surface, free and unseen ones.
 
     A voxel that holds a measured point is surface; one whose centre a camera
-    looked through is free. Unseen is all else, the inside of things too.
+    looked through is free. All other voxels are unseen, including the inside of
+    things.
 
     Args:
         capture: Posed RGB-D images.

@@ -10,7 +10,7 @@ from remosplat_drake.base.errors import (
 )
 
 AUTO, CUDA, CPU, NONE = "auto", "cuda", "cpu", "none"
-"""Devices: the best that there is; train on a GPU; refine; raw surfels."""
+"""Devices: the best available; train on a GPU; refine; raw surfels."""
 
 DEVICES = (AUTO, CUDA, CPU, NONE)
 """All devices that a user may name."""
@@ -24,8 +24,8 @@ def choose_device(name: str) -> str:
 
     Raises:
         FieldError: There is no such name.
-        MissingExtraError: Training is asked for and torch is not installed.
-        RemoSplatError: Training is asked for and there is no CUDA device.
+        MissingExtraError: Training is requested and torch is not installed.
+        RemoSplatError: Training is requested and there is no CUDA device.
     """
     if name not in DEVICES:
         raise FieldError(

@@ -1,7 +1,7 @@
-"""The floor of a capture, and with it the direction of gravity.
+"""Finds the floor of a capture, and so the direction of gravity.
 
-Handheld captures come in the frame of their first image. A mobile robot wants
-one whose z axis points up and whose floor is z = 0.
+Handheld captures come in the frame of their first image. A mobile robot needs a
+frame with z up and the floor at z = 0.
 """
 
 import dataclasses as dc
@@ -23,7 +23,7 @@ _HYPOTHESES = 500
 """Surfels whose tangent plane is tried."""
 
 _TABLE = 0.2
-"""Level surfaces higher than this over the floor are others than it [m]."""
+"""Height above which level surfaces are separate from the floor [m]."""
 
 
 @dc.dataclass
@@ -86,17 +86,17 @@ def find_floor(capture: Capture, config: FloorConfig | None = None) -> Floor:
     Each hypothesis is the tangent plane of one random surfel (a sample of one,
     as surfels have normals); the best one is then fitted to its surfels by
     least squares, together with the largest level surface over it: a near table
-    says more about gravity than a far floor. A table top is no floor as soon as
-    the capture shows anything that is lower; in a capture that shows nothing
-    lower, it cannot be told from one.
+    determines gravity better than a far floor. A table top is not the floor if
+    the capture shows anything lower; otherwise it cannot be distinguished from
+    one.
 
     Args:
         capture: Posed RGB-D images.
         config: Thresholds; None takes the defaults.
 
     Raises:
-        RemoSplatError: No plane is convincing; the error says what the best one
-            lacks.
+        RemoSplatError: No plane is convincing; the error states the problem of
+            the best one.
     """
     config = config or FloorConfig()
     surfels = surfels_from_capture(capture, _SAMPLES, stride=4)
@@ -147,7 +147,7 @@ def _score(
     p_WC: np.ndarray,
     config: FloorConfig,
 ) -> float:
-    """The more of it and the less beneath it, the better a plane is.
+    """Scores a plane by its area and by the surfaces beneath it.
 
     Something beneath counts as much as twenty times as much of the plane:
     walls and ceilings apart, a level plane's rival is a higher one.

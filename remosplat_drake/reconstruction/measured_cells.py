@@ -1,10 +1,10 @@
-"""Cells of space in which a pixel has measured something: they are not free.
+"""Finds cells of space with measured points, which are not free.
 
-A view shows what its pixels' rays meet, and nothing of what stands between
-them. Of a rod that is thinner than that, pixels measure a part, and rays of
-other pixels pass by the rest. So a single measured point outweighs all views
-that have looked through its cell, but those whose pixels are so close together
-that no thin thing stands between them.
+A view samples space only along its pixels' rays. If a rod is thinner than their
+distance, some pixels measure a part of it, and rays of others pass beside the
+rest. So a single measured point outweighs all views that have looked through
+its cell, except those with pixels so close together that no thin thing fits
+between them.
 """
 
 import dataclasses as dc
@@ -20,11 +20,11 @@ CELLS = 3
 """Number of cells along a voxel's edge."""
 
 MARGIN = 0.01
-"""How far behind free space a view must have measured something [m]."""
+"""Distance behind free space at which a view must have a measurement [m]."""
 
 THINNEST = 0.003
-"""Views whose pixels are no farther apart than this at a cell see all that is
-not thinner, and may say that the cell is free after all [m]."""
+"""Largest distance between pixels at a cell for views that may mark it as free
+in spite of a measured point [m]."""
 
 
 def measured_cells(
@@ -54,12 +54,12 @@ def measured_cells(
 def without_measured(
     coverage: Coverage, cells: np.ndarray, looks: Capture
 ) -> Coverage:
-    """Lets no voxel be free that has a measured cell in it or beside it.
+    """Marks free voxels with a measured cell in or beside them as unseen.
 
     Args:
         coverage: What was seen, in W.
         cells: What `measured_cells` found in its box.
-        looks: The views that may say that a voxel is free after all.
+        looks: The views that may still mark a voxel as free.
 
     Returns:
         The same, with such voxels unseen.

@@ -1,8 +1,7 @@
 """Measured surfaces and free space of a capture's depth images.
 
-A pixel with a depth has looked through everything before it. That is the
-evidence that surfaces, floaters and free space are judged by where nobody
-knows the true geometry.
+A pixel with a depth shows free space up to that depth. If the true geometry is
+unknown, this is the reference for surfaces, floaters and free space.
 """
 
 from functools import partial
@@ -16,7 +15,7 @@ from remosplat_drake.base.threads import blocks, in_parallel
 from remosplat_drake.capture.capture import Capture
 
 _MAX_SAMPLES = 4_000_000
-"""More pixels than this add nothing to voxels of millimetres."""
+"""Largest number of pixels; more do not improve voxels of millimetres."""
 
 _NOISE_DEPTH = 2.0
 """Beyond this depth the noise of depth cameras, which triangulate, grows with
@@ -36,7 +35,7 @@ _NOISY_VOXEL = 0.01
 """Voxels that hold enough noisy points for a mean [m]."""
 
 _SMOOTH_RADIUS, _MIN_NEIGHBORS = 0.03, 6
-"""What is around a point, to tell a surface from noise [m]."""
+"""Neighbourhood of a point that separates surface from noise [m]."""
 
 
 def measured_points(
@@ -47,15 +46,15 @@ def measured_points(
 ) -> np.ndarray:
     """Computes points on the surfaces that a capture measured.
 
-    They are the means of the pixels' points in each voxel. A point that two
-    views looked through is left out: depth cameras invent points at
-    silhouettes, between an object and what is behind it. Of a noisy capture
-    a wall is a layer, whose outermost points are nearest to everything: such
-    a cloud is thinned, see `thinned`, in voxels of 1 cm.
+    They are the means of the pixels' points in each voxel. Points that two
+    views looked through are removed: depth cameras create false points at
+    silhouettes, between an object and its background. In a noisy capture, a
+    wall is a layer, and its outermost points would be nearest: such a cloud is
+    thinned, see `thinned`, in voxels of 1 cm.
 
-    Before a wall that is sampled s apart, a distance d to the nearest sample
-    is too large by at most s^2 / 4d: at 3 cm by 0.1 mm for samples 3 mm apart,
-    by 0.8 mm for 1 cm.
+    Before a wall with samples s apart, a distance d to the nearest sample is
+    too large by at most s^2 / 4d: at 3 cm by 0.1 mm for samples 3 mm apart, by
+    0.8 mm for 1 cm.
 
     Args:
         capture: Posed RGB-D images.
@@ -163,10 +162,10 @@ def times_looked_through(
             2 m it grows with the square of the depth.
         pitch: How far apart a view's pixels may be at each point, shape (n,)
             [m]; None for any distance.
-        normal_W: Unit normals of the surfaces that the points are on, shape
-            (n, 3): the margin is along them, so that a floor at a grazing
-            angle is not looked through by a camera that is a little too low;
-            None: the margin is along the depth.
+        normal_W: Unit normals of the surfaces that the points are on, shape (n,
+            3): the margin is along them, so that a camera that is slightly too
+            low does not seem to look through a floor at a grazing angle; None:
+            the margin is along the depth.
 
     Returns:
         Numbers of views, shape (n,).
@@ -196,12 +195,12 @@ def is_behind(
     pitch: np.ndarray | None = None,
     normal_W: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Tells which points one view has looked through.
+    """Returns which points one view has looked through.
 
     Args:
         capture: Posed RGB-D images.
         view: Index of the view.
-        front: What `nearest_around` makes of its depth, shape (h, w) [m].
+        front: The result of `nearest_around` for its depth, shape (h, w) [m].
         p_W: Points in W, shape (n, 3) [m].
         margin: See `times_looked_through` [m].
         pitch: See `times_looked_through` [m].
@@ -243,7 +242,7 @@ def _find_behind(front, K, X_WC, p_W, margin, pitch, normal_W, behind):
         column = np.floor(K[0, 0] * x_C / z_C + K[0, 2])
         row = np.floor(K[1, 1] * y_C / z_C + K[1, 2])
         if 0 <= column < width and 0 <= row < height:
-            # How fast the ray leaves the surface, as its depth grows.
+            # Distance from the surface per depth along the ray.
             along = (
                 normal_W[i, 0] * x + normal_W[i, 1] * y + normal_W[i, 2] * z
             ) / z_C

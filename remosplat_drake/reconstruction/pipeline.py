@@ -1,9 +1,9 @@
-"""`reconstruct`: from a capture to a splat that knows how wrong it may be.
+"""`reconstruct`: from a capture to a splat with error bounds.
 
-Surfels are laid on the measured surfaces, refined against all depth images on
-the CPU, and, where there is a CUDA device, trained on colours and depth, with
-the cameras as unknowns if that is asked for. Then discs are laid on what is
-left bare, and each gets a bound on its error.
+Surfels are placed on the measured surfaces, refined against all depth images on
+the CPU and, if there is a CUDA device, trained on colours and depth, optionally
+with the cameras as unknowns. Then discs are added on uncovered surfaces, and
+each disc gets an error bound.
 """
 
 import dataclasses as dc
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from remosplat_drake.reconstruction.training.training import Trained
 
 _MARGIN_PER_SCATTER = 4.0
-"""How much farther than a surface scatters free space begins."""
+"""Margin of free space, in units of a surface's scatter."""
 
 Report = Callable[[str, int, int], None]
 """Called with the name of the stage, the steps done and the steps in all."""
@@ -64,12 +64,12 @@ class Reconstruction:
 
     Attributes:
         splat: The splat in the capture's world frame, with the uncertainty of
-            its discs if that was asked for.
+            its discs if requested.
         method: How the splat was made, in words.
         seconds: Wall-clock time that it took [s].
         capture: The capture that the splat fits: the given one, or that with
             refined cameras.
-        undone: Errors of the camera that training freed it of, see
+        undone: Errors of the camera that training corrected, see
             `camera_errors`, shape (`COUNT`,).
     """
 
@@ -102,17 +102,17 @@ def reconstruct(
     Args:
         capture: Posed RGB-D images.
         device: One of `DEVICES`.
-        initialisation: How surfels are laid on the measured surfaces; None
+        initialisation: How surfels are placed on the measured surfaces; None
             takes the defaults.
         surfels: Surfels to start from, in place of an initialisation; with
-            them a single view will do.
+            them, a single view suffices.
         refinement: Settings of the refinement; None takes the defaults.
-        looks: Views that may clear space: discs that hang in what they looked
-            through are dropped, although `surfels` began with them; None for
+        looks: Views that may clear space: discs in space that they looked
+            through are removed, even if they come from `surfels`; None for
             none.
         bounded: Whether gaps are closed and discs get an uncertainty.
-        errors: Draws of the errors of the cameras, which count in that; None
-            takes poses and depths as exact.
+        errors: Samples of the errors of the cameras, for the uncertainty; None
+            assumes exact poses and depths.
         steps: Largest number of training steps.
         seed: Seed of the order of the images in training.
         refine_cameras: Whether training takes poses, lens and depth curve of
@@ -123,7 +123,7 @@ def reconstruct(
         report: Called with the progress, see `Report`.
 
     Raises:
-        RemoSplatError: The capture or a setting is unusable.
+        RemoSplatError: The capture or a setting is invalid.
     """
     device = choose_device(device)
     check_refinable(device, refine_cameras)
@@ -204,7 +204,7 @@ def _train(
     )
 
     config = CAMERA_TRAINING if refine_cameras else TrainingConfig()
-    # Where views disagree, a surface must not be taken for free space.
+    # If views disagree, a surface must not become free space.
     few = capture.select(np.arange(0, len(capture), -(-len(capture) // 16)))
     surface_W = measured_points(few, *np.array([[-np.inf], [np.inf]]))
     margin = config.margin + _MARGIN_PER_SCATTER * scatter(surface_W)

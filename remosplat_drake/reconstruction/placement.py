@@ -1,8 +1,8 @@
-"""Where a map lies: upright, with the floor at z = 0, or as it was captured.
+"""Frame of a map: upright with the floor at z = 0, or the capture's frame.
 
-Handheld captures come in the frame of their first image, and a robot stands on
-its side there. Gravity comes from the floor, or from what the capture's format
-documents; without either nothing is guessed.
+Handheld captures use the frame of their first image, in which a robot would lie
+on its side. Gravity follows from the floor, or from the documentation of the
+format; otherwise nothing is assumed.
 """
 
 import dataclasses as dc
@@ -19,11 +19,11 @@ AUTO, FLOOR, CAPTURE, NONE = UPS = ("auto", "floor", "capture", "none")
 capture's own frame; not at all."""
 
 _LEVEL = np.deg2rad(3.0)
-"""A frame that is less tilted is upright; so much a floor is found wrong where
-poses are not exact [rad]."""
+"""Tilt below which a frame counts as upright, the error of a floor with inexact
+poses [rad]."""
 
 _ON_FLOOR = 0.05
-"""A floor that is so near to z = 0 lies there [m]."""
+"""Distance from z = 0 within which a floor counts as aligned [m]."""
 
 _FLOOR_TILT = 0.15
 """Largest angle between a floor's normal and the known up [rad]."""
@@ -34,11 +34,11 @@ _LOW = 0.7
 
 @dc.dataclass(frozen=True, eq=False)
 class Placement:
-    """Where a map lies.
+    """The pose of a map's frame.
 
     Attributes:
         X_FW: Pose of the capture's frame W in the map's frame F.
-        words: How that was found, in words.
+        words: How it was found, in words.
         has_floor: Whether the floor is known to be z = 0 in F, z up.
     """
 
@@ -59,14 +59,14 @@ class Placement:
 
 
 def place(capture: Capture, up: str = AUTO) -> Placement:
-    """Finds where the map of a capture lies.
+    """Finds the frame of a capture's map.
 
     Args:
         capture: Posed RGB-D images.
         up: One of `UPS`.
 
     Raises:
-        RemoSplatError: The floor was asked for, and none is convincing.
+        RemoSplatError: The floor was requested, and none is convincing.
     """
     if up == NONE:
         return Placement(RigidTransform(), "in the capture's frame", False)
@@ -108,7 +108,7 @@ def _on_floor(capture: Capture) -> Placement:
 
 
 def _as_captured(capture: Capture) -> Placement:
-    """The capture's own frame, turned so that z is up where it is not."""
+    """Returns the capture's own frame, rotated so that z is up."""
     up_W = np.array([0, 0, 1.0] if capture.up_W is None else capture.up_W)
     if up_W[2] > np.cos(_LEVEL):
         words = "up is the capture's z axis, and the floor taken to be z = 0"
@@ -117,5 +117,5 @@ def _as_captured(capture: Capture) -> Placement:
     x_W = x_W - (x_W @ up_W) * up_W
     x_W /= np.linalg.norm(x_W)
     R_FW = RotationMatrix(np.stack([x_W, np.cross(up_W, x_W), up_W]))
-    words = "up is what the capture's format says; how high, nobody knows"
+    words = "up is from the capture's format; the floor's height is unknown"
     return Placement(RigidTransform(R_FW, np.zeros(3)), words, False)

@@ -1,8 +1,8 @@
 """Seen space as a file beside the splat, `SPLAT.seen`.
 
 It is a file of arrays, see `array_file`: the states of all voxels, two bits
-each and deflated, with the box that they fill, in the splat's frame G, and
-the digest of the splat's file. Of another splat it would be a lie.
+each and deflated, with the box that they fill, in the splat's frame G, and the
+digest of the splat's file. It is not valid for another splat.
 """
 
 import math
@@ -37,7 +37,7 @@ def seen_path(splat: Path) -> Path:
 
 
 def write_seen_space(splat: Path, coverage: Coverage) -> None:
-    """Writes what was seen beside the splat file, atomically.
+    """Writes seen space beside the splat file, atomically.
 
     Args:
         splat: The splat file, as it is going to stay.
@@ -62,7 +62,7 @@ def write_seen_space(splat: Path, coverage: Coverage) -> None:
 
 
 def read_seen_space(path: Path, splat: Path) -> Coverage:
-    """Reads what the capture of a splat has seen.
+    """Reads the seen space of a splat's capture.
 
     Args:
         path: The file.

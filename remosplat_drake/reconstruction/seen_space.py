@@ -1,12 +1,12 @@
-"""What a capture has seen: its free space, its surfaces, and all the rest.
+"""Classifies space as free, surface or unseen by a capture.
 
-What nobody has seen is to be solid. So a voxel is seen only if all of it has
-been looked through, or if the splat's discs cover whatever else is in it: a
-robot that comes from free space meets a disc before it meets the unknown. To
-tell that, the voxels at surfaces are divided into cells. A cell that was not
-looked through, beside one that was, and without a disc is a frontier
-(Yamauchi, 1997), and its voxel counts as unseen. What any pixel has measured
-was not looked through, however thin it is: see `measured_cells`.
+Unseen space must be solid. So a voxel is seen only if views look through all of
+it, or if the splat's discs cover the rest of it: a robot that comes from free
+space reaches a disc before unknown space. For this test, voxels at surfaces are
+divided into cells. A cell that was not looked through, beside one that was, and
+without a disc is a frontier (Yamauchi, 1997), and its voxel counts as unseen.
+Space with a measured point is not free, however thin the thing is: see
+`measured_cells`.
 """
 
 import dataclasses as dc
@@ -85,8 +85,8 @@ def seen_box(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Returns a box around what a capture may have seen.
 
-    Nobody has looked farther than from the cameras to the surfaces, and no
-    robot works farther than some metres from its workspace.
+    Seen space extends from the cameras to the surfaces, and a robot works
+    within some metres of its workspace.
 
     Args:
         capture: Posed RGB-D images.
@@ -118,14 +118,14 @@ def find_seen_space(
     """Sorts the voxels of a box into surface, free and unseen ones.
 
     A voxel is free if a view has looked through the whole of it, a surface if
-    discs stand between its free and its unseen part, and unseen otherwise:
-    the inside of things, too. Beside surfaces, where depth images are wrong
-    most often, what a single view says is not believed. Where a pixel has
-    measured something, only views with fine pixels are.
+    discs stand between its free and its unseen part, and unseen otherwise: the
+    inside of things, too. Beside surfaces, where depth images have most errors,
+    a single view does not suffice. In cells with measured points, only views
+    with fine pixels count.
 
     Args:
         capture: Posed RGB-D images.
-        splat_W: The surfaces that a robot is going to know, in W.
+        splat_W: The surfaces of the robot's map, in W.
         lower: Lower corner of the box, shape (3,) [m].
         upper: Upper corner of the box, shape (3,) [m].
         voxel: Edge length of a voxel [m].
@@ -179,10 +179,9 @@ def _is_among(
 
 
 def _floats(state: np.ndarray) -> np.ndarray:
-    """Which unseen voxels nothing holds: all around them is free.
+    """Returns unseen voxels without support: all around them is free.
 
-    A solid there would hang in the air; gaps between the views leave such
-    specks.
+    A solid there would float; gaps between views leave such remnants.
     """
     pieces = np.zeros(state.shape, np.int32)
     count = int(label(state == UNSEEN, _BLOCK, pieces))  # pyright: ignore

@@ -1,8 +1,8 @@
-"""The floor of a splat, of which there is nothing but the splat.
+"""Finds the floor of a splat without its cameras.
 
-Where there are a capture's cameras, `reconstruction.floor` knows which way they
-were held. Of a splat from elsewhere neither up nor even the unit is known, so
-lengths here are relative to the splat's own.
+With a capture's cameras, `reconstruction.floor` uses their orientation. For
+other splats, neither the upward direction nor the unit is known, so lengths
+here are relative to the size of the splat.
 """
 
 import dataclasses as dc
@@ -20,7 +20,7 @@ _SAMPLES = 20_000
 """Points on the splats' surfaces: their number measures area."""
 
 _FEW = 2_000
-"""As many of them are enough to tell good planes from bad ones."""
+"""Number of them that suffices to separate good planes from bad ones."""
 
 _HYPOTHESES, _DISTINCT = 500, 10
 """Planes through three points that are tried, and how many that differ are
@@ -41,7 +41,7 @@ _DEPTH = 0.04
 radii of the scene."""
 
 _BENEATH = 4.0
-"""How much more counts what lies beneath a plane than what belongs to it."""
+"""Weight of points beneath a plane relative to points on it."""
 
 _SAME, _NEAR = np.deg2rad(15.0), 0.08
 """Planes of a smaller angle [rad] and distance, in radii of the scene, are one
@@ -51,17 +51,17 @@ _RIVAL = 0.5
 """A floor has this fraction of the score of another plane at most."""
 
 _STEEP = np.deg2rad(45.0)
-"""Largest angle between a floor's normal and what is called up [rad]."""
+"""Largest angle between a floor's normal and the given up [rad]."""
 
 _COLLINEAR = np.deg2rad(1.0)
-"""Three points with a smaller angle tell no plane [rad]."""
+"""Least angle of three points that define a plane [rad]."""
 
 _FEWEST = 100
-"""Fewer splats show no floor."""
+"""Least number of splats to find a floor."""
 
 MIN_SHARE, MIN_SHARE_UPWARD = 0.15, 0.05
-"""Least fraction of the splats' surface that a floor has, where nobody knows
-what is up and where somebody does: every thing has a flat side."""
+"""Least fraction of the splats' surface in a floor, for unknown and for known
+up: every thing has a flat side."""
 
 MAX_BENEATH = 0.05
 """Largest fraction of the splats' surface that lies beneath a floor."""
@@ -97,7 +97,7 @@ class _Plane:
         return self.share - _BENEATH * self.beneath
 
     def is_same(self, other: "_Plane") -> bool:
-        """Whether two planes are one, but for a little."""
+        """Returns whether two planes are nearly the same."""
         is_parallel = self.normal @ other.normal > np.cos(_SAME)
         return bool(is_parallel) and abs(self.offset - other.offset) < _NEAR
 
@@ -109,14 +109,14 @@ def find_splat_floor(
 
     Points are drawn on the splats' surfaces, by area and opacity. A hypothesis
     is the plane through three neighbours, fitted by least squares to all points
-    near it; its upper side is that on which most of the points are. A wall or
-    a ceiling may have nothing behind it, too: where another plane is nearly as
-    good, nothing is guessed.
+    near it; its upper side is that on which most of the points are. A wall or a
+    ceiling may have nothing behind it, too: if another plane is nearly as good,
+    none is chosen.
 
     Args:
         splat: Splats in G, in any unit.
-        up_G: What is up, to 45 degrees, in G, shape (3,), of any length; None
-            if nobody knows.
+        up_G: Upward direction, to 45 degrees, in G, shape (3,), of any length;
+            None if unknown.
         seed: Seed of the random choice of points.
 
     Raises:
@@ -188,7 +188,7 @@ def _surface_points(
     if not radius:
         raise RemoSplatError("no floor: the splats are all in one place")
     inner = np.flatnonzero(distance <= _MARGIN * radius)
-    # What is larger than this is a blob, and covers no more than this.
+    # Larger splats are blobs, and cover no more than this.
     most = 5 * _THICKNESS * radius
     largest = np.sort(splat.scales[inner], axis=1)[:, :-3:-1].astype(float)
     weight = np.minimum(largest, most).prod(axis=1) * splat.opacities[inner]
@@ -256,7 +256,7 @@ def _judged(
 
 
 def _check(planes: list[_Plane], min_share: float) -> None:
-    """Refuses distinct planes whose first one is not clearly the floor."""
+    """Raises an error if the first plane is not clearly the floor."""
     best = planes[0]
     if best.beneath > MAX_BENEATH:
         raise RemoSplatError(

@@ -1,4 +1,4 @@
-"""Which boxes views have looked through as a whole, not only their centres."""
+"""Finds boxes that views have looked through completely."""
 
 import math
 
@@ -31,8 +31,8 @@ def count_whole_looks(
     """Counts the views that have looked through the whole of each cube.
 
     A view has looked through a cube if it shows all of it, and every pixel
-    whose ray meets the cube has measured something behind it. A pixel
-    without a depth says nothing.
+    whose ray meets the cube has measured something behind it. Pixels without
+    depth do not count.
 
     Args:
         capture: Posed RGB-D images.

@@ -1,4 +1,4 @@
-"""`Workspace`: the box in which a splat's distances have to be right."""
+"""`Workspace`: the box in which a splat's distances must be correct."""
 
 import dataclasses as dc
 

@@ -12,15 +12,15 @@ from remosplat_drake.base.strict_json import as_number, parse_json_object
 SUPERVISOR = "supervisor"
 """Kind of event: the supervisor's mode has changed."""
 STANDING = "standing"
-"""Kind of event: something else holds the robot, or nothing does any more."""
+"""Kind of event: the cause that holds the robot has changed."""
 MAP = "map"
-"""Kind of event: the oracle asks another version of the map from now on."""
+"""Kind of event: the oracle uses another version of the map from now on."""
 TARGET = "target"
 """Kind of event: what moves the target has changed."""
 REQUEST = "request"
-"""Kind of event: a person or a program asked something of the map."""
+"""Kind of event: a person or a program has requested a change of the map."""
 TROUBLE = "trouble"
-"""Kind of event: something does not work; control goes on."""
+"""Kind of event: something does not work; control continues."""
 
 
 @dc.dataclass(frozen=True)
@@ -31,10 +31,10 @@ class Event:
         time: When it happened, by the diagram's clock [s].
         kind: `SUPERVISOR`, `STANDING`, `MAP`, `TARGET`, `REQUEST` or
             `TROUBLE`.
-        text: What happened, in words for a person.
+        text: Description of the event, for display.
         version: Version of the map, in events that are about one.
-        link: Name of the link that is held from now on; empty where none is.
-        place: Where in W it was held first [m]; None if that is no place.
+        link: Name of the link that is held from now on; empty if none.
+        place: Point in W at which it was first held [m]; None if there is none.
     """
 
     time: float
@@ -46,13 +46,13 @@ class Event:
 
 
 class EventWriter:
-    """Appends events to a file, each of them at once.
+    """Appends events to a file immediately.
 
     Args:
         path: The file; it must not exist.
 
     Attributes:
-        trouble: Why events are missing in the file; empty while none is.
+        trouble: Why events are missing in the file; empty if none is.
 
     Raises:
         FileError: The file exists or cannot be made.
@@ -63,20 +63,22 @@ class EventWriter:
         self._file = AppendFile(path)
 
     def append(self, event: Event) -> None:
-        """Writes an event, or notes in `trouble` why that failed."""
+        """Writes an event, or records in `trouble` why that failed."""
         line = json.dumps(dc.asdict(event)) + "\n"
         problem = self._file.append(line.encode())
         if problem:
             self.trouble = f"{self._file.path.name} lacks events: {problem}"
 
     def close(self) -> None:
-        """Closes the file."""
-        self._file.close()
+        """Closes the file; `trouble` says if it is no longer there."""
+        problem = self._file.close()
+        if problem:
+            self.trouble = f"{self._file.path} {problem}"
 
 
 @reads_file
 def read_events(path: Path) -> list[Event]:
-    """Reads a file of events; a line cut off at its end is left out.
+    """Reads a file of events; an incomplete last line is ignored.
 
     Args:
         path: The file.

@@ -18,7 +18,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 @dc.dataclass(frozen=True)
 class RunMetrics:
-    """The numbers that a run is judged by.
+    """The metrics of a run.
 
     Attributes:
         duration: Simulated time from the first tick to the end [s].
@@ -36,25 +36,25 @@ class RunMetrics:
         ticks: Number of control ticks.
         tick_p50: Median wall-clock time of a tick [s].
         tick_p99: 99th percentile of the wall-clock time of a tick [s].
-        control_rate: 1 / tick_p50 [Hz]; 0 where ticks were not timed.
+        control_rate: 1 / tick_p50 [Hz]; 0 if ticks were not timed.
         statuses: Number of ticks by the name of their status.
         scaled_ticks: Number of ticks whose command verification reduced.
         effector_paths: Lengths of the paths of several end effectors by name
             [m]; none for an only one.
-        line_deviation_max: How far the end effector was beside the lines that
-            targets ask for, at most [m]; None if they ask for none.
+        line_deviation_max: Largest deviation of the end effector from the lines
+            of targets [m]; None without lines.
         line_deviation_mean: The same, as the mean over the ticks on lines [m].
-        unseen_clearance_min: Smallest distance to space that no camera has
-            seen [m], negative inside; None if nobody knows what was seen.
+        unseen_clearance_min: Smallest distance to space that no camera has seen
+            [m], negative inside; None if seen space is unknown.
         unseen_ticks: Number of configurations that reached into such space.
-        mover_distance_min: Smallest true distance to anything that moves [m];
-            None where nothing does.
-        mover_contacts: All contacts with what moves, by whose doing they were.
-        waited: Time in which no part of the robot moved [s]; None where
-            nothing else does.
-        separation_margin_min: By how much the distance to what is known to
-            move exceeded the protective separation distance S_p at least, at
-            the ticks [m]; None where nothing was.
+        mover_distance_min: Smallest true distance to a mover [m]; None without
+            movers.
+        mover_contacts: All contacts with movers, by their cause.
+        waited: Time in which no part of the robot moved [s]; None without
+            movers.
+        separation_margin_min: Least excess, over all ticks, of the distance to
+            known movers over the protective separation distance S_p [m]; None
+            without movers.
     """
 
     duration: float
@@ -98,10 +98,10 @@ def run_metrics(
         dt: Control period [s].
         truth: The true scene; None where it is unknown.
         unseen: Space that no camera has seen; None where that is unknown.
-        line_deviation: How far the end effector was beside the line of each
-            tick [m]; NaN where there was none.
-        separation_margin: By how much the distance to what moves exceeded S_p
-            at each tick [m]; NaN where nothing was known to move.
+        line_deviation: Deviation of the end effector from the line at each tick
+            [m]; NaN without a line.
+        separation_margin: Excess of the distance to movers over S_p at each
+            tick [m]; NaN without known movers.
     """
     margins = np.array(separation_margin)
     margins = margins[~np.isnan(margins)]
@@ -146,9 +146,9 @@ def run_metrics(
 def _judged(
     trajectory: Trajectory, robot: RobotModel, dt: float
 ) -> MoverJudgement | None:
-    """Judges a run by the movers of its ticks; None where nothing moved.
+    """Judges a run by the movers of its ticks; None without movers.
 
-    Between two ticks they go on as they did at the first one.
+    Between two ticks, they keep the motion of the first one.
     """
     if not trajectory.movers or not len(trajectory):
         return None

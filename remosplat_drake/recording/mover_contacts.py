@@ -1,7 +1,7 @@
-"""Contacts with movers, judged by the truth, and told apart by whose they are.
+"""Finds true contacts with movers, and classifies them by cause.
 
-A robot that stands may be touched, and one that retreats may be caught up
-with. What it must not do is touch by moving towards somebody.
+A mover may touch a robot at rest, or catch up with a retreating one. The robot
+must not touch a person by moving towards them.
 """
 
 import dataclasses as dc
@@ -13,12 +13,12 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import MoverArrays, Movers
 
 TOWARDS, RETREATING, RESTING = "towards", "retreating", "resting"
-"""What a link did that was touched: it moved towards the mover, the robot's
-fault; it moved away or along; or it stood."""
+"""Motion of a touched link: towards the mover, the robot's fault; away or
+sideways; or at rest."""
 
 UNSEEN = "unseen"
-"""A link moved towards what it touched, which had come out of space that no
-camera saw: who judges a run by its cameras says so in place of TOWARDS."""
+"""A link moved towards a mover that came out of unseen space; an evaluation
+with cameras uses it in place of TOWARDS."""
 
 KINDS = (TOWARDS, UNSEEN, RETREATING, RESTING)
 """All kinds of contact, the worst first."""
@@ -26,13 +26,13 @@ KINDS = (TOWARDS, UNSEEN, RETREATING, RESTING)
 _MOTIONS = (TOWARDS, RETREATING, RESTING)
 
 LEAST_SPEED = 1e-3
-"""Speed up to which a sphere stands, and does not approach [m/s]."""
+"""Speed up to which a sphere counts as at rest [m/s]."""
 
 WAITING_SPEED = 0.01
 """Speed of its fastest sphere up to which a robot waits [m/s]."""
 
 SHORTEST = 5e-4
-"""Time between two looks that is not divided any more [s]."""
+"""Least time between two samples [s]."""
 
 
 @dc.dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Contact:
         link: Name of the link.
         mover: Name of the mover.
         kind: The worst of `KINDS` meanwhile.
-        depth: How deep at most they were in each other [m].
+        depth: Largest penetration [m].
     """
 
     start: float
@@ -58,7 +58,7 @@ class Contact:
 
 @dc.dataclass(frozen=True, eq=False)
 class MoverJudgement:
-    """What became of a robot and of what moved around it.
+    """Contacts and distances between a robot and movers in a run.
 
     Attributes:
         contacts: All contacts, in the order in which they began.
@@ -83,7 +83,7 @@ class MoverJudgement:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Look:
-    """Robot and movers at an instant.
+    """Robot and movers at one time.
 
     Attributes:
         time: When [s].
@@ -113,20 +113,19 @@ def judge_movers(
     movers: Callable[[float], Movers],
     dt: float,
 ) -> MoverJudgement:
-    """Judges a run by where movers truly were.
+    """Judges a run by the true positions of movers.
 
-    It looks at every tick, and between two looks as often again as it takes to
-    know that nothing has touched there, or since when: two surfaces at
-    distances d0 and d1 that move by at most s against each other in between do
-    not touch if d0 + d1 > s.
+    It samples every tick, and subdivides as often as needed to exclude a
+    contact or to find its start: two surfaces at distances d0 and d1 that move
+    by at most s against each other in between do not touch if d0 + d1 > s.
 
     Args:
         robot: The robot, for its spheres.
         time: Times of T ticks [s].
         q: Configurations at the ticks and at the end, shape (T + 1, n_q);
             between two the robot goes straight from one to the other.
-        movers: Says what moves, and where it is, at any time [s]; as many and
-            in the same order each time.
+        movers: Returns the movers at any time [s], always the same ones in the
+            same order.
         dt: Control period [s].
     """
     judge, contacts = _Judge(robot, movers), _Contacts(robot)
@@ -147,7 +146,7 @@ def judge_movers(
 
 
 class _Judge:
-    """Looks at robot and movers at any time of a run."""
+    """Samples robot and movers at any time of a run."""
 
     def __init__(self, robot: RobotModel, movers: Callable[[float], Movers]):
         self._robot, self._movers = robot, movers
@@ -291,7 +290,7 @@ class _Contacts:
 def _touches(
     look: _Look, links: np.ndarray, v_WS: np.ndarray
 ) -> Iterator[tuple[tuple[str, int], Contact]]:
-    """What touches at an instant, by link and number of the mover."""
+    """Returns the contacts at a time, by link and number of the mover."""
     mover, sphere = np.nonzero(look.distance < 0.0)
     ahead = np.einsum("ni,ni->n", look.towards_W[mover, sphere], v_WS[sphere])
     speed = np.linalg.norm(v_WS[sphere], axis=1)

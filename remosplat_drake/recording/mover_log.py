@@ -1,4 +1,4 @@
-"""Movers of a run as arrays, so that they can be kept in a file."""
+"""Movers of a run as arrays, for storage in a file."""
 
 from array import array
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from remosplat_drake.recording.packed_movers import (
 from remosplat_drake.scene.mover import Mover, Movers
 
 PREFIX = "mover_"
-"""What the names of all these arrays begin with."""
+"""Prefix of the names of all these arrays."""
 
 _NUMBERS, _QUATERNION = 21, slice(4, 8)
 """Numbers of a row: those of `PackedMovers`, but for the orientation, which is
@@ -26,7 +26,7 @@ def to_arrays(ticks: Sequence[Movers]) -> dict[str, np.ndarray]:
     """Writes the movers of T ticks as arrays.
 
     Args:
-        ticks: What moved at each tick.
+        ticks: The movers at each tick.
 
     Returns:
         `mover_tick`, the tick of each of m rows, shape (m,); `mover_name`,

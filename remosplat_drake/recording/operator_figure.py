@@ -1,4 +1,4 @@
-"""The paper's figure 5: clearance, and deviation from what was wanted."""
+"""The paper's figure 5: clearance, and deviation from the desired velocity."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,7 +30,7 @@ def draw_operator_figure(
     stopping: float,
     events: Sequence[Event] = (),
 ) -> "Figure":
-    """Draws clearance above, and deviation from what was wanted below.
+    """Draws clearance above, and deviation from the desired velocity below.
 
     Args:
         trace: The curves.

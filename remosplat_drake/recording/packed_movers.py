@@ -1,7 +1,7 @@
-"""`PackedMovers`: what moved at a tick, as numbers that take little memory."""
+"""`PackedMovers`: the movers at a tick, as compact arrays."""
 
 import dataclasses as dc
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -12,6 +12,9 @@ _LENGTHS = (3, 1, 9, 3, 3, 3, 4)
 """Numbers of a mover: half extents, radius, orientation R_WM, position,
 velocity, angular velocity, bounds."""
 
+MOVER = "mover_"
+"""What the names of the columns of movers begin with."""
+
 ORIENTATION = slice(4, 13)
 """Where the orientation is among them."""
 
@@ -21,7 +24,7 @@ class PackedMovers:
     """`Movers` as numbers, without the cameras that found them.
 
     Attributes:
-        stamp: When they were where they are said to be [s].
+        stamp: Time of their poses [s].
         names: The names of k movers.
         rows: Their numbers, shape (k, 26).
     """
@@ -62,7 +65,7 @@ def mover_of(name: str, row: np.ndarray) -> Mover:
         row: Its numbers, shape (26,).
 
     Raises:
-        FieldError: A number is unusable.
+        FieldError: A number is invalid.
     """
     half_extents, radius, R_WM, p_WM, v_WM, w_WM, bounds = np.split(
         row, np.cumsum(_LENGTHS)[:-1]
@@ -78,8 +81,56 @@ def mover_of(name: str, row: np.ndarray) -> Mover:
     )
 
 
+def to_columns(ticks: Collection[PackedMovers]) -> dict[str, np.ndarray]:
+    """Writes the movers of T ticks as arrays; messages that ticks share once.
+
+    Args:
+        ticks: Those of each tick.
+
+    Returns:
+        `mover_message`, the message of each tick, shape (T,); `mover_stamp`
+        and `mover_count`, shape (m,) for m messages; and of all k movers of
+        all messages `mover_name`, shape (k,), and `mover_row`, shape (k, 26).
+        Nothing for no tick.
+    """
+    if not ticks:
+        return {}
+    messages = list({id(packed): packed for packed in ticks}.values())
+    number = {id(packed): i for i, packed in enumerate(messages)}
+    return {
+        "mover_message": np.array([number[id(packed)] for packed in ticks]),
+        "mover_stamp": np.array([packed.stamp for packed in messages]),
+        "mover_count": np.array([len(packed.names) for packed in messages]),
+        "mover_name": np.array(
+            [name for packed in messages for name in packed.names], str
+        ),
+        "mover_row": np.concatenate([packed.rows for packed in messages]),
+    }
+
+
+def from_columns(columns: Mapping[str, np.ndarray]) -> list[PackedMovers]:
+    """Reads what `to_columns` wrote.
+
+    Args:
+        columns: The arrays by name.
+    """
+    if "mover_message" not in columns:
+        return []
+    ends = np.cumsum(columns["mover_count"])[:-1]
+    messages = [
+        PackedMovers(float(stamp), tuple(map(str, names)), rows)
+        for stamp, names, rows in zip(
+            columns["mover_stamp"],
+            np.split(columns["mover_name"], ends),
+            np.split(columns["mover_row"], ends),
+            strict=True,
+        )
+    ]
+    return [messages[i] for i in columns["mover_message"]]
+
+
 class PackedTicks(Sequence[Movers]):
-    """What moved at each of T ticks; an element is unpacked when it is read."""
+    """The movers at each of T ticks; an element is unpacked on access."""
 
     def __init__(self, ticks: Iterable[PackedMovers]):
         """Takes the movers of the ticks, packed.

@@ -1,8 +1,8 @@
-"""The log of a run: one row for each control tick, written as it goes on.
+"""The log of a run: one row for each control tick, written during the run.
 
-A log is a line of JSON that says what is in it, and then rows of numbers of
-`row_type`, one after the other. Nothing at its end says that it is complete,
-so that a run that died in the middle has left a log like any other.
+A log is a line of JSON that describes it, and then rows of numbers of
+`row_type`, one after the other. It has no end marker, so the log of a crashed
+run is as valid as any other.
 """
 
 import dataclasses as dc
@@ -32,7 +32,7 @@ from remosplat_drake.signals.supervisor_state import (
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
 FORMAT = "remosplat run log"
-"""What the header of a log calls its format."""
+"""Name of the format in the header of a log."""
 
 VERSION = 1
 """Version of the format that this program writes and reads."""
@@ -84,8 +84,8 @@ def row_type(n_q: int, n_u: int) -> np.dtype:
 class RunLogWriter:
     """Writes a log; at most a second of rows waits in memory.
 
-    Where the disk is full, rows are left out and `trouble` says so; once
-    there is space again, the log goes on.
+    If the disk is full, rows are dropped and `trouble` states that; when there
+    is space again, the log continues.
 
     Args:
         path: The file; it must not exist.
@@ -134,7 +134,7 @@ class RunLogWriter:
             report: The controller's report.
             executed: The command as the robot got it, shape (n_u,).
             mode: Mode of the supervisor, one of `MODES`.
-            map_version: Version of the map that the tick asked.
+            map_version: Version of the map that the tick used.
         """
         column, i = self._column, self._count
         column["time"][i] = report.time
@@ -152,7 +152,7 @@ class RunLogWriter:
             self.flush()
 
     def flush(self) -> None:
-        """Hands the rows in memory to the operating system."""
+        """Passes the rows in memory to the operating system."""
         rows, self._count = self._rows[: self._count], 0
         problem = self._file.append(rows.tobytes())
         if problem:
@@ -162,9 +162,14 @@ class RunLogWriter:
             )
 
     def close(self) -> None:
-        """Writes the rows in memory, and closes the file."""
+        """Writes the rows in memory, and closes the file.
+
+        `trouble` says if it is no longer there.
+        """
         self.flush()
-        self._file.close()
+        problem = self._file.close()
+        if problem:
+            self.trouble = f"{self._file.path} {problem}"
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -222,7 +227,7 @@ class RunLog:
 
 @reads_file
 def read_log(path: Path) -> RunLog:
-    """Reads the log of a run; a row cut off at its end is left out.
+    """Reads the log of a run; an incomplete last row is ignored.
 
     Args:
         path: The file.
@@ -285,7 +290,7 @@ def _names(path: Path, header: dict, field: str) -> tuple[str, ...]:
 
 
 def _check_rows(path: Path, log: RunLog) -> None:
-    """Refuses rows that no run can have written."""
+    """Raises an error for rows that no run can have written."""
     good = {
         "time": np.isfinite(log.rows["time"]),
         "q": np.isfinite(log.rows["q"]).all(axis=1),

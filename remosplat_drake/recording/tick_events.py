@@ -1,4 +1,4 @@
-"""What is worth an event: the differences between two control ticks."""
+"""Finds events: the differences between two control ticks."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -27,22 +27,22 @@ from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
 
 _OF_THE_SUPERVISOR = (WAITING, STOPPING, STOPPED)
-"""Kinds of standing of which the supervisor's own events tell."""
+"""Kinds of standing that the supervisor's own events cover."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class LoggedSignals:
-    """What a log finds at a tick besides the controller's report.
+    """Signals of a tick besides the controller's report.
 
-    Each is None where the diagram has no such system.
+    Each is None if the diagram has no such system.
 
     Attributes:
         supervision: State of the safety supervisor.
         map_status: Status of the live map.
         target: State of the target that an operator moves.
-        requests: All that was asked of the live map so far.
+        requests: All requests to the live map so far.
         station: Status of the station.
-        standing: How things stand with the robot.
+        standing: The robot's `Standing`.
     """
 
     supervision: SupervisorState | None = None
@@ -70,8 +70,8 @@ def events_between(
     """Finds the events between two control ticks.
 
     Args:
-        before: What was found at the earlier tick.
-        now: What is found at the later tick.
+        before: The signals of the earlier tick.
+        now: The signals of the later tick.
         time: Time of the later tick, which the events get [s].
     """
     if now.supervision is not before.supervision:

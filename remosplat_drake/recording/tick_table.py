@@ -2,51 +2,79 @@
 
 from array import array
 from collections import deque
+from itertools import chain
 
 import numpy as np
 
-from remosplat_drake.recording.packed_movers import PackedMovers, PackedTicks
+from remosplat_drake.recording.packed_movers import (
+    MOVER,
+    PackedMovers,
+    PackedTicks,
+    from_columns,
+    to_columns,
+)
+from remosplat_drake.recording.tick_blocks import TickBlocks
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
+BLOCK = 4000
+"""Number of ticks that go to the disk together: 40 s at 100 Hz, 1 MB."""
+
+_TIMING = "timing_"
+"""What the names of the columns of phases begin with."""
+
 
 class TickTable:
-    """Keeps of each `TickReport` the numbers that a run is judged by.
+    """Stores the numbers of each `TickReport` that metrics need.
 
-    A tick takes about 250 bytes here, and each mover of a new message 208.
-    The report, with all clearances, takes a hundred times as much and is not
-    kept.
+    A tick takes about 250 bytes, and each mover of a new message 208. The
+    report, with all clearances, takes a hundred times as much and is not kept.
+    A table that is told so keeps the latest ticks in memory, and all others
+    in a file.
+
+    Attributes:
+        trouble: Why ticks are missing; empty while none is.
     """
 
-    def __init__(self, n_q: int, n_u: int):
+    def __init__(self, n_q: int, n_u: int, *, block: int | None = None):
         """Makes a table without ticks.
 
         Args:
             n_q: Length of the configuration.
             n_u: Length of the command.
+            block: Number of ticks in memory that go to the disk together;
+                None keeps all in memory.
         """
         self._n_q, self._n_u = n_q, n_u
+        self._block, self._blocks = block, TickBlocks()
+        self._counts: list[int] = []
+        self._lost = 0
+        self.trouble = ""
+        self._heard: Movers | None = None
+        self._clear()
+
+    def _clear(self) -> None:
+        """Starts without ticks in memory."""
         self._time, self._q, self._u = array("d"), array("d"), array("d")
         self._status = array("B")
         self._scale, self._clearance = array("d"), array("d")
         self._line_deviation, self._margin = array("d"), array("d")
         self._timings: dict[str, array] = {}
         self._movers: deque[PackedMovers] = deque()
-        self._heard: Movers | None = None
 
     def __len__(self) -> int:
-        return len(self._time)
+        return sum(self._counts) + len(self._time)
 
     @property
     def line_deviation(self) -> np.ndarray:
         """`TickReport.line_deviation` of the T ticks, shape (T,) [m]."""
-        return np.array(self._line_deviation)
+        return self._whole("line_deviation")
 
     @property
     def separation_margin(self) -> np.ndarray:
         """`Separation.margin` of the T ticks, shape (T,) [m]; NaN for none."""
-        return np.array(self._margin)
+        return self._whole("margin")
 
     def append(
         self,
@@ -59,7 +87,7 @@ class TickTable:
         Args:
             report: The controller's report.
             executed: The command as a supervisor let it pass, shape (n_u,).
-            movers: What moved; None at all ticks of a run without movers.
+            movers: The movers; None at all ticks of a run without movers.
         """
         separation = report.separation
         margin = np.nan if separation is None else separation.margin
@@ -79,22 +107,34 @@ class TickTable:
             self._movers.append(
                 PackedMovers.of(movers) if is_new else self._movers[-1]
             )
+        if self._block is not None and len(self._time) >= self._block:
+            self._put_block_away()
 
     def _add_timings(self, timings: dict[str, float]) -> None:
         """Adds the times of a tick's phases; NaN for those it did not have."""
         for phase in timings.keys() - self._timings.keys():
-            self._timings[phase] = array("d", [np.nan]) * len(self)
+            self._timings[phase] = array("d", [np.nan]) * len(self._time)
         for phase, column in self._timings.items():
             column.append(timings.get(phase, np.nan))
 
+    def _put_block_away(self) -> None:
+        """Lets the disk have the ticks in memory; a full one loses them."""
+        count, problem = len(self._time), self._blocks.append(self._columns())
+        if problem:
+            self._lost += count
+            self.trouble = f"the trajectory lacks {self._lost} ticks: {problem}"
+        else:
+            self._counts.append(count)
+        self._clear()
+
     def forget_before(self, time: float) -> None:
-        """Forgets the oldest ticks.
+        """Forgets the oldest ticks in memory.
 
         Args:
             time: Time of the first tick that is kept, or any before [s].
         """
         count = 0
-        while count < len(self) and self._time[count] < time:
+        while count < len(self._time) and self._time[count] < time:
             count += 1
         if not count:
             return
@@ -118,19 +158,58 @@ class TickTable:
 
         Args:
             q_end: Configuration after the last tick, shape (n_q,).
+
+        Raises:
+            OSError: What is on the disk cannot be read.
         """
-        q = np.array(self._q).reshape(-1, self._n_q)
-        timings = {
-            phase: np.array(self._timings[phase])
-            for phase in sorted(self._timings)
-        }
-        return Trajectory(
-            time=np.array(self._time),
-            q=np.vstack([q, q_end]),
-            u=np.array(self._u).reshape(-1, self._n_u),
-            status=np.array([STATUSES[i] for i in self._status], dtype=str),
-            scale=np.array(self._scale),
-            clearance=np.array(self._clearance),
-            timings=timings,
-            movers=PackedTicks(self._movers) if self._movers else (),
+        phases = sorted(
+            name.removeprefix(_TIMING)
+            for name in {*self._blocks.names, *self._columns()}
+            if name.startswith(_TIMING)
         )
+        status = self._whole("status")
+        present = np.unique(status)
+        # As wide as the longest of those that came up.
+        names = np.array([STATUSES[i] for i in present], dtype=str)
+        movers = self._all_movers()
+        return Trajectory(
+            time=self._whole("time"),
+            q=np.vstack([self._whole("q"), q_end]),
+            u=self._whole("u"),
+            status=names[np.searchsorted(present, status)],
+            scale=self._whole("scale"),
+            clearance=self._whole("clearance"),
+            timings={p: self._whole(_TIMING + p) for p in phases},
+            movers=PackedTicks(movers) if movers else (),
+        )
+
+    def _columns(self) -> dict[str, np.ndarray]:
+        """The ticks in memory as arrays by name."""
+        timings = {_TIMING + k: np.array(v) for k, v in self._timings.items()}
+        return {
+            "time": np.array(self._time),
+            "q": np.array(self._q).reshape(-1, self._n_q),
+            "u": np.array(self._u).reshape(-1, self._n_u),
+            "status": np.array(self._status),
+            "scale": np.array(self._scale),
+            "clearance": np.array(self._clearance),
+            "line_deviation": np.array(self._line_deviation),
+            "margin": np.array(self._margin),
+            **timings,
+            **to_columns(self._movers),
+        }
+
+    def _whole(self, name: str) -> np.ndarray:
+        """A column of all ticks; NaN where a block does not have it."""
+        blocks = [*self._blocks.read(name), self._columns()]
+        counts = [*self._counts, len(self._time)]
+        return np.concatenate(
+            [
+                block.get(name, np.full(count, np.nan))
+                for block, count in zip(blocks, counts, strict=True)
+            ]
+        )
+
+    def _all_movers(self) -> list[PackedMovers]:
+        there = chain.from_iterable(map(from_columns, self._blocks.read(MOVER)))
+        return [*there, *self._movers]

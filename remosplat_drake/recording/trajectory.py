@@ -1,4 +1,4 @@
-"""`Trajectory`: what the robot did, tick by tick, and its .npz file."""
+"""`Trajectory`: the robot's motion, tick by tick, and its .npz file."""
 
 import dataclasses as dc
 import math
@@ -36,10 +36,10 @@ _DAMAGES = (
     struct.error,
     zlib.error,
 )
-"""Errors with which NumPy and zipfile meet a damaged archive."""
+"""Errors of NumPy and zipfile for a damaged archive."""
 
 _ALWAYS_ALLOWED = 2**24
-"""Size of an array that needs no suspicion [bytes]."""
+"""Size of an array that is not checked [bytes]."""
 
 _MAX_RATIO = 1000
 """Greatest compression ratio of deflate."""
@@ -47,7 +47,7 @@ _MAX_RATIO = 1000
 
 @dc.dataclass(frozen=True, eq=False)
 class Trajectory:
-    """T control ticks and the configuration where the last one ended.
+    """T control ticks and the final configuration.
 
     Attributes:
         time: Time of each tick, shape (T,) [s].
@@ -60,7 +60,7 @@ class Trajectory:
             beyond its influence.
         timings: Wall-clock times by the phase of a tick, shape (T,) each
             [s].
-        movers: What moved at each tick, T of them; empty where nothing did.
+        movers: The movers at each of T ticks; empty without movers.
     """
 
     time: np.ndarray
@@ -110,7 +110,7 @@ def load_trajectory(path: Path) -> Trajectory:
                 arrays = dict(archive)
     except OSError as error:
         raise FileError(path, error.strerror or str(error)) from error
-    # A damaged archive fails in many ways, and asks for absurd amounts.
+    # A damaged archive fails in many ways, and may request absurd sizes.
     except _DAMAGES as error:
         raise FileError(path, "is not a recorded trajectory") from error
     timings = {
@@ -132,10 +132,10 @@ def load_trajectory(path: Path) -> Trajectory:
 
 
 def _check_sizes(path: Path, file: IO[bytes]) -> None:
-    """Refuses arrays that claim to be larger than what is stored of them.
+    """Rejects arrays with a declared size above the stored one.
 
-    The header of an array says how much memory it wants; a zip says how much
-    there is.
+    The header of an array declares its memory; the zip declares the stored
+    size.
     """
     with ZipFile(file) as archive:
         for member in archive.infolist():

@@ -1,4 +1,4 @@
-"""`TrajectoryLog`: writes a run's ticks and events to files as it goes on."""
+"""`TrajectoryLog`: writes a run's ticks and events to files."""
 
 import math
 from pathlib import Path
@@ -25,7 +25,7 @@ LOG, EVENTS = "trajectory.log", "events.jsonl"
 
 
 class TrajectoryLog(LeafSystem):
-    """Appends every control tick and every event to files; keeps nothing.
+    """Appends every control tick and every event to files.
 
     .. pydrake_system::
 
@@ -42,11 +42,11 @@ class TrajectoryLog(LeafSystem):
         output_ports:
         - trouble
 
-    It publishes once a control period. A `McapRecorder` gets each tick as
-    well as the files, or in their place. Rows are handed to the operating
+    It publishes once a control period. A `McapRecorder` gets each tick in
+    addition to the files, or instead of them. Rows are passed to the operating
     system once a second, events at once. A full disk does not end the run:
-    `trouble` says then, in a line of text, what the files lack; it is empty
-    while they lack nothing. Another simulation goes on in the same files.
+    `trouble` then states, in one line, what the files lack; it is empty if they
+    lack nothing. Another simulation continues in the same files.
 
     `report` takes a `TickReport`, `velocity_executed` the command u that the
     station got (without it the report's was executed), `supervision` a
@@ -55,7 +55,7 @@ class TrajectoryLog(LeafSystem):
     `station_status` a `StationStatus` and `standing` a `Standing`.
 
     Attributes:
-        is_paused: Whether nothing is written at present, as in a rehearsal.
+        is_paused: Whether writing is paused, as in a rehearsal.
 
     Args:
         folder: Folder of the run; it must not hold the two files yet. None
@@ -130,7 +130,7 @@ class TrajectoryLog(LeafSystem):
 
     @property
     def trouble(self) -> str:
-        """Says what the files lack; empty while they lack nothing."""
+        """Returns what the files lack; empty if nothing."""
         writers = self._log, self._events, self._recorder
         return next((w.trouble for w in writers if w and w.trouble), "")
 
@@ -158,7 +158,7 @@ class TrajectoryLog(LeafSystem):
             value_or_none(self._station_input, context),
             value_or_none(self._standing_input, context),
         )
-        # A tick asks the map of the moment before: that of the last look.
+        # A tick uses the map of the previous update.
         map_version, self._map_version = self._map_version, now.map_version
         if not report.time > self._time:
             return

@@ -1,4 +1,4 @@
-"""`TrajectoryRecorder`: keeps the ticks of a run in memory, as numbers."""
+"""`TrajectoryRecorder`: keeps the ticks of a run, as numbers."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -9,7 +9,7 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from remosplat_drake.recording.tick_table import TickTable
+from remosplat_drake.recording.tick_table import BLOCK, TickTable
 from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.signals.tick_report import TickReport
 
@@ -26,17 +26,17 @@ class TrajectoryRecorder(LeafSystem):
         - velocity_executed (optional)
         - movers (optional)
 
-    It publishes once a control period and puts each new `TickReport` into a
-    `TickTable`, and with it what a supervisor made of its command
-    (`velocity_executed`), and the `Movers`; another simulation starts over.
-    Of the reports themselves only the latest is kept.
+    It publishes once a control period and adds each new `TickReport` to a
+    `TickTable`, together with the executed command (`velocity_executed`) and
+    the `Movers`; another simulation starts over. Of the reports themselves only
+    the latest is kept.
 
     Args:
         n_q: Length of the configuration.
         n_u: Length of the command.
         period: Control period [s].
-        keep: Age at which ticks are forgotten [s]; None keeps all, and
-            memory grows with the run, by some hundred bytes a tick.
+        keep: Age at which ticks are forgotten [s]; None keeps all, the latest
+            `BLOCK` in memory and those before in a temporary file.
 
     Attributes:
         ticks: All ticks that are kept.
@@ -50,7 +50,8 @@ class TrajectoryRecorder(LeafSystem):
         self.set_name("recorder")
         self._keep = np.inf if keep is None else keep
         self._lengths = n_q, n_u
-        self.ticks = TickTable(*self._lengths)
+        self._block = BLOCK if keep is None else None
+        self.ticks = self._new_table()
         self.latest: TickReport | None = None
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", n_q
@@ -83,9 +84,9 @@ class TrajectoryRecorder(LeafSystem):
             builder: Builder of the diagram.
             configuration: The measured configuration q.
             report: The controller's `TickReport`.
-            executed: The command u that the station gets, where it may
-                differ from the controller's.
-            movers: The `Movers`, where anything moves.
+            executed: The command u of the station, if it may differ from the
+                controller's.
+            movers: The `Movers`, if there are any.
             **arguments: The arguments of `TrajectoryRecorder`.
         """
         recorder = builder.AddSystem(TrajectoryRecorder(**arguments))
@@ -109,8 +110,11 @@ class TrajectoryRecorder(LeafSystem):
         q_end = np.array(self._configuration_input.Eval(context))
         return self.ticks.trajectory(q_end)
 
+    def _new_table(self) -> TickTable:
+        return TickTable(*self._lengths, block=self._block)
+
     def _forget(self, context: Context):
-        self.ticks = TickTable(*self._lengths)
+        self.ticks = self._new_table()
         self.latest = None
 
     def _record(self, context: Context):

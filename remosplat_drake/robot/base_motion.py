@@ -35,3 +35,16 @@ def base_command(before, after, n_base):
         command[1] = c * y - s * x
     command[n_base - 1] = turn
     return command
+
+
+def base_way(before: np.ndarray, after: np.ndarray, n_base: int) -> np.ndarray:
+    """Measures how far a base has come between two poses, shape (n_base,).
+
+    Args:
+        before: x, y and yaw, shape (3,) [m, m, rad].
+        after: The same a little later, in any turn.
+        n_base: Number of base commands, 2 or 3.
+    """
+    turn = math.remainder(after[2] - before[2], math.tau)
+    end = np.array([*after[:2], before[2] + turn])
+    return base_command(before, end, n_base)

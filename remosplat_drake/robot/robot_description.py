@@ -2,7 +2,7 @@
 
 import dataclasses as dc
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -186,12 +186,37 @@ class RobotDescription(Config):
         return re.sub(r"(?<=[a-z])(?=\d)", " ", words)
 
 
+def unknown_effector(name: str, effectors: Iterable[str]) -> str:
+    """Words an error about an end effector that a robot does not have.
+
+    Args:
+        name: The name that was given.
+        effectors: Those of the robot's end effectors; an only one has none.
+    """
+    if any(effectors):
+        return unknown_name("end effector", name, effectors)
+    return "the robot has one end effector, without a name; leave this out"
+
+
 def shipped_robots() -> list[str]:
     """Returns the names of the robots that come with the package, sorted."""
     return sorted(
         folder.name
         for folder in resources.models_dir().iterdir()
         if (folder / f"{folder.name}.yaml").is_file()
+    )
+
+
+MODEL_SUFFIXES = (".urdf", ".xacro", ".sdf", ".xml", ".mjcf")
+"""Endings of models of robots, which are no descriptions."""
+
+
+def _is_a_model(path: Path) -> str:
+    """Says of what describes no robot what does."""
+    made = path.name.partition(".")[0]
+    return (
+        f"is a model, not a robot's description; `remosplat import-robot"
+        f" {path}` makes one: name {made}/NAME.yaml in its place"
     )
 
 
@@ -205,6 +230,8 @@ def load_robot_description(name: str | Path) -> RobotDescription:
         RemoSplatError: There is no such robot, or a field is unusable.
     """
     path = resources.models_dir() / str(name) / f"{name}.yaml"
+    if Path(name).suffix.lower() in MODEL_SUFFIXES:
+        raise FileError(name, _is_a_model(Path(name)))
     if Path(name).suffix in (".yaml", ".yml"):
         path = resources.resolve(name)
     elif not path.is_file():

@@ -38,6 +38,12 @@ from remosplat_drake.robot.sphere_model import (
     load_sphere_model,
 )
 
+ROUNDING = 1e-3
+"""Distance beyond a joint's limit that is no more than rounding [rad, m]."""
+
+_MOST_TURNED_BEYOND, _MOST_SLID_BEYOND = 0.5, 0.05
+"""How far beyond its limits a hinge may start [rad], and a slide [m]."""
+
 
 class RobotModel:
     """Kinematics, limits and collision spheres of one robot.
@@ -196,13 +202,33 @@ class RobotModel:
 
         An only arm's last joint is the last of all, whatever it moves.
         """
-        last = [self.screw_body[-1]]
-        if len(self.effectors) > 1:
-            chains = map(self.tree.chain, self._body_E)
-            moving = set(self.screw_body.tolist())
-            last = [[b for b in chain if b in moving][-1] for chain in chains]
+        last = self._last_bodies
         spheres = [self.tree.chain(body) for body in self._body_S]
         return np.array([[x in chain for chain in spheres] for x in last], bool)
+
+    @property
+    def _last_bodies(self) -> list[int]:
+        """The bodies that the last joints of the arms move."""
+        if len(self.effectors) == 1:
+            return [int(self.screw_body[-1])]
+        chains = map(self.tree.chain, self._body_E)
+        moving = set(self.screw_body.tolist())
+        return [[b for b in chain if b in moving][-1] for chain in chains]
+
+    def effector_that_moves(self, body: int) -> int | None:
+        """Returns the index of the end effector that moves with a body.
+
+        Args:
+            body: Index of a body of the robot's tree.
+
+        Returns:
+            The first one whose last joint moves the body; None if none does.
+        """
+        chain = self.tree.chain(body)
+        for effector, last in enumerate(self._last_bodies):
+            if last in chain:
+                return effector
+        return None
 
     @property
     def leading_spheres(self) -> np.ndarray:
@@ -235,20 +261,50 @@ class RobotModel:
         """The home configuration with the base at the origin, shape (n_q,)."""
         return np.concatenate([np.zeros(self._base_q), self.home])
 
-    def beyond_limits(self, q: np.ndarray) -> str:
-        """Says which joint is beyond its limits; empty where none is.
+    def rounded_into_limits(self, q: np.ndarray) -> np.ndarray:
+        """Moves joints that rounding has put beyond a limit onto it.
+
+        Files write 3.1416 for a limit of pi. What is farther beyond stays.
+
+        Args:
+            q: A configuration, shape (n_q,) [rad, m].
+
+        Returns:
+            The configuration, shape (n_q,).
+        """
+        inside = np.clip(q, self.position_lower, self.position_upper)
+        return np.where(abs(inside - q) < ROUNDING, inside, q)
+
+    @cached_property
+    def most_beyond(self) -> np.ndarray:
+        """How far beyond its limits each joint may start, (n_q,) [rad, m]."""
+        turns = np.ones(self.n_q, bool)
+        turns[self._base_q :] = self.arm_turns
+        return np.where(turns, _MOST_TURNED_BEYOND, _MOST_SLID_BEYOND)
+
+    def excess(self, q: np.ndarray) -> np.ndarray:
+        """Computes how far each joint is beyond its limits, (n_q,) [rad, m].
 
         Args:
             q: A configuration, shape (n_q,) [rad, m].
         """
         lower, upper = self.position_lower, self.position_upper
-        outside = (q < lower) | (q > upper)
-        if not outside.any():
+        return np.maximum(np.maximum(lower - q, q - upper), 0.0)
+
+    def beyond_limits(self, q: np.ndarray) -> str:
+        """Says which joint is farthest beyond its limits; empty if none is.
+
+        Args:
+            q: A configuration, shape (n_q,) [rad, m].
+        """
+        excess, names = self.excess(q), self.joint_names
+        if not excess.any():
             return ""
-        i = int(outside.argmax())
+        i = int(excess.argmax())
+        lower, upper = self.position_lower[i], self.position_upper[i]
         return (
-            f"{self.joint_names[i]} is beyond its limits: it is at {q[i]:g},"
-            f" not from {lower[i]:g} to {upper[i]:g}"
+            f"{names[i]} is beyond its limits: it is at {q[i]:g},"
+            f" not from {lower:g} to {upper:g}"
         )
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
@@ -409,8 +465,12 @@ class RobotModel:
 
     @cached_property
     def joint_reach(self) -> np.ndarray:
-        """How far from zero each joint can be, (n_q,) [m, rad]."""
-        return np.maximum(-self.position_lower, self.position_upper)
+        """How far from zero each joint can be, (n_q,) [m, rad].
+
+        It may start beyond its limits, by `most_beyond`.
+        """
+        reach = np.maximum(-self.position_lower, self.position_upper)
+        return reach + self.most_beyond
 
     @cached_property
     def jacobian_bound(self) -> np.ndarray:

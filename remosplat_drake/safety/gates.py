@@ -15,6 +15,10 @@ CAPTURE_WARNINGS = "capture-warnings"
 EMPTY_MAP = "empty-map"
 IGNORED_SPLATS = "ignored-splats"
 MAP_ERROR = "map-error"
+NO_WAY_OUT = "no-way-out"
+START_BEYOND_LIMITS = "start-beyond-limits"
+START_TOO_NEAR = "start-too-near"
+TARGET_OUT_OF_REACH = "target-out-of-reach"
 UNKNOWN_MAP_ERROR = "unknown-map-error"
 UNKNOWN_SEEN_SPACE = "unknown-seen-space"
 UNSEEN_SPACE = "unseen-space"
@@ -24,6 +28,10 @@ GATES = {
     EMPTY_MAP: "the map holds nothing where the robot starts or goes",
     IGNORED_SPLATS: "most of the splat there is too faint or cropped away",
     MAP_ERROR: "the robot may come nearer than the map is accurate",
+    NO_WAY_OUT: "no motion is found that leads out of the start",
+    START_BEYOND_LIMITS: "a joint starts beyond its limits",
+    START_TOO_NEAR: "the robot starts too near to itself or to the scene",
+    TARGET_OUT_OF_REACH: "the arm is too short for a target",
     UNKNOWN_MAP_ERROR: "nobody has measured how accurate the map is",
     UNKNOWN_SEEN_SPACE: "nobody knows which space the map's cameras saw",
     UNSEEN_SPACE: "the robot may go where no camera has looked",

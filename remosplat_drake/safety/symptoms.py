@@ -27,6 +27,9 @@ _ROUNDING = 1e-6
 """Errors of predicted positions that are rounding [m, rad]: a description may
 have delays and no tube."""
 
+_TOUCH = 1e-6
+"""Clearance below which the scene is touched [m]."""
+
 
 @dc.dataclass(frozen=True)
 class Symptom:
@@ -203,10 +206,12 @@ def _of_clearance(
         )
         return
     # A robot that starts too near may leave: each command is verified to keep
-    # what clearance there is. It may not come nearer again, or touch.
+    # what clearance there is. It may not come nearer again, or touch anew.
     kept = kept_clearance(state, now)
-    least = min(least, max(kept - law.config.clearance_margin, 0.0))
-    if clearances.minimum() > 0.0 and clearances.minimum() >= least:
+    least = min(least, kept - law.config.clearance_margin)
+    if kept > 0.0:
+        least = max(least, _TOUCH)
+    if clearances.is_known and clearances.minimum() >= least:
         return
     # A person who has just changed the map shall read that it was the map.
     maps = {state.map_revision, clearances.revision}
@@ -223,7 +228,8 @@ def _of_clearance(
 def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """Returns the largest clearance since the robot was set going [m].
 
-    Of a robot that stands and waits to be, it is the present clearance.
+    Of a robot that stands and waits to be, it is the present clearance; of one
+    that was stopped where it touches, more: nobody releases it there.
 
     Args:
         state: The supervisor after the tick before.
@@ -231,7 +237,7 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """
     present = now.report.clearances.minimum()
     if state.mode in (STARTING, STOPPED):
-        return present
+        return max(present, _TOUCH) if state.mode == STOPPED else present
     return max(state.kept_clearance, present)
 
 

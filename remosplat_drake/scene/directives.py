@@ -1,8 +1,8 @@
-"""Objects of a scene that Drake's model directives name, as solid primitives.
+"""Reads objects from Drake's model directives as solid primitives.
 
 The directives are those of Drake's scenario files: `add_model`, `add_weld` and
-so on. They are parsed in a plant of their own, of which nothing but the shapes
-that things collide with is kept, at their places in W.
+so on. They are parsed in a separate plant; only the collision shapes and their
+poses in W are kept.
 """
 
 import copy
@@ -31,16 +31,16 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 def read_directives(
     directives: Sequence[ModelDirective], folder: Path
 ) -> PrimitiveScene:
-    """The boxes and cylinders of the models that directives add.
+    """Returns the boxes and cylinders of the models that directives add.
 
     Args:
-        directives: What to add, in this order.
-        folder: What files without a scheme are relative to.
+        directives: The directives, in order.
+        folder: Base folder of relative file names.
 
     Raises:
-        RemoSplatError: Drake refuses a directive or a file, or a model
-            has shapes other than boxes and cylinders, has none, or is not
-            fixed to the world.
+        RemoSplatError: Drake rejects a directive or a file, or a model has
+            shapes other than boxes and cylinders, has none, or is not fixed to
+            the world.
     """
     if not directives:
         return PrimitiveScene()
@@ -53,7 +53,7 @@ def read_directives(
     try:
         ProcessModelDirectives(found, parser)
         plant.Finalize()
-    # Drake's own assertions, about a weld to nothing for example, come as
+    # Drake's own assertions, about an invalid weld for example, raise
     # SystemExit.
     except (RuntimeError, ValueError, SystemExit) as error:
         raise RemoSplatError(" ".join(str(error).split())) from error
@@ -75,14 +75,14 @@ def read_directives(
 def with_absolute_files(
     directives: Sequence[ModelDirective], folder: Path
 ) -> list[ModelDirective]:
-    """Copies of directives whose files are found from everywhere.
+    """Copies directives with absolute file names.
 
     Args:
         directives: Their files are URIs (`package://`, `file://`) or paths.
-        folder: What paths are relative to.
+        folder: Base folder of relative paths.
 
     Raises:
-        FileError: A path leads to no file.
+        FileError: A path does not name a file.
     """
     copies = copy.deepcopy(list(directives))
     for directive in copies:
@@ -91,7 +91,7 @@ def with_absolute_files(
             if added is not None and "://" not in added.file:
                 path = resolve(added.file, folder).resolve()
                 added.file = f"file://{path}"
-                # Drake handed out a copy.
+                # Drake returned a copy.
                 setattr(directive, name, added)
     return copies
 
@@ -102,7 +102,7 @@ def _primitives(
     name = f"model {body.scoped_name().get_full()!r}"
     shapes = plant.GetCollisionGeometriesForBody(body)
     if not shapes and plant.GetVisualGeometriesForBody(body):
-        raise RemoSplatError(f"{name}: has no collision shape, only a look")
+        raise RemoSplatError(f"{name}: has only a visual shape")
     if shapes and not plant.IsAnchored(body):
         raise RemoSplatError(f"{name}: is not welded to the world")
     X_WB = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), body)

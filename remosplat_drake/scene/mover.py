@@ -1,8 +1,8 @@
-"""`Movers`: things that move, where they are now, and what they may do next.
+"""`Movers`: moving objects, with pose, velocity and bounds on their motion.
 
-A person is some capsules, a door a box. Where such a thing will be is not
-known. What is known is how fast it moves now, and how fast and how suddenly it
-can move at all: that bounds where it can be, see `kernels/mover_reach.py`.
+A person is a set of capsules, a door is a box. The future position of such an
+object is unknown. Its present velocity and the limits of its speed and
+acceleration bound it, see `kernels/mover_reach.py`.
 """
 
 import dataclasses as dc
@@ -20,10 +20,11 @@ from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover_camera import MoverCamera
 
 FORESIGHT = 2.0
-"""For how long rollouts let what moves keep its twist; it rests then [s]."""
+"""Duration for which rollouts let movers keep their twist; then they rest
+[s]."""
 
 MOST = 200
-"""Most movers that are taken at a time: each costs some microseconds."""
+"""Largest number of movers: each costs some microseconds."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -35,7 +36,7 @@ class Mover:
     returns the object itself.
 
     Attributes:
-        name: What people call it, "left arm" for example.
+        name: Its display name, "left arm" for example.
         X_WM: Pose of its frame M in W, at the stamp of its `Movers`.
         half_extents: Half side lengths of the core along M's axes, (3,) [m].
         radius: Radius around the core [m].
@@ -44,10 +45,8 @@ class Mover:
         max_speed: No point of its core ever moves faster than this [m/s].
         max_acceleration: No point of its core ever accelerates more than this
             [m/s^2].
-        velocity_error: By how much the velocity of a point of its core may be
-            wrong [m/s].
-        position_error: By how much the position of such a point may be wrong
-            [m].
+        velocity_error: Bound on the velocity error of points of its core [m/s].
+        position_error: Bound on the position error of such points [m].
 
     Raises:
         FieldError: A value is not finite, or negative, or has another shape.
@@ -97,7 +96,7 @@ class Mover:
         return float(np.linalg.norm(self.v_WM) + turning)
 
     def after(self, time: float) -> RigidTransform:
-        """Predicts its pose in W, if it goes on with its twist.
+        """Predicts its pose in W for a constant twist.
 
         Args:
             time: Time since its stamp [s].
@@ -160,14 +159,14 @@ _BOUNDS = ("max_speed", "max_acceleration", "velocity_error", "position_error")
 
 @dc.dataclass(frozen=True, eq=False)
 class Movers:
-    """All that is known to move; copying returns the object itself.
+    """All known movers; copying returns the object itself.
 
     Attributes:
-        stamp: When they were where they are said to be [s].
+        stamp: Time of their poses [s].
         movers: The movers.
-        cameras: The cameras that found them, and what these watch; none where
-            they are known otherwise, and everywhere.
-        problem: Why nothing newer is known; empty where nothing is wrong.
+        cameras: The cameras that detected them, with the watched space; empty
+            if movers come from another source that covers all space.
+        problem: Why there is no newer information; empty if nothing is wrong.
 
     Raises:
         FieldError: The stamp is not finite, or there are more than `MOST`.
@@ -198,7 +197,7 @@ class Movers:
         return iter(self.movers)
 
     def at(self, time: float) -> MoverArrays:
-        """Returns the movers as kernels take them, seen from a later time.
+        """Returns the movers as arrays for kernels, at a later time.
 
         Args:
             time: The time [s]; see `age`.
@@ -206,16 +205,16 @@ class Movers:
         return self.arrays.values._replace(age=self.age(time))
 
     def age(self, time: float) -> float:
-        """Returns how old what is known of them is at a time [s].
+        """Returns the age of the information at a time [s].
 
         Args:
-            time: The time [s]. What is stamped later than that counts as
-                older by as much: clocks that disagree tell nothing.
+            time: The time [s]. A stamp later than that counts as equally old,
+                since the clocks then disagree.
         """
         return abs(float(time) - self.stamp)
 
     def predicted(self, time: float) -> "Movers":
-        """Returns the movers at another time, if each keeps its twist.
+        """Predicts the movers at another time, with constant twists.
 
         Args:
             time: The time [s].
@@ -227,11 +226,10 @@ class Movers:
         return dc.replace(self, stamp=time, movers=moved)
 
     def moved_on(self, time: float, longest: float) -> "Movers":
-        """Moves them on, as they would be measured later.
+        """Advances them, as they would be measured later.
 
-        They keep their twists for a while, and rest afterwards. The stamp
-        stays: seen from the same time, what is known of them is as old and as
-        sure as it is now.
+        They keep their twists for `longest`, and then rest. The stamp stays, so
+        age and uncertainty at a given time do not change.
 
         Args:
             time: How much later [s].
@@ -247,7 +245,7 @@ class Movers:
 
     @cached_property
     def arrays(self) -> Packed[MoverArrays]:
-        """The movers as kernels take them, at their stamp."""
+        """The movers as arrays for kernels, at their stamp."""
         return Packed(_arrays(self.movers))
 
 

@@ -1,4 +1,4 @@
-"""`MoverCamera`: a camera that watches for movers, and what it sees."""
+"""`MoverCamera`: a camera that watches for movers, and its field of view."""
 
 import dataclasses as dc
 import math
@@ -11,21 +11,21 @@ from remosplat_drake.base.errors import FieldError
 
 @dc.dataclass(frozen=True, eq=False)
 class MoverCamera:
-    """Which space is watched for movers, and until when it was.
+    """The space that a camera watches for movers, and its latest image's time.
 
     Its frame C has z ahead, x to the right and y down. Copying returns the
     object itself.
 
     Attributes:
-        name: What people call it.
+        name: Its display name.
         X_WC: Its pose in W.
-        least_tangent: Least x / z and y / z that it sees, shape (2,).
-        greatest_tangent: Greatest x / z and y / z that it sees, shape (2,).
+        least_tangent: Least x / z and y / z in its view, shape (2,).
+        greatest_tangent: Greatest x / z and y / z in its view, shape (2,).
         near: Least depth z at which it can find a mover [m].
         far: Greatest depth z at which it can find a mover [m].
-        seen: When its latest image was taken that could be used [s]. Since
-            then nothing is known of what it alone watches.
-        problem: Why there is no newer one; empty where nothing is wrong.
+        seen: Time of its latest usable image [s]. Nothing newer is known about
+            space that only it watches.
+        problem: Why there is no newer one; empty if nothing is wrong.
 
     Raises:
         FieldError: A value is not finite, or there is no space between the
@@ -66,7 +66,7 @@ class MoverCamera:
         return self
 
     def frames(self, p_W: np.ndarray) -> np.ndarray:
-        """Tells which points lie in its picture, whatever stands before them.
+        """Returns which points lie in its view, ignoring occlusion.
 
         Args:
             p_W: Points in W, shape (n, 3) [m].

@@ -1,4 +1,4 @@
-"""The shapes of movers as Drake has them."""
+"""Converts movers to Drake's shapes."""
 
 from pydrake.geometry import Box, Capsule, Shape, Sphere
 
@@ -6,7 +6,7 @@ from remosplat_drake.scene.mover import Mover
 
 
 def shape_of(mover: Mover) -> Shape:
-    """Returns a shape that looks like a mover: rounded edges become sharp.
+    """Returns a shape for a mover, with sharp instead of rounded edges.
 
     Args:
         mover: A sphere, a capsule along z, or a box.

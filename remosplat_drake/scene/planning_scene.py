@@ -1,4 +1,4 @@
-"""MoveIt's planning scenes as YAML, such as MotionBenchMaker publishes.
+"""Reads MoveIt's planning scenes from YAML, as published by MotionBenchMaker.
 
 `world.collision_objects` holds objects with an `id`, an optional `pose`,
 `primitives` and their `primitive_poses` in the object: a `box` of three side
@@ -18,10 +18,10 @@ from remosplat_drake.base.reading import reads_file
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SHAPES = {"box": 3, "cylinder": 2}
-"""Numbers of dimensions of the shapes that are known."""
+"""Numbers of dimensions of the supported shapes."""
 
 OTHER_SHAPES = ("meshes", "planes")
-"""Lists of shapes of a collision object that have to be empty."""
+"""Lists of shapes of a collision object that must be empty."""
 
 
 @reads_file
@@ -36,7 +36,7 @@ def read_planning_scene(path: Path) -> dict[str, PrimitiveScene]:
 
     Raises:
         FileError: The file is missing or not YAML.
-        FieldError: A field is missing or unusable, or a shape is unknown.
+        FieldError: A field is missing or invalid, or a shape is unknown.
     """
     world = ForeignValue.read(path).get("world")
     objects: dict[str, PrimitiveScene] = {}
@@ -93,6 +93,6 @@ def _pose(value: ForeignValue) -> RigidTransform:
     orientation = value.get("orientation")
     x, y, z, w = orientation.numbers(4)
     if np.linalg.norm([x, y, z, w]) < 0.5:
-        orientation.fail("is no rotation: a quaternion x, y, z, w is not zero")
+        orientation.fail("is not a rotation: the quaternion x, y, z, w is zero")
     unit = np.array([w, x, y, z]) / np.linalg.norm([x, y, z, w])
     return RigidTransform(RotationMatrix(Quaternion(unit)), position)

@@ -17,7 +17,7 @@ class Box:
     Attributes:
         X_WP: Pose of the box's frame P, at its centre, in W.
         half_extents: Half side lengths along P's axes, shape (3,) [m].
-        name: What people call it, "shelf" for example; may be empty.
+        name: Its display name, "shelf" for example; may be empty.
 
     Raises:
         RemoSplatError: A half side length is not positive.
@@ -49,7 +49,7 @@ class Cylinder:
             z axis the cylinder's axis.
         radius: Radius [m].
         half_height: Half the length along the axis [m].
-        name: What people call it, "can" for example; may be empty.
+        name: Its display name, "can" for example; may be empty.
     """
 
     X_WP: RigidTransform
@@ -79,7 +79,7 @@ class PrimitiveScene:
     Attributes:
         boxes: The boxes, which may overlap each other and the cylinders.
         cylinders: The cylinders, which may overlap each other and the boxes.
-        X_WE_target: Pose that the end effector E has to reach, or None.
+        X_WE_target: Target pose of the end effector E, or None.
         X_WB_start: Pose (x, y, yaw) of the robot's base B to start from [m,
             rad], or None.
         name: Name of the scene, for tables, logs and file names.
@@ -107,7 +107,7 @@ class PrimitiveScene:
         return (*self.boxes, *self.cylinders)
 
     def name_of(self, i: int) -> str:
-        """Returns what a primitive is called in a sentence.
+        """Returns the name of a primitive in a sentence.
 
         Args:
             i: Its index in `primitives`.
@@ -145,7 +145,7 @@ class PrimitiveScene:
         Args:
             center: Centre (x, y) of the slab in W [m].
             half_extent: Half its side length [m].
-            thickness: How far it reaches below z = 0 [m].
+            thickness: Its depth below z = 0 [m].
 
         Returns:
             A new scene; the slab is its last box.

@@ -1,9 +1,9 @@
 """Scenes in the JSON format of the RMMI benchmark.
 
-`cubes` have a `position` and half-extents `scale`; `cylinders` are upright
-and have a `position`, a `radius` and a half-height, which the format spells
+`cubes` have a `position` and half-extents `scale`; `cylinders` are upright and
+have a `position`, a `radius` and a half-height, which the format spells
 `heigth`; `target` and `robot_base` are 4x4 poses in W, row by row. Here a solid
-may have a `name` besides, which people call it.
+may also have a display `name`.
 """
 
 import json
@@ -20,14 +20,14 @@ from remosplat_drake.base.strict_json import read_json_object, shown
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 MAX_LENGTH = 1e6
-"""Largest coordinate or size of a scene, whose square is far from overflow [m].
+"""Largest coordinate or size of a scene; its square is far from overflow [m].
 """
 
 MAX_NAME = 60
 """Greatest length of a solid's name."""
 
 ROTATION_TOLERANCE = 1e-3
-"""Largest entry of R R' - I that passes for rounding of the file's digits."""
+"""Largest entry of R R' - I that counts as rounding of the file's digits."""
 
 
 @reads_file
@@ -42,7 +42,7 @@ def read_scene(path: str | Path) -> PrimitiveScene:
 
     Raises:
         FileError: The file cannot be read or is not a JSON object.
-        FieldError: A key is missing or unknown, or a value is unusable.
+        FieldError: A key is missing or unknown, or a value is invalid.
 
     Example:
         >>> import remosplat_drake as rs
@@ -74,12 +74,12 @@ def write_rmmi(path: str | Path, scene: PrimitiveScene):
 
     Args:
         path: The file to write.
-        scene: The scene; what the format cannot say is refused.
+        scene: The scene, which must fit the format.
 
     Raises:
         FileError: The file cannot be written.
         RemoSplatError: A box is rotated or a cylinder is not upright, which the
-            format cannot say.
+            format does not support.
     """
     path = Path(path)
     document: dict[str, object] = {
@@ -155,7 +155,7 @@ class _Reader:
     def entries(
         self, document: dict, key: str, keys: tuple[str, ...]
     ) -> list[tuple[dict, str]]:
-        """The objects of a list, each with its field name."""
+        """Yields the objects of a list, each with its field name."""
         if not isinstance(document[key], list):
             raise self._reject(key, "expected a list")
         named = [(e, f"{key}[{i}]") for i, e in enumerate(document[key])]
@@ -166,7 +166,7 @@ class _Reader:
     def numbers(
         self, value: object, field: str, shape: tuple[int, ...]
     ) -> np.ndarray:
-        """Finite numbers of a given shape (JSON's NaN passes the parser)."""
+        """Returns finite numbers of a given shape (the parser accepts NaN)."""
         try:
             array = np.array(value)
         except ValueError:
@@ -214,7 +214,7 @@ class _Reader:
         return name
 
     def pose(self, document: dict, key: str) -> RigidTransform | None:
-        """A 4x4 pose, with the file's rounding removed from its rotation."""
+        """Reads a 4x4 pose, and removes rounding from its rotation."""
         if key not in document:
             return None
         X = self.numbers(document[key], key, (4, 4))
@@ -234,7 +234,7 @@ class _Reader:
     def planar_pose(
         self, document: dict, key: str
     ) -> tuple[float, float, float] | None:
-        """(x, y, yaw) of a pose that stands upright on the floor."""
+        """Returns (x, y, yaw) of a pose that is upright on the floor."""
         X_WB = self.pose(document, key)
         if X_WB is None:
             return None

@@ -1,1 +1,1 @@
-"""What cameras see move: from depth images to `Movers`."""
+"""Detection of moving objects: from depth images to `Movers`."""

@@ -1,4 +1,4 @@
-"""Points that lie together: what may be one thing."""
+"""Clusters of points that may belong to one thing."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -6,12 +6,12 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 _SHARE = 0.4
-"""Edge of the cells that points are gathered in, as a share of `link`: what
-is nearer than that is together anyhow, and cells are fewer."""
+"""Edge of the cells in which points are collected, as a share of `link`. Points
+in one cell are always connected, and there are fewer cells than points."""
 
 
 def clustered(p_W: np.ndarray, link: float) -> np.ndarray:
-    """Finds which points are connected by steps of a distance.
+    """Finds connected components of points, by steps up to a length.
 
     Args:
         p_W: Points, shape (n, 3) [m].

@@ -1,4 +1,4 @@
-"""`DepthImage`: what a depth camera saw, from where, and when."""
+"""`DepthImage`: a depth image with its camera pose and time."""
 
 import dataclasses as dc
 
@@ -22,12 +22,12 @@ class DepthImage:
         K: Intrinsic matrix, shape (3, 3) [pixels]; see `Capture`.
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
         depth: Depth z in C, shape (h, w), float32 [m]; 0 where it is unknown,
-            inf where there is nothing as far as the camera sees.
-        near: Least depth at which the camera sees anything [m].
-        far: Greatest depth at which it does [m].
+            inf where nothing is within the camera's range.
+        near: Least depth of the camera's range [m].
+        far: Greatest depth of the camera's range [m].
 
     Raises:
-        RemoSplatError: The camera or its pose is none, or the time is not
+        RemoSplatError: The camera or its pose is invalid, or the time is not
             finite.
     """
 
@@ -45,7 +45,7 @@ class DepthImage:
         depth = np.asarray(self.depth)
         if depth.ndim != 2 or not depth.size:
             raise RemoSplatError(
-                f"{self.camera}: depth of shape {depth.shape} is no image"
+                f"{self.camera}: depth of shape {depth.shape} is not an image"
             )
         check_camera(self.camera, np.asarray(self.K), np.asarray(self.X_WC))
         for name, kind in (("K", float), ("X_WC", float), ("depth", "f4")):
@@ -63,12 +63,12 @@ class DepthImage:
     def as_mover_camera(
         self, seen: float, far: float, problem: str
     ) -> MoverCamera:
-        """Says which space the camera watches.
+        """Returns the space that the camera watches.
 
         Args:
-            seen: When its latest image was taken that could be used [s].
-            far: Depth beyond which what it sees is not trusted [m].
-            problem: Why there is no newer one; empty where nothing is wrong.
+            seen: Time of its latest usable image [s].
+            far: Depth beyond which measurements are ignored [m].
+            problem: Why there is no newer one; empty if nothing is wrong.
         """
         height, width = self.depth.shape
         focal = np.array([self.K[0, 0], self.K[1, 1]])
@@ -88,25 +88,25 @@ class DepthImage:
         )
 
     def stride(self, columns: int) -> int:
-        """Returns the step between pixels of which there are `columns`."""
+        """Returns the step between pixels for about `columns` columns."""
         return max(1, self.depth.shape[1] // columns)
 
     def depths_at(self, p_W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Compares points with what is seen in their direction.
+        """Returns the measured depths in the direction of points.
 
         Args:
             p_W: n points in W, shape (n, 3) [m].
 
         Returns:
-            The points in C, shape (n, 3) [m], and how far the camera sees at
-            their pixels, shape (n,) [m]; NaN where nothing was measured, or the
-            point is outside of the image.
+            The points in C, shape (n, 3) [m], and the free depths at their
+            pixels, shape (n,) [m]; NaN where nothing was measured, or if the
+            point is outside the image.
         """
         p_W = np.ascontiguousarray(p_W)
         return depth_lookup(self.depth, self.K, self.X_WC, self.far, p_W)
 
     def balls(self, spheres: Spheres) -> np.ndarray:
-        """Returns spheres as the camera sees them.
+        """Transforms spheres into the camera's frame.
 
         Args:
             spheres: Spheres in W.

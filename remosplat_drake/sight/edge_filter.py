@@ -1,13 +1,13 @@
-"""How fast a thing moves, by the motion of its six outermost faces.
+"""Estimates a thing's velocity from the motion of its six outermost faces.
 
-A thing that a camera sees a part of only, or that changes its shape, has no
-centre that moves as it does. Its outlines do: where all of it moves alike, so
-do its lowest and its highest x. Where they do not, the difference is how much
-the velocity may be wrong.
+If a thing is only partly visible, or changes its shape, its centre does not
+move as it does. Its outlines do: if the thing translates, its lowest and its
+highest x move equally. If they do not, the difference bounds the error of the
+velocity.
 
-Each of the six is a Kalman filter of its own, with a place and a rate, that
-takes accelerations for random, with the greatest allowed as their standard
-deviation: then a steady acceleration of that size is covered, too.
+Each of the six faces has its own Kalman filter, with a position and a rate. It
+models accelerations as random, with the largest allowed one as standard
+deviation, which also covers a constant acceleration of that size.
 """
 
 import dataclasses as dc
@@ -15,22 +15,22 @@ import dataclasses as dc
 import numpy as np
 
 SIGMAS = 3.5
-"""Standard deviations that a velocity may be off."""
+"""Number of standard deviations in the bound of a velocity error."""
 
 _GATE = 5.0
-"""Standard deviations beyond which a face has jumped, not moved."""
+"""Number of standard deviations beyond which a face has jumped."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Edges:
-    """Places and rates of the faces x, y, z of least and of greatest value.
+    """Positions and rates of the faces at the least and greatest x, y and z.
 
     Attributes:
         place: Places, shape (2, 3) [m].
         rate: Their rates, shape (2, 3) [m/s].
         P: Covariance of place and rate, for each: variance of the place, their
             covariance, variance of the rate, shape (3, 2, 3).
-        time: When [s].
+        time: Time of the state [s].
     """
 
     place: np.ndarray
@@ -42,7 +42,7 @@ class Edges:
     def first(
         place: np.ndarray, deviation: float, max_speed: float, time: float
     ) -> "Edges":
-        """Starts with what is seen once: nobody knows how fast it is."""
+        """Starts from one observation, with unknown rates."""
         P = np.zeros((3, 2, 3))
         P[0], P[2] = deviation**2, (max_speed / SIGMAS) ** 2
         return Edges(place, np.zeros((2, 3)), P, time)
@@ -64,13 +64,12 @@ class Edges:
     def seen(
         self, place: np.ndarray, deviation: float, max_speed: float
     ) -> "Edges":
-        """Takes in where they are seen at this very time.
+        """Updates the faces with an observation at the same time.
 
-        Faces that have jumped, because more or less of the thing is seen than
-        before, begin anew.
+        Faces that have jumped, because the visible part changed, are reset.
 
         Args:
-            place: Where they are seen, shape (2, 3) [m].
+            place: Observed positions, shape (2, 3) [m].
             deviation: Standard deviation of that [m].
             max_speed: No thing is faster [m/s].
         """
@@ -89,18 +88,18 @@ class Edges:
         )
 
     def velocity(self, max_speed: float) -> tuple[np.ndarray, float]:
-        """Tells the velocity of the whole.
+        """Returns the velocity of the thing.
 
         Args:
             max_speed: No thing is faster [m/s].
 
         Returns:
-            The velocity, shape (3,) [m/s], and by how much it may be wrong at
-            any point of the thing [m/s].
+            The velocity, shape (3,) [m/s], and a bound on its error at any
+            point of the thing [m/s].
         """
         weight = 1 / self.P[2]
         v = (weight * self.rate).sum(axis=0) / weight.sum(axis=0)
-        # A face that has only begun says nothing against the other one.
+        # A face that was just reset does not contradict the other one.
         settled = self.P[2] < (0.5 * max_speed / SIGMAS) ** 2
         apart = np.where(settled, np.abs(self.rate - v), 0).max(axis=0)
         spread = np.sqrt(self.P[2].min(axis=0))
@@ -109,7 +108,7 @@ class Edges:
 
 
 def outline(p_W: np.ndarray) -> np.ndarray:
-    """Finds the outermost faces of points, but for a few stray ones.
+    """Finds the outermost faces of points, ignoring a few outliers.
 
     Args:
         p_W: Points in W, shape (n, 3) [m].

@@ -1,4 +1,4 @@
-"""Rounded boxes around points: few, and not much larger than need be."""
+"""Encloses points in few and small rounded boxes."""
 
 import dataclasses as dc
 
@@ -11,19 +11,19 @@ MOST_PARTS = 6
 """Most boxes around the points of one thing."""
 
 _GAIN = 0.75
-"""Two boxes are worth it if they have at most this share of one's volume."""
+"""Two boxes replace one if they have at most this share of its volume."""
 
 _FEW = 8
-"""So few points are never divided."""
+"""Smallest number of points that are divided."""
 
 _SHORT = 0.35
-"""Boxes that reach no farther from their centres are not, either [m]."""
+"""Boxes no larger than this from their centres are not divided [m]."""
 
 _LOOKS = 100
-"""About so many points tell where to divide all of them."""
+"""Approximate number of sampled points that determine a division."""
 
 _CUTS = ((2, 0.5), (1, 0.5), (2, 0.25), (2, 0.75))
-"""Where points may be divided: along which main axis, and at what share."""
+"""Candidate divisions: the main axis, and the share of points below."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -67,19 +67,19 @@ def enclose(
     padding: float,
     most: int = MOST_PARTS,
 ) -> tuple[RoundedBox, ...]:
-    """Encloses stretches by one rounded box, or by several that are smaller.
+    """Encloses segments in one rounded box, or in several smaller ones.
 
     Args:
-        face_W: Where each of n > 0 stretches begins, in W, shape (n, 3) [m].
-        back_W: Where it ends, likewise. Each lies in one of the boxes, deeper
-            than `padding`.
-        padding: What is added on all sides [m].
-        most: Most boxes.
+        face_W: Starts of n > 0 segments in W, shape (n, 3) [m].
+        back_W: Their ends, of the same shape. Each segment lies in one of the
+            boxes, deeper than `padding`.
+        padding: Margin on all sides [m].
+        most: Largest number of boxes.
     """
     pairs = np.stack([face_W, back_W], axis=1)
     parts = [(_one(pairs, padding), pairs)]
     while len(parts) < most:
-        # The largest first: there is most to gain.
+        # The largest first, since it has most to gain.
         parts.sort(key=lambda part: -part[0].volume)
         for i, (box, members) in enumerate(parts):
             if box.half_extents.max() + box.radius < _SHORT:
@@ -95,9 +95,9 @@ def enclose(
 
 
 def _division(pairs: np.ndarray, padding: float) -> np.ndarray | None:
-    """Which of the stretches should get a box of their own, shape (n,) bool.
+    """Returns which segments should get their own box, shape (n,) bool.
 
-    None where two boxes are not worth it.
+    None if two boxes are not better.
     """
     if len(pairs) < _FEW:
         return None
@@ -122,6 +122,6 @@ def _division(pairs: np.ndarray, padding: float) -> np.ndarray | None:
 
 
 def _one(pairs: np.ndarray, padding: float) -> RoundedBox:
-    """The smaller of a box and a capsule, along the points' main axes."""
+    """Returns the smaller of a box and a capsule, along the main axes."""
     R_WM, p_WM, half_extents, radius = fit_box(pairs.reshape(-1, 3), padding)
     return RoundedBox(R_WM, p_WM, half_extents, radius)

@@ -1,4 +1,4 @@
-"""How one rounded box is fitted to points, readably; slow.
+"""Slow reference of fitting one rounded box to points.
 
 `kernels/fit_box.py` does the same.
 """
@@ -13,7 +13,7 @@ def fit(p_W: np.ndarray, padding: float) -> RoundedBox:
 
     Args:
         p_W: At least one point in W, shape (n, 3) [m].
-        padding: What is added on all sides [m].
+        padding: Margin on all sides [m].
     """
     centered = p_W - p_W.mean(axis=0)
     _, axes = np.linalg.eigh(centered.T @ centered)
@@ -30,7 +30,7 @@ def fit(p_W: np.ndarray, padding: float) -> RoundedBox:
 def _capsule(
     p_M: np.ndarray, axes: np.ndarray, middle: np.ndarray, padding: float
 ) -> RoundedBox:
-    """A capsule along the last axis, which is that of greatest spread."""
+    """Returns a capsule along the last axis, the one of greatest spread."""
     aside = np.hypot(p_M[:, 0], p_M[:, 1])
     radius = aside.max()
     caps = np.sqrt(np.maximum(radius**2 - aside**2, 0.0))

@@ -1,8 +1,8 @@
-"""`FollowedMap`: the map that a control loop goes by, for who looks beside it.
+"""`FollowedMap`: the map version of a control loop, for detection of movers.
 
-A thing that a camera sees is new as long as the control loop's map does not
-show it. So whoever looks for what is new must not know more than that map, and
-should know no less.
+A thing is new as long as the control loop's map does not contain it. So
+detection must not use a map with more than that one, and should not use one
+with less.
 """
 
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -21,23 +21,22 @@ from remosplat_drake.sight.sight_config import SightConfig
 
 
 class FollowedMap:
-    """Keeps to the version of a session's map that a control loop names.
+    """Follows the version of a session's map that a control loop names.
 
-    A newer one is read and prepared in a thread: until then what it shows
-    remains new. If the loop goes back to one before, or falls silent, the
-    scenario's own map counts at once, which shows less.
+    A newer version is read and prepared in a thread; until then, its additions
+    remain new. If the loop returns to an earlier version, or stops sending, the
+    scenario's own map is used at once, which contains less.
 
     Args:
         folder: The session's folder.
-        own: What the scenario's own map shows.
+        own: The scenario's own map.
         config: The settings of a `KnownScene`.
 
     Attributes:
-        known: What is known to stand.
-        version: Number of the session's version that shows it; 0 is the
-            scenario's own.
-        trouble: Why that is not what the loop goes by; empty where it is, or
-            the version is being read.
+        known: The map in use.
+        version: Its version number in the session; 0 is the scenario's own map.
+        trouble: Why that is not the loop's map; empty if it is, or if the
+            version is being read.
 
     Raises:
         RemoSplatError: The folder holds no session.
@@ -53,21 +52,21 @@ class FollowedMap:
         self._reading: Future[KnownScene] | None = None
 
     def hear(self, data: bytes, now: float) -> None:
-        """Takes in what the control loop says.
+        """Receives a packet of the control loop.
 
         Args:
             data: The packet.
             now: Our wall clock [s].
 
         Raises:
-            BrokenMessage: It names no map.
+            BrokenMessage: It does not name a map.
         """
         named = decode_counting(data, now)
         if named is not None:
             self._named, self._heard = named, now
 
     def at(self, now: float) -> KnownScene:
-        """Returns what is known to stand now.
+        """Returns the map to use now.
 
         Args:
             now: Our wall clock [s].
@@ -86,15 +85,15 @@ class FollowedMap:
         return self.known
 
     def _ask(self, named: CountingMap) -> None:
-        """Begins to read another version."""
+        """Starts to read another version."""
         self._asked, self._reading, self.trouble = named, None, ""
         if named.version:
             self._reading = self._reader.submit(self._read, named)
         else:
-            self.trouble = "the control loop began with another map"
+            self.trouble = "the control loop started with another map"
 
     def _take(self, reading: Future[KnownScene], version: int) -> None:
-        """Takes over what has been read."""
+        """Uses a version that has been read."""
         self._reading = None
         try:
             self.known, self.version = reading.result(), version
@@ -105,7 +104,7 @@ class FollowedMap:
         path = Session.open(self._folder).map_path(named.version)
         scene_map = open_map(path)
         if scene_map.field.revision != named.revision:
-            raise FileError(path, "is not the map that the control loop has")
+            raise FileError(path, "differs from the control loop's map")
         surface_W = surface_points(scene_map.splat_W, None)
         known = KnownScene(scene_map.field, self._config, surface_W)
         known.prepare_as(self.known)

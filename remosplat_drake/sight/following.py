@@ -1,4 +1,4 @@
-"""Data association: which things are those that were followed before."""
+"""Data association: matches things to tracks."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping, Sequence
@@ -16,23 +16,23 @@ from remosplat_drake.sight.track import TRUSTED, Stretches, Track
 from remosplat_drake.sight.view import View
 
 _LEFT = 0.05
-"""Less than this share of a thing is no more than stray points."""
+"""A smaller share of a thing counts as stray points."""
 
 _NEAR = 0.05
-"""A thing is one seen before if it is so near to where that can be [m]."""
+"""Largest distance between a thing and the reach of a matching track [m]."""
 
 _NEVER = 1e6
-"""Cost of taking a thing for one that it cannot be."""
+"""Cost of an impossible match."""
 
 _STILL = 0.03
-"""A thing that stays put stays within this distance, and errors [m]."""
+"""A thing at rest stays within this distance, plus errors [m]."""
 
 _AGAIN = 0.06
-"""A point shows itself again where one is seen so near to it, and may itself
-be so far from where it is predicted to be [m]."""
+"""A hidden point is seen again if a seen point is within this distance; it may
+also be this far from its prediction [m]."""
 
 _MOST_HIDDEN = 100
-"""Most points that are remembered of a thing."""
+"""Largest number of hidden points of a thing."""
 
 
 def follow(
@@ -43,20 +43,20 @@ def follow(
     hidden: Callable[..., Stretches],
     config: SightConfig,
 ) -> tuple[tuple[Track, ...], int]:
-    """Follows tracks, begins new ones and lets go of what has gone.
+    """Updates tracks, starts new ones and removes those that are gone.
 
     Args:
-        tracks: The things that were followed so far.
+        tracks: The tracks so far.
         count: Number of tracks so far, for the names of new ones.
         things: What is seen now.
-        time: When that is [s].
-        hidden: Says what of a predicted track, of which something `is_seen` or
-            nothing, can be where no camera tells it now.
+        time: The present time [s].
+        hidden: Returns the part of a predicted track that may be hidden from
+            all cameras now; its second argument is whether any of it `is_seen`.
         config: How things may move.
 
     Returns:
-        The tracks, those of the things that are seen first, in their order;
-        and the number of tracks so far.
+        The tracks, first those of the seen things in their order; and the
+        number of tracks so far.
     """
     old = [track.after(time, config) for track in tracks]
     cost = _costs(old, things, time, config)
@@ -73,7 +73,7 @@ def follow(
             new.append(_followed(track, thing, rest, config))
         else:
             count += 1
-            # What has come off a thing was seen before, as a part of it.
+            # A part that separates from a thing was seen before.
             whole = np.flatnonzero(cost[:, j] < _NEVER)
             images = 1 + max((old[i].images for i in whole), default=0)
             new.append(_begun(f"seen {count}", thing, images, time, config))
@@ -92,7 +92,7 @@ def _costs(
     time: float,
     config: SightConfig,
 ) -> np.ndarray:
-    """How little each thing is like each predicted track, `_NEVER` at most."""
+    """Returns the costs of matching things with tracks, at most `_NEVER`."""
     cost = np.full((len(old), len(things)), _NEVER)
     for i, track in enumerate(old):
         far = min(config.max_speed * (time - track.seen), 1.0)
@@ -153,22 +153,23 @@ def still_hidden(
     scene: KnownScene,
     config: SightConfig,
 ) -> Stretches:
-    """Tells what of a predicted track can be where no camera tells it now.
+    """Returns the part of a predicted track that may be hidden now.
 
-    In open space it is neither looked through, nor where something is seen in
-    its place, nor within what is seen of this or of another thing, nor too old.
-    Right beside the robot or the map no image tells it from them: what has got
-    there is there still, as long as the rest of the track is seen, until it
-    shows itself again. Whoever touches the robot does.
+    A point in open space is dropped if a camera looks through it, if something
+    else is seen in its place, if it lies within a seen part of this or another
+    thing, or if it is too old. Beside the robot or the map, images do not
+    distinguish the thing from them. So points there are kept as long as the
+    rest of the track is seen, until they are seen again. This covers a person
+    who touches the robot.
 
     Args:
         track: A track, predicted to the time of the newest image.
         is_seen: Whether something of it is seen now.
         things: What is seen now.
-        views: What each camera sees, by its name.
+        views: The view of each camera, by name.
         spheres: The robot's spheres in W.
-        scene: What the map shows.
-        config: Errors, margins and for how long things are remembered.
+        scene: The map.
+        config: Errors, margins and the time for which things are remembered.
     """
     old, time = track.hidden, track.edges.time
     blurred = _blurred(track, spheres, scene, config)
@@ -176,7 +177,7 @@ def still_hidden(
         old = dc.replace(old, seen=np.where(blurred, time, old.seen))
     left = time - old.seen <= config.memory
     if track.is_still(config):
-        # It has settled: by now it may be what the map shows.
+        # It has settled: the map may contain it by now.
         left &= scene.distances(old.face_W) > track.error
     hidden, clear = np.flatnonzero(blurred), np.flatnonzero(left & ~blurred)
     gone = np.zeros(len(clear), bool)
@@ -200,7 +201,7 @@ def still_hidden(
 def _blurred(
     track: Track, spheres: Spheres, scene: KnownScene, config: SightConfig
 ) -> np.ndarray:
-    """Whether what is hidden may be too near to robot or map to be told."""
+    """Returns which hidden points may be inseparable from robot or map."""
     p_W, off = track.hidden.face_W, track.error + _AGAIN
     beside = config.beside(track.error) + _AGAIN
     near = near_any(p_W, spheres.p_WS, np.asarray(spheres.radius) + beside)

@@ -1,4 +1,4 @@
-"""`KnownScene`: how far from all that the map knows a place is, at a glance."""
+"""`KnownScene`: a cached grid of distances to the map's surfaces."""
 
 import numpy as np
 
@@ -13,26 +13,25 @@ NODE = 0.02
 """Distance between neighbouring nodes of the grid [m]."""
 
 _PORTION = 2000
-"""Nodes that are measured at once while others wait."""
+"""Number of nodes that are measured at once."""
 
 _SHOWN = 1500
-"""Most points of its surfaces that tell whether a camera's pose is right."""
+"""Largest number of surface points that are used to check a camera's pose."""
 
 
 class KnownScene:
-    """A map's distances, kept in a grid of nodes once somebody has asked.
+    """A map's distances at grid nodes, computed on first use.
 
-    A camera that stands still sees the same places in every image, and one that
-    moves hardly others than in the image before. So a map of any kind costs a
-    look into a table. Nodes that were asked are never asked again: a scene is
-    that of one version of the map.
+    A fixed camera sees the same points in every image, and a moving one sees
+    nearly the same as in the previous image. So a query of any kind of map
+    costs a table lookup. Each node is computed once, since a scene belongs to
+    one version of the map.
 
     Args:
-        field: The map; space that is only unknown is no part of it. None: there
-            is nothing.
+        field: The map, without unknown space; None for an empty map.
         config: The box of the grid.
         surface_W: Points on the map's surfaces in W, shape (n, 3) [m], see
-            `surface_points`; none: no camera's pose can be doubted.
+            `surface_points`; without any, cameras' poses are not checked.
 
     Attributes:
         revision: Name of the map's content.
@@ -65,9 +64,9 @@ class KnownScene:
         return self
 
     def distances(self, p_W: np.ndarray) -> np.ndarray:
-        """Returns how far points (n, 3) are from the map, to a node's size [m].
+        """Returns distances of points (n, 3) from the map, to a node [m].
 
-        Points outside of the box are far.
+        Points outside the box are far.
         """
         place = np.rint((p_W - self.lower) / NODE).astype(int)
         inside = ((place >= 0) & (place < self.nodes.shape)).all(axis=1)
@@ -82,7 +81,7 @@ class KnownScene:
         return found
 
     def ask(self, asked: np.ndarray) -> None:
-        """Measures the distances of nodes, and keeps them.
+        """Computes and stores the distances of nodes.
 
         Args:
             asked: Flat indices of the nodes, shape (n,).
@@ -94,9 +93,9 @@ class KnownScene:
         self.nodes.reshape(-1)[asked] = steps.astype(np.uint8)
 
     def prepare_as(self, other: "KnownScene") -> None:
-        """Measures the nodes that somebody has asked another map for.
+        """Computes the nodes that are known in another map.
 
-        In small portions: other threads have their turn in between.
+        It works in small portions, so that other threads can run in between.
 
         Args:
             other: A map with the same grid.
@@ -120,7 +119,7 @@ def surface_points(
 
     Args:
         splat_W: The splat, in W; None for none.
-        truth: Solids, of which the faces count; None for none.
+        truth: Solids, whose faces are sampled; None for none.
     """
     points = [np.zeros((0, 3))]
     if splat_W is not None:
@@ -132,7 +131,7 @@ def surface_points(
 
 
 def _faces(scene: PrimitiveScene) -> list[np.ndarray]:
-    """Points on the solids, evenly over each."""
+    """Returns points on the solids, evenly distributed over each."""
     rng = np.random.default_rng(0)
     found = []
     for solid in scene.primitives:

@@ -1,4 +1,4 @@
-"""`MapAnnouncer`: says on the wire which map the control loop goes by."""
+"""`MapAnnouncer`: publishes which map version the control loop uses."""
 
 from collections.abc import Callable
 from time import time
@@ -21,7 +21,7 @@ from remosplat_drake.signals.map_status import MapStatus
 
 
 class MapAnnouncer(LeafSystem):
-    """Publishes which version of its live map a control loop goes by.
+    """Publishes which version of its live map a control loop uses.
 
     .. pydrake_system::
 
@@ -29,13 +29,13 @@ class MapAnnouncer(LeafSystem):
         input_ports:
         - map_status
 
-    `map_status` is the live map's `MapStatus`. `remosplat sight` follows what
-    is said: what that map shows is no longer new before its cameras.
+    `map_status` is the live map's `MapStatus`. `remosplat sight` uses the same
+    version, so that things in that map are no longer new.
 
     Args:
         lcm: The LCM network.
         channel: Name of the channel.
-        clock: Tells the wall clock [s].
+        clock: Returns the wall-clock time [s].
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class MapAnnouncer(LeafSystem):
 
 
 def counting_of(status: MapStatus) -> CountingMap:
-    """Returns which version of a live map counts.
+    """Returns which version of a live map is in use.
 
     Args:
         status: The live map's status.

@@ -1,4 +1,4 @@
-"""`NewPoints`: what a depth image shows that is neither map nor robot."""
+"""`NewPoints`: points of a depth image that are neither map nor robot."""
 
 import dataclasses as dc
 
@@ -13,14 +13,13 @@ from remosplat_drake.sight.sight_config import SightConfig
 
 @dc.dataclass(frozen=True, eq=False)
 class NewPoints:
-    """n points that a camera sees, and that the map does not explain.
+    """n points that a camera sees and that the map does not contain.
 
     Attributes:
         p_W: Their positions in W, shape (n, 3) [m].
         depth: Their depths z in the camera, shape (n,) [m].
-        pitch: Distance in metres, at a depth of one metre, between pixels that
-            were looked at.
-        p_WC: Where the camera was, shape (3,) [m].
+        pitch: Distance between examined pixels at a depth of one metre [m].
+        p_WC: Position of the camera, shape (3,) [m].
         time: When they were seen [s].
     """
 
@@ -35,7 +34,7 @@ class NewPoints:
 
     @staticmethod
     def none(image: DepthImage) -> "NewPoints":
-        """Makes none, in an image."""
+        """Makes an empty set for an image."""
         return NewPoints(
             np.zeros((0, 3)), np.zeros(0), 0.0, image.p_WC, image.time
         )
@@ -47,17 +46,16 @@ def find_new(
     scene: KnownScene,
     config: SightConfig,
 ) -> NewPoints:
-    """Finds what is new in an image.
+    """Finds the new points in an image.
 
-    What the map shows is left out, with a margin for the errors of depth and
-    of the camera's pose; so are the robot and what is seen through it, the
-    floor, and pixels that no neighbour agrees with, as the edges of things have
-    them.
+    Points of the map are excluded, with a margin for the errors of depth and
+    camera pose. So are the robot and points seen through it, the floor, and
+    pixels that no neighbour agrees with, as at the edges of things.
 
     Args:
         image: The depth image.
         spheres: The robot's spheres in W when the image was taken.
-        scene: What the map shows.
+        scene: The map.
         config: Errors and margins.
     """
     stride = image.stride(config.columns)

@@ -1,10 +1,9 @@
-"""Whether what a camera sees contradicts where it is believed to be.
+"""Checks whether a camera's image contradicts its assumed pose.
 
-Things that have come hide what the map shows, and whoever stands close before
-a camera hides all of it. But nothing that comes lets a camera look through a
-wall. So where points of the map's surfaces should be seen, and most of them
-are looked through, it is the camera that is not where it should be, or the map
-that is not.
+New things hide the map's surfaces, and a person close to a camera hides all of
+them. But no new thing lets a camera look through a wall. So if a camera looks
+through most of the surface points that it should see, its pose or the map is
+wrong.
 """
 
 import numpy as np
@@ -14,16 +13,16 @@ from remosplat_drake.sight.known_scene import KnownScene
 from remosplat_drake.sight.sight_config import SightConfig
 
 _FEWEST = 30
-"""So many points must be seen before anything can be said."""
+"""Least number of visible points for a decision."""
 
 _MOST_THROUGH = 0.5
-"""Share of them that must not be looked through."""
+"""Share of them that must not be transparent to the camera."""
 
 
 def contradiction(
     image: DepthImage, scene: KnownScene, config: SightConfig
 ) -> str:
-    """Says whether an image contradicts its pose.
+    """Returns whether an image contradicts its pose.
 
     Args:
         image: The depth image.
@@ -31,7 +30,7 @@ def contradiction(
         config: Errors and margins.
 
     Returns:
-        What is wrong; empty if nothing is.
+        The contradiction; empty if there is none.
     """
     p_C, measured = image.depths_at(scene.surface_W)
     z = p_C[:, 2]

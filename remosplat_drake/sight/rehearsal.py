@@ -1,4 +1,4 @@
-"""Looks at made-up images, so that no real one waits for a compiler."""
+"""Processes synthetic images, so that no real one waits for a compiler."""
 
 import numpy as np
 
@@ -16,14 +16,14 @@ _SIDE, _FOCAL = 24, 30.0
 
 
 def rehearse(robot: RobotModel, known: KnownScene, config: SightConfig) -> None:
-    """Sees something beside the robot by two cameras, and loses it again.
+    """Detects something beside the robot with two cameras, and loses it again.
 
-    Numba loads what it has compiled once a process, or compiles it now: a stall
-    that later would leave a robot blind among people.
+    Numba loads or compiles kernels once per process; a stall during operation
+    would leave a robot without detection among people.
 
     Args:
         robot: The robot that the cameras will see.
-        known: What the map shows; a place of it is measured, and kept.
+        known: The map; distances near one point are computed and stored.
         config: Errors, margins and bounds.
     """
     known.distances(known.lower[None])

@@ -1,4 +1,4 @@
-"""`SettledRequests`: asks a live map for what has settled, and for no more."""
+"""`SettledRequests`: requests map frames of things that have settled."""
 
 from collections.abc import Callable
 
@@ -17,11 +17,11 @@ from remosplat_drake.sight.settled_things import SettledThings
 from remosplat_drake.signals.map_requests import MapRequests
 
 _PERIOD = 0.1
-"""Time between two looks [s]."""
+"""Time between two updates [s]."""
 
 
 class SettledRequests(LeafSystem):
-    """Asks the live map for a picture of what cameras see stay put.
+    """Requests frames of the live map for things that cameras see at rest.
 
     .. pydrake_system::
 
@@ -33,17 +33,17 @@ class SettledRequests(LeafSystem):
         - map_requests
         - passing
 
-    `configuration` is the robot's q, `movers` the `Movers` that cameras tell,
+    `configuration` is the robot's q, `movers` the `Movers` that cameras detect,
     and `map_requests` a `MapRequests` for another frame whenever something has
-    settled where the map's camera sees it. Until a version of the map shows it
-    nothing changes: it stays among the movers. `passing` are the `Movers` that
-    have not settled, which no frame of a map should show.
+    settled in view of the map's camera. Until a version of the map contains it,
+    it stays among the movers. `passing` are the `Movers` that have not settled,
+    which no frame of a map should contain.
 
     Args:
-        in_view: Says whether the map's camera can see a point in W, given q and
-            the point, shape (3,) [m].
+        in_view: Returns whether the map's camera can see a point in W, given q
+            and the point, shape (3,) [m].
         n_q: Length of a configuration.
-        settle: Time after which what stays put has settled [s].
+        settle: Time after which a thing at rest has settled [s].
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""`SettledThings`: what stays where it is, so that a map should show it."""
+"""`SettledThings`: things at rest, which a map should contain."""
 
 import dataclasses as dc
 from collections.abc import Callable, Mapping
@@ -10,18 +10,18 @@ from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.sight.unseen_space import UNSEEN
 
 _STILL = 0.1
-"""A thing stays put as long as its middle, and how far it reaches, change by no
-more than that: boxes around what is seen of it are not the same each time [m].
+"""A thing is at rest as long as its centre and extent change by no more than
+this; boxes around its visible part vary from image to image [m].
 """
 
 _AGAIN = 10.0
-"""Time after which a map is asked once more, where it still does not show it
+"""Time after which a frame is requested again, if the map still lacks the thing
 [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class _Thing:
-    """A thing, where it is, since when, and when a map was asked for it."""
+    """A thing: outline, start of rest, and time of the frame's request."""
 
     outline: np.ndarray
     since: float
@@ -31,13 +31,13 @@ class _Thing:
 
 @dc.dataclass(frozen=True, eq=False)
 class SettledThings:
-    """Things that were seen, and how often a map was asked to show one.
+    """Things that were seen, and the number of requested frames.
 
     A value; copying returns the object itself.
 
     Attributes:
         things: The things, by their names.
-        asked: Number of times that a map was asked so far.
+        asked: Number of requested frames so far.
     """
 
     things: Mapping[str, _Thing] = dc.field(default_factory=dict)
@@ -53,18 +53,18 @@ class SettledThings:
         in_view: Callable[[np.ndarray], bool],
         settle: float,
     ) -> "SettledThings":
-        """Looks at what moves once more.
+        """Updates the things with movers.
 
-        A map is asked for what has settled as soon as the map's own camera can
-        see it, and once more after ten seconds if it is among movers still.
+        A frame is requested for a settled thing as soon as the map's camera can
+        see it, and again after ten seconds if it is still among the movers.
 
         Args:
-            movers: What cameras tell; movers that are known otherwise, and
-                everywhere, are no map's business.
+            movers: The detected movers; movers from another source never
+                settle.
             time: The present time [s].
-            in_view: Says whether the map's camera can see a point in W, shape
-                (3,) [m].
-            settle: Time after which what stays put has settled [s].
+            in_view: Returns whether the map's camera can see a point in W,
+                shape (3,) [m].
+            settle: Time after which a thing at rest has settled [s].
         """
         if not movers.cameras:
             return self
@@ -87,11 +87,11 @@ class SettledThings:
         return SettledThings(things, asked)
 
     def passing(self, movers: Movers) -> Movers:
-        """Returns what had not settled at the last look.
+        """Returns the movers that had not settled at the last update.
 
         Args:
-            movers: What moves. Nothing settles that is known otherwise than by
-                cameras; and what nobody sees is nothing.
+            movers: The movers. Movers from a source other than cameras never
+                settle; `UNSEEN` ones are omitted.
         """
         stays = {name for name, t in self.things.items() if t.has_settled}
         stays.add(UNSEEN)
@@ -100,12 +100,12 @@ class SettledThings:
 
 
 def _thing_of(mover: Mover) -> str:
-    """The thing that a mover is a part of: "seen 3" of "seen 3.1"."""
+    """Returns the thing that a mover is part of: "seen 3" for "seen 3.1"."""
     return mover.name.partition(".")[0]
 
 
 def _outline(parts: list[Mover]) -> np.ndarray:
-    """Least and greatest coordinates of a thing's parts, shape (2, 3) [m]."""
+    """Returns least and greatest coordinates of a thing's parts, (2, 3) [m]."""
     middle = np.array([part.X_WM.translation() for part in parts])
     size = [
         np.abs(part.X_WM.rotation().matrix()) @ part.half_extents + part.radius

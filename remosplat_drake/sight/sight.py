@@ -1,11 +1,11 @@
-"""`Sight`: what cameras have seen so far, and `look`, which adds an image.
+"""`Sight`: the state of detection, and `look`, which adds an image.
 
     sight = Sight()
     for image in images:
         sight = look(sight, image, spheres, scene, config)
         movers = sight.movers(config)
 
-All are values: nothing here knows of processes, wires or clocks.
+All are values, independent of processes, networks and clocks.
 """
 
 import dataclasses as dc
@@ -31,15 +31,15 @@ from remosplat_drake.sight.view import View
 
 @dc.dataclass(frozen=True, eq=False)
 class Sight:
-    """What is known by all images so far; copying returns the object itself.
+    """The state of detection after all images so far; copying returns itself.
 
     Attributes:
         time: Stamp of the newest image [s].
-        views: What each camera saw last, by its name.
-        tracks: The things that were seen to be new.
+        views: The latest view of each camera, by name.
+        tracks: The new things.
         count: Number of tracks so far, for their names.
-        unseen: Where something may be hidden; None where nothing is taken to
-            be, or before the first image.
+        unseen: Space in which something may be hidden; None if that is
+            disabled, or before the first image.
     """
 
     time: float = -np.inf
@@ -52,7 +52,7 @@ class Sight:
         return self
 
     def movers(self, config: SightConfig) -> Movers:
-        """Tells what moves, as of the newest image.
+        """Returns the movers at the time of the newest image.
 
         Args:
             config: How it may move.
@@ -77,10 +77,10 @@ class Sight:
         return view.image.as_mover_camera(view.seen, config.range, problem)
 
     def settled(self, config: SightConfig) -> tuple[Track, ...]:
-        """Returns what stays where it is, so that the map should show it.
+        """Returns the things at rest, which the map should contain.
 
         Args:
-            config: For how long it must have stayed.
+            config: The time at rest after which a thing has settled.
         """
         return tuple(
             track
@@ -96,16 +96,16 @@ def look(
     scene: KnownScene,
     config: SightConfig,
 ) -> Sight:
-    """Adds an image to what is known.
+    """Updates the state with an image.
 
-    An image that is older than the newest one is left out, and one that
-    contradicts its pose tells only that.
+    An image that is older than the newest one is ignored. One that contradicts
+    its pose only reports that problem.
 
     Args:
         sight: What is known so far.
         image: The image.
         spheres: The robot's spheres in W when it was taken.
-        scene: What the map shows.
+        scene: The map.
         config: Errors, margins and bounds.
     """
     if image.time < sight.time:
@@ -148,9 +148,9 @@ def look(
 
 
 def without(sight: Sight, image: DepthImage, problem: str) -> Sight:
-    """Notes that an image cannot be used.
+    """Records that an image cannot be used.
 
-    What its camera saw before stays, and from when nothing newer is known.
+    The camera's previous view and its time stay.
 
     Args:
         sight: What is known so far.

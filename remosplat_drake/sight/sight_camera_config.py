@@ -1,4 +1,4 @@
-"""`SightCameraConfig`: a depth camera that watches for things that move."""
+"""`SightCameraConfig`: a depth camera for the detection of movers."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterator
@@ -16,23 +16,21 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 @dc.dataclass
 class SightCameraConfig(Config):
-    """A depth camera that is fixed in the room, or to the robot."""
+    """A depth camera, fixed in the world or on the robot."""
 
-    # What people call it; `remosplat camera-sim --camera NAME` stands in for
-    # it.
+    # Its display name; `remosplat camera-sim --camera NAME` simulates it.
     name: Annotated[str, Len(1, 40)] = "room"
     # LCM channel of its images, lcmt_image_array; empty: its name in capitals
-    # with _CAMERA behind it.
+    # with the suffix _CAMERA.
     channel: Annotated[str, Len(0, 63)] = ""
-    # Name of the robot model's frame that carries it; empty: it is fixed in the
-    # room.
+    # Name of the robot model's frame that carries it; empty: it is fixed in W.
     frame: str = ""
-    # Position of the camera, in the room or in that frame [m].
+    # Position of the camera, in W or in that frame [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
     # Roll, pitch and yaw of its axes, x right in the image, y down, z ahead
     # (OpenCV); absent: none, or `look_at` [deg].
     rpy_deg: RollPitchYawDeg | None = None
-    # A point in the room that a fixed camera looks at, upright, in place of
+    # A point in W at which a fixed camera points, upright, in place of
     # `rpy_deg` [m].
     look_at: Position | None = None
     # Width of its images [pixels].
@@ -45,9 +43,9 @@ class SightCameraConfig(Config):
     min_depth: Annotated[float, Interval(gt=0, le=10)] = 0.28
     # Greatest depth that it measures [m].
     max_depth: Annotated[float, Interval(gt=0, le=100)] = 4.0
-    # Images a second, in simulation.
+    # Images per second, in simulation.
     rate: Annotated[float, Interval(gt=0, le=200)] = 30.0
-    # Time from an image to what is known by it, in simulation [s].
+    # Time from an image to its detections, in simulation [s].
     latency: Annotated[float, Interval(ge=0, le=1)] = 0.04
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -64,7 +62,7 @@ class SightCameraConfig(Config):
         if self.rpy_deg is not None:
             yield "rpy_deg", "give `rpy_deg` or `look_at`, not both"
         if self.frame:
-            yield "look_at", "is for cameras in the room; give `rpy_deg`"
+            yield "look_at", "is for cameras without `frame`; give `rpy_deg`"
         if np.linalg.norm(np.subtract(self.look_at, self.translation)) < 1e-3:
             yield "look_at", "must lie ahead of the camera"
 
@@ -91,14 +89,14 @@ class SightCameraConfig(Config):
 
     @property
     def X_FC(self) -> RigidTransform:
-        """Pose of the camera in the room, or in its frame."""
+        """Pose of the camera in W, or in its frame."""
         if self.look_at is not None:
             return _looking(np.array(self.translation), np.array(self.look_at))
         angles = np.deg2rad(self.rpy_deg or [0.0] * 3)
         return RigidTransform(RollPitchYaw(angles), self.translation)
 
     def pose(self, robot: RobotModel) -> Callable[[np.ndarray], np.ndarray]:
-        """Returns what tells the camera's pose X_WC at a configuration q.
+        """Returns a function of the configuration q that gives the pose X_WC.
 
         Args:
             robot: The robot, which may carry it.
@@ -115,7 +113,7 @@ class SightCameraConfig(Config):
 
 
 def _looking(p_WC: np.ndarray, p_WT: np.ndarray) -> RigidTransform:
-    """The pose of a camera at C that looks at T, with the floor below."""
+    """Returns the upright pose of a camera at C that points at T."""
     ahead = (p_WT - p_WC) / np.linalg.norm(p_WT - p_WC)
     right = np.cross(ahead, [0.0, 0.0, 1.0])
     if np.linalg.norm(right) < 1e-6:

@@ -1,4 +1,4 @@
-"""`Thing`: a cluster of what all cameras see to be new, and boxes around it."""
+"""`Thing`: a cluster of new points from all cameras, and boxes around it."""
 
 import dataclasses as dc
 from collections.abc import Mapping
@@ -20,12 +20,11 @@ class Thing:
     """A cluster of the points of all cameras, and boxes around it.
 
     Attributes:
-        shown: Its points, each from the face that is seen to where the thing
-            may end behind it.
+        shown: Its points, each with the possible extent of the thing behind it.
         parts: Boxes around these.
         pitch: Greatest distance between neighbouring pixels on it [m].
-        error: By how much its points may be off [m].
-        deviation: How far its outline jumps from image to image [m].
+        error: Bound on position errors of its points [m].
+        deviation: Standard deviation of its outline between images [m].
     """
 
     shown: Stretches
@@ -44,8 +43,8 @@ class Thing:
     ) -> "Thing":
         """Encloses a cluster of points.
 
-        What is right beside the robot is taken for the robot. So a thing that
-        is seen up to there is taken to touch it.
+        Points right beside the robot are taken for the robot. So a thing that
+        is visible up to there is assumed to touch it.
 
         Args:
             shown: The points, shape (n,).
@@ -70,12 +69,12 @@ class Thing:
         )
 
     def distances(self, p_W: np.ndarray) -> np.ndarray:
-        """Returns how far points (n, 3) are from its boxes [m]."""
+        """Returns distances of points (n, 3) from its boxes [m]."""
         return np.min([part.distance(p_W) for part in self.parts], axis=0)
 
 
 def _touches(p_W: np.ndarray, spheres: Spheres, beside: float) -> np.ndarray:
-    """Where things whose points are beside the robot would touch it."""
+    """Returns where things with points beside the robot would touch it."""
     radius = np.asarray(spheres.radius)
     p_W = p_W[near_any(p_W, spheres.p_WS, radius + beside)]
     gap = cdist(p_W, spheres.p_WS) - radius
@@ -91,17 +90,17 @@ def things_seen(
     spheres: Spheres,
     config: SightConfig,
 ) -> tuple[list[Thing], dict[str, np.ndarray]]:
-    """Sorts what all cameras see to be new into things.
+    """Clusters the new points of all cameras into things.
 
     Args:
-        views: What each camera sees, by its name.
+        views: The view of each camera, by name.
         time: The present time [s].
         spheres: The robot's spheres in W.
-        config: How near to each other the points of a thing are.
+        config: The largest distance between neighbouring points of a thing.
 
     Returns:
-        The things, and for each camera by its name the number of the thing
-        that each of its points is of, or -1, shape (n,).
+        The things, and, for each camera by name, the index of the thing of each
+        of its points, or -1, shape (n,).
     """
     groups = [view.points for view in views.values()]
     face_W = np.concatenate([group.p_W for group in groups])

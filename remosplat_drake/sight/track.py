@@ -1,4 +1,4 @@
-"""`Track`: one thing that cameras see move, over many images."""
+"""`Track`: one moving thing over many images."""
 
 import dataclasses as dc
 import math
@@ -11,23 +11,23 @@ from remosplat_drake.sight.enclosure import RoundedBox, enclose
 from remosplat_drake.sight.sight_config import SightConfig
 
 TRUSTED = 2
-"""Number of images that must show a small thing before it counts."""
+"""Number of images in which a small thing must appear before it counts."""
 
 _PLAIN = 40
-"""So many points count at once."""
+"""Number of points from which on a thing counts at once."""
 
 _HIDDEN_PARTS = 2
-"""Most boxes around what is hidden of a thing."""
+"""Largest number of boxes around the hidden part of a thing."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Stretches:
-    """What is seen of a thing, and what may be behind it.
+    """Segments from seen points of a thing to its possible extent behind them.
 
     Attributes:
         face_W: Points that were seen, in W, shape (n, 3) [m].
-        back_W: How far the thing may reach behind each, shape (n, 3) [m].
-        seen: When each was seen last, shape (n,) [s].
+        back_W: Possible extent of the thing behind each, shape (n, 3) [m].
+        seen: Time at which each was last seen, shape (n,) [s].
     """
 
     face_W: np.ndarray
@@ -38,18 +38,18 @@ class Stretches:
         return len(self.seen)
 
     def select(self, index: np.ndarray) -> "Stretches":
-        """Returns those that a boolean mask or index array selects."""
+        """Returns the segments that a boolean mask or index array selects."""
         return Stretches(
             self.face_W[index], self.back_W[index], self.seen[index]
         )
 
     def moved(self, way_W: np.ndarray) -> "Stretches":
-        """Returns them after a motion, shape (3,) [m]."""
+        """Returns the segments after a translation, shape (3,) [m]."""
         return Stretches(self.face_W + way_W, self.back_W + way_W, self.seen)
 
     @staticmethod
     def joined(*parts: "Stretches") -> "Stretches":
-        """Joins some."""
+        """Concatenates segments."""
         return Stretches(
             np.concatenate([part.face_W for part in parts]),
             np.concatenate([part.back_W for part in parts]),
@@ -58,25 +58,27 @@ class Stretches:
 
     @staticmethod
     def none() -> "Stretches":
-        """Makes none."""
+        """Makes an empty set."""
         return Stretches(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Track:
-    """A thing that was seen to be new, and where it is.
+    """A new thing, with its position and motion.
 
     Attributes:
-        name: Its name, "seen 3" for example; it keeps it while it is followed.
-        parts: Boxes around what is seen of it, at the time of `edges`.
-        shown: What is seen of it then.
-        hidden: What of it was seen before, and may be where no camera sees now,
-            moved on as it was predicted.
-        edges: Its outlines, and how fast they move.
-        images: Number of images that showed it, or what it came off.
-        padding: How far it may reach beyond its points [m].
-        error: By how much these may be misplaced [m].
-        still_since: Since when it has not left its place [s].
+        name: Its name, "seen 3" for example; it stays while the thing is
+            tracked.
+        parts: Boxes around its visible part, at the time of `edges`.
+        shown: Its visible part at that time.
+        hidden: Its part that was seen before and may be hidden from all cameras
+            now, at its predicted position.
+        edges: Its outlines and their velocities.
+        images: Number of images that showed it, or the thing from which it
+            separated.
+        padding: Margin of its extent beyond its points [m].
+        error: Bound on position errors of its points [m].
+        still_since: Time since which it has been at rest [s].
         home: Its outline then, shape (2, 3) [m].
     """
 
@@ -96,7 +98,7 @@ class Track:
 
     @property
     def is_trusted(self) -> bool:
-        """Whether it is more than a speck that one image shows."""
+        """Whether it is more than a small artefact of one image."""
         return self.images >= TRUSTED or len(self.shown) >= _PLAIN
 
     @property
@@ -106,14 +108,14 @@ class Track:
 
     @property
     def seen(self) -> float:
-        """When any of it was seen last [s]."""
+        """Time at which any part was last seen [s]."""
         return max(
             self.shown.seen.max(initial=-np.inf),
             self.hidden.seen.max(initial=-np.inf),
         )
 
     def after(self, time: float, config: SightConfig) -> "Track":
-        """Predicts the track: nothing of it is seen at a later time yet.
+        """Predicts the track at a later time, without an observation.
 
         Args:
             time: The later time [s].
@@ -128,10 +130,10 @@ class Track:
         )
 
     def growth(self, since: float, config: SightConfig) -> float:
-        """Bounds how far it is from where it is predicted.
+        """Bounds the distance of the thing from its prediction.
 
         Args:
-            since: When it was seen last [s].
+            since: Time at which it was last seen [s].
             config: How it may move.
         """
         t = self.edges.time - since
@@ -143,11 +145,11 @@ class Track:
     def movers(
         self, config: SightConfig, *, coarse: bool = False
     ) -> tuple[Mover, ...]:
-        """Tells where it is, and what it may do.
+        """Returns the thing as movers, with bounds on its motion.
 
         Args:
             config: How it may move.
-            coarse: Whether what is seen gets one box, and not several.
+            coarse: Whether the visible part gets one box instead of several.
         """
         parts = [(part, self.error) for part in self._seen_parts(coarse)]
         if len(self.hidden):
@@ -185,12 +187,12 @@ class Track:
         return enclose(shown.face_W, shown.back_W, self.padding, most=1)
 
     def is_still(self, config: SightConfig) -> bool:
-        """Whether it has stayed where it is for so long that a map has it."""
+        """Whether it has been at rest for long enough to be part of a map."""
         return self.seen - self.still_since >= config.settle
 
     @staticmethod
     def nearness(p_W: np.ndarray, q_W: np.ndarray) -> float:
-        """Returns about the least distance between two sets of points [m]."""
+        """Returns approximately the least distance of two point sets [m]."""
         p_W = p_W[:: max(1, len(p_W) // 40)]
         q_W = q_W[:: max(1, len(q_W) // 200)]
         apart = p_W[:, None] - q_W[None]

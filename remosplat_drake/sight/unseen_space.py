@@ -1,18 +1,18 @@
-"""`UnseenSpace`: where something may be that no camera has seen so far.
+"""`UnseenSpace`: space in which something may be hidden from all cameras.
 
-What no camera sees may hold something, and it may come out. But it cannot be
-where it could not have come to unseen. So what may be hidden is followed as a
-set of places: with each step it spreads as fast as things may move, and only
-where cameras do not look through. The robot's own shadow, which it carries
-along through space that has been seen to be free, holds nobody.
+Unseen space may contain something that comes out of it. But that can only be in
+places that it could reach unseen. So the set of possible places of hidden
+things is tracked: in each step it expands as fast as things may move, and
+cameras that look through a place remove it. The robot's own shadow, which moves
+with the robot through space that was seen as free, therefore contains nothing.
 
-The places are the voxels of a grid that may hold the centre of a hidden ball
-of radius r. Such a ball holds all that is within r - rho of the voxel's middle,
-rho being half the voxel's diagonal. If a camera has looked through that middle
-at most (r - rho) / v ago, with the speed v, then no such centre is in the voxel
-now. Nor is one where the middle lies in the robot, in the map, or in the floor.
-All that is made of balls of that radius is where their centres are, and no
-farther than r around.
+The places are the voxels of a grid that may contain the centre of a hidden ball
+of radius r. Such a ball contains everything within r - rho of the voxel's
+middle, with rho half the voxel's diagonal. If a camera has looked through that
+middle at most (r - rho) / v ago, with the speed v, then no such centre is in
+the voxel now. The same holds if the middle lies in the robot, in the map, or in
+the floor. A thing that is a union of balls of that radius lies within r of
+their centres.
 """
 
 import dataclasses as dc
@@ -31,36 +31,38 @@ from remosplat_drake.sight.known_scene import KnownScene
 from remosplat_drake.sight.sight_config import SightConfig
 
 UNSEEN = "unseen space"
-"""Name of what may come out of it."""
+"""Name of movers that may come out of unseen space."""
 
 VOXEL, RADIUS = 0.08, 0.1
-"""Edge of the voxels, and radius r of the balls that may be hidden [m]."""
+"""Edge of the voxels, and radius r of hidden balls [m]."""
 
 START = 0.3
-"""Distance from the robot in which somebody has looked before it starts [m]."""
+"""Distance from the robot that is assumed to be checked before the start
+[m]."""
 
 NEAR = 1.0
-"""What is farther from the robot's spheres does not matter yet [m]."""
+"""Hidden things farther from the robot's spheres are not reported [m]."""
 
 _LOOKED_AT = 1.2
-"""Farther away anything may be: nobody looks [m]."""
+"""Space farther away is not checked, and anything may be there [m]."""
 
 MOST_BOXES = 100
-"""Boxes around the places; where more would be needed, larger ones do."""
+"""Largest number of boxes around the places; if needed, boxes are merged."""
 
 _REST = RADIUS - 0.5 * math.sqrt(3.0) * VOXEL
 _LATEST = 0.75
-"""Places spread by a voxel as soon as things may have gone so much of it."""
+"""Places expand by a voxel as soon as things may have moved this share of
+it."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class UnseenSpace:
-    """Where something hidden may be; copying returns the object itself.
+    """Possible places of hidden things; copying returns the object itself.
 
     Attributes:
-        time: When it may be there [s].
-        holds: Which voxels of the box of `SightConfig` may hold the centre of
-            a hidden ball, shape (nx, ny, nz).
+        time: Time of the state [s].
+        holds: Which voxels of the box of `SightConfig` may contain the centre
+            of a hidden ball, shape (nx, ny, nz).
         boxes: Boxes around those that are near the robot: their least and
             greatest corners in W, shape (k, 2, 3) [m].
     """
@@ -76,7 +78,7 @@ class UnseenSpace:
     def first(
         spheres: Spheres, time: float, config: SightConfig
     ) -> "UnseenSpace":
-        """Begins before anything is seen: all but the robot's surroundings.
+        """Starts with all space except the robot's surroundings.
 
         Args:
             spheres: The robot's spheres in W.
@@ -97,12 +99,12 @@ class UnseenSpace:
         scene: KnownScene,
         config: SightConfig,
     ) -> "UnseenSpace":
-        """Lets what is hidden move, and looks where it cannot be.
+        """Expands the possible places, and removes those seen to be free.
 
         Args:
             images: The cameras' latest images.
             spheres: The robot's spheres in W at the newest of them.
-            scene: What the map shows.
+            scene: The map.
             config: How fast something may come out of hiding.
         """
         speed = config.unseen_speed
@@ -137,13 +139,13 @@ class UnseenSpace:
         return UnseenSpace(time, holds, boxes)
 
     def movers(self, time: float, config: SightConfig) -> list[Mover]:
-        """Tells what may come near the robot out of hiding.
+        """Returns hidden things that may approach the robot, as movers.
 
-        Each is at rest, as far as is known, and may go anywhere at the speed of
+        Each has zero velocity, and may move in any direction at the speed
         `SightConfig.unseen_speed`.
 
         Args:
-            time: The time for which that is told [s].
+            time: The time of the movers [s].
             config: How fast something may come out of hiding.
         """
         speed = config.unseen_speed
@@ -165,7 +167,7 @@ class UnseenSpace:
 def _around(
     spheres: Spheres, shape: tuple[int, ...], config: SightConfig
 ) -> tuple[slice, ...]:
-    """The voxels around the robot at which it pays to look."""
+    """Returns the voxels around the robot that are checked."""
     radius = np.asarray(spheres.radius)[:, None] + _LOOKED_AT
     lower = (np.asarray(spheres.p_WS) - radius).min(axis=0) - config.lower
     upper = (np.asarray(spheres.p_WS) + radius).max(axis=0) - config.lower
@@ -175,12 +177,12 @@ def _around(
 
 
 def _middles(voxels: np.ndarray, config: SightConfig) -> np.ndarray:
-    """Middles of voxels in W, shape (n, 3) [m]."""
+    """Returns middles of voxels in W, shape (n, 3) [m]."""
     return np.array(config.lower) + VOXEL * (voxels + 0.5)
 
 
 def _within(p_W: np.ndarray, spheres: Spheres, distance: float) -> np.ndarray:
-    """Which points are so near the surface of a sphere, shape (n,) bool."""
+    """Returns which points are within a distance of spheres, (n,) bool."""
     found = np.zeros(len(p_W), bool)
     if not len(p_W):
         return found
@@ -192,7 +194,7 @@ def _within(p_W: np.ndarray, spheres: Spheres, distance: float) -> np.ndarray:
 
 
 def _boxes(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Puts voxels into boxes: those exactly, or larger ones.
+    """Covers voxels with boxes, exactly or with larger ones.
 
     Args:
         voxels: Indices of voxels, shape (n, 3).
@@ -215,7 +217,7 @@ def _boxes(voxels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _joined(
     lower: np.ndarray, upper: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Joins boxes that share a face, along one axis after the other."""
+    """Merges boxes that share a face, along one axis after the other."""
     for axis in (2, 1, 0):
         others = [c for c in range(3) if c != axis]
         sides = np.column_stack([lower[:, others], upper[:, others]])

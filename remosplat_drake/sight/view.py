@@ -1,4 +1,4 @@
-"""`View`: what one camera saw last, and what it looks through."""
+"""`View`: the latest image of one camera, and the space it looks through."""
 
 import dataclasses as dc
 from collections.abc import Mapping, Sequence
@@ -13,22 +13,21 @@ from remosplat_drake.sight.sight_config import SightConfig
 from remosplat_drake.sight.track import Track
 
 _STEPS = 3
-"""Number of places behind a point at which another camera may look through."""
+"""Number of samples behind a point for another camera's line of sight."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class View:
-    """What one camera saw last.
+    """The latest view of one camera.
 
     Attributes:
-        image: Its latest image that could be used; before the first, one that
-            shows nothing.
-        points: What was new in it.
-        of: For each of the points the index in `names` of the track that it
-            belongs to, or -1, shape (n,).
+        image: Its latest usable image; before the first, an empty one.
+        points: The new points in it.
+        of: For each of the points, the index in `names` of its track, or -1,
+            shape (n,).
         names: Names of these tracks.
-        seen: When that image was taken [s].
-        problem: Why there is no newer image; empty where nothing is wrong.
+        seen: Time of that image [s].
+        problem: Why there is no newer image; empty if nothing is wrong.
     """
 
     image: DepthImage
@@ -40,13 +39,13 @@ class View:
 
     @staticmethod
     def blind(image: DepthImage, problem: str) -> "View":
-        """Makes the view of a camera none of whose images could be used."""
+        """Makes the view of a camera without a usable image."""
         nothing = dc.replace(image, depth=np.zeros_like(image.depth))
         points = NewPoints.none(image)
         return View(nothing, points, np.zeros(0, int), (), 0.0, problem)
 
     def looks_through(self, p_W: np.ndarray, config: SightConfig) -> np.ndarray:
-        """Tells whether the image shows something behind points.
+        """Returns whether the image shows something behind points.
 
         Args:
             p_W: The points in W, shape (n, 3).
@@ -60,9 +59,9 @@ class View:
     def tells(
         self, p_W: np.ndarray, spheres: Spheres, config: SightConfig
     ) -> np.ndarray:
-        """Tells of which points the image shows whether something is there.
+        """Returns for which points the image is decisive.
 
-        It does not where what it shows is taken for the robot, unless that is
+        It does not if the measured point is taken for the robot, unless that is
         behind them.
 
         Args:
@@ -88,14 +87,14 @@ class View:
     def moved_on(
         self, tracks: Sequence[Track], newer: "View", config: SightConfig
     ) -> "View":
-        """Returns what was seen, moved on to when another camera sees.
+        """Returns the seen points, advanced to the time of another view.
 
-        What that one looks through is no longer there.
+        Points that the newer view looks through are removed.
 
         Args:
-            tracks: The things that were seen, whose points move with them.
-            newer: What the other camera sees.
-            config: How things move, and for how long points last.
+            tracks: The tracks, whose points move with them.
+            newer: The view of the other camera.
+            config: How things move, and how long points are kept.
         """
         points, time = self.points, newer.image.time
         if not len(points):
@@ -118,7 +117,7 @@ class View:
 def _is_behind(
     p_C: np.ndarray, measured: np.ndarray, config: SightConfig
 ) -> np.ndarray:
-    """Whether depths are behind points; by so much that it is no noise."""
+    """Returns whether depths are behind points, by more than noise."""
     z = p_C[:, 2]
     return measured > z + 2 * config.margin(z)
 
@@ -126,19 +125,19 @@ def _is_behind(
 def backs(
     views: Mapping[str, View], camera: str, config: SightConfig
 ) -> np.ndarray:
-    """Tells how far the things whose faces a camera sees may reach behind them.
+    """Returns the possible extent of things behind their visible faces.
 
-    That is `thickness` along the ray, or up to where another camera looks
-    through.
+    That is `thickness` along the ray, or up to a point that another camera
+    looks through.
 
     Args:
-        views: What each camera sees, by its name.
+        views: The view of each camera, by name.
         camera: The camera.
         config: How thick things may be.
 
     Returns:
-        For each of the camera's points the farthest one in W that may still
-        be of the thing, shape (n, 3).
+        For each of the camera's points, the farthest point in W that may belong
+        to the thing, shape (n, 3).
     """
     points = views[camera].points
     rays_W = points.p_W - points.p_WC

@@ -1,4 +1,4 @@
-"""`WireSight`: from cameras and statuses on the wire to movers on it.
+"""`WireSight`: receives images and statuses over LCM, and sends movers.
 
 `remosplat sight` runs it in a process of its own.
 """
@@ -27,11 +27,11 @@ from remosplat_drake.sight.sight_camera_config import SightCameraConfig
 from remosplat_drake.sight.sight_config import SightConfig
 
 _AHEAD = 0.12
-"""By how much statuses may be older than an image: bases send ten a second
+"""Largest age of statuses relative to an image: bases send ten per second
 [s]."""
 
 _OLDEST = 0.5
-"""Greatest age of an image, or time by which it is from the future [s]."""
+"""Greatest age of an image, and greatest lead of its stamp [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -42,25 +42,24 @@ class _Camera:
 
 
 class WireSight:
-    """Hears images and statuses, and tells what moves after every image.
+    """Receives images and statuses, and sends the movers after every image.
 
-    Nothing is told before every camera has been heard, and an image could be
-    used: who does not see all that there is does not say that nothing is there.
+    Nothing is sent before every camera has sent, and an image was usable: with
+    an incomplete view, the absence of movers is unknown.
 
     Args:
         cameras: The cameras.
         robot: The robot.
-        known: What the map shows.
+        known: The map.
         config: Errors, margins and bounds.
         hardware: The LCM URLs and the names of the channels.
-        followed: The map of the control loop, where it grows; None: `known`
-            stays what it is.
+        followed: The live map of the control loop; None if `known` never
+            changes.
 
     Attributes:
-        sight: What is known by now.
-        told: Number of messages that were sent.
-        latency: Time from the latest image's stamp until its message was sent
-            [s].
+        sight: The state of detection.
+        told: Number of sent messages.
+        latency: Time from the latest image's stamp to its message [s].
         work: Time that this process computed for it [s].
 
     Raises:
@@ -97,19 +96,19 @@ class WireSight:
 
     @property
     def missing(self) -> list[str]:
-        """Names of the cameras that have not been heard yet."""
+        """Names of the cameras that have not sent yet."""
         names = [camera.config.name for camera in self._cameras.values()]
         return [name for name in names if name not in self.sight.views]
 
     @property
     def problems(self) -> dict[str, str]:
-        """What is wrong with cameras, by their names."""
+        """Problems of cameras, by their names."""
         told = self.sight.movers(self._config).cameras
         return {camera.name: camera.problem for camera in told}
 
     @property
     def map_in_use(self) -> str:
-        """Says which map counts, and what is wrong with that; may be empty."""
+        """Returns the map in use and its problem, as a text; may be empty."""
         followed = self._followed
         if followed is None:
             return ""
@@ -120,15 +119,15 @@ class WireSight:
         return f"{text}: {followed.trouble}" if followed.trouble else text
 
     def step(self, timeout: float = 0.01) -> bool:
-        """Takes in what has come, and tells what moves if an image was there.
+        """Processes received packets, and sends movers if there was an image.
 
         Args:
             timeout: Longest wait for an image [s].
 
         Returns:
-            Whether movers were told.
+            Whether movers were sent.
         """
-        # Of a camera whose images have queued up, only the newest counts.
+        # If images of a camera have queued up, only the newest counts.
         newest = dict(self._images.fetch(timeout))
         started = clock.thread_time()
         for channel, data in self._packets.fetch():
@@ -153,12 +152,12 @@ class WireSight:
 
     @staticmethod
     def _hear_map(followed: FollowedMap, data: bytes) -> None:
-        """Takes in which map counts; what names none says nothing."""
+        """Receives which map is in use; ignores packets that name none."""
         with suppress(BrokenMessage):
             followed.hear(data, clock.time())
 
     def _take(self, camera: _Camera, data: bytes) -> None:
-        """Takes in an image, or notes what is wrong with it."""
+        """Processes an image, or records its problem."""
         config = camera.config
         blank = np.zeros((config.height, config.width), np.float32)
         X_WC = np.eye(4)

@@ -1,4 +1,4 @@
-"""`Aim`: what all end effectors of a robot shall reach."""
+"""`Aim`: the targets of all end effectors of a robot."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -20,12 +20,15 @@ class Aim:
     Attributes:
         targets: By the end effectors' indices, the target of each, None for one
             that nothing is asked of; at least one is asked for something.
+        u: Velocities that the axes shall have, for laws that track these,
+            shape (n_u,) [m/s, rad/s]; None where poses alone are asked for.
 
     Raises:
         ValueError: There is no target at all.
     """
 
     targets: tuple[Target | None, ...]
+    u: np.ndarray | None = None
 
     def __post_init__(self):
         if not any(self.targets):
@@ -36,7 +39,7 @@ class Aim:
 
     @staticmethod
     def of(wanted: "Aim | Target | RigidTransform | np.ndarray") -> "Aim":
-        """Returns an aim, or makes one of what the first end effector shall.
+        """Returns an aim, or makes one from a target of the first end effector.
 
         Args:
             wanted: An aim, a target, or the pose X_WT of a plain one.
@@ -45,39 +48,41 @@ class Aim:
 
     @cached_property
     def items(self) -> tuple[tuple[int, Target], ...]:
-        """The targets that there are, each behind its end effector's index."""
+        """The targets, each with its end effector's index."""
         return tuple((i, t) for i, t in enumerate(self.targets) if t)
 
     @property
     def first(self) -> Target:
-        """The first of the targets that there are."""
+        """The first target."""
         return self.items[0][1]
 
     @cached_property
     def arrays(self) -> Packed[AimArrays]:
-        """The aim as kernels take it."""
+        """The aim, as arrays for kernels."""
         effectors = np.array([i for i, _ in self.items])
         parts = zip(*(target.arrays for _, target in self.items), strict=True)
         return Packed(AimArrays(effectors, *map(np.array, parts)))
 
     @cached_property
     def is_known(self) -> bool:
-        """Whether all that says where the targets are is finite."""
+        """Whether all poses of targets are finite."""
         return all(target.is_known for _, target in self.items)
 
     @cached_property
     def has_line(self) -> bool:
-        """Whether one of the targets shall be reached on a line."""
+        """Whether one of the targets must be reached on a line."""
         return any(target.line is not None for _, target in self.items)
 
     def equals(self, other: "Aim") -> bool:
-        """Tells whether another aim asks for the same.
+        """Returns whether another aim has the same targets.
 
         Args:
             other: The other aim.
         """
         if self is other:
             return True
+        if not np.array_equal(_listed(self.u), _listed(other.u)):
+            return False
         same = [i for i, _ in self.items] == [i for i, _ in other.items]
         return same and all(
             mine.equals(theirs)
@@ -87,7 +92,7 @@ class Aim:
         )
 
     def errors(self, X_WEs: np.ndarray) -> tuple[PoseError, ...]:
-        """Computes the error of each target that there is.
+        """Computes the error of each target.
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
@@ -97,7 +102,7 @@ class Aim:
     def farthest(
         self, X_WEs: np.ndarray, arrived: Callable[[PoseError], bool]
     ) -> tuple[int, Target]:
-        """Returns the target that most is left to, behind its end effector.
+        """Returns the farthest target and its end effector's index.
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
@@ -113,7 +118,7 @@ class Aim:
     def is_reached(
         self, X_WEs: np.ndarray, arrived: Callable[[PoseError], bool]
     ) -> bool:
-        """Tells whether every target is reached.
+        """Returns whether every target is reached.
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
@@ -126,11 +131,10 @@ class Aim:
         errors: Sequence[PoseError],
         arrived: Callable[[PoseError], bool],
     ) -> bool:
-        """Tells the same by errors that are known already.
+        """Returns whether every target is reached, from known errors.
 
         Args:
-            errors: The error of each target that there is, as `errors` has
-                them.
+            errors: The error of each target, as `errors` returns them.
             arrived: Tells it of the error of a target that shall be held.
         """
         return all(
@@ -139,13 +143,13 @@ class Aim:
         )
 
     def line_deviation(self, X_WEs: np.ndarray) -> float:
-        """Returns how far end effectors are beside their lines, at most [m].
+        """Returns the largest deviation of end effectors from their lines [m].
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
 
         Returns:
-            NaN where there is no line.
+            The deviation; NaN if there is no line.
         """
         beside = [
             target.line_deviation(X_WEs[i])
@@ -153,3 +157,7 @@ class Aim:
             if target.line is not None
         ]
         return max(beside, default=float("nan"))
+
+
+def _listed(u: np.ndarray | None) -> np.ndarray:
+    return np.zeros(0) if u is None else u

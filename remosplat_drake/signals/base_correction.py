@@ -1,4 +1,4 @@
-"""`BaseCorrection`: where the map has the base, whatever its odometry says."""
+"""`BaseCorrection`: the base's pose in the map, without odometry drift."""
 
 import dataclasses as dc
 
@@ -14,18 +14,18 @@ from remosplat_drake.signals.base_estimate import (
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseCorrection:
-    """What a map knows of a base whose odometry drifts.
+    """Localisation of a base with drifting odometry in a map.
 
-    A base measures its pose X_OB by its wheels, in the frame O of its
-    odometry, which leaves the map's frame W by and by. A map knows where the
-    base really was when frames were taken, and how fast it went astray. It is
-    a localisation: whoever uses it takes small steps towards it. Copying
+    A base measures its pose X_OB with its wheels, in the frame O of its
+    odometry, which drifts away from the map's frame W. A map estimates the true
+    pose of the base when frames were taken, and the rate of the drift. Since
+    the estimate jumps, a user of it must approach it in small steps. Copying
     returns the object itself.
 
     Attributes:
-        estimate: Where the base was at the newest frame; None where nothing
-            has been corrected, and W is O.
-        drift: How fast the odometry may go wrong.
+        estimate: The base's estimate at the newest frame; None if nothing has
+            been corrected, so that W is O.
+        drift: Drift model of the odometry.
         version: Number of the map that it belongs to.
     """
 
@@ -38,7 +38,7 @@ class BaseCorrection:
 
     @property
     def pose(self) -> np.ndarray:
-        """X_WO when the newest frame was taken, shape (3,) [m, rad]."""
+        """X_WO at the time of the newest frame, shape (3,) [m, rad]."""
         if self.estimate is None:
             return np.zeros(3)
         return odometry_frame(self.estimate.X_WB, self.estimate.X_OB)
@@ -46,20 +46,19 @@ class BaseCorrection:
     def base_at(
         self, time: float, X_OB: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Tells where the base is, as it has moved and drifted since.
+        """Predicts the base's pose from its motion and drift since the frame.
 
         Args:
             time: The time now [s].
             X_OB: The base's pose by odometry now, shape (3,) [m, rad].
 
         Returns:
-            x, y, yaw of X_WB, shape (3,) [m, rad], and their covariance,
-            shape (3, 3), which grows with the time and the way since the
-            newest frame.
+            x, y, yaw of X_WB, shape (3,) [m, rad], and their covariance, shape
+            (3, 3), which grows with time and distance since the newest frame.
         """
         if self.estimate is None:
             return np.array(X_OB, float), np.zeros((3, 3))
-        # A frame's clock may be ahead by a moment: another run it is not.
+        # A frame's clock may be slightly ahead; that is not another run.
         now = max(time, self.estimate.time)
         after = predicted(self.estimate, X_OB, now, self.drift)
         return after.X_WB, after.covariance[:3, :3]

@@ -1,7 +1,7 @@
-r"""How an odometry drifts: at a rate that stays about the same for a while.
+r"""Drift model of an odometry: its rate is correlated over time.
 
-The base's pose b = (x, y, yaw) in W and the rate v at which the odometry's
-motions fall short of it follow, from one frame to the next, after a time t,
+The base's pose b = (x, y, yaw) in W and the drift rate v of the odometry evolve
+from one frame to the next, after a time t, as
 
     b' = b + (R(b_yaw - o_yaw) (o'_xy - o_xy), o'_yaw - o_yaw) + r v + noise,
     v' = a v + noise,      a = exp(-t / tau),   r = tau (1 - a),
@@ -17,20 +17,20 @@ import dataclasses as dc
 import numpy as np
 
 _WHITE = np.array([5e-4, 5e-4, 2.5e-4])
-"""Standard deviations of what else goes wrong between two frames [m, rad]."""
+"""Standard deviations of other errors between two frames [m, rad]."""
 
 OTHER_RUN = 30.0
-"""Time whose drift stands for what happened between two runs [s]."""
+"""Duration of assumed drift between two runs [s]."""
 
 
 @dc.dataclass(frozen=True)
 class Drift:
-    """How fast the odometry of a base may go wrong.
+    """Parameters of the drift of a base's odometry.
 
     Attributes:
         shift: Standard deviation of the rate of its position [m/s].
         turn: Standard deviation of the rate of its heading [rad/s].
-        memory: Time tau over which the rates stay about the same [s].
+        memory: Correlation time tau of the rates [s].
     """
 
     shift: float
@@ -43,10 +43,10 @@ class Drift:
         return np.square([self.shift, self.shift, self.turn])
 
     def noise(self, seconds: float) -> np.ndarray:
-        """Returns the covariance of what a time adds to (b, v), (6, 6).
+        """Returns the covariance of the process noise of (b, v), (6, 6).
 
         Args:
-            seconds: The time [s].
+            seconds: The duration [s].
         """
         tau, a = self.memory, np.exp(-seconds / self.memory)
         own = tau**2 * (2 * seconds / tau - 3 + 4 * a - a**2)
@@ -58,10 +58,10 @@ class Drift:
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseEstimate:
-    """Where the base was, and how its odometry drifted.
+    """Estimate of the base's pose and of its odometry's drift.
 
     Attributes:
-        time: When, by the diagram's clock [s].
+        time: Time of the estimate, by the diagram's clock [s].
         X_OB: The base's pose by odometry, shape (3,) [m, rad].
         X_WB: Its pose b in W, shape (3,) [m, rad].
         rate: The rate v, shape (3,) [m/s, rad/s].
@@ -76,13 +76,13 @@ class BaseEstimate:
 
     @staticmethod
     def first(time: float, X_OB: np.ndarray, drift: Drift) -> "BaseEstimate":
-        """Returns what is known at first: W is where the odometry is."""
+        """Returns the initial estimate, in which W is the odometry's frame."""
         P = np.kron(np.diag([0.0, 1.0]), np.diag(drift.variances))
         X_OB = np.array(X_OB, float)
         return BaseEstimate(time, X_OB, X_OB, np.zeros(3), P).certain()
 
     def certain(self) -> "BaseEstimate":
-        """Returns this pose as the one that says where W is."""
+        """Returns this pose as certain, so that it defines W."""
         P = np.zeros((6, 6))
         P[:3, :3] = np.diag(_WHITE**2)
         P[3:, 3:] = self.covariance[3:, 3:]
@@ -97,13 +97,14 @@ class BaseEstimate:
 def predicted(
     before: BaseEstimate, X_OB: np.ndarray, time: float, drift: Drift
 ) -> BaseEstimate:
-    """Predicts where a base is by its odometry and the odometry's drift.
+    """Predicts a base's estimate from its odometry and drift.
 
     Args:
-        before: What was known before.
+        before: The earlier estimate.
         X_OB: The base's pose by odometry now, shape (3,) [m, rad].
-        time: The time now [s]; before the other one: of another run.
-        drift: How fast the odometry may go wrong.
+        time: The time now [s]; an earlier time than that of `before` means
+            another run.
+        drift: Drift model of the odometry.
     """
     seconds = time - before.time if time >= before.time else OTHER_RUN
     x, F = moved(before.X_WB, before.rate, before.X_OB, X_OB, seconds, drift)
@@ -127,10 +128,10 @@ def moved(
         X_OB: The pose o by odometry then, shape (3,) [m, rad].
         X_OB_after: The pose o' by odometry now, shape (3,) [m, rad].
         seconds: Time between the two [s].
-        drift: How long rates stay about the same.
+        drift: Drift model, with the correlation time.
 
     Returns:
-        The state, and its Jacobian by (b, v), shape (6, 6).
+        The state, and its Jacobian with respect to (b, v), shape (6, 6).
     """
     a = np.exp(-seconds / drift.memory)
     reach = drift.memory * (1 - a)

@@ -1,4 +1,4 @@
-"""`Binding`: which rows of a tick's program hold its command back."""
+"""`Binding`: the active rows of a tick's program, which limit its command."""
 
 import dataclasses as dc
 from typing import NamedTuple
@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 COLLISION = "collision"
-"""Name of the rows that keep the robot off the scene."""
+"""Name of the rows against collision with the scene."""
 JOINT_LIMIT = "joint limit"
-"""Name of the rows that keep joints off their limits."""
+"""Name of the rows for joint limits."""
 SELF_COLLISION = "self-collision"
-"""Name of the rows that keep the robot off itself."""
+"""Name of the rows against self-collision."""
 MOVER = "mover"
-"""Name of the rows that keep the robot off what moves."""
+"""Name of the rows against collision with movers."""
 BOUND = "bound"
 """Name of rows that are bounds on the command itself."""
 
@@ -22,8 +22,8 @@ class BoundRow(NamedTuple):
 
     Attributes:
         name: Name of its set of rows, `BOUND` for a bound on the command.
-        index: Its number in that set.
-        about: What it is about: names of links or joints, or a text.
+        index: Its index in that set.
+        about: Its subject: names of links or joints, or a text.
     """
 
     name: str
@@ -33,16 +33,16 @@ class BoundRow(NamedTuple):
 
 @dc.dataclass(frozen=True, eq=False)
 class Binding:
-    """The rows that hold with equality at the command, and what pushes there.
+    """The rows that hold with equality at the command, and the cost's push.
 
-    At the optimum of a program the push is the sum of its rows, each times a
-    multiplier of at least zero (Karush, Kuhn and Tucker): rows with a large one
-    are what holds the command back.
+    At the optimum, the push is the sum of the rows, each times a non-negative
+    multiplier (Karush, Kuhn and Tucker). Rows with large multipliers limit the
+    command.
 
     Attributes:
         rows: The k rows.
         A: Coefficients of the rows in A u <= b, shape (k, n_u).
-        push: Direction in which the cost falls at the command, shape (n_u,).
+        push: Negative gradient of the cost at the command, shape (n_u,).
     """
 
     rows: tuple[BoundRow, ...]

@@ -9,15 +9,14 @@ import numpy as np
 
 @dc.dataclass(frozen=True, eq=False)
 class ClearanceBatch:
-    """Distances of n spheres in c configurations, up to k rows a sphere.
+    """Distances of n spheres in c configurations, up to k rows per sphere.
 
-    The arrays are NumPy's or torch's, as the question's were. Rows are those
-    of `Clearances`; where there is none the distance is inf and the direction
-    zero.
+    The arrays are of the query's library, NumPy or torch. Rows are those of
+    `Clearances`; for missing rows the distance is inf and the direction zero.
 
     Attributes:
-        distance: Distance from a sphere's surface to the scene, shape
-            (c, n, k) [m]; negative where it penetrates. A tensor's gradient by
+        distance: Distance from a sphere's surface to the scene, shape (c, n, k)
+            [m]; negative if it penetrates. A tensor's gradient with respect to
             the spheres' centres is minus the direction.
         direction_W: Unit vectors from the spheres' centres towards the scene,
             in W, shape (c, n, k, 3).
@@ -32,7 +31,7 @@ class ClearanceBatch:
     def minimum(self) -> Any:
         """Returns the smallest distance of each configuration, (c,) [m].
 
-        It is inf where there is no row at all.
+        It is inf if there is no row.
         """
         flat = self.distance.reshape(len(self), -1)
         return flat.min(1) if isinstance(flat, np.ndarray) else flat.amin(1)
@@ -41,7 +40,7 @@ class ClearanceBatch:
     def gathered(
         answers: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], n: int
     ) -> "ClearanceBatch":
-        """Puts the clearances of c configurations together.
+        """Combines the clearances of c configurations.
 
         Args:
             answers: Sphere, distance and direction of all rows of each

@@ -1,8 +1,8 @@
-"""`ask`: distances to a map, for who asks from within a compiled kernel.
+"""`ask`: distances to a map, for callers in compiled kernels.
 
-A `DistanceField` answers in Python: a whole kernel would come back to it for
-every look. So a field may hand out its arrays, as a packed named tuple, and the
-kernel that answers by them is found by the tuple's type.
+A `DistanceField` is a Python object: a kernel would return to Python for every
+query. So a field may provide its arrays, as a packed named tuple, and the
+tuple's type selects the kernel that computes the distances.
 """
 
 import math
@@ -24,17 +24,17 @@ from remosplat_drake.base.python_calls import FAILED, ask_python, packed_at
 
 
 class Misplacement(NamedTuple):
-    """How far off a map may lie, as seen from a robot whose base is uncertain.
+    """Bound on a map's displacement relative to a robot with an uncertain base.
 
-    A distance of the map is then less by `shift` and by `turn` times how far
-    the point is from the base, and divided by 1 + turn, so that it stays
+    A distance to the map is reduced by `shift` and by `turn` times the point's
+    distance from the base, and divided by 1 + turn, so that it stays
     1-Lipschitz; see `oracle/uncertain_placement.py`.
 
     Attributes:
-        x: The base in W [m].
-        y: The base in W [m].
-        shift: Greatest distance by which the map may be off [m].
-        turn: Greatest angle by which it may be off [rad].
+        x: x of the base in W [m].
+        y: y of the base in W [m].
+        shift: Largest shift of the map [m].
+        turn: Largest turn of the map [rad].
     """
 
     x: float
@@ -44,11 +44,11 @@ class Misplacement(NamedTuple):
 
 
 IN_PLACE = Misplacement(0.0, 0.0, 0.0, 0.0)
-"""The misplacement of a map that lies where it says."""
+"""The misplacement of a map with a certain pose."""
 
 
 class Maps(NamedTuple):
-    """Several maps, as one that kernels take.
+    """Several maps, combined as one for kernels.
 
     Attributes:
         parts: The named tuples of their arrays.
@@ -60,7 +60,7 @@ class Maps(NamedTuple):
 def together(parts: Iterable[Packed]) -> Packed[Maps]:
     """Packs several maps as one.
 
-    Kernels take a tuple of them as well, but numba is slow to tell its type.
+    Kernels take a tuple of maps as well, but Numba determines its type slowly.
 
     Args:
         parts: The maps, as `DistanceField.compiled`.
@@ -69,7 +69,7 @@ def together(parts: Iterable[Packed]) -> Packed[Maps]:
 
 
 class RowArrays(NamedTuple):
-    """The rows of `Clearances`, m of them, as kernels take them.
+    """The m rows of `Clearances`, for kernels.
 
     Attributes:
         sphere: `Clearances.sphere`, shape (m,).
@@ -85,11 +85,11 @@ class RowArrays(NamedTuple):
 
 
 class PythonMap(NamedTuple):
-    """A map that kernels ask through Python; see `base.python_calls`.
+    """A map that kernels query through Python; see `base.python_calls`.
 
     Attributes:
         is_lipschitz: `DistanceField.is_lipschitz`.
-        rows: No rows, which say what type an answer has.
+        rows: Empty rows, for the type of a result.
     """
 
     is_lipschitz: bool
@@ -97,30 +97,29 @@ class PythonMap(NamedTuple):
 
 
 LOOK, ROWS = 0, 1
-"""Which of a call's Python functions is asked for the clearances of spheres,
-and which for all rows."""
+"""Indices of the Python functions for clearances of spheres, and for all
+rows."""
 
 
 def ask(compiled, question, answer) -> None:
-    """Finds how far a map is from each of n points; for kernels only.
+    """Computes distances from n points to a map; for kernels only.
 
     Args:
         compiled: The map, as `DistanceField.compiled`.
-        question: Points in W, the distances that an answer must undercut, and
-            the heights below which nothing is seen, shape (n, 5) [m].
-        answer: Filled in, shape (n, 8): less than 0 in the first column where
-            nothing is that near; else the signed distance [m], the closest
-            point in W, shape (3,) [m], and the direction to it in W, shape
-            (3,).
+        question: Points in W, the distances that a result must undercut, and
+            the heights below which the map is ignored, shape (n, 5) [m].
+        answer: Filled in, shape (n, 8): the first column is negative if nothing
+            is that near; then the signed distance [m], the closest point in W,
+            shape (3,) [m], and the direction to it in W, shape (3,).
     """
     raise NotImplementedError("this is called from compiled code")
 
 
 def answers(kind: type, kernel: Callable) -> None:
-    """Makes `ask` call a kernel for a kind of map.
+    """Registers the kernel that `ask` calls for a kind of map.
 
-    All kernels that ask maps contain it. They are compiled again when its file
-    has changed; helpers of other files outside of this package are not seen.
+    All kernels that query maps contain it, and are compiled again when its file
+    changes. Changes in other files outside this package are not detected.
 
     Args:
         kind: The named tuple of the map's arrays.
@@ -129,7 +128,8 @@ def answers(kind: type, kernel: Callable) -> None:
     bind_code(kind, kernel)
     note_extension(kernel)
 
-    # The kind's type tells this form of `ask` from others: see `bind_code`.
+    # The type of the named tuple distinguishes this form of `ask`: see
+    # `bind_code`.
     @extending.overload(ask)
     def _ask_kind(compiled, question, answer):
         if getattr(compiled, "kind", None) is kind:
@@ -148,7 +148,7 @@ def _ask_together(compiled, question, answer):
 
 @overload(ask)
 def _ask_all(compiled, question, answer):
-    """Several maps in one: the nearest of their answers."""
+    """Queries several maps and returns the nearest result."""
     if not isinstance(compiled, types.UniTuple | types.Tuple):
         return None
     if len(compiled) == 1:
@@ -170,12 +170,12 @@ def _ask_all(compiled, question, answer):
 
 
 def ask_each(maps, question, answers) -> None:
-    """Asks several maps, one after the other; for kernels only.
+    """Queries several maps, one after the other; for kernels only.
 
     Args:
         maps: The k maps, as `DistanceField.compiled_rows`.
         question: What `ask` takes.
-        answers: Filled in with the answer of each, shape (k, n, 8).
+        answers: Output: the result of each map, shape (k, n, 8).
     """
     raise NotImplementedError("this is called from compiled code")
 
@@ -206,19 +206,19 @@ def _ask_each(maps, question, answers):
 
 @kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), TRUTH))
 def clearance_rows(maps, p_WS, radius, ignore_below, within):
-    """Finds the rows of `Clearances`: the answer of each map to each sphere.
+    """Computes the rows of `Clearances`, one per map and sphere.
 
     Args:
         maps: The k maps, as `DistanceField.compiled_rows`.
         p_WS: Centres of the n spheres in W, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
-        ignore_below: Heights below which they see nothing, shape (n,) [m].
+        ignore_below: Heights below which they ignore the map, shape (n,) [m].
         within: Rows at or beyond this distance are left out [m].
 
     Returns:
         The attributes `sphere`, `distance`, `direction_W` and `p_WC` of the
         rows, sphere by sphere, and each in the order of the maps; and whether
-        what was asked is defined: no centre is infinite, and nothing is NaN.
+        the query is valid: no centre is infinite, and no value is NaN.
     """
     k, n = len(maps.parts), len(radius)
     question, is_defined = np.empty((n, 5)), True
@@ -250,7 +250,7 @@ def clearance_rows(maps, p_WS, radius, ignore_below, within):
 
 
 def rows_within(maps, line, robot, state, within):
-    """Finds the rows of `Clearances` at a state; for kernels only.
+    """Computes the rows of `Clearances` at a state; for kernels only.
 
     Args:
         maps: The maps, as `DistanceField.compiled_rows`, or a `PythonMap`.
@@ -260,8 +260,8 @@ def rows_within(maps, line, robot, state, within):
         within: Rows at or beyond this distance are left out [m].
 
     Returns:
-        The `RowArrays`. Where what is asked is not defined, or an answer
-        failed, there is one row of NaN.
+        The `RowArrays`. If the query is invalid, or a map failed, there is one
+        row of NaN.
     """
     find = _rows_of_python if _is_pythons(maps) else _rows_of_kernels
     return find(maps, line, robot, state, within)
@@ -306,7 +306,7 @@ def _unknown_rows():
 
 @helper
 def are_known(rows):
-    """Whether rows say how far something is: infinitely deep is no answer.
+    """Whether all distances of rows are valid; minus infinity is not.
 
     Args:
         rows: The `RowArrays`.
@@ -321,7 +321,7 @@ def are_known(rows):
 
 
 def is_lipschitz(compiled) -> bool:
-    """Tells whether a map is 1-Lipschitz; for kernels only.
+    """Returns whether a map is 1-Lipschitz; for kernels only.
 
     Args:
         compiled: The map, as `DistanceField.placed`, or a `PythonMap`.
@@ -337,13 +337,13 @@ def _is_lipschitz(compiled):
 
 
 def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
-    """Fills in clearances of spheres, exact below a reach, else the reach.
+    """Computes clearances of spheres, exact below a reach, else the reach.
 
-    For kernels only. What is not known is NaN.
+    For kernels only. Unknown clearances are NaN.
 
     Args:
-        placed: The map, as `DistanceField.compiled` where that is 1-Lipschitz
-            or else a `PythonMap`, its `Misplacement`, and the number of the
+        placed: The map, as `DistanceField.compiled` if that is 1-Lipschitz, or
+            else a `PythonMap`, its `Misplacement`, and the number of the
             `PythonCalls`.
         robot: The `RobotArrays`.
         sphere: Indices of the spheres, shape (n,).
@@ -382,7 +382,7 @@ def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
         i, far = sphere[row], _reach_of(reach, row)
         for c in range(3):
             question[row, c] = p_WS[row, c]
-        # Not at the distance itself: that is not answered.
+        # Not at the distance itself: the bound is exclusive.
         least = scale * np.nextafter(far, np.inf) + _margin(off, p_WS[row])
         question[row, 3] = robot.radius[i] + least
         question[row, 4] = robot.ignore_below[i]
@@ -420,5 +420,5 @@ def _longest_reach(reach):
 
 @helper
 def _margin(off, p_WS):
-    """How much nearer a map that is misplaced may be at a point [m]."""
+    """Returns by how much a misplaced map may be nearer at a point [m]."""
     return off.shift + off.turn * math.hypot(p_WS[0] - off.x, p_WS[1] - off.y)

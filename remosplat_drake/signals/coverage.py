@@ -1,4 +1,4 @@
-"""`Coverage`: which part of the robot's workspace the cameras have seen."""
+"""`Coverage`: the part of the robot's workspace that cameras have seen."""
 
 import dataclasses as dc
 
@@ -53,7 +53,7 @@ class Coverage:
 def grid_shape(
     lower: ArrayLike, upper: ArrayLike, voxel: float
 ) -> tuple[int, int, int]:
-    """Returns how many voxels fill a box along each of its axes.
+    """Returns the number of voxels of a box along each axis.
 
     Args:
         lower: Lower corner of the box, shape (3,) [m].
@@ -66,17 +66,17 @@ def grid_shape(
 
 
 def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
-    """Marks unseen voxels as free that are near to where the robot was.
+    """Marks unseen voxels near the robot's past positions as free.
 
     Args:
-        coverage: What is known without that.
-        spheres: The spheres of a robot that has touched nothing, in one
-            configuration or in many.
+        coverage: The coverage without these spheres.
+        spheres: The spheres of a robot that touched nothing, in one or more
+            configurations.
         margin: Distance from the spheres within which space is free [m].
     """
     state = coverage.state.copy()
     ball = np.column_stack([spheres.p_WS, spheres.radius + margin])
-    # A base stands still while the arm looks around.
+    # Many spheres are equal: a base stands still while the arm scans.
     for *p_WS, reach in np.unique(ball, axis=0):
         _free_ball(state, coverage, np.array(p_WS), reach)
     return dc.replace(coverage, state=state)
@@ -85,7 +85,7 @@ def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
 def _free_ball(
     state: np.ndarray, coverage: Coverage, p_WS: np.ndarray, reach: float
 ) -> None:
-    """Marks the unseen voxels that any part of a ball is in as free."""
+    """Marks the unseen voxels that a ball touches as free."""
     shape, voxel = np.array(state.shape), coverage.voxel
     low, high = (
         np.floor((p_WS + side * reach - coverage.lower) / voxel).astype(int)

@@ -15,10 +15,10 @@ from remosplat_drake.signals.thing import THE_MAP, Thing
 
 @dc.dataclass(frozen=True, eq=False)
 class Clearances:
-    """m signed distances from robot spheres to the scene, one a row.
+    """m signed distances from robot spheres to the scene, one per row.
 
-    A sphere may own no row (nothing within the queried distance), one row (its
-    closest point) or several (one a view or a primitive). The arrays are
+    A sphere may have no row (nothing within the queried distance), one row (its
+    closest point) or several (one per view or primitive). The arrays are
     read-only, and copying returns the object itself, since Drake's ports
     deep-copy Python values.
 
@@ -30,7 +30,7 @@ class Clearances:
             W, shape (m, 3): moving the centre by eps n changes the distance by
             -eps (so n = -grad d, also inside a solid).
         p_WC: Closest scene point of each row in W, shape (m, 3) [m].
-        revision: The `DistanceField.revision` that gave this answer.
+        revision: The `DistanceField.revision` of this result.
 
     Example:
         >>> import remosplat_drake as rs
@@ -57,7 +57,7 @@ class Clearances:
 
     @property
     def is_known(self) -> bool:
-        """Whether all distances are: infinitely deep is no answer, nor NaN."""
+        """Whether all distances are valid: neither minus infinity nor NaN."""
         return bool(self.distance.min(initial=np.inf) > -np.inf)
 
     def minimum(self) -> float:
@@ -80,9 +80,16 @@ class Clearances:
     def within(self, distance: float) -> "Clearances":
         """Returns the rows whose distance is less than `distance` [m].
 
-        A row whose distance is not known (NaN) stays: it may be near.
+        Rows of unknown distance (NaN) are kept: they may be near.
         """
-        keep = ~(self.distance >= distance)
+        return self.select(~(self.distance >= distance))
+
+    def select(self, keep: np.ndarray) -> "Clearances":
+        """Returns some of the rows.
+
+        Args:
+            keep: Which rows are kept, shape (m,), bool.
+        """
         if keep.all():
             return self
         return Clearances(
@@ -103,7 +110,7 @@ class Clearances:
 
     @staticmethod
     def unknown(n: int) -> "Clearances":
-        """Makes clearances of NaN, for spheres whose position is not known.
+        """Makes clearances of NaN, for spheres at unknown positions.
 
         Args:
             n: Number of the robot's spheres, each of which gets one row.
@@ -115,8 +122,8 @@ class Clearances:
 class DistanceField(ABC):
     """An immutable map that answers distance queries for any robot state.
 
-    Fields know nothing of Drake and hold no state between queries, so one
-    field serves the control tick, verification and rollouts alike.
+    Fields do not depend on Drake and have no state between queries, so one
+    field serves the control tick, verification and rollouts.
 
     Example:
         >>> import remosplat_drake as rs
@@ -129,62 +136,63 @@ class DistanceField(ABC):
     """
 
     revision: str
-    """Name of the map's content; fields of equal revision answer equally."""
+    """Name of the map's content; fields of equal revision give equal
+    results."""
 
     is_lipschitz: bool = True
     """Whether moving a sphere by s changes its distance by at most s
     (1-Lipschitz).
 
-    Verification then skips spheres that are too far away to matter, and can
-    promise something between two queries. Depth views and truncated bisections
+    Verification can then skip spheres that are too far away to matter, and
+    covers the motion between two queries. Depth views and truncated bisections
     are not 1-Lipschitz: they are queried at the end of every tick of a braking
-    ramp, and what lies between is not known.
+    ramp, and nothing is guaranteed in between.
     """
 
     @property
     def for_look_ahead(self) -> "DistanceField":
-        """A field of the same map for rollouts; it may be coarser and faster.
+        """Returns a field of the same map for rollouts; it may be coarser.
 
-        No safety may rest on it: verification asks the field itself.
+        Safety must not depend on it: verification queries the field itself.
         """
         return self
 
     @property
     def for_planning(self) -> "DistanceField":
-        """A 1-Lipschitz field of the same map, in which paths are searched.
+        """Returns a 1-Lipschitz field of the same map, for path planning.
 
-        No safety may rest on it: what a path comes to, rollouts and
-        verification ask the field itself.
+        Safety must not depend on it: rollouts and verification query the field
+        itself.
         """
         return self
 
     @property
     def surfaces(self) -> "DistanceField | None":
-        """The same map without space that is only unknown; None if it is all.
+        """Returns the map without unknown space; None if there is nothing else.
 
-        That is what people see and click at.
+        This part is displayed and can be clicked.
         """
         return self
 
     @property
     def compiled(self) -> Packed | None:
-        """What kernels ask by `compiled_map.ask`; None if only Python can.
+        """Returns the map for `compiled_map.ask`; None if there is none.
 
-        Motions are planned several times faster where there is something.
+        With a compiled map, planning is several times faster.
         """
         return None
 
     @property
     def placed(self) -> tuple[Packed, Misplacement] | None:
-        """`compiled`, and how far off it may lie: what verification sweeps."""
+        """Returns `compiled` and its misplacement, for verification."""
         return None if self.compiled is None else (self.compiled, IN_PLACE)
 
     @property
     def compiled_rows(self) -> Packed[Maps] | None:
-        """The maps, as `compiled`, whose answers are the rows of `clearances`.
+        """Returns the maps, as `compiled`, that give the rows of `clearances`.
 
-        Each answers with one row a sphere. None if only Python can: rollouts
-        are several times slower then.
+        Each gives one row per sphere. None if only Python can query them;
+        rollouts are then several times slower.
         """
         return None
 
@@ -208,28 +216,29 @@ class DistanceField(ABC):
     ) -> ClearanceBatch:
         """Measures the clearances of a robot in many configurations.
 
-        Fields on a GPU answer thousands of configurations in one call; others
-        go through them.
+        Fields on a GPU compute thousands of configurations in one call; others
+        process them one by one.
 
         Args:
             batch: The n robot spheres in c configurations, placed in W.
             max_distance: Rows at or beyond this distance are left out [m].
 
         Returns:
-            As many rows a sphere as the sphere with the most rows has.
+            The clearances, with as many rows per sphere as the sphere with the
+            most rows.
         """
         answers = [self.clearances(each, max_distance) for each in batch]
         rows = [(a.sphere, a.distance, a.direction_W) for a in answers]
         return ClearanceBatch.gathered(rows, len(batch.radius))
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Says what is at a place, for people.
+        """Names what is at a point, for display.
 
         Args:
             p_W: A point on the surface of something, such as the closest point
                 of a clearance, in W, shape (3,) [m].
         """
-        del p_W  # A map without names says the same of every place.
+        del p_W  # A map without names returns the same thing for every point.
         return THE_MAP
 
     def __deepcopy__(self, memo) -> "DistanceField":

@@ -1,4 +1,4 @@
-"""`MapRequests`: what operators have asked of the live map so far."""
+"""`MapRequests`: counts of operators' requests to the live map."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -8,21 +8,20 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 @dc.dataclass(frozen=True)
 class MapRequests:
-    """How often each change of the map was asked for; copying returns itself.
+    """Counts of requested changes of the map; copying returns the object.
 
-    Counts lose no press between two looks, and need nobody to reset them. Only
-    `unfinished` may fall: it does when a scan is broken off, since the frame
-    before then was its last one.
+    With counts, no press is lost between two reads, and nothing needs a reset.
+    Only `unfinished` may decrease: it does when a scan is aborted, since its
+    previous frame was then its last one.
 
     Attributes:
-        frames: Number of camera frames asked for.
+        frames: Number of requested camera frames.
         refines: Number of presses of the refine button.
         undos: Number of presses of the undo button.
         saves: Number of presses of the save button.
-        unfinished: Number of frames that more frames of the same scan follow;
-            the map is rebuilt only after the last one.
-        scene: Scene that a simulated camera sees from now on; None for no
-            change.
+        unfinished: Number of frames that are followed by more frames of the
+            same scan; the map is rebuilt only after the last one.
+        scene: Scene for a simulated camera from now on; None for no change.
     """
 
     frames: int = 0
@@ -50,11 +49,12 @@ class MapRequests:
 def scene_in_turn(
     scenes: Sequence[PrimitiveScene], changes: int
 ) -> PrimitiveScene | None:
-    """Returns the scene that a simulated camera sees after some changes.
+    """Returns the scene for a simulated camera after some changes.
 
     Args:
-        scenes: The scene at the start, and those that take turns with it.
-        changes: Number of changes that were asked for.
+        scenes: The scenes, which alternate; the first one is the scene at the
+            start.
+        changes: Number of requested changes.
 
     Returns:
         The scene; None if there was no change, or there are no scenes.

@@ -1,11 +1,11 @@
-"""`MapStatus`: the live map in use, and how the next one comes along."""
+"""`MapStatus`: the live map in use, and progress of the next one."""
 
 import dataclasses as dc
 
 from remosplat_drake.signals.scene_map import SceneMap
 
 MAKING = "making a map: "
-"""What the text begins with while a map is being made."""
+"""Prefix of the text while a map is being built."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -14,10 +14,10 @@ class MapStatus:
 
     Attributes:
         scene_map: The map that the distance oracle uses.
-        text: The latest success, or what is being done, for operators.
-        trouble: The latest failure; empty once something succeeded again.
-        is_building: Whether requests are unanswered.
-        frames: Number of camera frames that the next map is made from.
+        text: The latest success or the current activity, for operators.
+        trouble: The latest failure; empty after the next success.
+        is_building: Whether requests are pending.
+        frames: Number of camera frames of the next map.
         swaps: Number of times that the map in use was replaced.
     """
 
@@ -30,7 +30,7 @@ class MapStatus:
 
     @property
     def news(self) -> str:
-        """What is to be told once: the failure, or the text if no progress."""
+        """A message to print once: the failure, or text but no progress."""
         if self.trouble:
             return self.trouble
         return "" if self.text.startswith(MAKING) else self.text

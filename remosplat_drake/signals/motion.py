@@ -1,4 +1,4 @@
-"""`Motion`: what a robot is about to do by the commands it was sent."""
+"""`Motion`: a robot's predicted motion from the commands already sent."""
 
 import dataclasses as dc
 from functools import cache, cached_property
@@ -11,11 +11,11 @@ from remosplat_drake.robot.actuators import ActuatorModel
 
 
 class MotionArrays(NamedTuple):
-    """A `Motion`, as kernels take it.
+    """A `Motion`, as arrays for kernels.
 
     Attributes:
-        is_late: Whether the robot is late; where not, it obeys at once, and
-            nothing else is said.
+        is_late: Whether the robot has a delay; if not, it obeys at once, and
+            the other fields are unused.
         parameters: `ActuatorModel.parameters`, shape (n_u, 4).
         tube: `Motion.tube`, shape (n_u,) [s].
         sent: `Motion.sent`, shape (h,) [s].
@@ -62,9 +62,9 @@ def prompt_motion(n_u: int) -> Packed[MotionArrays]:
 
 @dc.dataclass(frozen=True, eq=False)
 class Motion:
-    """A robot between a command and its effect; copying returns the object.
+    """State of a robot between command and effect; copying returns the object.
 
-    Commands that were sent are committed: nothing takes them back. A command
+    Commands that were sent are committed: they cannot be withdrawn. A command
     that is sent at `time` acts on the first axis at `start`.
 
     Attributes:
@@ -76,18 +76,18 @@ class Motion:
         q_start: Configuration at that time, predicted, shape (n_q,) [m, rad].
         v_start: Velocities at that time, predicted, shape (n_u,)
             [m/s, rad/s].
-        tube: By how much positions may be off what the model says, as shares
-            of the speeds, shape (n_u,) [s].
-        q_planned: Configuration that all committed commands lead to, each
-            axis being given its own time, shape (n_q,) [m, rad]. By the next
-            commands it moves as a robot without any delay would.
+        tube: Bound on position errors of the model, as a time by which speeds
+            are multiplied, shape (n_u,) [s].
+        q_planned: Configuration after all committed commands, each axis at its
+            own time, shape (n_q,) [m, rad]. With the next commands it moves
+            like a robot without delay.
         v_measured: Velocities that the model predicts for the time of the
             latest measurement, shape (n_u,) [m/s, rad/s].
-        way_measured: Ways of the model from the beginning to that time, shape
+        way_measured: Distances in the model from the start to that time, shape
             (n_u,) [m, rad].
         residual: Errors of the model's prediction within the window of
             `prediction`, shape (n_u,) [m, rad].
-        bound: What they must not exceed, shape (n_u,) [m, rad].
+        bound: Bounds on these errors, shape (n_u,) [m, rad].
     """
 
     model: ActuatorModel
@@ -109,7 +109,7 @@ class Motion:
 
     @cached_property
     def arrays(self) -> Packed[MotionArrays]:
-        """The motion as kernels take it."""
+        """The motion, as arrays for kernels."""
         return Packed(
             MotionArrays(
                 True,

@@ -1,4 +1,4 @@
-"""`NearMovers`: which of the robot's spheres are near something that moves."""
+"""`NearMovers`: the robot's spheres that are near movers."""
 
 import dataclasses as dc
 
@@ -9,7 +9,7 @@ from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers
 
 _BESIDE = 0.05
-"""How far beside a mover a map may show its surface [m]."""
+"""Largest distance from a mover at which a map may show its surface [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -19,12 +19,11 @@ class NearMovers:
     Attributes:
         sphere: Index of the sphere, shape (m,).
         mover: Index of the mover, shape (m,).
-        distance: Distance from the sphere's surface to wherever the mover can
-            be now, shape (m,) [m]; negative where it can touch.
+        distance: Distance from the sphere's surface to the set of possible
+            positions of the mover, shape (m,) [m]; negative if they may touch.
         direction_W: Unit vectors from the sphere's centre towards the mover,
             in W, shape (m, 3).
-        closing: Speeds at which the movers come nearer by themselves, shape
-            (m,) [m/s].
+        closing: Approach speeds due to the movers alone, shape (m,) [m/s].
     """
 
     sphere: np.ndarray
@@ -40,7 +39,7 @@ class NearMovers:
         return len(self.distance)
 
     def approach_rates(self, Jv_WS: np.ndarray) -> np.ndarray:
-        """Returns n' Jv_WS of each pair: a sphere's part in its approach.
+        """Returns n' Jv_WS of each pair: the approach speed due to the robot.
 
         Args:
             Jv_WS: Translational Jacobians of the n spheres' centres in W,
@@ -53,7 +52,7 @@ class NearMovers:
 
     @staticmethod
     def none() -> "NearMovers":
-        """Makes those of a world in which nothing moves."""
+        """Makes the value for a world without movers."""
         which, value = np.zeros(0, int), np.zeros(0)
         return NearMovers(which, which, value, np.zeros((0, 3)), value)
 
@@ -61,7 +60,7 @@ class NearMovers:
     def find(
         movers: Movers, time: float, spheres: Spheres, within: float
     ) -> "NearMovers":
-        """Finds what moves near the robot.
+        """Finds the movers near the robot.
 
         Args:
             movers: What moves.
@@ -80,15 +79,16 @@ class NearMovers:
 
 
 def mover_at(movers: Movers | None, time: float, p_W: np.ndarray) -> str:
-    """Names the mover whose surface a place may be on; empty if there is none.
+    """Names the mover whose surface may contain a point; empty if none.
 
-    A map that is made while somebody stands there shows them, too. So what a
-    clearance is too small before may be a mover, and no fault of the map.
+    A map that is built while a person stands in view contains that person. So
+    the obstacle at a small clearance may be a mover and not an error of the
+    map.
 
     Args:
-        movers: What moves; None if nothing is known to.
+        movers: The movers; None if none are known.
         time: The present time [s].
-        p_W: The place in W, shape (3,) [m].
+        p_W: The point in W, shape (3,) [m].
     """
     if movers is None:
         return ""

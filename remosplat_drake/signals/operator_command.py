@@ -1,4 +1,4 @@
-"""`OperatorCommand`: all that an operator has asked of the target so far."""
+"""`OperatorCommand`: an operator's requests to the target so far."""
 
 import dataclasses as dc
 
@@ -7,29 +7,32 @@ import numpy as np
 
 @dc.dataclass(frozen=True, eq=False)
 class OperatorCommand:
-    """All that one operator has asked of the target; copying returns itself.
+    """One operator's requests to the target; copying returns the object.
 
-    What happens once is counted, and a higher count than the one known before
-    is the wish: no press is lost between two looks, and nobody need reset
-    anything. Of several new wishes the first in the order hold, home, pose,
-    scan, velocity, moves is obeyed.
+    One-time events are counted, and an increased count is a request: no press
+    is lost between two reads, and nothing needs a reset. Of several new
+    requests, the first in the order hold, home, pose, scan, velocity, moves is
+    obeyed, by the end effector that was chosen last.
 
     Attributes:
         source: Name of the device that the operator uses, for display.
-        X_WT: Wished pose of the target T in W, shape (4, 4); None before there
-            was one.
-        moves: Number of times that the operator took hold of `X_WT`. A slider
-            counts each change by hand, and none that only shows where the
-            target went; a stream of poses counts once when it begins.
-        V_W: Wished velocity of the target, angular above translational, shape
-            (6,) [rad/s, m/s]; None unless the operator holds the dead-man
+        X_WT: Requested pose of the target T in W, shape (4, 4); None before the
+            first.
+        moves: Number of times that the operator took control of `X_WT`. A
+            slider counts each manual change, but not its updates that only
+            display the target; a stream of poses counts once, at its start.
+        V_W: Requested velocity of the target, angular above translational,
+            shape (6,) [rad/s, m/s]; None unless the operator holds the dead-man
             button.
-        holds: Number of times that the target was told to stay where it is.
-        homes: Number of times that the target was sent home.
-        pose: Name of the saved pose that was picked last.
-        poses: Number of times that a saved pose was picked.
-        scans: Number of times that a scan was asked for.
-        trouble: Why `X_WT` must not be followed now; empty while it may be.
+        holds: Number of requests to hold the target.
+        homes: Number of requests to go home.
+        pose: Name of the latest requested saved pose.
+        poses: Number of requests of saved poses.
+        scans: Number of requests of a scan.
+        effector: Name of the latest chosen end effector; empty for the first,
+            or an only one.
+        choices: Number of times that an end effector was chosen.
+        trouble: Why `X_WT` must not be followed now; empty if it may be.
     """
 
     source: str = ""
@@ -41,6 +44,8 @@ class OperatorCommand:
     pose: str = ""
     poses: int = 0
     scans: int = 0
+    effector: str = ""
+    choices: int = 0
     trouble: str = ""
 
     def __deepcopy__(self, memo) -> "OperatorCommand":

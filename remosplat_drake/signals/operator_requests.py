@@ -1,4 +1,4 @@
-"""`OperatorRequests`: what operators have asked of the supervisor so far."""
+"""`OperatorRequests`: counts of operators' requests to the supervisor."""
 
 import dataclasses as dc
 
@@ -7,12 +7,13 @@ import dataclasses as dc
 class OperatorRequests:
     """Number of presses of stop and release; copying returns the object itself.
 
-    Counts lose no press between two looks, and need nobody to reset them.
+    With counts, no press is lost between two reads, and nothing needs a reset.
 
     Attributes:
         stops: Number of presses of the stop button.
         releases: Number of presses of the release button.
-        trouble: Why a press of stop would not be heard; empty if it would.
+        trouble: Why a press of stop would have no effect; empty if it would
+            have.
     """
 
     stops: int = 0

@@ -1,4 +1,4 @@
-"""What an input port says that may be left unconnected."""
+"""Reads input ports that may be left unconnected."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from pydrake.systems.framework import Context, InputPort
 
 
 def value_or_none(port: InputPort, context: Context) -> Any:
-    """Returns the value of an input port, or None where nothing says it.
+    """Returns the value of an input port, or None if it is not connected.
 
     Args:
         port: An input port that may be left unconnected.

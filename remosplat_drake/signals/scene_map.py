@@ -1,4 +1,4 @@
-"""`SceneMap`: one version of what is known of the scene."""
+"""`SceneMap`: one version of the map of the scene."""
 
 import dataclasses as dc
 
@@ -26,7 +26,7 @@ class SceneMap:
         splat_W: The Gaussian splat in W; None if the map has none.
         coverage: Which part of the workspace the cameras saw; None if unknown.
         tiles: The splat as triangle meshes for Meshcat.
-        quality: One line on how far the map can be trusted, for operators.
+        quality: The reliability of the map in one line, for operators.
     """
 
     version: int

@@ -1,11 +1,11 @@
-"""`Separation`: how near what moves is, beside how near it may be."""
+"""`Separation`: the distance to a mover and the required distance."""
 
 import dataclasses as dc
 
 
 @dc.dataclass(frozen=True)
 class Separation:
-    """The pair of a link and a mover that have the least to spare.
+    """The pair of a link and a mover with the least margin.
 
     Attributes:
         link: Name of the link.
@@ -21,5 +21,5 @@ class Separation:
 
     @property
     def margin(self) -> float:
-        """What the distance has above S_p [m]."""
+        """The distance minus S_p [m]."""
         return self.distance - self.needed

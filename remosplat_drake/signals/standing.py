@@ -1,4 +1,4 @@
-"""`Standing`: how things stand with a robot, in one sentence and its parts."""
+"""`Standing`: a robot's state and its cause, in one sentence and its parts."""
 
 import dataclasses as dc
 
@@ -14,11 +14,11 @@ MOVING = "moving"
 HELD = "held"
 """Kind: the robot stands still away from its target."""
 REACHED = "reached"
-"""Kind: the robot is where it shall be."""
+"""Kind: the robot is at its target."""
 STOPPING = "stopping"
 """Kind: the supervisor brakes the robot."""
 STOPPED = "stopped"
-"""Kind: the supervisor has stopped the robot, until somebody releases it."""
+"""Kind: the supervisor has stopped the robot until an operator releases it."""
 ENDED = "ended"
 """Kind: the run is over, and the target was not reached."""
 
@@ -28,11 +28,11 @@ KINDS = (WAITING, MOVING, HELD, REACHED, STOPPING, STOPPED, ENDED)
 CONSTRAINT = "constraint"
 """Cause: another constraint of the program."""
 VERIFICATION = "verification"
-"""Cause: no wanted command leaves a way to stop."""
+"""Cause: no command towards the target leaves a way to stop."""
 NO_COMMAND = "no command"
 """Cause: the controller has no command to give, and brakes."""
 NOT_OBEYED = "not obeyed"
-"""Cause: the robot is told to move, and does not, as a shadow's."""
+"""Cause: the robot does not follow its commands, as in shadow mode."""
 NOTHING = "nothing"
 """Cause: no constraint is in the way; the program wants no other command."""
 
@@ -48,24 +48,26 @@ CAUSES = (
     NOTHING,
 )
 """All causes that hold a robot: kinds of things in the scene, constraints of
-the robot itself, and what no single thing is to blame for."""
+the robot itself, and causes without a single thing."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Standing:
-    """How things stand with the robot; copying returns the object itself.
+    """What the robot is doing and why; copying returns the object itself.
 
     Attributes:
         kind: One of `KINDS`.
-        text: All of it in one sentence, for people.
-        distance: Distance from the end effector to the target [m]; NaN while
-            that is not known.
+        text: The whole state in one sentence, for display.
+        distance: Distance from the end effector to the target [m]; NaN if
+            unknown.
         cause: What holds the robot, one of `CAUSES`; empty if nothing does.
-        thing: What it is, in words: "the shelf", "joint 4".
+        thing: Name of the cause: "the shelf", "joint 4".
         link: Name of the link that is held; empty if none is.
-        p_W: Where it is held, in W, shape (3,) [m]; None if that is no place.
-        clearance: Distance from the link to the thing [m]; None without one.
-        way: What guidance says of a way there; empty if it says nothing.
+        p_W: Point at which it is held, in W, shape (3,) [m]; None if there is
+            none.
+        clearance: Distance from the link to the thing [m]; None if there is
+            none.
+        way: Guidance's statement about a way to the target; may be empty.
     """
 
     kind: str
@@ -82,10 +84,10 @@ class Standing:
         return self
 
     def is_news_after(self, before: "Standing") -> bool:
-        """Tells whether more than numbers has changed.
+        """Returns whether more than numbers has changed.
 
         Args:
-            before: How things stood.
+            before: The earlier state.
         """
         names = "kind", "cause", "thing", "link", "way"
         return any(getattr(self, n) != getattr(before, n) for n in names)
@@ -100,4 +102,4 @@ class Standing:
 
 
 NOT_STARTED = Standing(WAITING, "waiting for the first control tick")
-"""How things stand before anything has happened."""
+"""The state before the first tick."""

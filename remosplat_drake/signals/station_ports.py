@@ -1,8 +1,8 @@
 """The ports of every station, simulated or real, as data.
 
-A controller is wired against these names and cannot tell the stations apart.
-Names that begin with `cheat.` carry ground truth, which only a simulation
-has; nothing that runs on the robot may read them.
+A controller is connected by these names and works with either kind of station.
+Ports with names that begin with `cheat.` carry ground truth, which only a
+simulation has; code that runs on the robot must not read them.
 """
 
 import dataclasses as dc
@@ -17,11 +17,11 @@ WRIST_CAMERA_RGB = "wrist_camera.rgb"
 WRIST_CAMERA_DEPTH = "wrist_camera.depth"
 """Name of the output with the wrist camera's depth image [m]."""
 MOVERS = "movers"
-"""Name of the output with the `Movers`, where a station hears of any."""
+"""Name of the output with the `Movers`, if a station receives any."""
 STATUS = "status"
 """Name of the output with the `StationStatus`."""
 CHEAT = "cheat."
-"""What the names of outputs with ground truth begin with."""
+"""Prefix of the names of outputs with ground truth."""
 CHEAT_QUERY_OBJECT = "cheat.query_object"
 """Name of the output with the scene graph's query object (ground truth)."""
 CHEAT_CONTACT = "cheat.contact"
@@ -37,7 +37,7 @@ BASE_VELOCITY = "base.velocity_measured"
 
 @dc.dataclass(frozen=True)
 class Port:
-    """A port of a station, the Drake diagram that stands for the hardware.
+    """A port of a station, the Drake diagram that represents the hardware.
 
     Attributes:
         name: Name of the port in the diagram.

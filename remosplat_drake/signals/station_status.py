@@ -1,15 +1,15 @@
-"""`StationStatus`: how fresh a station's measurements are, and its mode."""
+"""`StationStatus`: the age of a station's measurements, and its mode."""
 
 import dataclasses as dc
 import math
 
 RUNNING = "running"
-"""Mode of a station that carries out commands."""
+"""Mode of a station that executes commands."""
 STOPPED = "stopped"
 """Mode of a station that holds still; `StationStatus.stop_reason` says why."""
 
 MOVE = "move"
-"""libfranka's name of the robot mode in which the arm carries out motions."""
+"""libfranka's name of the robot mode in which the arm executes motions."""
 
 
 @dc.dataclass(frozen=True)
@@ -27,12 +27,12 @@ class StationStatus:
             guiding, reflex, user_stopped or automatic_error_recovery.
         success_rate: Fraction of the arm's latest commands that reached it in
             time, 0 to 1 (libfranka's control_command_success_rate).
-        protective_stop: Whether the base's safety scanner holds it. The base
-            lifts that stop by itself.
-        base_uncertainty: How far the base's pose on the ports may be off:
+        protective_stop: Whether the base's safety scanner has stopped it. The
+            base ends that stop by itself.
+        base_uncertainty: Bound on the error of the base's pose on the ports:
             shift and turn [m, rad]; 0 in simulated stations.
-        sent: When the latest command was sent to a real robot, after its tick,
-            by the clock of the diagram [s]; -inf in simulated stations.
+        sent: Time at which the latest command was sent to a real robot, after
+            its tick, by the diagram's clock [s]; -inf in simulated stations.
     """
 
     age: float = 0.0

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 STARTING = "starting"
-"""Mode at standstill, until there are measurements and a command."""
+"""Mode at standstill, until measurements and a command have arrived."""
 RUNNING = "running"
 """Mode in which the controller's commands are passed on."""
 STOPPING = "stopping"
@@ -16,7 +16,7 @@ STOPPED = "stopped"
 """Mode in which the command is zero until an explicit release."""
 
 UNARMED = "waiting for an operator to arm"
-"""Reason of the stop that a real robot begins with."""
+"""Reason of the initial stop of a real robot."""
 
 LATCHED = (STOPPING, STOPPED)
 """Modes that only a release ends."""
@@ -24,20 +24,19 @@ LATCHED = (STOPPING, STOPPED)
 
 @dc.dataclass(frozen=True, eq=False)
 class SupervisorState:
-    """What the safety supervisor remembers; copying returns the object itself.
+    """State of the safety supervisor; copying returns the object itself.
 
     Attributes:
         command: Velocity command u for the robot until the next tick, shape
             (n_u,) [m/s, rad/s].
         mode: One of `STARTING`, `RUNNING`, `STOPPING` and `STOPPED`.
-        reason: Why the supervisor stopped the robot, or what it waits for;
-            empty while running.
+        reason: Why the supervisor stopped the robot, or what is missing for a
+            start; empty while running.
         refusal: Why the latest release was not granted; empty if it was.
         time: Time of the latest tick [s]; NaN before the first one.
         p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].
-        kept_clearance: The largest clearance since the robot was set going
-            [m].
-        since: Time at which each present symptom began [s], by its name.
+        kept_clearance: The largest clearance since the start of motion [m].
+        since: Time at which each current symptom began [s], by its name.
         map_revision: Revision of the latest map that left the robot enough
             clearance.
     """
@@ -64,5 +63,5 @@ class SupervisorState:
 
     @property
     def is_latched(self) -> bool:
-        """Whether only a release lets the robot move on."""
+        """Whether only a release lets the robot move again."""
         return self.mode in LATCHED

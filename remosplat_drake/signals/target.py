@@ -1,4 +1,4 @@
-"""`Target`: what the end effector shall reach, and how."""
+"""`Target`: the goal of an end effector, and how to reach it."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -16,17 +16,17 @@ from remosplat_drake.robot.target_arrays import (
 )
 
 DIRECTIONS = ("rx", "ry", "rz", "x", "y", "z")
-"""Names of the directions of a target T: turns about its axes, and ways along
-them, in the order of `Target.weights`."""
+"""Names of the directions of a target T: rotations about its axes, then
+translations along them, in the order of `Target.weights`."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Line:
-    """The straight way to a target.
+    """A straight path to a target.
 
     Attributes:
-        X_WA: Pose of the end effector at its start A, shape (4, 4). On the way
-            the end effector turns evenly from there to the target.
+        X_WA: Pose of the end effector at the start A, shape (4, 4). Along the
+            line, the end effector turns at a constant rate towards the target.
         speed: Speed along it [m/s].
     """
 
@@ -36,25 +36,24 @@ class Line:
 
 @dc.dataclass(frozen=True, eq=False)
 class Target:
-    """What the end effector shall reach; copying returns the object itself.
+    """The goal of an end effector; copying returns the object itself.
 
-    A plain pose is a target of which every direction is asked for alike.
+    A plain pose is a target with equal weights in all directions.
 
     Attributes:
         X_WT: Pose of the target T in the world W, shape (4, 4).
-        weights: How much each direction of T matters, turns about its axes
-            before ways along them, shape (6,): factors on the price of missing
-            it. One of weight zero is free. Of the turns none, one or all may
-            be free.
-        line: The straight way on which it shall be reached; None leaves the
-            way open.
+        weights: Weights of the directions of T, rotations about its axes before
+            translations along them, shape (6,): factors on the cost of their
+            errors. A direction of weight zero is free. None, one or all of the
+            rotations may be free.
+        line: The straight path to it; None leaves the path open.
         passed_within: Distance at which it counts as passed, without a stop
-            [m]; None if it shall be reached and held.
-        onward: How much way there is behind a target that is passed, for
-            which the end effector keeps its speed [m].
+            [m]; None for a target to be reached and held.
+        onward: Length of the path behind a passed target; the end effector
+            keeps its speed for it [m].
 
     Raises:
-        ValueError: The weights are unusable.
+        ValueError: The weights are invalid.
 
     Example:
         >>> import numpy as np
@@ -82,7 +81,7 @@ class Target:
 
     @staticmethod
     def of(wanted: "Target | RigidTransform | np.ndarray") -> "Target":
-        """Returns a target, or makes one of a plain pose X_WT.
+        """Returns a target, or makes one from a plain pose X_WT.
 
         Args:
             wanted: A target, or a pose: Drake's, or of shape (4, 4).
@@ -97,7 +96,7 @@ class Target:
         """Returns the target with some directions free.
 
         Args:
-            *directions: Names out of `DIRECTIONS`.
+            *directions: Names from `DIRECTIONS`.
 
         Raises:
             ValueError: These cannot be free together.
@@ -126,9 +125,9 @@ class Target:
 
     @cached_property
     def arrays(self) -> TargetArrays:
-        """The target as kernels take it."""
+        """The target, as arrays for kernels."""
         line = self.line or Line(self.X_WT, 0.0)
-        # Copies, since numba compiles for arrays that may be written.
+        # Copies, since Numba compiles for writable arrays.
         return TargetArrays(
             np.array(self.X_WT, float, order="C"),
             np.array(self.weights, float),
@@ -139,23 +138,23 @@ class Target:
 
     @property
     def is_plain(self) -> bool:
-        """Whether every direction is asked for alike, by whatever way."""
+        """Whether all directions have equal weights, on any path."""
         return self.line is None and bool((self.weights == 1.0).all())
 
     @cached_property
     def is_known(self) -> bool:
-        """Whether all that says where it is is finite."""
+        """Whether all its poses are finite."""
         start = 0.0 if self.line is None else self.line.X_WA.sum()
         return bool(np.isfinite(self.X_WT.sum() + start))
 
     @property
     def asks_to_turn(self) -> bool:
-        """Whether any orientation is asked for."""
+        """Whether any rotation has a weight."""
         return bool(self.weights[:3].any())
 
     @property
     def asks_for_place(self) -> bool:
-        """Whether any position is asked for."""
+        """Whether any translation has a weight."""
         return bool(self.weights[3:].any())
 
     @property
@@ -168,7 +167,7 @@ class Target:
         )
 
     def equals(self, other: "Target") -> bool:
-        """Tells whether another target asks for the same.
+        """Returns whether another target is the same.
 
         Args:
             other: The other target.
@@ -179,7 +178,7 @@ class Target:
         )
 
     def error(self, X_WE: np.ndarray) -> PoseError:
-        """Computes the error in what is asked for, and in nothing else.
+        """Computes the error in the directions with a weight.
 
         Args:
             X_WE: Pose of the end effector, shape (4, 4).
@@ -191,7 +190,7 @@ class Target:
     def is_reached(
         self, error: PoseError, arrived: Callable[[PoseError], bool]
     ) -> bool:
-        """Tells whether an error is small enough.
+        """Returns whether an error is small enough.
 
         Args:
             error: The target's error.
@@ -202,7 +201,7 @@ class Target:
         return error.distance < self.passed_within
 
     def nearest_pose(self, X_WE: np.ndarray) -> np.ndarray:
-        """Returns the pose nearest to E that has all that is asked, (4, 4).
+        """Returns the pose nearest to E that reaches the target, (4, 4).
 
         Args:
             X_WE: Pose of the end effector, shape (4, 4).
@@ -216,7 +215,7 @@ class Target:
         return X_WN
 
     def line_deviation(self, X_WE: np.ndarray) -> float:
-        """Returns how far E is beside the line [m]; NaN without a line.
+        """Returns the deviation of E from the line [m]; NaN without a line.
 
         Args:
             X_WE: Pose of the end effector, shape (4, 4).
@@ -228,7 +227,7 @@ class Target:
 
 
 def weights_problem(weights: np.ndarray) -> str:
-    """Says what is wrong with the weights of a target; empty if nothing.
+    """Returns what is wrong with the weights of a target; empty if nothing.
 
     Args:
         weights: The weights, shape (6,).
@@ -238,7 +237,7 @@ def weights_problem(weights: np.ndarray) -> str:
     if not (np.isfinite(weights).all() and (np.array(weights) >= 0.0).all()):
         return "weights must be finite and not negative"
     if not np.any(weights):
-        return "a target must ask for something: all six directions are free"
+        return "all six directions are free; give at least one a weight"
     if np.count_nonzero(weights[:3]) == 1:
-        return "of the turns rx, ry and rz none, one or all may be free"
+        return "none, one or all of the rotations rx, ry and rz may be free"
     return ""

@@ -1,4 +1,4 @@
-"""The ports through which a system is told its target."""
+"""Input ports for the target of a system."""
 
 import dataclasses as dc
 
@@ -21,8 +21,8 @@ class TargetPorts:
 
     Attributes:
         pose: The pose X_WT of a plain target, a `RigidTransform`.
-        full: An `Aim`, or a `Target` of the first end effector; counts where
-            both are connected.
+        full: An `Aim`, or a `Target` of the first end effector; takes
+            precedence if both are connected.
     """
 
     pose: InputPort
@@ -41,7 +41,7 @@ class TargetPorts:
         )
 
     def read(self, context: Context) -> Aim:
-        """Returns what is asked for at present.
+        """Returns the current aim.
 
         Args:
             context: The system's own context.
@@ -54,7 +54,7 @@ class TargetPorts:
 def connect_target(
     builder: DiagramBuilder, target: OutputPort, system: LeafSystem
 ) -> None:
-    """Connects a target, a plain pose or an `Aim`, to the input it fits.
+    """Connects a target, a plain pose or an `Aim`, to the matching input.
 
     Args:
         builder: Builder of the diagram.

@@ -1,4 +1,4 @@
-"""`TargetState`: where the teleoperated target is, where it goes, and why."""
+"""`TargetState`: pose, goal and mode of the teleoperated target."""
 
 import dataclasses as dc
 
@@ -7,10 +7,10 @@ import numpy as np
 from remosplat_drake.signals.operator_command import OperatorCommand
 
 HOLD = "hold"
-"""Mode in which the target rests where the end effector was at its beginning.
+"""Mode in which the target rests at the end effector's initial pose.
 """
 FOLLOW = "follow"
-"""Mode in which the target moves to the pose that the operator wishes for."""
+"""Mode in which the target moves to the pose that the operator requests."""
 VELOCITY = "velocity"
 """Mode in which the target moves at the operator's velocity (dead-man button).
 """
@@ -35,16 +35,19 @@ class TargetState:
         X_WT_goal: Pose that the target moves to, inside the workspace, shape
             (4, 4).
         text: What the target does and why, for operators.
-        command: The operator's command that this state answers.
-        scan: Poses of the scan that are left, the present one first.
-        scan_size: Number of poses that the scan began with.
-        shown: Time at which the target came to the present pose of the scan
+        command: The operator's command that led to this state.
+        scan: Remaining poses of the scan, the current one first.
+        scan_size: Number of poses at the start of the scan.
+        shown: Time at which the target reached the current pose of the scan
             [s]; None before.
-        arrived: Time at which the end effector came to that pose [s]; None
+        arrived: Time at which the end effector reached that pose [s]; None
             before.
-        frames_wanted: Number of camera frames that scans have asked for so far.
+        frames_wanted: Number of camera frames that scans have requested so far.
         unfinished: Number of these frames that another frame of the same scan
-            followed or will follow; one less when a scan is broken off.
+            followed or will follow; one less when a scan is aborted.
+        effector: Index of the end effector that the operator moves.
+        X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
+            None of an only one. The others are held where they were left.
     """
 
     mode: str
@@ -59,6 +62,8 @@ class TargetState:
     arrived: float | None = None
     frames_wanted: int = 0
     unfinished: int = 0
+    effector: int = 0
+    X_WTs: np.ndarray | None = None
 
     @staticmethod
     def at_rest(X_WT: np.ndarray, text: str = "") -> "TargetState":

@@ -1,9 +1,9 @@
-"""`Thing`: what kind of thing a robot is near to."""
+"""`Thing`: kind and name of an object near a robot."""
 
 import dataclasses as dc
 
 MAP = "map"
-"""Kind: the surface of a map, made of what cameras saw."""
+"""Kind: the surface of a map, built from camera images."""
 UNSEEN = "unseen"
 """Kind: space that no camera has seen."""
 SOLID = "solid"
@@ -21,7 +21,7 @@ class Thing:
 
     Attributes:
         kind: One of `KINDS`.
-        name: What it is called in a sentence, with its article.
+        name: Its name in a sentence, with its article.
     """
 
     kind: str

@@ -1,11 +1,11 @@
-"""`TickReport`: what one control tick saw, decided and why."""
+"""`TickReport`: inputs, decision and reasons of one control tick."""
 
 import dataclasses as dc
 
 import numpy as np
 
 from remosplat_drake.signals.aim import Aim
-from remosplat_drake.signals.binding import NONE_BINDS, Binding
+from remosplat_drake.signals.binding import NONE_BINDS, Binding, BoundRow
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.signals.separation import Separation
 from remosplat_drake.signals.target import Target
@@ -17,7 +17,7 @@ ACCELERATION_DROPPED = "acceleration_dropped"
 RELAXED = "relaxed"
 """Status of a tick whose program was solved after relaxation.
 
-Negative right-hand sides of inequalities were raised to zero.
+Rows that demand a retreat got the greatest share of it that all can have.
 """
 BRAKING = "braking"
 """Status of a tick without a usable program: the command ramps down to zero."""
@@ -28,7 +28,7 @@ STATUSES = (OPTIMAL, ACCELERATION_DROPPED, RELAXED, BRAKING)
 
 @dc.dataclass(frozen=True, eq=False)
 class TickReport:
-    """What one control tick saw, decided and why; copying returns itself.
+    """Inputs, decision and reasons of one control tick; copying returns itself.
 
     Attributes:
         time: Time of the tick [s]; NaN before the first one.
@@ -37,28 +37,31 @@ class TickReport:
         command: Commanded velocity u, held until the next tick, shape (n_u,)
             [m/s, rad/s].
         status: One of `STATUSES`.
-        reason: Why the status is not `OPTIMAL`, with the names of the
-            constraints that had to yield; empty otherwise.
-        scale: How far verification let the command go from braking (0) to what
-            the program wanted (1).
-        clearances: The oracle's answer, all rows within the influence distance.
+        reason: Why the status is not `OPTIMAL`, with the names of the relaxed
+            constraints; empty otherwise.
+        scale: Scale of the command after verification, from braking (0) to the
+            program's optimum (1).
+        clearances: The oracle's result: all rows within the influence distance.
         kept: Which rows of `clearances` could bind, shape (m,), bool: the
             others are implied by the velocity bounds.
         tight: Which rows hold with equality at the program's optimum, before
             verification, shape (m,), bool (the active constraints).
-        aim: What the end effectors should reach at this tick.
-        binding: All rows that hold with equality at the program's optimum, of
-            whatever kind, and what pushes against them.
-        line_deviation: How far end effectors are beside the lines that their
-            targets ask for, at most [m]; NaN where none does.
-        objection: What verification has against that optimum: `COLLISION`,
-            `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`; empty if nothing.
-        separation: How near what moves is, beside the protective separation
-            distance: where least is left of it, or most is lacking. None where
-            nothing moves.
+        aim: The targets of the end effectors at this tick.
+        binding: All rows of any kind that hold with equality at the program's
+            optimum, and the push against them.
+        inside: The row of the deepest violation of a stopping distance, to the
+            scene or to the robot itself, or of a joint limit. None if there is
+            no notable one.
+        line_deviation: Largest deviation of end effectors from the lines of
+            their targets [m]; NaN without lines.
+        objection: The constraint for which verification rejected that optimum:
+            `COLLISION`, `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`; empty if
+            nothing.
+        separation: Distance to a mover, with the protective separation
+            distance: of the pair with the least margin. None if nothing moves.
         timings: Wall-clock time of each phase [s]: guidance (of the period
-            before), oracle, solve (by a solver of Drake's), tick (all else of
-            it: kinematics, program, decision, verification), total.
+            before), oracle, solve (by one of Drake's solvers), tick (the rest
+            of it: kinematics, program, decision, verification), total.
     """
 
     time: float
@@ -72,6 +75,7 @@ class TickReport:
     tight: np.ndarray
     aim: Aim
     binding: Binding = NONE_BINDS
+    inside: BoundRow | None = None
     line_deviation: float = float("nan")
     objection: str = ""
     separation: Separation | None = None
@@ -82,7 +86,7 @@ class TickReport:
 
     @property
     def target(self) -> Target:
-        """What the end effector, the first of several, should reach."""
+        """The target of the end effector, the first of several."""
         return self.aim.first
 
     @property

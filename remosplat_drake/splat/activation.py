@@ -46,12 +46,11 @@ def checked_splat(
     of `GaussianSplat`.
 
     Raises:
-        FileError: There are no splats, or a value is one that no splat can
-            have.
+        FileError: There are no splats, or a value is invalid.
     """
     if not len(p_GK):
         raise FileError(path, "holds no splats")
-    # NumPy looks for the largest of short rows slowly.
+    # NumPy computes the maximum of short rows slowly.
     w, x, y, z = np.abs(quaternions).T
     length = np.maximum(np.maximum(w, x), np.maximum(y, z))[:, None]
     if (length == 0).any():

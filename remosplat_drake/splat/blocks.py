@@ -1,7 +1,7 @@
-"""Arrays of splats that are made block by block, on several threads.
+"""Computes arrays of splats block by block, on several threads.
 
-What is made in many steps is faster in blocks: they stay in a core's cache from
-step to step, and nothing but the result takes new memory.
+Computations of many steps are faster in blocks, which stay in a core's cache
+from step to step; only the result needs new memory.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,14 +21,13 @@ def in_blocks(
 
     Args:
         n: Number of rows, of splats.
-        part: Makes some rows of all arrays, the same whatever rows are made
-            with them.
+        part: Computes some rows of all arrays, independent of the other rows.
 
     Returns:
         The arrays by their names, single precision.
 
     Raises:
-        RemoSplatError: What `part` raises for all rows at once, since messages
+        RemoSplatError: The error of `part` for all rows at once, since messages
             count all of them.
     """
     arrays: dict[str, np.ndarray] = {}

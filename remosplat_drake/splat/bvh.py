@@ -1,4 +1,4 @@
-"""A bounding volume hierarchy over boxes, made for nearest-splat queries.
+"""A bounding volume hierarchy over boxes, for nearest-splat queries.
 
 A node is one cache line: both children's boxes, the highest centre below
 each, and two links. Boxes are stored in single precision, rounded outwards.
@@ -28,7 +28,7 @@ class BoundingVolumeHierarchy:
             each [m]. Columns 14 and 15 are `links` in the same memory. The root
             is node 0.
         links: The same memory as integers: links[i, 14 + side] is the child
-            node, or negative for a leaf, whose boxes `leaf_range` tells.
+            node, or negative for a leaf, whose boxes `leaf_range` returns.
         order: Box indices in leaf order, shape (n,), int32.
     """
 
@@ -38,7 +38,7 @@ class BoundingVolumeHierarchy:
 
     @staticmethod
     def of(nodes: np.ndarray, order: np.ndarray) -> "BoundingVolumeHierarchy":
-        """Makes a hierarchy of its arrays, which become read-only."""
+        """Makes a hierarchy from its arrays, which become read-only."""
         for array in (nodes, order):
             array.flags.writeable = False
         return BoundingVolumeHierarchy(nodes, nodes.view(np.int32), order)
@@ -81,10 +81,10 @@ def hierarchy_of(table: np.ndarray) -> BoundingVolumeHierarchy:
 
 
 def are_sound(nodes: np.ndarray, order: np.ndarray, n: int) -> bool:
-    """Returns whether kernels can go through a hierarchy of n boxes.
+    """Returns whether kernels can safely traverse a hierarchy of n boxes.
 
-    They trust its indices and its depth. Whether its boxes are right is not
-    looked at.
+    Kernels do not check its indices and its depth. The boxes themselves are not
+    checked here.
 
     Args:
         nodes: As in `BoundingVolumeHierarchy`.
@@ -101,7 +101,7 @@ def are_sound(nodes: np.ndarray, order: np.ndarray, n: int) -> bool:
 
 @kernel
 def _is_tree(links, n) -> bool:
-    """Whether a walk from the left meets nodes and places as they count."""
+    """Returns whether a traversal meets nodes and places in order."""
     # Links and their depths.
     stack = np.zeros((MAX_DEPTH + 1, 2), np.int64)
     height, node, place = 1, 0, 0

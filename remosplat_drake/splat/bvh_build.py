@@ -1,7 +1,7 @@
-"""How a `BoundingVolumeHierarchy` is built: from the root down (numba).
+"""Builds a `BoundingVolumeHierarchy` from the root down (Numba).
 
-Large tables of boxes are cut into pieces first, which threads then sort. The
-hierarchy is the same with any number of them.
+Large tables of boxes are first split into pieces, which threads then sort. The
+hierarchy does not depend on the number of threads.
 """
 
 import dataclasses as dc
@@ -24,7 +24,7 @@ LEAF_STRIDE = 16
 """Factor of a leaf's first place in its link, see `leaf_range`."""
 
 PIECE = 1 << 17
-"""Number of boxes up to which a piece is the work of one thread."""
+"""Largest number of boxes of a piece, which one thread sorts."""
 
 
 @dc.dataclass

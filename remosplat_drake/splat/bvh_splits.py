@@ -1,4 +1,4 @@
-"""One split of a hierarchy's boxes in two, by bins (numba).
+"""Splits a hierarchy's boxes in two, by bins (Numba).
 
 The boxes are the rows of a table, which are sorted in place. A row is 8 single
 precision numbers: the lower corner with its sign changed, the upper corner, the
@@ -14,7 +14,7 @@ LEAF_SIZE = 4
 """Largest number of boxes in a leaf; must be below 16, see `leaf_range`."""
 
 MAX_DEPTH = 96
-"""Depth that no node reaches, since deep nodes are split by count."""
+"""Upper bound on the depth, since deep nodes are split by count."""
 
 _BINS = 16
 _FEW_BINS = 8
@@ -55,18 +55,18 @@ def scratch():
 
 @helper
 def split(table, first, end, depth, memory) -> int:
-    """Partitions boxes in place, and finds what holds those of each side.
+    """Partitions boxes in place, and bounds those of each side.
 
     Returns:
-        The first one of the right side.
+        The first box of the right side.
     """
     bins, children, counts, costs = memory
     n = end - first
     if n <= LEAF_SIZE:
         return _bounded(table, first, end, end, children)
     axis, low, extent = _widest(table, first, end)
-    # Boxes around one point cannot be told apart by their place, nor can those
-    # that reach beyond all numbers.
+    # Boxes around one point cannot be separated by position, nor can infinite
+    # ones.
     if not 1e-200 < extent < np.inf or depth >= _BALANCE_DEPTH:
         return _bounded(table, first, first + n // 2, end, children)
     n_bins = _FEW_BINS if n <= _FEW else _BINS
@@ -92,10 +92,9 @@ def _center(table, i, axis):
 
 @helper
 def _widest(table, first, end):
-    """The axis along which the centres spread most, where and how far.
+    """Returns the axis of the centres' largest spread, its start and length.
 
-    The spread is infinite where a box reaches beyond all numbers: its centre
-    may be none.
+    The spread is infinite if a box is infinite, since its centre may be NaN.
     """
     x0 = y0 = z0 = np.inf
     x1 = y1 = z1 = -np.inf

@@ -1,4 +1,4 @@
-"""Every format of splat files: how it is recognised, read and written."""
+"""All formats of splat files, with their readers and writers."""
 
 import dataclasses as dc
 import zipfile
@@ -39,12 +39,12 @@ class SplatFormat:
     """A file format of Gaussian splats.
 
     Attributes:
-        title: What people call the format.
+        title: Display name of the format.
         suffix: Suffix of its files' names.
         read: Function that reads a file.
         write: Function that writes a file, whole or not at all.
-        loss: What writing loses, as a sentence; empty if nothing but rounding
-            to single precision.
+        loss: The loss of writing, as a sentence; empty if only rounding to
+            single precision.
         keeps_surfels: Whether the format has 2DGS discs of two scales. If not,
             they are written as thin ellipsoids and recognised by that.
         keeps_uncertainty: Whether the format has a place for the splats' own
@@ -138,14 +138,14 @@ def read_splat(
     Args:
         path: A file, a folder of PlayCanvas' SOG, or a `package://` URI.
         surfel: Whether a checkpoint holds 2DGS discs, if its name does not
-            tell: see `read_checkpoint`.
-        harmonics: Whether the higher harmonics are kept: distances and all
-            that this library draws do without, and a PLY with them is read
-            faster so.
+            decide that; see `read_checkpoint`.
+        harmonics: Whether the higher harmonics are kept. Distances and the
+            drawings of this library do not need them, and a PLY is read faster
+            without them.
 
     Raises:
-        FileError: The file is missing, of no known format, damaged, or holds a
-            value that no splat can have.
+        FileError: The file is missing, of an unknown format, damaged, or holds
+            an invalid value.
         MissingExtraError: The format needs a package that is not installed.
 
     Example:
@@ -173,7 +173,7 @@ def write_splat(path: str | Path, splat: GaussianSplat) -> None:
     """Writes a splat in the format that the file's suffix stands for.
 
     Raises:
-        FileError: The suffix stands for no format, or the file cannot be
+        FileError: The suffix belongs to no format, or the file cannot be
             written.
         MissingExtraError: The format needs a package that is not installed.
     """
@@ -184,11 +184,11 @@ def format_of_name(path: Path) -> SplatFormat:
     """Returns the format that the suffix of a file's name stands for.
 
     Raises:
-        FileError: The suffix stands for no format.
+        FileError: The suffix belongs to no format.
     """
     chosen = _format_by_suffix(path)
     if chosen is None:
-        raise FileError(path, f"no format has this name's end; {_valid()}")
+        raise FileError(path, f"unknown suffix; {_valid()}")
     return chosen
 
 
@@ -215,7 +215,7 @@ def format_of_file(path: Path) -> SplatFormat:
         return SPZ
     chosen = _format_of_zip(path, start) or _format_by_suffix(path)
     if chosen is None:
-        raise FileError(path, f"no splat file that is known; {_valid()}")
+        raise FileError(path, f"not a known format of splats; {_valid()}")
     return chosen
 
 

@@ -42,14 +42,14 @@ class GaussianSplat:
         colors: Linear RGB of spherical-harmonics degree 0, shape (N, 3).
         sh_rest: Coefficients of the higher spherical harmonics,
             coefficient-major, shape (N, K, 3) with K = (degree + 1)^2 - 1; K =
-            0 where a file has none.
+            0 if a file has none.
         uncertainty: Bounds on how far the true surface may lie in front of each
-            splat, towards whoever measures, shape (N,), not negative [m]; None
-            if they are not known.
+            splat, towards the point of measurement, shape (N,), not negative
+            [m]; None if unknown.
 
     Raises:
-        RemoSplatError: The arrays do not fit each other, or a value is one that
-            no splat can have; the error names the splat.
+        RemoSplatError: The arrays do not match, or a value is invalid; the
+            error names the splat.
 
     Example:
         >>> import remosplat_drake as rs
@@ -80,7 +80,7 @@ class GaussianSplat:
         self._check()
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Returns the arrays by attribute name, without what is not known."""
+        """Returns the arrays by attribute name, without unknown ones."""
         arrays = {f.name: getattr(self, f.name) for f in dc.fields(self)}
         return {k: array for k, array in arrays.items() if array is not None}
 
@@ -137,7 +137,7 @@ class GaussianSplat:
 
         Args:
             arrays: The arrays by attribute name; they become read-only.
-            content_hash: The other splat's hash; None computes it when asked.
+            content_hash: The other splat's hash; None computes it on demand.
         """
         splat = object.__new__(GaussianSplat)
         for name, array in arrays.items():
@@ -173,7 +173,7 @@ class GaussianSplat:
     def R_GK(self) -> np.ndarray:
         """Rotation matrices of the splats, shape (N, 3, 3), read-only."""
         wxyz = self.quaternions.astype(np.float64)
-        # Float32 unit quaternions are off by 1e-7; rotations should not be.
+        # Float32 unit quaternions have errors of 1e-7; rotations must not.
         wxyz /= np.linalg.norm(wxyz, axis=1, keepdims=True)
         R = rotation_matrices(wxyz)
         R.flags.writeable = False
@@ -193,7 +193,7 @@ class GaussianSplat:
         return self._with(chosen)
 
     def _with(self, arrays: dict[str, np.ndarray]) -> "GaussianSplat":
-        """A splat of arrays that were looked through already."""
+        """Makes a splat from arrays that were already checked."""
         ordered = {k: np.ascontiguousarray(v) for k, v in arrays.items()}
         return GaussianSplat.restored(ordered)
 
@@ -204,14 +204,14 @@ class GaussianSplat:
             other: The splats that follow.
 
         Raises:
-            RemoSplatError: One knows its uncertainty, the other does not: a
-                zero would be a claim.
+            RemoSplatError: Only one has a known uncertainty; zeros for the
+                other would be wrong.
         """
         first, second = self.arrays(), other.arrays()
         if ("uncertainty" in first) != ("uncertainty" in second):
             raise RemoSplatError(
-                "splats of known and of unknown uncertainty cannot be joined"
-                " without a value for the unknown one"
+                "splats of known and of unknown uncertainty cannot be joined; "
+                "give the latter a value with with_uncertainty"
             )
         return GaussianSplat(
             **{k: np.concatenate([first[k], second[k]]) for k in first}
@@ -249,8 +249,8 @@ class GaussianSplat:
     def without_harmonics(self) -> "GaussianSplat":
         """Returns these splats in the colours of degree 0 alone.
 
-        These colours are the same from everywhere, which is enough for
-        distances and for all that this library draws.
+        These colours do not depend on the direction, which suffices for
+        distances and for the drawings of this library.
         """
         return self._with(self.arrays() | {"sh_rest": self.sh_rest[:, :0]})
 
@@ -264,11 +264,11 @@ class GaussianSplat:
 
         Args:
             X_FG: Pose of the splats' frame G in F.
-            scale: Length in F of what is one long in G, positive.
+            scale: Length in F of one unit of G, positive.
 
         Raises:
             RemoSplatError: A splat would become too small or too large for
-                its numbers.
+                single precision.
         """
         if X_FG.IsExactlyIdentity() and scale == 1.0:
             return self
@@ -288,7 +288,7 @@ class GaussianSplat:
             sh_rest = rotated_harmonics(sh_rest, R_FG.matrix())
         if uncertainty is not None:
             uncertainty = scale * uncertainty.astype(np.float64)
-        with np.errstate(over="ignore"):  # What overflows is refused.
+        with np.errstate(over="ignore"):  # Overflow raises an error.
             return GaussianSplat(
                 p_GK=p_FK + X_FG.translation(),
                 quaternions=quaternion_product(

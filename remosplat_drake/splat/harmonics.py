@@ -1,4 +1,4 @@
-"""Spherical harmonics: the colours of a splat, which depend on the direction.
+"""Spherical harmonics: view-dependent colours of a splat.
 
 The real harmonics are those of 3D Gaussian splatting (Kerbl et al., 2023), with
 the Condon-Shortley sign (-1)^m. Of each degree l there are 2 l + 1, by m from
@@ -42,7 +42,7 @@ def harmonics(degree: int, directions: np.ndarray) -> np.ndarray:
 
 
 def last_degree(coefficients: int) -> int:
-    """Returns up to which degree a number of higher harmonics reaches.
+    """Returns the degree of a number of higher harmonics.
 
     Args:
         coefficients: Number of harmonics without that of degree 0.
@@ -62,8 +62,8 @@ def last_degree(coefficients: int) -> int:
 def rotated_harmonics(sh_rest: np.ndarray, R_FG: np.ndarray) -> np.ndarray:
     """Expresses the higher harmonics of splats in another frame F.
 
-    What was seen along a direction d_G is seen along R_FG d_G then. A rotation
-    mixes only harmonics of one degree, so the matrix that does it follows from
+    The colour along a direction d_G becomes the colour along R_FG d_G. A
+    rotation mixes only harmonics of one degree, so its matrix follows from
     their values at more directions than there are harmonics.
 
     Args:

@@ -1,7 +1,7 @@
-"""Hierarchies that took long to build, kept in the user's cache.
+"""Keeps expensive hierarchies in the user's cache.
 
-A file is named by what its boxes follow from. One that is cut off, damaged, or
-of another version is deleted, to be made again.
+A file is named by the inputs of its boxes. A truncated or damaged file, or one
+of another version, is deleted and computed again.
 """
 
 import contextlib
@@ -19,13 +19,15 @@ from remosplat_drake.splat.bvh import (
 )
 
 LEAST_BOXES = 200_000
-"""Number of boxes from which on a hierarchy is kept: fewer take no time."""
+"""Least number of boxes of a kept hierarchy; smaller ones are built quickly."""
 
 MOST_BYTES = 1 << 30
-"""Size up to which the cache grows; then what was not used longest goes."""
+"""Largest size of the cache; beyond it, the least recently used files are
+deleted."""
 
 _KIND = FileKind("hierarchy", b"RSDBVH\0\0", 2)
-"""The version rises when hierarchies are built or searched in another way."""
+"""Increase the version when the construction or search of hierarchies
+changes."""
 
 
 def is_kept(n: int) -> bool:
@@ -34,12 +36,13 @@ def is_kept(n: int) -> bool:
 
 
 def kept_hierarchy(key: str, n: int) -> BoundingVolumeHierarchy | None:
-    """Returns the hierarchy of n boxes that is in the cache, None without.
+    """Returns the hierarchy of n boxes from the cache; None if there is none.
 
-    Kernels can go through it; whether it holds the boxes is not looked at.
+    Kernels can safely traverse it; whether it contains the boxes is not
+    checked.
 
     Args:
-        key: Name for all that the boxes follow from, of letters and digits.
+        key: Name for all inputs of the boxes, of letters and digits.
         n: Number of the boxes.
     """
     path = _path(key)
@@ -53,7 +56,7 @@ def kept_hierarchy(key: str, n: int) -> BoundingVolumeHierarchy | None:
             path.unlink()
         return None
     with contextlib.suppress(OSError):
-        os.utime(path)  # It has been used.
+        os.utime(path)  # Marks it as recently used.
     return BoundingVolumeHierarchy.of(nodes, order)
 
 
@@ -68,7 +71,7 @@ def keep_hierarchy(key: str, hierarchy: BoundingVolumeHierarchy) -> None:
         "nodes": hierarchy.nodes,
         "order": hierarchy.order,
     }
-    # A cache that cannot be written is no reason to stop.
+    # A cache that cannot be written is not an error.
     with contextlib.suppress(FileError):
         write_arrays(_path(key), _KIND, {}, arrays)
         _drop_oldest(_path(key))
@@ -84,7 +87,7 @@ def _path(key: str) -> Path:
 
 
 def _drop_oldest(newest: Path) -> None:
-    """Deletes what was not used longest, until the rest is small enough."""
+    """Deletes the least recently used files until the rest is small enough."""
     files = []
     for path in newest.parent.glob("*.bvh"):
         with contextlib.suppress(OSError):

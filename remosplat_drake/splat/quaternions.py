@@ -1,4 +1,4 @@
-"""Many unit quaternions wxyz at once."""
+"""Operations on arrays of unit quaternions wxyz."""
 
 import numpy as np
 

@@ -1,8 +1,8 @@
 """Conversion between 2DGS discs and 3DGS ellipsoids.
 
-Most formats of splats only know ellipsoids. A disc is written to them as an
-ellipsoid that is as thin as the coarsest of them can tell, and read again as
-the disc it was.
+Most formats of splats support only ellipsoids. A disc is written as an
+ellipsoid with the least thickness that all formats can represent, and is read
+as a disc again.
 """
 
 import dataclasses as dc
@@ -27,8 +27,8 @@ _TO_THIRD = np.array([[0.5, 0.5, 0.5, 0.5], [0.5, -0.5, -0.5, -0.5]])
 def is_flat(splat: GaussianSplat) -> bool:
     """Returns whether the ellipsoids are discs that were given a thickness.
 
-    True if their third scales are all the same, to float precision, and at most
-    0.1 mm: training leaves no scene like that.
+    True if their third scales are all equal, to float precision, and at most
+    0.1 mm; training does not produce such scenes.
     """
     if splat.is_surfel or not len(splat):
         return False
@@ -44,7 +44,7 @@ def without_thickness(splat: GaussianSplat) -> GaussianSplat:
 def with_thickness(splat: GaussianSplat) -> GaussianSplat:
     """Turns discs into ellipsoids as thin as `THICKNESS`; keeps ellipsoids.
 
-    A disc that is smaller than that becomes a ball, or a thinner disc.
+    A disc smaller than that becomes a ball, or a thinner disc.
     """
     if not splat.is_surfel:
         return splat

@@ -16,9 +16,9 @@ TILE_SIZE = 1000
 """Number of discs in a tile: handing one to Meshcat takes about 0.1 ms."""
 
 SIDES = 6
-"""Number of corners of the polygon that stands for a disc in a tile."""
+"""Number of corners of the polygon that represents a disc in a tile."""
 
-# A splat's colours hold their light already; the page's dims them again.
+# A splat's colours include lighting already; the page's lights dim them again.
 _EXPOSURE = 1.5
 
 
@@ -52,14 +52,14 @@ def make_tiles(
     """Cuts a splat into meshes of neighbouring discs.
 
     Args:
-        splat: The scene in its frame G; of more than `MAX_SURFELS` splats those
-            that cover most are taken.
-        order: Indices of splats such that neighbours stand together, like the
-            leaf order of a hierarchy over all of them; None builds one.
+        splat: The scene in its frame G; of more than `MAX_SURFELS` splats,
+            those with the largest area are used.
+        order: Indices of splats such that neighbours are consecutive, like the
+            leaf order of a hierarchy; None builds one.
         size: Number of discs in a tile; the last one may have fewer.
         n_sigma: Radius of the discs in standard deviations.
-        min_opacity: Fainter splats are left out; the distance oracle's default,
-            so that the page shows what the robot avoids.
+        min_opacity: Fainter splats are omitted; the default is the distance
+            oracle's, so that the page shows what the robot avoids.
     """
     if order is None:
         # A map of a building is thinned first: it has too many to sort.
@@ -128,13 +128,13 @@ def largest(
 ) -> GaussianSplat:
     """Returns at most `count` splats, those of largest area times opacity.
 
-    Of splats that cover equally much the first ones are taken. The splats keep
-    their order.
+    Of splats with equal area, the first ones are used. The splats keep their
+    order.
 
     Args:
         splat: The splats.
-        count: Greatest number of those that are returned.
-        min_opacity: Fainter splats are left out.
+        count: Largest number of returned splats.
+        min_opacity: Fainter splats are omitted.
     """
     is_shown = splat.opacities >= min_opacity
     if np.count_nonzero(is_shown) > count:

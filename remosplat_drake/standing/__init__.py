@@ -1,1 +1,1 @@
-"""How things stand with the robot: one sentence, and what is behind it."""
+"""The robot's state in one sentence, with its causes."""

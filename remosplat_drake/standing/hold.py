@@ -1,4 +1,4 @@
-"""`find_hold`: what holds a robot that stands still, and where."""
+"""The causes that hold a robot, or that it moves out of, and their places."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -28,32 +28,33 @@ from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
 
 _LEAST_PRESSURE = 1e-3
-"""Pressure below which a row that is touched holds nothing: what is left of the
-cost there is the solver's rounding."""
+"""Pressure below which an active row does not hold the robot: the rest is
+rounding of the solver."""
 
 _SHARE = 0.5
-"""Share of the greatest pressure with which a row is still named that was named
-before: two that hold the robot together do not take turns."""
+"""Share of the greatest pressure with which a row is still named if it was
+named before: otherwise two rows of similar pressure would alternate."""
 
 _VETO = 0.5
-"""Scale below which it is verification that holds the robot."""
+"""Scale below which verification holds the robot."""
 
 _TOLD = 0.01
-"""Speed that a robot must be told for it to be seen moving [m/s, rad/s]."""
+"""Least commanded speed at which a robot visibly moves [m/s, rad/s]."""
 
 Naming = Callable[[np.ndarray], Thing]
-"""Function that says what is at a place in W, shape (3,) [m]."""
+"""Function that names what is at a point in W, shape (3,) [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Hold:
-    """What holds the robot.
+    """The cause that holds the robot.
 
     Attributes:
         cause: One of `standing.CAUSES`.
-        thing: What it is, in words.
+        thing: Its name.
         link: Name of the link that is held; empty if none is.
-        p_W: Where, in W, shape (3,) [m]; None if that is no place.
+        p_W: Point at which it is held, in W, shape (3,) [m]; None if there is
+            none.
         clearance: Distance from the link to the thing [m]; None without one.
     """
 
@@ -72,7 +73,7 @@ def find_hold(
     Args:
         report: The latest tick.
         robot: The robot.
-        name: Says what is at a place.
+        name: Names what is at a point.
         link_before: Name of the link that was held last.
     """
     if report.status == BRAKING:
@@ -83,6 +84,27 @@ def find_hold(
             return _vetoed(report, robot, name)
         is_told = np.abs(report.command).max(initial=0.0) > _TOLD
         return Hold(NOT_OBEYED if is_told else NOTHING)
+    return _of_row(row, report, robot, name)
+
+
+def find_inside(
+    report: TickReport, robot: RobotModel, name: Naming
+) -> Hold | None:
+    """Finds what is most inside its stopping distance; None if nothing is.
+
+    Args:
+        report: The latest tick.
+        robot: The robot.
+        name: Says what is at a place.
+    """
+    if report.inside is None:
+        return None
+    return _of_row(report.inside, report, robot, name)
+
+
+def _of_row(
+    row: BoundRow, report: TickReport, robot: RobotModel, name: Naming
+) -> Hold:
     if row.name == COLLISION:
         return _near(report, robot, name, row.index)
     if row.name == JOINT_LIMIT:
@@ -97,7 +119,7 @@ def find_hold(
 
 
 def pressures(binding: Binding) -> np.ndarray:
-    """Computes how strongly the command presses against each row.
+    """Computes the pressure of the command on each row.
 
     These are the multipliers of the program's optimum, each times the length
     of its row, shape (k,).
@@ -115,7 +137,7 @@ def pressures(binding: Binding) -> np.ndarray:
 def _strongest(
     report: TickReport, robot: RobotModel, link_before: str
 ) -> BoundRow | None:
-    """The row to name; None if nothing is pressed against."""
+    """Returns the row to name; None if no row has pressure."""
     rows = report.binding.rows
     pressed = pressures(report.binding)
     pressed[[row.name == BOUND for row in rows]] = 0.0
@@ -131,7 +153,7 @@ def _strongest(
 
 
 def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
-    """Name of the link that a row holds; empty if it holds none."""
+    """Returns the name of the link that a row holds; empty if none."""
     if row.name == COLLISION:
         return robot.spheres.links[report.clearances.sphere[row.index]]
     if row.name in (SELF_COLLISION, MOVER):
@@ -142,7 +164,7 @@ def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
 
 
 def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
-    """What row i of the clearances is about."""
+    """Returns the hold by row i of the clearances."""
     near = report.clearances
     link = robot.spheres.links[near.sphere[i]]
     p_WC = near.p_WC[i]
@@ -151,7 +173,7 @@ def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
 
 
 def _vetoed(report: TickReport, robot: RobotModel, name: Naming) -> Hold:
-    """What verification is afraid of: the nearest, where that is the scene."""
+    """Returns the cause of a rejection by verification."""
     separation = report.separation
     if report.objection == MOVER and separation is not None:
         return Hold(MOVER, separation.mover, separation.link)
@@ -178,7 +200,7 @@ def _at_limit(report: TickReport, robot: RobotModel, joint: str) -> Hold:
 
 
 def _moved_by(robot: RobotModel, joint: str) -> str:
-    """Name of the first link that a joint moves."""
+    """Returns the name of the first link that a joint moves."""
     k = robot.joint_names.index(joint)
     return robot.tree.names[int(np.argmax(robot.tree.position == k))]
 
@@ -186,10 +208,10 @@ def _moved_by(robot: RobotModel, joint: str) -> str:
 def _near_itself(
     report: TickReport, robot: RobotModel, link: str, other: str
 ) -> Hold:
-    # The end of the arm is what people see held, not what it comes near to.
+    # The end of the arm is named as held, not the link that it approaches.
     if robot.tree.index(other) > robot.tree.index(link):
         link, other = other, link
-    thing = f"the robot's own {robot.description.called(other)}"
+    thing = f"the {robot.description.called(other)}"
     pairs = self_collision_pairs(robot, 0.0)
     near = pairs.near(robot.body_poses(report.q), np.inf)
     distance = near.distance - pairs.allowance[near.pair]

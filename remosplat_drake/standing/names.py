@@ -1,4 +1,4 @@
-"""What people call the thing at a place."""
+"""Names of the things at points of the scene."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.thing import MAP, THE_FLOOR, Thing
 
 _OF_A_SOLID = 0.03
-"""How far a map's surface may be from the solid that it shows [m]."""
+"""Largest distance of a map's surface from the solid that it represents [m]."""
 
 
 def name_thing(
@@ -17,15 +17,15 @@ def name_thing(
     floor_height: float = -np.inf,
     truth: SignedDistanceField | None = None,
 ) -> Thing:
-    """Says what is at a place, by its best name.
+    """Names what is at a point, as specifically as possible.
 
-    A map knows its surface only. Where that is the floor, or a solid of the
-    true scene, the thing is called so.
+    A map has only surfaces. If the point is on the floor, or on a solid of the
+    true scene, the thing has that name.
 
     Args:
         field: The map.
         p_W: A point on a surface, in W, shape (3,) [m].
-        floor_height: Height below which what is seen is the floor [m].
+        floor_height: Height below which everything is the floor [m].
         truth: The true scene, whose solids have names; None if unknown.
     """
     thing = field.thing_at(p_W)

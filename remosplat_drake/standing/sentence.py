@@ -1,4 +1,4 @@
-"""How things stand with the robot, as one sentence: a pure function."""
+"""Formats the robot's state as one sentence; a pure function."""
 
 import dataclasses as dc
 import math
@@ -20,14 +20,14 @@ from remosplat_drake.standing.hold import Hold
 from remosplat_drake.task.target_sequence import TargetProgress
 
 CIRCLING = 10.0
-"""Time without coming nearer after which a robot that moves says so [s]."""
+"""Time without progress after which the sentence reports it [s]."""
 
 _ADVICE = {
     things.UNSEEN: "add a frame that sees it",
     stands.VERIFICATION: "there would be no way to stop in time",
     stands.NOTHING: "nothing is in the way, it may be out of reach",
 }
-"""What to add about a cause, for people who wonder."""
+"""Advice that is added for a cause."""
 
 _NEAR = 0.1
 """Distance below which millimetres and degrees matter [m]."""
@@ -35,20 +35,20 @@ _NEAR = 0.1
 
 @dc.dataclass(frozen=True, eq=False)
 class Situation:
-    """All that the sentence is made from.
+    """The inputs of the sentence.
 
     Attributes:
         error: The error from the end effector to the present target; of
-            several, from the one to which most is left.
+            several, the largest error.
         target: That target; None: a pose.
         effector: Name of that end effector; empty for an only one.
         beside_line: How far the end effector is beside the target's line [m];
             NaN without one.
         is_there: Whether the end effector has arrived at the target.
         hold: What holds the robot; None while it moves.
+        inside: What is most inside its stopping distance; None if nothing is.
         no_nearer_for: Time since the robot last came nearer to the target [s].
-        progress: How far along the targets the robot is; None if nobody
-            counts them.
+        progress: Progress along the targets; None if they are not counted.
         supervision: State of the safety supervisor; None without one.
         selection: What guidance has chosen; None without guidance.
     """
@@ -59,6 +59,7 @@ class Situation:
     beside_line: float = math.nan
     is_there: bool = False
     hold: Hold | None = None
+    inside: Hold | None = None
     no_nearer_for: float = 0.0
     progress: TargetProgress | None = None
     supervision: SupervisorState | None = None
@@ -66,11 +67,11 @@ class Situation:
 
 
 def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
-    """Says in one sentence how things stand with the robot.
+    """Describes the robot's state in one sentence.
 
     Args:
-        now: What is known.
-        robot: Description of the robot, which knows what its links are called.
+        now: The inputs.
+        robot: Description of the robot, with the display names of its links.
     """
     distance = now.error.distance
     supervision = now.supervision
@@ -85,6 +86,8 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
         return stands.NOT_STARTED
     if now.is_there:
         return Standing(stands.REACHED, f"at {_target(now)}", distance)
+    if now.inside is not None:
+        return _inside(now, now.inside, robot)
     if now.hold is None:
         text = f"{_on_the_way(now)}, {_away(now)} away"
         if math.isfinite(now.beside_line):
@@ -96,14 +99,14 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
 
 
 def at_end(standing: Standing, why: str) -> Standing:
-    """Says how things stood when a run ended.
+    """Describes the robot's state at the end of a run.
 
     Args:
-        standing: How things stood last.
+        standing: The last state.
         why: Why the run ended: "reached", "time limit", "interrupted".
     """
     if why == stands.REACHED:
-        # Targets that are not ours may know better where they end.
+        # Targets of other packages may define the end differently.
         text = standing.text if standing.kind == why else stands.REACHED
         return dc.replace(standing, kind=stands.REACHED, text=text)
     if standing.kind not in (stands.MOVING, stands.HELD):
@@ -113,7 +116,7 @@ def at_end(standing: Standing, why: str) -> Standing:
 
 
 def _waits_for(supervision: SupervisorState | None) -> str:
-    """What a start waits for; empty if it does not."""
+    """Returns what a start waits for; empty if nothing."""
     if supervision is None or supervision.mode != STARTING:
         return ""
     return supervision.reason
@@ -130,6 +133,26 @@ def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
         text += f", {_away(now)} from {_target(now)}"
     text += "".join(f"; {more}" for more in (supervision.refusal,) if more)
     return Standing(stands.STOPPED, text, distance)
+
+
+def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
+    """What a robot moves out of, or cannot."""
+    moves, part = now.hold is None, robot.called(inside.link)
+    if inside.clearance is None:
+        where = f"{part} beyond {inside.thing}"
+    else:
+        where = f"{part} {_gap(inside.clearance)} {inside.thing}"
+    text = "moving out" if moves else "no motion found that leads out"
+    return Standing(
+        stands.MOVING if moves else stands.HELD,
+        f"{text}: {where}, {_away(now)} from {_target(now)}",
+        now.error.distance,
+        cause=inside.cause,
+        thing=inside.thing,
+        link=inside.link,
+        p_W=inside.p_W,
+        clearance=inside.clearance,
+    )
 
 
 def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
@@ -183,9 +206,9 @@ def _on_the_way(now: Situation) -> str:
 
 
 def _away(now: Situation) -> str:
-    """How far the target is: "0.52 m", or nearby "12 mm and 4 deg".
+    """Formats the error to the target: "0.52 m", or nearby "12 mm and 4 deg".
 
-    What it does not ask for is not spoken of.
+    Free directions are omitted.
     """
     error, target = now.error, now.target
     if not error.distance < _NEAR:
@@ -210,7 +233,7 @@ def _reached(progress: TargetProgress) -> str:
 
 
 def _way(selection: Selection | None) -> str:
-    """What guidance knows of another way."""
+    """Returns what guidance has found about another way."""
     if selection is None:
         return ""
     if selection.missing:

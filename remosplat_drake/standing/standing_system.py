@@ -1,4 +1,4 @@
-"""`StandingSystem`: says on a port how things stand with the robot."""
+"""`StandingSystem`: an output port with the robot's state in one sentence."""
 
 import dataclasses as dc
 from functools import partial
@@ -21,14 +21,14 @@ from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.standing import NOT_STARTED, Standing
 from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.standing.hold import Hold, find_hold
+from remosplat_drake.standing.hold import Naming, find_hold, find_inside
 from remosplat_drake.standing.names import name_thing
 from remosplat_drake.standing.sentence import Situation, how_things_stand
 from remosplat_drake.standing.stillness import Stillness, observe
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 LOOK = 0.1
-"""Time between two looks [s]."""
+"""Time between two updates [s]."""
 
 PAUSE = 1.0
 """Time of standing still after which the robot is held [s]."""
@@ -36,7 +36,7 @@ PAUSE = 1.0
 
 @dc.dataclass(frozen=True, eq=False)
 class _Memory:
-    """State between two looks; copying returns the object itself."""
+    """State between two updates; copying returns the object itself."""
 
     standing: Standing = NOT_STARTED
     stillness: Stillness | None = None
@@ -47,7 +47,7 @@ class _Memory:
 
 
 class StandingSystem(LeafSystem):
-    """Says in one sentence how things stand with the robot.
+    """Describes in one sentence what the robot is doing and why.
 
     .. pydrake_system::
 
@@ -62,10 +62,9 @@ class StandingSystem(LeafSystem):
         output_ports:
         - standing
 
-    It looks ten times a second, and in between the sentence stays. A robot
-    that has not left its place for a second is held, and keeps being held
-    until it leaves it: the sentence does not flicker. All times are the
-    diagram's own.
+    The sentence is updated ten times a second. A robot that has not moved for a
+    second counts as held until it moves again, so the sentence does not
+    flicker. All times are by the diagram's clock.
 
     `configuration` takes the measured q, `report` the controller's
     `TickReport`, `distance_field` the oracle's `DistanceField`, `progress` a
@@ -76,7 +75,7 @@ class StandingSystem(LeafSystem):
         robot: The robot.
         arrival: When a target counts as reached.
         period: Control period [s].
-        floor_height: Height in W below which what is seen is the floor [m].
+        floor_height: Height in W below which everything is the floor [m].
         truth: The true scene, whose solids have names; None if unknown.
     """
 
@@ -113,8 +112,8 @@ class StandingSystem(LeafSystem):
             self._calc_standing,
             {self.abstract_state_ticket(self._memory_index)},
         )
-        # At every tick, though most of them do nothing: another period would
-        # put instants of its own between the ticks.
+        # At every tick, though most events do nothing: another period would add
+        # event times between the ticks.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
 
     @staticmethod
@@ -134,7 +133,7 @@ class StandingSystem(LeafSystem):
         return system
 
     def latest(self, context: Context) -> Standing:
-        """Returns how things stood at the latest look.
+        """Returns the state at the latest update.
 
         Args:
             context: The system's own context.
@@ -142,7 +141,7 @@ class StandingSystem(LeafSystem):
         return self._memory(context).standing
 
     def now(self, context: Context) -> Standing:
-        """Looks at once, without remembering it.
+        """Computes the current state without storing it.
 
         Args:
             context: The system's own context.
@@ -170,7 +169,7 @@ class StandingSystem(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(looked)
 
     def _looked(self, context: Context) -> _Memory:
-        """What is remembered after a look."""
+        """Returns the memory after an update."""
         memory, time = self._memory(context), context.get_time()
         q = np.array(self._configuration_input.Eval(context))
         report = self._report_input.Eval(context)
@@ -183,9 +182,9 @@ class StandingSystem(LeafSystem):
         still = observe(
             memory.stillness, time, q, aim, X_WEs, may_rest=may_rest
         )
-        hold = None
+        name, hold = self._naming(context), None
         if time - still.since >= PAUSE:
-            hold = self._hold(context, report, memory.standing)
+            hold = find_hold(report, self._robot, name, memory.standing.link)
         situation = Situation(
             error=error,
             target=target,
@@ -193,6 +192,7 @@ class StandingSystem(LeafSystem):
             beside_line=target.line_deviation(X_WEs[effector]),
             is_there=is_there,
             hold=hold,
+            inside=find_inside(report, self._robot, name),
             no_nearer_for=time - still.nearest_at,
             progress=value_or_none(self._progress_input, context),
             supervision=supervision,
@@ -201,12 +201,10 @@ class StandingSystem(LeafSystem):
         standing = how_things_stand(situation, self._robot.description)
         return _Memory(standing, still, time)
 
-    def _hold(
-        self, context: Context, report: TickReport, before: Standing
-    ) -> Hold:
+    def _naming(self, context: Context) -> Naming:
         field: DistanceField = self._field_input.Eval(context)
 
         def name(p_W: np.ndarray) -> Thing:
             return name_thing(field, p_W, self._floor_height, self._truth)
 
-        return find_hold(report, self._robot, name, before.link)
+        return name

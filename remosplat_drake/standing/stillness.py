@@ -1,4 +1,4 @@
-"""`Stillness`: since when the robot stands still, or comes no nearer."""
+"""`Stillness`: duration of the robot's standstill or lack of progress."""
 
 import dataclasses as dc
 
@@ -9,27 +9,27 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 STILL = 0.01
-"""Change of a configuration variable that is no progress [m, rad]: a command
-that trembles between two constraints gets nowhere either."""
+"""Change of a configuration variable that does not count as motion [m, rad]: a
+command may oscillate between two constraints."""
 
 _NEARER = 0.01
-"""By how much a robot that comes nearer does so [m]."""
+"""Least decrease of the distance that counts as progress [m]."""
 
 
 _ARM = 0.3
-"""Length by which an angle is weighed where no place is asked for [m]."""
+"""Length that weights an angle if a target has no position [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Stillness:
-    """What is remembered of the robot's motion; copying returns itself.
+    """Memory of the robot's motion; copying returns the object itself.
 
     Attributes:
-        q: Configuration that the robot has not left since, shape (n_q,).
-        since: Time at which it came there, or last had a reason to rest [s].
-        aim: What is asked for.
-        nearest: Least distance to that so far, summed over end effectors; of a
-            target that only asks to turn, the angle as long as an arm [m].
+        q: Configuration at which the robot has stayed, shape (n_q,).
+        since: Time at which it arrived there, or last had a reason to rest [s].
+        aim: The current aim.
+        nearest: Least distance to it so far, summed over end effectors; for a
+            target of orientation only, the angle times a length [m].
         nearest_at: Time at which it was reached [s].
     """
 
@@ -52,22 +52,22 @@ def observe(
     *,
     may_rest: bool,
 ) -> Stillness:
-    """Looks at the robot once more.
+    """Updates the memory.
 
     Args:
-        before: What was remembered; None at the first look.
+        before: The previous memory; None at first.
         time: Present time [s].
         q: Measured configuration, shape (n_q,).
-        aim: What is asked for at present.
+        aim: The current aim.
         X_WEs: Poses of the end effectors, shape (e, 4, 4).
-        may_rest: Whether the robot has every reason to stand still, at its
-            target for example; that time does not count.
+        may_rest: Whether the robot has a reason to stand still, at its target
+            for example; that time does not count.
     """
     left = sum(_left(t, t.error(X_WEs[i])) for i, t in aim.items)
     if before is None or time < before.since:
         return Stillness(q, time, aim, left, time)
     now = before
-    # What is not finite has not stayed where it was.
+    # A configuration that is not finite counts as motion.
     if may_rest or not np.abs(q - before.q).max() <= STILL:
         now = dc.replace(now, q=q, since=time)
     is_new = not aim.equals(before.aim)

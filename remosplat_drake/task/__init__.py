@@ -1,6 +1,6 @@
-"""The task: target poses one after the other, and when one is reached.
+"""The task: a sequence of target poses, and the rule of arrival.
 
-`TargetSequence` is the system that hands them out, `has_arrived` the success
-rule of the paper. `suggest_task` finds a first target in an unknown scene, at
-one of the `HandPlaces` of its grid.
+`TargetSequence` is the system that outputs them, `has_arrived` the success rule
+of the paper. `suggest_task` finds a first target in an unknown scene, on the
+grid of `HandPlaces`.
 """

@@ -1,4 +1,4 @@
-"""`ArrivalConfig`: when a target counts as reached (success rule)."""
+"""`ArrivalConfig`: the rule by which a target counts as reached."""
 
 import dataclasses as dc
 import math
@@ -17,8 +17,8 @@ RULES = ("text", "authors")
 class ArrivalConfig(Config):
     """When a target counts as reached (paper section V, "Success Rate")."""
 
-    # Success rule. `text` wants distance and angle within their tolerances,
-    # as the paper says; `authors` wants the L1 norm of the translation alone
+    # Success rule. `text` requires distance and angle within their tolerances,
+    # as the paper says; `authors` requires only the L1 norm of the translation
     # within the tolerance, as the authors' code does.
     rule: Annotated[str, OneOf(RULES, "rule")] = "text"
     # Greatest distance between end effector and target [m].
@@ -28,7 +28,7 @@ class ArrivalConfig(Config):
 
 
 def has_arrived(error: PoseError, config: ArrivalConfig) -> bool:
-    """Tells whether a pose error is within the tolerances.
+    """Returns whether a pose error is within the tolerances.
 
     Args:
         error: The error from the end effector to the target.

@@ -1,10 +1,10 @@
-"""Places of a grid where a hand is near a surface, central ones first.
+"""Finds grid points where a hand is near a surface, central ones first.
 
 A floor may be large, or seem so because of an outlier, and a grid over all of
-it has too many places to ask for all distances at once. So the grid is divided
-into boxes. A box without a surface near it is left out: no distance changes
-faster than the place that it is measured from. The other boxes are searched
-from the middle of the grid outwards, and only as far as places are asked for.
+it has too many points to query all distances at once. So the grid is divided
+into boxes. Boxes without a surface nearby are skipped, since distances are
+1-Lipschitz. The other boxes are searched from the middle of the grid outwards,
+only as far as needed.
 """
 
 import dataclasses as dc
@@ -21,8 +21,8 @@ _STEP = 0.1
 """Distance of neighbouring places along x and along y [m]."""
 
 _IN_A_BOX, _AT_ONCE = 64, 20_000
-"""Greatest number of places in a box that is not divided any more, and number
-of places from which distances are measured in one call."""
+"""Largest number of places in a box that is not divided further, and number of
+places per distance query."""
 
 _ROUNDING = 1e-9
 """Relative bound, and bound in metres, on rounding errors of lengths."""
@@ -58,14 +58,14 @@ class HandPlaces:
         p_W: Sequence[float] | np.ndarray = (0, 0, 0),
         radius: float = math.inf,
     ) -> Iterator[np.ndarray]:
-        """Yields the places in the order of their distance from the middle.
+        """Yields the places in order of their distance from the middle.
 
         The distance is horizontal. Of equally distant places the one with the
         lowest y comes first, then that with the lowest x, then the lowest.
 
         Args:
             p_W: A point in W, shape (3,) [m].
-            radius: Distance from it beyond which places may be left out [m].
+            radius: Distance from it beyond which places may be omitted [m].
 
         Yields:
             The next places in W, shape (k, 3) [m]; there may be none.
@@ -114,7 +114,7 @@ class HandPlaces:
         p_W: Sequence[float] | np.ndarray,
         radius: float,
     ) -> list[tuple[float, _Box]]:
-        """The boxes that may hold places, behind a bound on their distance."""
+        """Yields boxes that may contain places, with a distance bound."""
         boxes = [box for box in boxes if _size(box)]
         if not boxes:
             return []
@@ -167,7 +167,7 @@ def _size(box: _Box) -> int:
 
 
 def _halves(box: _Box) -> list[_Box]:
-    """Divides a box where it has most places."""
+    """Splits a box along its longest side."""
     counts = [end - start for start, end in box]
     axis = counts.index(max(counts))
     start, end = box[axis]

@@ -1,4 +1,4 @@
-"""Suggests a first task, start and target, in a scene without a scenario."""
+"""Suggests a start and a target in a scene without a scenario."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterable, Iterator
@@ -15,54 +15,54 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.task.hand_places import HandPlaces
 
 NEAR, _FAR = 0.05, 0.12
-"""Clearances between which the hand ends: near enough to be worth it [m]."""
+"""Range of the hand's clearance at the target [m]."""
 
 _HEIGHTS = np.arange(0.35, 1.2, 0.05)
 """Heights of targets above the floor [m]."""
 
 _ON_A_TABLE = 0.25
-"""How much lower targets are for an arm on a fixed base, which stands on what
-it works on [m]."""
+"""How much lower targets are for an arm on a fixed base, since it stands on its
+work surface [m]."""
 
 _DISTANCES = (0.9, 1.1, 1.3, 1.5, 1.8, 2.2)
 """Distances from the base to the target, in the order they are tried [m]."""
 
 _NEARER = (0.7, 0.5, 0.9)
-"""The same for an arm on a fixed base, as shares of how far it can be."""
+"""The same for an arm on a fixed base, as fractions of its reach."""
 
 _DIRECTIONS = 24
 """Number of directions from which a base may face a target."""
 
 _STRETCHED = 0.7
-"""Fraction of the arm's reach up to which targets are suggested: a hand that
-points down cannot be stretched out."""
+"""Fraction of the arm's reach up to which targets are suggested: with the hand
+pointing down, an arm cannot be fully stretched."""
 
 _ROOM = 0.15
 """Least clearance of the whole robot at the start [m]."""
 
 _BASE_HEIGHT, _BASE_ROOM = 0.2, 0.4
-"""Height of a point over the base, and its least clearance, without which no
-base fits [m]."""
+"""Height of a point over the base, and the least clearance there for a base to
+fit [m]."""
 
 _WAY, _WAY_ROOM = np.linspace(0, 1, 25)[:, None], 0.04
-"""Points on the hand's straight way, from 0 to 1, and their least clearance
+"""Points on the hand's straight path, from 0 to 1, and their least clearance
 [m]."""
 
 _COMPARED = 50
-"""Greatest number of starts that are compared."""
+"""Largest number of starts that are compared."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Suggestion:
-    """Where a robot may start, and what it may reach for.
+    """A start and a target for a robot.
 
     Attributes:
         base_pose: x, y and yaw of the base in W, shape (3,) [m, m, rad]; None
-            of a robot without a mobile base, which stands at W's origin.
+            for a robot without a mobile base, which stands at W's origin.
         X_WT: Target pose of the end effector, with the gripper down.
-        X_WG: Where the map G is, whose frame was W when the task was sought:
-            it is moved so that a robot without a mobile base stands in a free
-            place, and lies where it was for others.
+        X_WG: Pose of the map's frame G, which was W during the search: the map
+            is moved so that a robot without a mobile base stands in a free
+            place; for others it stays.
     """
 
     base_pose: np.ndarray | None
@@ -78,27 +78,26 @@ def suggest_task(
     is_free: Callable[[np.ndarray], np.ndarray],
     may_move_map: bool = False,
 ) -> Suggestion:
-    """Finds a free place for the base and, before it, one for the hand.
+    """Finds a free place for the base and a target in front of it.
 
-    The nearer they are the better. The straight way from over the base to
-    the target is clear, so that no wall stands between; nothing says that
-    the whole robot can follow it. Targets are sought from the middle of the
-    space outwards, above one place of the floor from the lowest to the
-    highest, and only as far as needed. Of several starts the one is taken
-    that is best known to be free: behind a wall nothing is.
+    Near targets are preferred. The straight path from above the base to the
+    target is clear, so that no wall is between them; the whole robot may still
+    be unable to follow it. Targets are searched from the middle of the space
+    outwards, at each point of the floor from the lowest to the highest, only as
+    far as needed. Of several starts, the one with most space known to be free
+    is chosen: space behind a wall is unknown.
 
     Args:
         robot: The robot; without a mobile base, it stands at the origin.
         field: Distance field of the scene, 1-Lipschitz, with the floor at
             z = 0.
-        lower: Lower corner of the space that was seen, in W, shape (3,) [m].
+        lower: Lower corner of the seen space, in W, shape (3,) [m].
         upper: Upper corner of that space, shape (3,) [m].
-        is_free: Tells which of n points in W, shape (n, 3) [m], are known to
-            be free, shape (n,): a splat does not tell a solid's inside from
-            its outside.
-        may_move_map: Whether the map may be moved to where a robot without a
-            mobile base has room, if it has none at the origin, or reaches
-            nothing from there.
+        is_free: Returns which of n points in W, shape (n, 3) [m], are known to
+            be free, shape (n,): a splat does not distinguish a solid's inside
+            from its outside.
+        may_move_map: Whether the map may be moved if a robot without a mobile
+            base has no room at the origin or reaches nothing from there.
 
     Raises:
         RemoSplatError: There is no such place.
@@ -131,7 +130,7 @@ def suggest_task(
 
 
 class _Kept:
-    """Arrays that take long to make: each is made when it is first read."""
+    """Expensive arrays, each computed on first use."""
 
     def __init__(self, source: Iterator[np.ndarray]):
         self._source = source
@@ -147,7 +146,7 @@ class _Kept:
 def _free_ones(
     places: Iterable[np.ndarray], is_free: Callable[[np.ndarray], np.ndarray]
 ) -> Iterator[np.ndarray]:
-    """The places that are known to be free, in arrays that are not empty."""
+    """Yields the places that are known to be free, in non-empty arrays."""
     for some in places:
         free = some[is_free(some)] if len(some) else some
         if len(free):
@@ -160,7 +159,7 @@ def _from_the_origin(
     places: HandPlaces,
     is_free: Callable[[np.ndarray], np.ndarray],
 ) -> Suggestion:
-    """A target that an arm on a fixed base can reach, if any."""
+    """Returns a target that an arm on a fixed base can reach, if any."""
     start = robot.spheres_at(robot.home)
     if field.clearances(start, _ROOM).minimum() < 0:
         raise RemoSplatError(
@@ -200,7 +199,7 @@ def _best_start(
     distance: float,
     is_free: Callable[[np.ndarray], np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """A start so far from a target, and the target, if there is any."""
+    """Returns the best start at a distance from a target, and the target."""
     found, known = [], []
     for start, target in _roomy_starts(robot, field, targets, distance):
         over = np.append(start[:2], target[2])
@@ -222,7 +221,7 @@ def _roomy_starts(
     targets: Iterable[np.ndarray],
     distance: float,
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Starts over which there is room for a base, and their targets."""
+    """Returns starts with room for a base, and their targets."""
     floor = float(robot.spheres_at(robot.q_home).ignore_below.max())
     for some in targets:
         starts, p_WT = _starts(some, distance)
@@ -235,7 +234,7 @@ def _roomy_starts(
 
 
 def _standing(robot: RobotModel, start: np.ndarray) -> Spheres:
-    """The spheres of a robot at home whose base is at x, y and yaw."""
+    """Returns the spheres of a robot at home, with its base at x, y and yaw."""
     if robot.n_base:
         return robot.spheres_at(np.concatenate([start, robot.home]))
     X_WB = planar_pose.matrix(start)
@@ -253,7 +252,7 @@ def _hand_places(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> HandPlaces:
-    """Where a hand that points down might be near a surface."""
+    """Returns places where a hand that points down might be near a surface."""
     heights = _HEIGHTS if robot.n_base else _HEIGHTS - _ON_A_TABLE
     heights = heights[(lower[2] < heights) & (upper[2] > heights)]
     p_WA = shoulder(robot, robot.q_home)
@@ -270,7 +269,7 @@ def _hand_places(
 
 
 def _hand_pointing_down(robot: RobotModel) -> Spheres:
-    """The leading spheres with the end effector at the origin."""
+    """Returns the leading spheres with the end effector at the origin."""
     q = robot.q_home
     spheres = robot.spheres_at(q).select(robot.leading_spheres)
     X_WE = robot.end_effector_pose(q)

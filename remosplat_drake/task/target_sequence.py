@@ -1,4 +1,4 @@
-"""`TargetSequence`: hands out targets, one after the other."""
+"""`TargetSequence`: outputs targets, one after the other."""
 
 import dataclasses as dc
 from collections.abc import Mapping, Sequence
@@ -23,12 +23,12 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 Wanted = Target | RigidTransform
-"""What an end effector may be asked for."""
+"""Types of a target of an end effector."""
 
 
 @dc.dataclass(frozen=True)
 class TargetProgress:
-    """How far along a sequence of targets the robot is; copying returns itself.
+    """Progress along a sequence of targets; copying returns the object itself.
 
     Attributes:
         index: Index of the present target; `count` when all are reached.
@@ -49,13 +49,13 @@ class TargetProgress:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Place:
-    """Where the end effectors are in their sequences; copying returns itself.
+    """Progress of the end effectors in their sequences; copying returns itself.
 
     Attributes:
         index: Index of each one's present target; their number when all are
             reached.
-        X_WA: Where each was when that target's turn came, shape (4, 4); None
-            before the first look.
+        X_WA: Pose of each when its present target became current, shape (4, 4);
+            None before the first update.
     """
 
     index: tuple[int, ...]
@@ -66,7 +66,7 @@ class _Place:
 
 
 class TargetSequence(LeafSystem):
-    """Hands out targets, each until the end effector has reached it.
+    """Outputs targets, each until the end effector has reached it.
 
     .. pydrake_system::
 
@@ -81,20 +81,19 @@ class TargetSequence(LeafSystem):
     `configuration` takes the measured q, `aim` gives the present `Aim`,
     `target` the pose X_WT alone of its first target as a `RigidTransform`, and
     `progress` a `TargetProgress`, which counts the targets of all end
-    effectors. After the last target it keeps handing that one out. Arrival is
-    judged once a period. A line starts where the end effector is when its turn
-    comes; a target that is passed is told how far it is from there to where
-    the end effector stops. Several end effectors do not wait for each other;
-    all is reached once each is at its last target at the same time.
+    effectors. After the last target, it keeps that one. Arrival is checked once
+    per period. A line starts at the pose of the end effector when its target
+    becomes current; a passed target gets the distance from there to the next
+    stop. Several end effectors do not wait for each other; the sequence is
+    finished when all are at their last targets at the same time.
 
     Args:
         robot: The robot, for its kinematics.
-        X_WTs: What the end effector shall reach, at least one: poses, or
-            `Target`s where less is asked, or more; or such lists by the names
-            of several end effectors. A line's start is that of the motion,
-            whatever the target says.
+        X_WTs: At least one target for the end effector: poses, or `Target`s for
+            more options; or such lists by the names of several end effectors. A
+            line starts where the motion starts, and its own start is ignored.
         arrival: The success rule; None: within 20 mm and 2 degrees.
-        period: Time between two judgements of arrival [s].
+        period: Time between two checks of arrival [s].
 
     Raises:
         RemoSplatError: There is no target, or no such end effector.
@@ -163,7 +162,7 @@ class TargetSequence(LeafSystem):
         return targets
 
     def progress(self, context: Context) -> TargetProgress:
-        """Returns how far along the sequence the robot is.
+        """Returns the progress along the sequence.
 
         Args:
             context: The system's own context.
@@ -172,7 +171,7 @@ class TargetSequence(LeafSystem):
         return TargetProgress(sum(self._place(context).index), count)
 
     def error(self, context: Context) -> PoseError:
-        """Returns the error to the present target, of several the farthest.
+        """Returns the error to the present target; of several, the largest.
 
         Args:
             context: The system's own context.
@@ -189,7 +188,7 @@ class TargetSequence(LeafSystem):
         return context.get_abstract_state(int(self._place_index)).get_value()
 
     def _listed(self, place: _Place) -> Aim:
-        """The present targets, their lines without a start."""
+        """Returns the present targets, with lines without a start."""
         return Aim(
             tuple(
                 listed[min(index, len(listed) - 1)] if listed else None
@@ -224,7 +223,7 @@ class TargetSequence(LeafSystem):
             reached = target.is_reached(target.error(X_WE[i]), self._arrived)
             if index[i] < last and reached:
                 index[i], X_WA[i] = index[i] + 1, X_WE[i]
-            elif index[i] >= last:  # Held, for as long as others are on theirs.
+            elif index[i] >= last:  # Held while other end effectors continue.
                 index[i] = last + reached
         if before.X_WA is None or tuple(index) != before.index:
             cell = int(self._place_index)
@@ -235,7 +234,7 @@ class TargetSequence(LeafSystem):
 def _by_effector(
     robot: RobotModel, wanted: Sequence[Wanted] | Mapping[str, Sequence[Wanted]]
 ) -> list[list[Target]]:
-    """The targets of each end effector."""
+    """Returns the targets of each end effector."""
     names = robot.effectors
     if not isinstance(wanted, Mapping):
         wanted = {names[0]: wanted}
@@ -251,11 +250,11 @@ def _by_effector(
 
 
 def begun(aim: Aim, X_WA: Sequence[np.ndarray]) -> Aim:
-    """Returns an aim whose lines start somewhere.
+    """Returns an aim with the starts of its lines set.
 
     Args:
         aim: The aim.
-        X_WA: Where the line of each end effector starts, shape (4, 4).
+        X_WA: Start of the line of each end effector, shape (4, 4).
     """
     return Aim(
         tuple(
@@ -268,7 +267,7 @@ def begun(aim: Aim, X_WA: Sequence[np.ndarray]) -> Aim:
 
 
 def with_ways_onward(targets: Sequence[Target]) -> list[Target]:
-    """Tells targets that are passed how far it is from there to a stop.
+    """Sets, for passed targets, the distance from there to the next stop.
 
     Args:
         targets: The targets, in their order.

@@ -1,4 +1,4 @@
-"""What the application needs of targets, whoever hands them out."""
+"""The interface of systems that output targets."""
 
 from typing import Any, Protocol
 
@@ -20,20 +20,20 @@ PORTS = ("configuration",), ("target",)
 (n_q,), and the target pose X_WT, a `RigidTransform`."""
 
 AIM = "aim"
-"""Name of a further output port, a `Target`, for who asks for less than a pose,
-or for more; it then counts in place of `target`."""
+"""Name of an optional output port with an `Aim` or a `Target`, for targets with
+more options than a pose; it replaces `target`."""
 
 
 class Targets(Protocol):
-    """A system that says where the end effector shall go.
+    """A system that outputs targets of the end effector.
 
     `TargetSequence` is one, and so is any `LeafSystem` with the ports `PORTS`
-    and the two methods below. It may have the port `AIM`, too. What it hands
-    out must not depend on what the controller does within the same tick.
+    and the two methods below. It may have the port `AIM`, too. Its outputs must
+    not depend on the controller's output in the same tick.
     """
 
     def progress(self, context: Context) -> TargetProgress:
-        """Tells how far along the targets are; the run ends with the last one.
+        """Returns the progress along the targets, after which the run ends.
 
         Args:
             context: The context of this system.
@@ -41,7 +41,7 @@ class Targets(Protocol):
         ...
 
     def error(self, context: Context) -> PoseError:
-        """Gives the pose error from the end effector to the present target.
+        """Returns the pose error from the end effector to the present target.
 
         Args:
             context: The context of this system.
@@ -57,7 +57,7 @@ class Targets(Protocol):
         ...
 
     def HasOutputPort(self, port_name: str) -> bool:
-        """Tells whether there is such a port, as every Drake system does."""
+        """Returns whether there is such a port, as every Drake system does."""
         ...
 
     def GetMyContextFromRoot(self, root_context: Context) -> Context:
@@ -66,7 +66,7 @@ class Targets(Protocol):
 
 
 class TargetsMaker(Protocol):
-    """The settings of targets that are not ours."""
+    """The settings of targets of another package."""
 
     def make(
         self, robot: RobotModel, arrival: ArrivalConfig, period: float
@@ -74,7 +74,7 @@ class TargetsMaker(Protocol):
         """Makes the system.
 
         Args:
-            robot: Finds the end effector.
+            robot: The robot.
             arrival: The scenario's rule of arrival.
             period: The control period [s].
         """
@@ -82,7 +82,7 @@ class TargetsMaker(Protocol):
 
 
 def target_port(targets: Targets) -> OutputPort:
-    """Returns the port that says most about the present target.
+    """Returns the port with most information about the present target.
 
     Args:
         targets: The system.
@@ -92,11 +92,11 @@ def target_port(targets: Targets) -> OutputPort:
 
 
 def check_targets(targets: Any, name: str) -> None:
-    """Refuses a system that cannot hand out targets.
+    """Raises an error if a system cannot output targets.
 
     Args:
         targets: The system.
-        name: What to blame.
+        name: Name of the system in errors.
 
     Raises:
         RemoSplatError: It lacks a port or a method.

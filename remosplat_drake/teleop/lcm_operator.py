@@ -8,7 +8,11 @@ from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from remosplat_drake.signals.operator_command import OperatorCommand
-from remosplat_drake.teleop.pose_stream import StreamState, advance_stream
+from remosplat_drake.teleop.pose_stream import (
+    SOURCE,
+    StreamState,
+    advance_stream,
+)
 from remosplat_drake.teleop.teleop_config import PoseStreamConfig
 
 
@@ -46,7 +50,10 @@ class LcmOperator(LeafSystem):
         self._lcm = lcm or DrakeLcm(config.lcm_url)
         self._packet: bytes | None = None
         self._lcm.Subscribe(config.channel, self._receive)
-        self._stream_index = self.DeclareAbstractState(Value(StreamState()))
+        command = OperatorCommand(source=SOURCE, effector=config.effector)
+        self._stream_index = self.DeclareAbstractState(
+            Value(StreamState(command))
+        )
         self.DeclareAbstractOutputPort(
             "command",
             Value(OperatorCommand()).Clone,

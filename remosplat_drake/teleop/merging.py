@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from remosplat_drake.signals.operator_command import OperatorCommand
 
-_COUNTS = ("moves", "holds", "homes", "poses", "scans")
+_COUNTS = ("moves", "holds", "homes", "poses", "scans", "choices")
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -48,6 +48,7 @@ def merge_commands(
     new = [i for i, pair in enumerate(pairs) if _wishes_anew(*pair)]
     leader = new[0] if new else before.leader
     picks = [now.pose for known, now in pairs if now.poses > known.poses]
+    chosen = [x.effector for known, x in pairs if x.choices > known.choices]
     counts = {
         name: sum(getattr(source, name) for source in sources)
         for name in _COUNTS
@@ -55,6 +56,7 @@ def merge_commands(
     command = dc.replace(
         sources[leader],
         pose=picks[0] if picks else before.command.pose,
+        effector=chosen[0] if chosen else before.command.effector,
         **counts,
     )
     return MergedCommand(tuple(sources), leader, command)

@@ -22,6 +22,7 @@ class MotionLaw:
         X_EC: Pose of the wrist camera (OpenCV axes) in the end effector's
             frame, shape (4, 4); None without one, and then there is no scan.
         frames: Number of frames of a scan.
+        effector: Index of the end effector that it is about.
     """
 
     config: TeleopConfig
@@ -29,6 +30,7 @@ class MotionLaw:
     dt: float
     X_EC: np.ndarray | None = None
     frames: int = 8
+    effector: int = 0
 
     @staticmethod
     def make(
@@ -38,6 +40,7 @@ class MotionLaw:
         dt: float,
         mount: CameraMount | None = None,
         frames: int = 8,
+        effector: int = 0,
     ) -> "MotionLaw":
         """Makes the law of a robot whose home is where it starts.
 
@@ -46,15 +49,20 @@ class MotionLaw:
             robot: The robot, for its kinematics.
             q0: Configuration to start from, shape (n_q,).
             dt: Time between two steps of the target [s].
-            mount: Mount of the wrist camera, which must move with the end
+            mount: Mount of the wrist camera, which must move with an end
                 effector; None without one.
             frames: Number of frames of a scan.
+            effector: Index of the end effector that it is about; of several,
+                those that do not carry the camera cannot scan.
         """
-        X_WE = robot.end_effector_pose(q0)
+        X_WE = robot.end_effector_pose(q0, effector)
         X_EC = None
-        if mount is not None:
+        if mount is not None and robot.effector_that_moves(mount.body) in (
+            None,
+            effector,
+        ):
             X_EC = np.linalg.inv(X_WE) @ mount.pose(q0)
-        return MotionLaw(config, X_WE, dt, X_EC, frames)
+        return MotionLaw(config, X_WE, dt, X_EC, frames, effector)
 
     def target(self, state: TargetState) -> Target:
         """Returns what the end effector shall reach.

@@ -1,5 +1,8 @@
 """`OperatorTarget`: a target that an operator moves."""
 
+import dataclasses as dc
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
@@ -13,10 +16,10 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.map_requests import MapRequests
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.supervisor_state import SupervisorState
-from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.target_state import TargetState
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.teleop.motion_law import MotionLaw
@@ -42,9 +45,14 @@ class OperatorTarget(LeafSystem):
 
     It stands in the place of a `TargetSequence` that never ends.
     `configuration` takes the measured q, `command` an `OperatorCommand`;
-    `aim` gives the `Target`, `target` its pose X_WT alone as a
-    `RigidTransform`, and `state` the `TargetState`. The outgoing `map_requests`
-    are those that come in and the frames that scans want.
+    `aim` gives the `Aim`, `target` the pose X_WT alone of the end effector
+    that the operator moves as a `RigidTransform`, and `state` that one's
+    `TargetState`. The outgoing `map_requests` are those that come in and the
+    frames that scans want.
+
+    Of several end effectors one is moved, which the command chooses; the
+    others are held where they were left, or where they are at the start. One
+    that is left while it moves is held where it is then.
 
     `supervision` takes a `SupervisorState`. While the robot is stopped the
     target stays with it, so that a release does not send the robot off to
@@ -55,14 +63,22 @@ class OperatorTarget(LeafSystem):
     Args:
         robot: The robot, for its kinematics.
         q0: Configuration to start from, shape (n_q,).
-        law: Bounds of the motion; its `dt` is the period [s].
+        law: Bounds of the motion; its `dt` is the period [s]. One for each of
+            several end effectors.
     """
 
-    def __init__(self, *, robot: RobotModel, q0: np.ndarray, law: MotionLaw):
+    def __init__(
+        self,
+        *,
+        robot: RobotModel,
+        q0: np.ndarray,
+        law: MotionLaw | Sequence[MotionLaw],
+    ):
         super().__init__()
         self.set_name("targets")
         self._robot = robot
-        self._law = law
+        self._laws = (law,) if isinstance(law, MotionLaw) else tuple(law)
+        assert len(self._laws) == len(robot.effectors)
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
         )
@@ -77,9 +93,10 @@ class OperatorTarget(LeafSystem):
         )
         # Without a pose until a tick knows where the end effector is.
         nowhere = TargetState.at_rest(np.full((4, 4), np.nan))
-        self._state_index = self.DeclareAbstractState(Value(nowhere))
-        self._X_WE_expected = robot.end_effector_pose(q0)
-        ticket = self.abstract_state_ticket(self._state_index)
+        hands = _Hands((nowhere,) * len(self._laws))
+        self._hands_index = self.DeclareAbstractState(Value(hands))
+        self._X_WEs_expected = robot.end_effector_poses(q0)
+        ticket = self.abstract_state_ticket(self._hands_index)
         tickets = {ticket, self._configuration_input.ticket()}
         self.DeclareAbstractOutputPort(
             "target", Value(RigidTransform()).Clone, self._calc_target, tickets
@@ -96,7 +113,9 @@ class OperatorTarget(LeafSystem):
             self._calc_requests,
             {ticket, self._requests_input.ticket()},
         )
-        self.DeclarePeriodicUnrestrictedUpdateEvent(law.dt, 0.0, self._advance)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            self._laws[0].dt, 0.0, self._advance
+        )
 
     @staticmethod
     def AddToBuilder(
@@ -124,20 +143,30 @@ class OperatorTarget(LeafSystem):
         return target
 
     def state(self, context: Context) -> TargetState:
-        """Returns the present target.
+        """Returns the target of the end effector that the operator moves.
 
         Args:
             context: The system's own context.
         """
-        state = self._memory(context)
-        if np.isfinite(state.X_WT).all():
+        hands = self._known_hands(context)
+        state = hands.led
+        if len(hands.states) == 1:
             return state
-        X_WE = self._end_effector(context)
-        known = np.isfinite(X_WE).all()
-        return TargetState.at_rest(X_WE if known else self._X_WE_expected)
+        X_WTs = np.array([one.X_WT for one in hands.states])
+        return dc.replace(state, effector=hands.leading, X_WTs=X_WTs)
 
-    def _memory(self, context: Context) -> TargetState:
-        return context.get_abstract_state(int(self._state_index)).get_value()
+    def _memory(self, context: Context) -> "_Hands":
+        return context.get_abstract_state(int(self._hands_index)).get_value()
+
+    def _known_hands(self, context: Context) -> "_Hands":
+        """All targets; what no tick has placed yet is where its hand is."""
+        hands = self._memory(context)
+        if all(np.isfinite(one.X_WT).all() for one in hands.states):
+            return hands
+        X_WEs = self._end_effectors(context)
+        known = np.isfinite(X_WEs).all()
+        X_WEs = X_WEs if known else self._X_WEs_expected
+        return dc.replace(hands, states=tuple(map(TargetState.at_rest, X_WEs)))
 
     def progress(self, context: Context) -> TargetProgress:
         """Returns the progress of a sequence that never ends: 0 of 1."""
@@ -149,14 +178,23 @@ class OperatorTarget(LeafSystem):
         Args:
             context: The system's own context.
         """
-        return self._target(context).error(self._end_effector(context))
+        leading = self._memory(context).leading
+        target = self._aim(context).targets[leading]
+        assert target is not None
+        return target.error(self._end_effectors(context)[leading])
 
-    def _target(self, context: Context) -> Target:
-        return self._law.target(self.state(context))
+    def _aim(self, context: Context) -> Aim:
+        states = self._known_hands(context).states
+        return Aim(
+            tuple(
+                law.target(state)
+                for law, state in zip(self._laws, states, strict=True)
+            )
+        )
 
-    def _end_effector(self, context: Context) -> np.ndarray:
+    def _end_effectors(self, context: Context) -> np.ndarray:
         q = self._configuration_input.Eval(context)
-        return self._robot.end_effector_pose(q)
+        return self._robot.end_effector_poses(q)
 
     def _is_stopped(self, context: Context) -> bool:
         if not self._supervision_input.HasValue(context):
@@ -167,32 +205,73 @@ class OperatorTarget(LeafSystem):
         output.set_value(RigidTransform(self.state(context).X_WT))
 
     def _calc_aim(self, context: Context, output: AbstractValue):
-        output.set_value(self._target(context))
+        output.set_value(self._aim(context))
 
     def _calc_state(self, context: Context, output: AbstractValue):
         output.set_value(self.state(context))
 
     def _calc_requests(self, context: Context, output: AbstractValue):
-        state = self._memory(context)
+        states = self._memory(context).states
         requests = MapRequests(
-            frames=state.frames_wanted, unfinished=state.unfinished
+            frames=sum(state.frames_wanted for state in states),
+            unfinished=sum(state.unfinished for state in states),
         )
         if self._requests_input.HasValue(context):
             requests += self._requests_input.Eval(context)
         output.set_value(requests)
 
     def _advance(self, context: Context, state: State):
-        X_WE = self._end_effector(context)
-        placed = [self._memory(context).X_WT, X_WE]
-        if not np.isfinite(placed).all(axis=(1, 2)).any():
+        X_WEs = self._end_effectors(context)
+        before = self._memory(context)
+        placed = np.array([one.X_WT for one in before.states])
+        if not (np.isfinite(placed).all() or np.isfinite(X_WEs).all()):
             return
-        before = self.state(context)
+        before = self._known_hands(context)
         command = self._command_input.Eval(context)
-        if self._is_stopped(context):
-            advanced = stand(before, command, X_WE)
-        else:
-            advanced = advance_target(
-                self._law, before, command, X_WE, context.get_time()
-            )
-        cell = int(self._state_index)
-        state.get_mutable_abstract_state(cell).set_value(advanced)
+        leading = before.leading
+        if command.choices > before.led.command.choices:
+            leading = self._index(command.effector)
+        states = []
+        for i, (law, one) in enumerate(
+            zip(self._laws, before.states, strict=True)
+        ):
+            if self._is_stopped(context):
+                one = stand(one, command, X_WEs[i])
+            elif i == leading:
+                time = context.get_time()
+                one = advance_target(law, one, command, X_WEs[i], time)
+            elif i == before.leading:
+                one = stand(one, command, X_WEs[i], "hold: another hand moves")
+            else:
+                # What was asked of others is nothing new when its turn comes.
+                one = dc.replace(one, command=command)
+            states.append(one)
+        cell = int(self._hands_index)
+        hands = _Hands(tuple(states), leading)
+        state.get_mutable_abstract_state(cell).set_value(hands)
+
+    def _index(self, effector: str) -> int:
+        """The index of an end effector; of an unknown one, the first's."""
+        names = self._robot.effectors
+        return names.index(effector) if effector in names else 0
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Hands:
+    """The targets of all end effectors; copying returns the object itself.
+
+    Attributes:
+        states: The target of each.
+        leading: Index of the one that the operator moves.
+    """
+
+    states: tuple[TargetState, ...]
+    leading: int = 0
+
+    def __deepcopy__(self, memo) -> "_Hands":
+        return self
+
+    @property
+    def led(self) -> TargetState:
+        """The target of the one that the operator moves."""
+        return self.states[self.leading]

@@ -101,10 +101,13 @@ def _take(
         return _end(state, f"the {SOURCE} is {age:.1f} s old on arrival")
     if utime == state.utime:
         return advance_stream(state, None, now, expiry)
+    begins = not state.flows
     command = dc.replace(
         state.command,
         X_WT=X_WT,
-        moves=state.command.moves + (not state.flows),
+        moves=state.command.moves + begins,
+        choices=state.command.choices
+        + (begins and bool(state.command.effector)),
         trouble="",
     )
     return StreamState(command, utime, now, flows=True)

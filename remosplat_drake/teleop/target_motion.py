@@ -53,9 +53,12 @@ def advance_target(
 
 
 def stand(
-    state: TargetState, command: OperatorCommand, X_WE: np.ndarray
+    state: TargetState,
+    command: OperatorCommand,
+    X_WE: np.ndarray,
+    text: str = "hold: the robot is stopped",
 ) -> TargetState:
-    """Keeps the target with a robot that is stopped.
+    """Keeps the target with a robot that is stopped, or a hand that is left.
 
     What is wished for meanwhile is void.
 
@@ -64,9 +67,10 @@ def stand(
         command: All that the operators have asked for so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
+        text: Why, in words for a person.
     """
     now = dc.replace(state, command=command)
-    return _break_off(state, hold(now, X_WE, "hold: the robot is stopped"))
+    return _break_off(state, hold(now, X_WE, text))
 
 
 def _begin(

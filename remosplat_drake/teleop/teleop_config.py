@@ -62,6 +62,9 @@ class PoseStreamConfig(Config):
     # URL of the LCM network. The multicast time to live decides how far
     # messages go: ttl=0 stays on this machine, ttl=1 in the local network.
     lcm_url: str = "udpm://239.255.76.67:7667?ttl=0"
+    # Name of the end effector that the poses are for, of several; empty for
+    # the one that the operator moves.
+    effector: str = ""
     # Channel of the messages, of type pose_target.
     channel: ChannelName = "POSE_TARGET"
     # Time without a message after which the stream is not followed any more,

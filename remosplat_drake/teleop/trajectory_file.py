@@ -5,6 +5,7 @@ steps:
 - {time: 4, press: frame}
 - {time: 5, pick: shelf}
 - {time: 9, press: home}
+- {time: 12, effector: right, translation: [0.6, -0.3, 0.9]}
 """
 
 import dataclasses as dc
@@ -19,6 +20,7 @@ from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.base.ranges import Config, Position, RollPitchYawDeg
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.base.strict_yaml import load_strict
+from remosplat_drake.robot.robot_description import unknown_effector
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests, scene_in_turn
 from remosplat_drake.signals.operator_command import OperatorCommand
@@ -58,6 +60,9 @@ class OperatorStep(Config):
     press: str = ""
     # Name of a saved pose to pick; empty for none.
     pick: str = ""
+    # Name of the end effector that moves from here on, of several; empty for
+    # the one that moves already, at first the first.
+    effector: str = ""
 
     def check(self) -> Iterator[tuple[str, str]]:
         """Yields errors for an unknown button or a lone rotation."""
@@ -95,6 +100,7 @@ def load_operator_steps(
     path: Path,
     poses: Collection[str],
     scenes: Sequence[PrimitiveScene] = (),
+    effectors: Collection[str] = ("",),
 ) -> list[OperatorStep]:
     """Reads and checks an operator's script.
 
@@ -102,6 +108,7 @@ def load_operator_steps(
         path: The YAML file.
         poses: Names of the saved poses that steps may pick.
         scenes: The scenes that a simulated camera may be shown in turns.
+        effectors: Names of the robot's end effectors.
 
     Raises:
         FileError: The file is missing or not YAML.
@@ -113,6 +120,12 @@ def load_operator_steps(
     before = 0.0
     for i, step in enumerate(steps):
         _check_step(step, before, poses, str(path), f"steps[{i}]")
+        if step.effector and step.effector not in effectors:
+            raise FieldError(
+                str(path),
+                f"steps[{i}].effector",
+                unknown_effector(step.effector, effectors),
+            )
         if step.press == SCENE and len(scenes) < 2:
             raise FieldError(
                 str(path),
@@ -140,9 +153,11 @@ def _check_step(
     if step.pick and step.pick not in poses:
         problem = unknown_name("saved pose", step.pick, poses)
         raise FieldError(where, f"{field}.pick", problem)
-    if not (step.translation or step.press or step.pick):
+    if not (step.translation or step.press or step.pick or step.effector):
         raise FieldError(
-            where, field, "asks for nothing: give translation, press or pick"
+            where,
+            field,
+            "asks for nothing: give translation, press, pick or effector",
         )
 
 
@@ -164,6 +179,10 @@ def asked_over_time(
     pose = SavedPose()
     changes = 0
     for step in steps:
+        if step.effector:
+            command = dc.replace(
+                command, effector=step.effector, choices=command.choices + 1
+            )
         if step.translation is not None:
             rpy_deg = step.rpy_deg or pose.rpy_deg
             pose = SavedPose(step.translation, rpy_deg)

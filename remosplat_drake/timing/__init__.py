@@ -1,1 +1,1 @@
-"""How long a tick, a query and a look ahead take on this machine."""
+"""Benchmarks of ticks, queries and look-ahead on this machine."""

@@ -1,6 +1,6 @@
-"""What it costs from the path of a splat's file to distances to it.
+"""Benchmarks from the path of a splat's file to distances to it.
 
-The file and the cache are in a folder of their own, which goes at the end.
+The file and the cache are in a temporary folder, removed at the end.
 """
 
 import os
@@ -24,7 +24,7 @@ _CACHE = "XDG_CACHE_HOME"
 
 
 def file_cases() -> list[Case]:
-    """Makes cases: a PLY of a million discs, at first and with its cache."""
+    """Makes cases: a PLY of a million discs, without and with its cache."""
     folder = TemporaryDirectory(prefix="remosplat-bench-")
     write_splat(Path(folder.name) / "discs.ply", table_scene(1_000_000))
     return [
@@ -34,13 +34,13 @@ def file_cases() -> list[Case]:
 
 
 def _ready_first(folder: TemporaryDirectory) -> None:
-    """Reads the file and asks its field, with an empty cache."""
+    """Reads the file and queries its field, with an empty cache."""
     shutil.rmtree(_cache(folder), ignore_errors=True)
     _ready(folder)
 
 
 def _ready(folder: TemporaryDirectory) -> None:
-    """Reads the file and asks its field."""
+    """Reads the file and queries its field."""
     with _cache_in(_cache(folder)):
         splat = read_splat(Path(folder.name) / "discs.ply")
         field = SphereToEllipsoidField(splat)

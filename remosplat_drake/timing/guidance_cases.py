@@ -1,7 +1,7 @@
-"""What looking ahead costs: rollouts, and ticks beside look-ahead.
+"""Benchmarks of look-ahead: rollouts, and ticks with look-ahead.
 
-The scene is one of the published kind in which the controller alone gets
-stuck, covered by 60,000 surfels: there the selector has work to do.
+The scene is one of the published kind in which the controller alone gets stuck,
+covered by 60,000 surfels: so the selector is active.
 """
 
 import dataclasses as dc
@@ -40,13 +40,13 @@ STUCK = ("table", 6)
 """Family and seed of a generated scene that needs guidance."""
 
 _TIME_LIMIT = 12.0
-_SECONDS = 4.0  # Of timing: some closed loops to the target.
-_WARM_UP = 20  # Calls after which rollouts have been near the scene, too.
+_SECONDS = 4.0  # Of each measurement: several closed loops.
+_WARM_UP = 20  # Calls until rollouts have come near the scene.
 
 
 @dc.dataclass(frozen=True, eq=False)
 class _Task:
-    """A robot before a scene, its aim, and the law that takes it there."""
+    """A robot before a scene, its aim, and its control law."""
 
     scenario: Scenario
     robot: RobotModel
@@ -109,7 +109,7 @@ def _endless(steps: Iterator[None]):
 
 
 def _rollouts(task: _Task, steps: int) -> Iterator[None]:
-    """The rollouts of all candidates from the start, again and again."""
+    """Repeats the rollouts of all candidates from the start."""
     rule = task.rule
     while True:
         for guidance in rule.candidates(task.q0, task.aim, task.field)[0]:

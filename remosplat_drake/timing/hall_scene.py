@@ -1,6 +1,6 @@
-"""A large hall as a splat: how the library's time and memory grow with size.
+"""A large hall as a splat, to measure how time and memory grow with size.
 
-Nothing is published that is as large, with a floor that a robot can stand on.
+No published splat is as large and has a floor for a robot.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ _COVER = 0.8
 """Standard deviation of a disc, as a share of the distance to the next one."""
 
 _ROUGHNESS = 0.002
-"""Standard deviation of the discs' places about a surface [m]."""
+"""Standard deviation of the discs' positions about a surface [m]."""
 
 _TURNS = np.array([[1, 0, 1, 0], [1, -1, 0, 0], [1, 0, 0, 0]])
 """Quaternions wxyz that turn z to the axes x, y and z."""
@@ -61,12 +61,12 @@ def hall_scene(n: int) -> GaussianSplat:
 
 
 def _faces() -> tuple[np.ndarray, np.ndarray]:
-    """Corners of the flat boxes that are the scene's faces, (f, 3) each [m]."""
+    """Returns corners of the flat boxes of all faces, (f, 3) each [m]."""
     rng = np.random.default_rng(0)
     half = 0.5 * SIZE[:2]
     x, y = (np.arange(_PITCH - h, h - 0.5 * _PITCH, _PITCH) for h in half)
     middle = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    # The middle of the hall is free: there a robot starts.
+    # The middle of the hall is free for the start of a robot.
     middle = middle[np.linalg.norm(middle, axis=1) > 0.5 * _PITCH]
     side = rng.uniform(_SMALLEST, _LARGEST, (len(middle), 3))
     boxes = [

@@ -1,4 +1,4 @@
-"""Time functions fairly: warmed up, many times, by percentiles."""
+"""Times functions after warm-up, over many calls, by percentiles."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -13,8 +13,8 @@ class Case:
 
     Attributes:
         name: Name of the case in tables.
-        function: Function without arguments; its result is dropped.
-        seconds: Approximate time for which it is called again and again [s].
+        function: Function without arguments; its result is discarded.
+        seconds: Approximate duration of repeated calls [s].
     """
 
     name: str

@@ -1,8 +1,8 @@
-"""What distances to a mesh take by others' means, beside ours to its surfels.
+"""Benchmarks of distances to a mesh by other packages, and to its surfels.
 
-The scene is that of the shipped table, once as few triangles as it can be and
-once as many as there are surfels; the spheres are those of the oracle's cases.
-All answer with the closest points, from and to NumPy, on one thread.
+The scene is that of the shipped table, once with the fewest possible triangles
+and once with as many as there are surfels; the spheres are those of the
+oracle's cases. All return the closest points as NumPy arrays, on one thread.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from remosplat_drake.timing.oracle_cases import MAX_DISTANCE, robot_spheres
 from remosplat_drake.timing.primitive_mesh import surface_triangles
 
 PACKAGES = ("open3d", "trimesh", "rtree")
-"""Packages whose queries are timed where they are."""
+"""Packages whose queries are timed if they are installed."""
 
 _SCENE = "package://remosplat_drake/models/scenes/table/scene.json"
 
@@ -38,8 +38,8 @@ class MeshQuery(NamedTuple):
     """A way to find the closest points of a mesh.
 
     Attributes:
-        make: Makes the query of a mesh, of its corners of shape (t, 3, 3).
-        packages: The packages that have to be there.
+        make: Makes the query of a mesh from its corners, shape (t, 3, 3).
+        packages: The packages that must be installed.
     """
 
     make: Callable[[np.ndarray], Query]
@@ -47,7 +47,7 @@ class MeshQuery(NamedTuple):
 
 
 def mesh_cases() -> list[Case]:
-    """Makes cases: our query, and what is there of the others for a mesh."""
+    """Makes cases: our query, and the installed ones of others."""
     scene, spheres = table(), robot_spheres()
     splat = surfel_splat(scene)
     clearances = SphereToEllipsoidField(splat).clearances

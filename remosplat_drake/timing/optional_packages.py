@@ -1,4 +1,4 @@
-"""Packages of others that are timed beside our own code where they are."""
+"""Other packages that are timed for comparison if they are installed."""
 
 from collections.abc import Iterable
 
@@ -12,11 +12,11 @@ REQUIREMENTS = {
     "rtree": "rtree",
     "trimesh": "trimesh",
 }
-"""What pip installs, by the name of the package that is imported."""
+"""pip requirements, by the name of the imported package."""
 
 
 def is_there(package: str) -> bool:
-    """Tells whether a package can be imported.
+    """Returns whether a package can be imported.
 
     Args:
         package: One of `REQUIREMENTS`.
@@ -25,14 +25,14 @@ def is_there(package: str) -> bool:
 
 
 def advice(packages: Iterable[str]) -> str:
-    """Says how to get those packages that cannot be imported.
+    """Returns how to install the packages that cannot be imported.
 
     Args:
         packages: Some of `REQUIREMENTS`.
 
     Returns:
-        A line that tells what to install, and one for each library that the
-        system lacks; empty if nothing is missing.
+        A line with the packages to install, and one for each missing library of
+        the system; empty if nothing is missing.
     """
     absent, lines = [], []
     for package in packages:
@@ -43,7 +43,7 @@ def advice(packages: Iterable[str]) -> str:
             lines.append(str(problem))
     if absent:
         command = f"pip install {' '.join(absent)}"
-        lines.insert(0, f"To see others beside our own: {command}")
+        lines.insert(0, f"To compare with other packages: {command}")
     return "\n".join(lines)
 
 

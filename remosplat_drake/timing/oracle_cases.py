@@ -1,8 +1,8 @@
-"""What distance oracles cost: building them and asking them.
+"""Benchmarks of distance oracles: building and queries.
 
 The scene is a table with cylinders and a wall, made of surfels; the 77 spheres
-stand like the robot's in front of it. Everything is seeded. What no camera has
-seen is that of the shipped table.
+stand like the robot's in front of it. Everything is seeded. Unseen space is
+that of the shipped table.
 """
 
 from functools import partial
@@ -21,13 +21,13 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.timing.measuring import Case
 
 MAX_DISTANCE = 0.5
-"""Influence distance of the controller, up to which queries ask [m]."""
+"""Influence distance of the controller, the range of queries [m]."""
 
 _TABLE = "package://remosplat_drake/models/scenes/table/splat.ply"
 
 
 def oracle_cases() -> list[Case]:
-    """Makes cases: 77 spheres against ever larger scenes, and brute force."""
+    """Makes cases: 77 spheres and scenes of growing size, and brute force."""
     spheres = robot_spheres()
     cases = []
     for n in (10_000, 60_000, 300_000, 1_000_000):
@@ -59,7 +59,7 @@ def oracle_cases() -> list[Case]:
 
 
 def _unknown_space_cases(spheres: Spheres) -> list[Case]:
-    """Cases of the distance to what the shipped table's capture did not see."""
+    """Makes cases of the distance to unseen space of the shipped table."""
     splat = resources.resolve(_TABLE)
     coverage = read_seen_space(seen_path(splat), splat)
     field = unknown_space_field(coverage)

@@ -1,7 +1,7 @@
-"""What a first path costs: searches on the shipped splats, to many targets.
+"""Benchmarks of the first path to many targets in the shipped splats.
 
 Targets lie before discs that are drawn at random, the hand pointing at them.
-Those count to which a path is found at once; who has none is not timed.
+Only targets to which a path is found at once are timed.
 """
 
 import math
@@ -22,10 +22,10 @@ SCENARIOS = ("TableReach", "BookshelfReach")
 """Scenarios in whose splats paths are searched."""
 
 _TARGETS = 60
-"""Number of targets that are drawn in each."""
+"""Number of targets that are drawn in each scenario."""
 
 _HEIGHTS = (0.15, 1.6)
-"""Least and greatest height of a disc that is pointed at [m]."""
+"""Least and greatest height of a disc at which the hand points [m]."""
 
 _AWAY = (0.08, 0.2)
 """Least and greatest distance of the hand from it [m]."""
@@ -34,7 +34,7 @@ _SECONDS = 15.0
 
 
 def planning_cases() -> list[Case]:
-    """Makes a case for each of `SCENARIOS`; none where OMPL is missing."""
+    """Makes a case for each of `SCENARIOS`; none if OMPL is missing."""
     return [_case(name) for name in SCENARIOS] if can_plan() else []
 
 

@@ -8,17 +8,17 @@ from scipy.spatial import ConvexHull
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SECTORS = 32
-"""Number of corners of the polygons that stand for circles."""
+"""Number of corners of the polygons that approximate circles."""
 
 
 def surface_triangles(
     scene: PrimitiveScene, longest: float = np.inf
 ) -> np.ndarray:
-    """Covers all primitives with triangles, also where others hide them.
+    """Covers all primitives with triangles, including hidden parts.
 
     Args:
         scene: Scene of boxes and cylinders.
-        longest: Length of an edge at which a triangle is cut in two [m].
+        longest: Edge length above which a triangle is split in two [m].
 
     Returns:
         Corners in W, shape (t, 3, 3) [m].
@@ -41,7 +41,7 @@ def _primitive_triangles(primitive: Box | Cylinder) -> np.ndarray:
 
 
 def _cut(triangles: np.ndarray, longest: float) -> np.ndarray:
-    """Cuts triangles at the middles of their longest edges, until these fit."""
+    """Splits triangles at midpoints of their longest edges until they fit."""
     done = []
     while len(triangles):
         edges = np.roll(triangles, -1, axis=1) - triangles

@@ -1,4 +1,4 @@
-"""What a tick pays to know where a robot is near itself."""
+"""Benchmarks of the self-collision distances of a tick."""
 
 from itertools import cycle
 
@@ -11,7 +11,7 @@ from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.timing.measuring import Case
 
 _POSTURES = 200
-"""Number of postures, half way between home and anywhere."""
+"""Number of postures, half way between home and random configurations."""
 
 
 def self_collision_cases() -> list[Case]:

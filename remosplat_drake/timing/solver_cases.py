@@ -1,7 +1,7 @@
-"""What our solver takes for the programs of a run, and what others would.
+"""Benchmarks of our solver and others on the programs of a run.
 
-All start cold and from what they take: the dense matrices in u alone, or
-Drake's program that is filled already.
+All start cold, from their own input: dense matrices in u alone, or a complete
+Drake program.
 """
 
 from collections.abc import Callable
@@ -28,21 +28,21 @@ from remosplat_drake.timing.optional_packages import is_there
 from remosplat_drake.timing.tick_cases import recorded_ticks
 
 PACKAGES = ("proxsuite", "daqp")
-"""Packages that nothing depends on, whose solvers are timed where they are."""
+"""Optional packages whose solvers are timed if they are installed."""
 
 _OSQP = 1e-6
-"""Tolerance with which OSQP is as exact as the others, by its polishing."""
+"""Tolerance with which OSQP, after polishing, is as exact as the others."""
 
 _PROXQP = 1e-8
-"""The same of ProxQP, with the duality gap."""
+"""The same for ProxQP, with the duality gap."""
 
 
 class Problem(NamedTuple):
-    """A program of a tick, in the two forms that solvers take.
+    """A program of a tick, in both input forms of solvers.
 
     Attributes:
         dense: The program as matrices in u alone.
-        drake: The same, whose `prog` is filled.
+        drake: The same, with a complete `prog`.
     """
 
     dense: DenseProgram
@@ -58,7 +58,7 @@ class Solver(NamedTuple):
 
     Attributes:
         make: Makes the function that solves.
-        package: The package that has to be there; empty for none.
+        package: The package that must be installed; empty for none.
     """
 
     make: Callable[[], Solve]
@@ -66,7 +66,7 @@ class Solver(NamedTuple):
 
 
 def solver_cases(scenario_name: str | None = None) -> list[Case]:
-    """Makes a case for each solver that is there.
+    """Makes a case for each installed solver.
 
     Args:
         scenario_name: Name of the scenario, or its file, whose run the
@@ -102,7 +102,7 @@ def recorded_problems(scenario_name: str | None = None) -> list[Problem]:
 
 
 def _problem(program: QuadraticProgram) -> Problem:
-    assert program.prog is not None  # It is filled when it is first asked for.
+    assert program.prog is not None  # The first access completes it.
     return Problem(program.dense(), program)
 
 
@@ -125,8 +125,8 @@ def _drakes(name: str, **options: float) -> Solve:
 def _proxqp() -> Solve:
     from proxsuite import proxqp
 
-    # Unless it looks at the duality gap, ProxQP ends at points that satisfy
-    # all rows with multipliers of the wrong sign, and calls them solved.
+    # Without a check of the duality gap, ProxQP reports points as solved that
+    # satisfy all rows with multipliers of the wrong sign.
     options = {
         "eps_abs": _PROXQP,
         "eps_rel": 0.0,
@@ -159,4 +159,4 @@ SOLVERS = {
         partial(_drakes, "osqp", eps_abs=_OSQP, eps_rel=_OSQP)
     ),
 }
-"""All solvers, by what tables call them; the first is our own."""
+"""All solvers, by their names in tables; the first is ours."""

@@ -1,4 +1,4 @@
-"""What one control tick is made of, timed along a real run."""
+"""Benchmarks of the parts of a control tick, along a real run."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterator
@@ -21,19 +21,19 @@ from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.timing.measuring import Case
 
 _PEOPLE = 5
-"""Number of things that move around the robot where any do."""
+"""Number of movers around the robot in cases with movers."""
 
 _STOUT = 0.2
 """Their radius [m]."""
 
 _GAP = 0.5
-"""How far bystanders stay away from wherever the robot comes [m]."""
+"""Distance of bystanders from all positions of the robot [m]."""
 
 _IN_THE_WAY = 0.9
-"""How far people are from the hand that the robot cannot avoid [m]."""
+"""Distance from the hand of people that the robot cannot avoid [m]."""
 
 _SPEED = 0.5
-"""How fast they walk [m/s]."""
+"""Their walking speed [m/s]."""
 
 _EVERY = 4
 """Number of ticks of the run for each tick that is timed."""
@@ -42,7 +42,7 @@ _EVERY = 4
 def tick_cases(
     scenario_name: str | None = None, group: str = "tick"
 ) -> list[Case]:
-    """Makes cases for the states that a scenario's run goes through.
+    """Makes cases for the states along a scenario's run.
 
     Args:
         scenario_name: Name of the scenario or its file; None for the default
@@ -68,7 +68,7 @@ def tick_cases(
 def _parts(
     ticks: list[Tick], world: World, law: ReactiveLaw
 ) -> dict[str, Callable[[], object]]:
-    """What a tick is made of."""
+    """Returns the parts of a tick."""
     robot, field, reach = world.robot, world.field, law.collision.influence
     programs = cycle([law.program(tick) for tick in ticks])
     return {
@@ -89,7 +89,7 @@ def _whole_ticks(
     plain: ReactiveLaw,
     verified: ReactiveLaw,
 ) -> dict[str, Callable[[], object]]:
-    """Ticks with either solver, alone and among what moves."""
+    """Returns whole ticks with either solver, without and with movers."""
     quick = verified.with_step(verified.dt, solver=ACTIVE_SET)
 
     def whole(law: ReactiveLaw, movers: Movers | None = None):
@@ -126,7 +126,7 @@ def _run(
 
 
 def _bystanders(ticks: list[Tick]) -> Movers:
-    """People who walk round all places at which the robot is in its run."""
+    """Makes people who walk around all positions of the robot in its run."""
     p_WS = np.concatenate([tick.state.spheres.p_WS for tick in ticks])
     radius = np.tile(ticks[0].state.spheres.radius, len(ticks))
     center = 0.5 * (p_WS.min(axis=0) + p_WS.max(axis=0))
@@ -135,13 +135,13 @@ def _bystanders(ticks: list[Tick]) -> Movers:
 
 
 def _in_the_way(ticks: list[Tick]) -> Movers:
-    """People who stand where the robot is: no command keeps off them."""
+    """Makes people at the robot's position: no command avoids them."""
     hand = np.mean([tick.state.X_WE[:3, 3] for tick in ticks], axis=0)
     return _ring(hand, _IN_THE_WAY)
 
 
 def _ring(center: np.ndarray, away: float) -> Movers:
-    """People who walk round a place, in a ring."""
+    """Makes people who walk around a point, in a ring."""
     people = []
     for angle in np.linspace(0.0, 2.0 * np.pi, _PEOPLE, endpoint=False):
         outwards = np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -161,11 +161,11 @@ def _over(
 
 
 def recorded_ticks(scenario: Scenario, world: World) -> list[Tick]:
-    """Returns ticks of a headless run, one every few, as the controller saw it.
+    """Returns ticks of a headless run, one every few, with their inputs.
 
     Args:
         scenario: The scenario.
-        world: What its files hold.
+        world: The world of the scenario.
     """
     reports: list[TickReport] = []
 

@@ -206,6 +206,10 @@ class MeshcatPage:
         self.meshcat.StartRecording(frames_per_second=16)
         self.meshcat.get_mutable_recording().set_start_time(start)
 
+    def pause_recording(self):
+        """Records no more: what a replay holds is in memory."""
+        self.meshcat.StopRecording()
+
     def finish_recording(self):
         """Stops recording; the page then replays, also when saved."""
         start = self.meshcat.get_mutable_recording().start_time()

@@ -29,9 +29,10 @@ ADD_FRAME = button("Add a frame", "M")
 REFINE = button("Refine")
 UNDO = button("Undo")
 SAVE = button("Save splat")
+OTHER_HAND = button("Other hand", "T")
 CHANGE_SCENE = button("Put or take an object")
 
-_KEYS = {HOLD: "KeyH", ADD_FRAME: "KeyM"}
+_KEYS = {HOLD: "KeyH", ADD_FRAME: "KeyM", OTHER_HAND: "KeyT"}
 # Sliders that were just moved are not moved back: the target, of which they
 # show the pose otherwise, hears of it one control period later.
 _GRACE = 0.5
@@ -52,7 +53,8 @@ class TeleopPanel(LeafSystem):
     `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
     so far; they are read off the page whenever somebody asks. `state` is the
     `TargetState`: the sliders follow the target while something else than
-    they moves it, and its text is a line on the page.
+    they moves it, and its text is a line on the page. Of several end effectors
+    a button chooses the next one.
 
     Args:
         page: The page that gets the controls.
@@ -63,6 +65,7 @@ class TeleopPanel(LeafSystem):
         scenes: The scenes that a simulated camera is shown in turns, one
             after each press of a button, that of the start first; fewer than
             two make no button.
+        effectors: Names of the robot's end effectors.
     """
 
     def __init__(
@@ -73,17 +76,21 @@ class TeleopPanel(LeafSystem):
         X_WH: np.ndarray,
         mapping: bool = True,
         scenes: Sequence[PrimitiveScene] = (),
+        effectors: Sequence[str] = ("",),
     ):
         super().__init__()
         self.set_name("teleop_panel")
         self._page = page
         self._config = config
         self._scenes = tuple(scenes)
+        self._effectors = tuple(effectors)
+        self._choices, self._effector, self._led = 0, 0, 0
         self._poses = {button(f"→ {name}"): name for name in config.poses}
         self._picks = dict.fromkeys(self._poses, 0)
         self._pose = ""
         self._buttons: set[str] = set()
         self._X_WT: np.ndarray | None = None
+        self._X_WTs = np.tile(X_WH, (len(effectors), 1, 1))
         self._moves = 0
         self._moved_at = -np.inf
         self._dead_man = DeadMan(page.meshcat, config.gamepad.dead_man)
@@ -114,6 +121,8 @@ class TeleopPanel(LeafSystem):
         self._sliders = PoseSliders(
             meshcat, X_WH, config.workspace_lower, config.workspace_upper
         )
+        if len(self._effectors) > 1:
+            self._add_buttons(OTHER_HAND)
         self._add_buttons(HOLD, HOME, *self._poses)
         if not mapping:
             return
@@ -135,6 +144,7 @@ class TeleopPanel(LeafSystem):
         return meshcat.GetButtonClicks(name)
 
     def _calc_command(self, context: Context, output: Value):
+        self._read_choices()
         self._read_sliders(context.get_time())
         self._read_poses()
         V_W = self._gamepad_velocity()
@@ -149,6 +159,8 @@ class TeleopPanel(LeafSystem):
                 pose=self._pose,
                 poses=sum(self._picks.values()),
                 scans=self._clicks(SCAN),
+                effector=self._effectors[self._effector],
+                choices=self._choices,
             )
         )
 
@@ -170,6 +182,16 @@ class TeleopPanel(LeafSystem):
             self._moves += 1
             self._moved_at = time
 
+    def _read_choices(self):
+        clicks = self._clicks(OTHER_HAND)
+        if clicks > self._choices:
+            next_hand = self._led + clicks - self._choices
+            self._effector = self._led = next_hand % len(self._effectors)
+            self._choices = clicks
+            # The sliders are where the other hand was.
+            self._sliders.show(self._X_WTs[self._effector])
+            self._X_WT = None
+
     def _read_poses(self):
         for name, clicks in self._picks.items():
             now = self._clicks(name)
@@ -187,7 +209,11 @@ class TeleopPanel(LeafSystem):
 
     def _publish(self, context: Context):
         state = self._state_input.Eval(context)
-        self._page.set_status(state.text or state.mode, "target")
+        text = state.text or state.mode
+        if state.X_WTs is not None:
+            self._X_WTs, self._led = state.X_WTs, state.effector
+            text = f"{self._effectors[state.effector]}: {text}"
+        self._page.set_status(text, "target")
         time = context.get_time()
         self._read_sliders(time)
         in_hand = 0 <= time - self._moved_at < _GRACE

@@ -12,7 +12,7 @@ from robot_process import running
 from remosplat_drake.acceptance.described_robot import write_description
 from remosplat_drake.acceptance.hardware_processes import free_url, robot
 from remosplat_drake.acceptance.wire_tap import WireTap
-from remosplat_drake.app.identification.drive import await_robot
+from remosplat_drake.app.identification.reading import await_robot
 from remosplat_drake.app.identification.room import Room
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.hardware.client.robot_link import RobotLink

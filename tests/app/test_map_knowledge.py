@@ -95,9 +95,9 @@ def test_without_a_report_the_scenario_counts(splat):
     ("spoil", "problem"),
     [
         (lambda splat: splat.write_bytes(b"anew"), "about another splat"),
-        (lambda splat: report_path(splat).write_text("{"), "no JSON"),
+        (lambda splat: report_path(splat).write_text("{"), "not JSON"),
         (lambda splat: report_path(splat).write_text("{}"), "is missing"),
-        (lambda splat: report_path(splat).write_text("[" * 9999), "no JSON"),
+        (lambda splat: report_path(splat).write_text("[" * 9999), "not JSON"),
     ],
 )
 def test_a_report_that_does_not_count_leaves_doubts(splat, spoil, problem):

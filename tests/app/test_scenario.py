@@ -333,7 +333,7 @@ BAD_FIELDS = {
     ),
     "nothing asked for": (
         "{targets: [{free: [rx, ry, rz, x, y, z]}]}",
-        ["targets[0].free", "must ask for something"],
+        ["targets[0].free", "all six directions are free"],
     ),
     "weight of an unknown direction": (
         "{targets: [{weights: {w: 2}}]}",

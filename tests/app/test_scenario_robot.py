@@ -73,6 +73,18 @@ def test_a_robot_that_is_not_there_is_told_with_its_field(folder):
         load_scenario_robot(load_scenario(str(file)))
 
 
+def test_a_model_in_its_place_is_told_how_to_be_imported(folder):
+    file = folder / "reach.yaml"
+    file.write_text("Reach: {robot: {model: fetch.urdf}}\n")
+    with pytest.raises(
+        FieldError,
+        match=r"reach\.yaml:Reach: robot\.model: fetch\.urdf: is a model, not a"
+        r" robot's description; `remosplat import-robot fetch\.urdf` makes one:"
+        r" name fetch/NAME\.yaml in its place",
+    ):
+        load_scenario_robot(load_scenario(str(file)))
+
+
 @pytest.mark.parametrize(
     ("old", "field"),
     [

@@ -56,3 +56,19 @@ def test_a_piece_that_does_not_fit_is_left_out_as_a_whole(tmp_path):
         "appended",
     ]
     assert path.read_bytes() == bytes(80) + b"short"
+
+
+@pytest.mark.parametrize(
+    ("is_there", "problem"),
+    [(False, "was moved or deleted"), (True, "was replaced")],
+)
+def test_a_file_that_somebody_takes_away_is_named(tmp_path, is_there, problem):
+    """As where logs are rotated."""
+    path = tmp_path / "file"
+    file = AppendFile(path)
+    path.rename(tmp_path / "file.1")
+    if is_there:
+        path.write_text("another")
+    assert file.append(b"rows") == ""
+    assert problem in file.close()
+    assert AppendFile(tmp_path / "whole").close() == ""

@@ -49,7 +49,7 @@ def test_others_are_refused_by_their_names(ask, value, problem):
 
 @pytest.mark.parametrize("text", ["", "{", "[" * 10**5, b"\xff"])
 def test_what_is_no_json_is_refused_in_one_line(text):
-    with pytest.raises(FileError, match=r"file\.json: no JSON") as error:
+    with pytest.raises(FileError, match=r"file\.json: not JSON") as error:
         parse_fields(text, "file.json")
     assert "\n" not in str(error.value)
 

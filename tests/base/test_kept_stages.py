@@ -34,7 +34,7 @@ def total(folder, inputs) -> tuple[float, list[str]]:
 def test_a_finished_stage_is_not_done_again(interrupted):
     assert total(interrupted, [1, 2]) == (
         3,
-        ["a sum: finished before, and kept"],
+        ["a sum: reuses the kept result"],
     )
     assert not interrupted.exists()
 
@@ -42,8 +42,8 @@ def test_a_finished_stage_is_not_done_again(interrupted):
 def test_a_stage_of_other_inputs_is_done_again(interrupted):
     again, (line,) = total(interrupted, [1, 3])
     assert again == 0
-    assert line.startswith("a sum: begun afresh, for ")
-    assert "is of another input, or of other flags" in line
+    assert line.startswith("a sum: computed again: ")
+    assert "was made from other input or with other flags" in line
 
 
 @pytest.mark.parametrize("keep", [0, 10, 100, -1])
@@ -51,7 +51,7 @@ def test_a_damaged_stage_is_done_again(interrupted, keep):
     (path,) = interrupted.iterdir()
     path.write_bytes(path.read_bytes()[:keep])
     again, (line,) = total(interrupted, [1, 2])
-    assert again == 0 and line.startswith("a sum: begun afresh, for ")
+    assert again == 0 and line.startswith("a sum: computed again: ")
     assert str(path) in line
 
 

@@ -401,7 +401,12 @@ def test_a_layer_is_laid_over_drakes_structs(tmp_path):
             "camera.width",
             "a whole number, got '1.5'",
         ),
-        ("camera: {width: 1" + 30 * "0", 1, "camera.width", "Drake takes no 1"),
+        (
+            "camera: {width: 1" + 30 * "0",
+            1,
+            "camera.width",
+            "Drake does not accept 1",
+        ),
         ("camera:\n z_near: .inf", 2, "camera.z_near", "must be finite"),
         ("camera: {focal: !Fov {}}", 1, "camera.focal", "unknown tag 'Fov'"),
         ("camera: {X_PB: {translation: [1]}}", 1, "translation", "3 entries"),

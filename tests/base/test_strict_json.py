@@ -22,9 +22,9 @@ def nested(levels: int) -> str:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("", "no JSON"),
-        ("{", "no JSON"),
-        (b"\xff\xfe\xfd", "no JSON"),
+        ("", "not JSON"),
+        ("{", "not JSON"),
+        (b"\xff\xfe\xfd", "not JSON"),
         ('{"a": 1, "b": 2, "a": 3}', "the key 'a' appears twice"),
         (nested(MAX_DEPTH + 1), "nested more than 32 levels deep"),
         (nested(900), "nested more than 32 levels deep"),

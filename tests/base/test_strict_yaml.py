@@ -173,7 +173,7 @@ def test_the_line_is_named(load):
         ('name: "\\UFFFFFFFF"', "not YAML"),
         ("%YAML 1." + 5000 * "9" + "\n---\na: 1", "not YAML"),
         ("home: *nowhere", "not YAML"),
-        ("supports: &a [*a]", "an alias stands for what it is part of"),
+        ("supports: &a [*a]", "an alias refers to a node that contains it"),
         ("name: a\x00b", "not YAML"),
     ],
 )
@@ -194,7 +194,7 @@ def laughs(levels: int) -> str:
 
 def test_aliases_do_not_multiply_without_end(load):
     """A list of them all would not fit into any memory."""
-    with pytest.raises(FileError, match="aliases stand for more than"):
+    with pytest.raises(FileError, match="aliases expand to more than"):
         load(laughs(50))
 
 

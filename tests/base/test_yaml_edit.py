@@ -66,5 +66,7 @@ def test_whatever_there_was_the_values_are_set(text):
 @pytest.mark.parametrize("value", ["5", "[1]", "!CameraConfig {fps: 3}"])
 def test_something_else_is_left_alone(value):
     text = f"Kitchen:\n  wrist_camera: {value}\n"
-    with pytest.raises(FieldError, match=r"Kitchen.wrist_camera: is no plain"):
+    with pytest.raises(
+        FieldError, match=r"Kitchen.wrist_camera: is not a plain"
+    ):
         with_values(text, ("Kitchen", "wrist_camera"), NEW, "my.yaml")

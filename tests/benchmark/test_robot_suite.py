@@ -7,7 +7,7 @@ import pytest
 
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.benchmark import robot_suite
-from remosplat_drake.benchmark.metrics import self_distance
+from remosplat_drake.benchmark.metrics import self_distance, target_errors
 from remosplat_drake.benchmark.report import report_tables
 from remosplat_drake.benchmark.result import Judgement, TrialResult
 from remosplat_drake.benchmark.robot_suite import GENERATED, robot_cases
@@ -45,6 +45,22 @@ def test_goals_can_be_held(name):
     robot_suite._goal.cache_clear()
     again = robot_cases([name], 2)[1].task().X_WE_target.GetAsMatrix4()
     np.testing.assert_array_equal(again, targets[1])
+
+
+def test_two_hands_have_a_target_each():
+    (case,) = robot_cases(["two_pandas"], 1)[:1]
+    task, robot = case.task(), load_robot("two_pandas")
+    q = robot_suite._goal(case.robot, case.scene, case.number)
+    X_WEs = robot.end_effector_poses(q)
+    np.testing.assert_allclose(task.X_WTs, X_WEs)
+    assert not np.allclose(X_WEs[0], X_WEs[1])
+    # Both have to arrive: the error is that of the one that has not.
+    home = robot.q_home
+    home[:7] = q[:7]
+    errors = target_errors(robot, np.array([q, home]), task.X_WTs)
+    assert errors[0].distance < 1e-9
+    right = X_WEs[1, :3, 3] - robot.end_effector_pose(home, 1)[:3, 3]
+    assert errors[1].distance == pytest.approx(np.linalg.norm(right))
 
 
 def test_generated_scenes_leave_the_robot_free():

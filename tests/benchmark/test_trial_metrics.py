@@ -72,7 +72,7 @@ def test_nothing_moved_is_no_acceleration(three_link):
 def test_arrival_is_the_first_configuration_that_the_rule_accepts(three_link):
     q, _ = spin(three_link, rate=0.1, dt=0.05, ticks=40)
     X_WT = three_link.end_effector_pose(q[30])
-    errors = met.target_errors(three_link, q, X_WT)
+    errors = met.target_errors(three_link, q, X_WT[None])
     for rule in (ArrivalConfig(), ArrivalConfig(rule="authors")):
         tick = met.arrival_tick(errors, rule)
         assert tick is not None and 0 < tick < 30
@@ -80,7 +80,7 @@ def test_arrival_is_the_first_configuration_that_the_rule_accepts(three_link):
         assert position < 0.02
     X_WT = X_WT.copy()
     X_WT[0, 3] += 1
-    errors = met.target_errors(three_link, q, X_WT)
+    errors = met.target_errors(three_link, q, X_WT[None])
     assert met.arrival_tick(errors, ArrivalConfig()) is None
 
 

@@ -127,7 +127,7 @@ BAD_TUM = [
     (replace("groundtruth.txt", "1 0 0 0 0 0 0 1"), "at least two poses"),
     (
         replace("groundtruth.txt", "1 0 0 0 0 0 0 0\n2 0 0 0 0 0 0 1"),
-        "no rotation: a quaternion is zero",
+        "not a rotation: the quaternion is zero",
     ),
     (
         replace("groundtruth.txt", "1 nan 0 0 0 0 0 1\n2 0 0 0 0 0 0 1"),
@@ -140,7 +140,7 @@ BAD_TRAJECTORY_LOG = [
     (cut("trajectory.log", 0.7), "expected"),
     (replace("depth/00003.png", None), "4 colour but 3 depth images"),
     (replace("camera_primesense.json", "{}"), "camera_primesense.json: expec"),
-    (replace("camera_primesense.json", "[1"), "camera_primesense.json: no JS"),
+    (replace("camera_primesense.json", "[1"), "camera_primesense.json: not JS"),
 ]
 BAD_STRAY_SCANNER = [
     (replace("depth/000001.png", None), r"000001\.png: no such file"),
@@ -174,8 +174,8 @@ BAD = [
     ("record3d-export", replace("depth/1.exr", None), r"1\.exr: no such file"),
     ("record3d-export", replace("depth/1.exr", b"x"), r"1\.exr: unreadable"),
     ("record3d-export", cut("depth/1.exr"), r"1\.exr: unreadable"),
-    ("nerfstudio", replace("transforms.json", "{"), "no JSON"),
-    ("nerfstudio", replace("transforms.json", "[" * 10**5), "no JSON"),
+    ("nerfstudio", replace("transforms.json", "{"), "not JSON"),
+    ("nerfstudio", replace("transforms.json", "[" * 10**5), "not JSON"),
     ("nerfstudio", replace("transforms.json", "[1]"), "expected a JSON object"),
     ("nerfstudio", replace("images/0001.png", b""), "0001.png: unreadable"),
 ]
@@ -224,7 +224,7 @@ def other_metadata(**fields):
         (change(metadata=b'{"h": 9, "w": 0}'), "metadata: h, w: must be from"),
         (change(metadata=b'{"h": 1e308, "w": 9}'), "h, w: must be from 1 to"),
         (change(metadata=b'{"h": 9, "w": 1e30}'), "h, w: must be from 1 to"),
-        (change(metadata=b"[" * 10**5), "metadata: no JSON that is read"),
+        (change(metadata=b"[" * 10**5), "metadata: not JSON that"),
         (other_metadata(h=1e308), "h, w: must be from 1 to"),
         (other_metadata(dh=1e308), "dh, dw: must be from 1 to"),
         (other_metadata(K=[1e308] * 9), "camera has numbers above 1e9"),

@@ -77,3 +77,11 @@ def test_scenes_take_turns(desk):
     desk.change_scene()
     assert map_requests(desk.wishes, scenes).scene is scenes[0]
     assert map_requests(desk.wishes, ()).scene is None
+
+
+def test_choosing_a_hand_forgets_the_pose_of_the_one_before(desk, told):
+    desk.move(np.eye(4))
+    desk.choose("right")
+    command = told[-1].command
+    assert (command.effector, command.choices) == ("right", 1)
+    assert command.X_WT is None and command.moves == 1

@@ -92,10 +92,10 @@ def test_a_checkpoint_s_model_may_be_told(tmp_path, capfd):
 @pytest.mark.parametrize(
     ("source", "output", "flags", "problem"),
     [
-        ("discs.ply", "b.obj", [], "b.obj: no format has this name's end"),
+        ("discs.ply", "b.obj", [], "b.obj: unknown suffix"),
         ("nowhere.ply", "b.ply", [], "nowhere.ply: no such file"),
         ("bad.spz", "b.ply", [], "bad.spz: no SPZ"),
-        ("discs.ply", ".", [], "no format"),
+        ("discs.ply", ".", [], "unknown suffix"),
         ("discs.ply", "discs.ply/b.ply", [], "b.ply: "),
         (
             "discs.ply",

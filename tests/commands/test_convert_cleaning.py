@@ -39,7 +39,7 @@ def test_clean_removes_shows_and_promises_nothing(planted, tmp_path, capfd):
     for kind in ("sky", "floater", "faint"):
         assert re.search(rf"{kind} .* {PLANTED[kind]:,} ", said), kind
     assert re.search(rf"in all +{sum(PLANTED.values()):,} ", said)
-    assert "Nothing bounds the error of what is left" in said
+    assert "The error of the remaining splat has no bound" in said
     page = (tmp_path / "b.clean.html").read_text()
     assert page.count("<svg") == 2 and "along A&#x27;s" not in page
     assert sorted(p.name for p in tmp_path.iterdir()) == [

@@ -142,16 +142,18 @@ def test_one_command_leads_to_a_run_that_reaches(
     assert result.metrics.truth_clearance_min > 0
 
 
-def test_a_robot_that_floats_is_one_line_and_leaves_nothing(tmp_path, capsys):
+def test_things_that_float_are_one_line_and_leave_nothing(tmp_path, capsys):
     source = write_mjcf(tmp_path)
+    cube = '<body name="{}"><freejoint/><geom size="0.1"/></body>'
     text = source.read_text().replace(
-        '<geom type="cylinder"', '<freejoint/><geom type="cylinder"'
+        "</worldbody>",
+        cube.format("red") + cube.format("blue") + "</worldbody>",
     )
     source.write_text(text)
     before = set(tmp_path.iterdir())
     out = tmp_path / "made"
     assert main(["import-robot", str(source), "--out", str(out)]) == USER_ERROR
     said = capsys.readouterr().err
-    assert "toy.xml: body 'pedestal' <freejoint>: floats" in said
+    assert "toy.xml: body 'red' <freejoint>: floats, as others do" in said
     assert said.count("\n") == 1
     assert set(tmp_path.iterdir()) == before

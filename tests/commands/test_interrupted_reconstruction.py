@@ -76,7 +76,7 @@ def test_goes_on_where_it_was(folder, tmp_path, strike, capsys):
     assert reconstruct(folder, broken / "a.ply") == 0
     said = capsys.readouterr().out
     for name in kept:
-        assert f"{name}: finished before, and kept" in said
+        assert f"{name}: reuses the kept result" in said
     names = sorted(file.name for file in whole.iterdir())
     assert sorted(file.name for file in broken.iterdir()) == names
     for name in names:
@@ -92,5 +92,5 @@ def test_other_flags_begin_afresh(folder, tmp_path, strike, capsys):
     strike("refining")
     assert reconstruct(folder, output, "--depth-scale-std", "0.01") == 130
     said = capsys.readouterr().out
-    assert "keyframes: finished before, and kept" in said
-    assert "refined cameras: begun afresh, for " in said
+    assert "keyframes: reuses the kept result" in said
+    assert "refined cameras: computed again: " in said

@@ -209,7 +209,7 @@ def test_one_line_says_what_is_wrong(folder, tmp_path, capsys, flags, message):
 
 def test_the_name_of_the_splat_is_checked_first(tmp_path, capsys):
     assert reconstruct("nowhere", tmp_path / "a.txt") == 2
-    assert "no format has this name's end" in capsys.readouterr().err
+    assert "unknown suffix" in capsys.readouterr().err
 
 
 def test_one_line_says_what_is_missing(tmp_path, capsys):

@@ -26,6 +26,7 @@ from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
 from remosplat_drake.recording.events import MAP, TARGET, Event, read_events
 from remosplat_drake.recording.run_log import RunLog, read_log
 from remosplat_drake.recording.trajectory_log import EVENTS, LOG
+from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -156,11 +157,6 @@ def refuse(capsys, *arguments) -> str:
         ),
         (["StudioLive", "--port", "80"], "--port: 80 is not 1024 to 65535"),
         (
-            ["TwoPandasReach"],
-            "robots.yaml:TwoPandasReach: robot.model: an operator moves one"
-            " end effector, and two_pandas has several: left, right",
-        ),
-        (
             ["Ur5eReach"],
             "wrist_camera.frame: unknown frame 'wrist_camera'",
         ),
@@ -186,6 +182,33 @@ def test_a_bad_script_begins_no_session(
     line = refuse(capsys, "--headless", "--trajectory", path)
     assert str(path) in line and problem in line
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_script_moves_one_hand_after_the_other(session, script):
+    path = script(
+        {"time": 0.0, "translation": [0.5, 0.25, 0.4]},
+        {"time": 3.0, "effector": "right", "translation": [0.5, -0.25, 0.4]},
+    )
+    text = "mapping: {enabled: false}"
+    arguments = "TwoPandasReach", "--scenario-text", text
+    operate(session, path, 6.0, *arguments)
+    log, _ = recorded(session, 1)
+    robot = load_robot("two_pandas")
+    left, right = robot.end_effector_poses(log.rows["q"][-1])[:, :3, 3]
+    np.testing.assert_allclose(left, [0.5, 0.25, 0.4], atol=0.02)
+    np.testing.assert_allclose(right, [0.5, -0.25, 0.4], atol=0.02)
+    assert log.rows["clearance"].min() > 0
+
+
+def test_an_unknown_hand_of_a_script_is_one_line(session, script, capsys):
+    path = script({"time": 0, "effector": "middle", "press": "hold"})
+    text = "mapping: {enabled: false}"
+    arguments = "TwoPandasReach", "--scenario-text", text, "--headless"
+    line = refuse(
+        capsys, *arguments, "--trajectory", path, "--session", session
+    )
+    assert "steps[0].effector: unknown end effector 'middle'" in line
+    assert "valid: left, right" in line
 
 
 def test_a_bad_script_begins_no_run(session, script, capsys):

@@ -175,6 +175,8 @@ def _collision_damper(
     if tick.sphere_tube is not None:
         margin = margin - tick.sphere_tube[clearances.sphere]
     b = config.gain * margin / (config.influence - stopping)
+    moves = tick.approach_rates.any(axis=1)
+    b = np.where(moves, b, np.maximum(b, 0.0))
 
     def label(i: int) -> str:
         return own.about(tick.robot, None, clearances.sphere[i])
@@ -189,7 +191,7 @@ def _self_collision_damper(
     config, pairs = own.config, own._pairs
     if not (config.enabled and len(pairs)):
         return
-    near = pairs.near(tick.state.X_WL, config.influence)
+    near = pairs.near(tick.state.X_WL, config.influence, 2.0 * config.stopping)
     if not len(near):
         return
     first, second = bodies_of(pairs, near)

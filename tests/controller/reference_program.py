@@ -14,7 +14,12 @@ from remosplat_drake.controller.ingredients import (
     MoverDamper,
     SelfCollisionDamper,
 )
-from remosplat_drake.controller.program.active_set import DenseProgram
+from remosplat_drake.controller.program.active_set import (
+    INFEASIBLE,
+    OPTIMAL,
+    DenseProgram,
+    solve_dense,
+)
 from remosplat_drake.controller.program.ingredient import AnyIngredient
 from remosplat_drake.controller.program.program_terms import Rows, row_name
 from remosplat_drake.controller.program.quadratic_program import (
@@ -44,6 +49,7 @@ class ReferenceProgram:
         *,
         use_acceleration: bool = True,
         relax: Container[str] = (),
+        task: float = 1.0,
     ):
         self.tick, self.ingredients = tick, ingredients
         added = ReactiveProgram(tick.robot.velocity_limit)
@@ -52,16 +58,37 @@ class ReferenceProgram:
         self.has_acceleration_bounds = added._has_acceleration
         bounds = added.lower, added.upper
         self.lower, self.upper = bounds if use_acceleration else added._free
+        self.share = 1.0
         self.terms, self.yielded = added.terms, []
+        if relax:
+            self._ease(relax)
+        for name, tracking in self.terms.trackings.items():
+            price = task * tracking.price
+            self.terms.trackings[name] = dc.replace(tracking, price=price)
         for name, rows in added.terms.rows.items():
-            if name in relax:
-                self.yielded += [
-                    row_name(name, rows.about(i))
-                    for i in np.flatnonzero(rows.b < 0).tolist()
-                ]
-                rows = dc.replace(rows, b=np.maximum(rows.b, 0.0))
             kept = self.can_bind(rows.A, rows.b)
             added.terms.rows[name] = dc.replace(rows, kept=kept)
+
+    def _ease(self, relax: Container[str]) -> None:
+        """Lets rows demand 0.9 of the greatest share of their retreats."""
+        center, radius = self.lower + self.upper, self.upper - self.lower
+        demands = {}
+        for name, rows in self.rows.items():
+            yields = (rows.b < 0) & (name in relax)
+            self.yielded += [
+                row_name(name, rows.about(i))
+                for i in np.flatnonzero(yields).tolist()
+            ]
+            alone = 0.5 * (rows.A @ center - np.abs(rows.A) @ radius)
+            most = np.maximum(rows.b, 0.5 * np.minimum(alone, 0.0))
+            demands[name] = np.where(yields, most, rows.b), yields
+        A = np.concatenate([rows.A for rows in self.rows.values()])
+        b = np.concatenate([b for b, _ in demands.values()])
+        yields = np.concatenate([of for _, of in demands.values()])
+        self.share = greatest_share(A, b, yields, self.lower, self.upper)
+        for name, (most, of) in demands.items():
+            eased = np.where(of, 0.9 * max(self.share, 0.0) * most, most)
+            self.rows[name] = dc.replace(self.rows[name], b=eased)
 
     @property
     def rows(self) -> dict[str, Rows]:
@@ -72,13 +99,18 @@ class ReferenceProgram:
         return len(self.lower)
 
     def weakened(
-        self, *, use_acceleration: bool = True, relax: Container[str] = ()
+        self,
+        *,
+        use_acceleration: bool = True,
+        relax: Container[str] = (),
+        task: float = 1.0,
     ) -> "ReferenceProgram":
         return ReferenceProgram(
             self.tick,
             self.ingredients,
             use_acceleration=use_acceleration,
             relax=relax,
+            task=task,
         )
 
     @property
@@ -174,6 +206,32 @@ class Decision:
     program: ReferenceProgram | None = None
 
 
+def greatest_share(
+    A: np.ndarray,
+    b: np.ndarray,
+    yields: np.ndarray,
+    lower: np.ndarray,
+    upper: np.ndarray,
+) -> float:
+    """Finds what `kernels.greatest_share` does; -1 where nothing is left.
+
+    `test_share.py` holds that against a linear program, whose tolerances are
+    too coarse for commands.
+    """
+    n, eye = len(lower), np.eye(len(lower) + 1)
+    price = np.append(np.full(n, 1e-8), 1.0)
+    rows = np.column_stack([A, np.where(yields, -b, 0.0)])
+    share, _, ended = solve_dense(
+        np.diag(price),
+        -eye[n],
+        np.concatenate([eye, -eye, rows]),
+        np.concatenate([upper, [1.0], -lower, [0.0], np.where(yields, 0.0, b)]),
+    )
+    if ended == INFEASIBLE:
+        return -1.0
+    return float(np.clip(share[n], 0.0, 1.0)) if ended == OPTIMAL else 0.0
+
+
 def decide(
     program: ReferenceProgram, solver: Solver, *, strict: bool = False
 ) -> Decision:
@@ -181,31 +239,47 @@ def decide(
     u = solver.solve(QuadraticProgram(program.form))
     if u is not None:
         return Decision(u, tick_report.OPTIMAL, "", program)
-    if program.has_acceleration_bounds and not strict:
+    if program.has_acceleration_bounds:
+        for names in _yielding(program, YIELD_ORDER[1:]):
+            less = program.weakened(relax=names, task=1e-3)
+            eased = _eased(less, solver)
+            if eased:
+                return eased
         less = program.weakened(use_acceleration=False)
-        u = solver.solve(QuadraticProgram(less.form))
+        u = None if strict else solver.solve(QuadraticProgram(less.form))
         if u is not None:
             return Decision(u, tick_report.ACCELERATION_DROPPED, "", less)
-    for names in _yielding(program):
+    for names in _yielding(program, YIELD_ORDER):
         less = program.weakened(use_acceleration=strict, relax=names)
-        u = solver.solve(QuadraticProgram(less.form))
-        if u is not None:
-            reason = f"infeasible; yielded: {', '.join(less.yielded)}"
-            return Decision(u, tick_report.RELAXED, reason, less)
+        eased = _eased(less, solver)
+        if eased:
+            return eased
     tick = program.tick
     limit = tick.robot.acceleration_limit
     ramp = braking_command(tick.u_previous, limit, tick.dt)
     return Decision(ramp, tick_report.BRAKING, "")
 
 
-def _yielding(program: ReferenceProgram) -> Iterator[frozenset[str]]:
+def _eased(less: ReferenceProgram, solver: Solver) -> Decision | None:
+    u = None
+    if less.share >= 0:
+        u = solver.solve(QuadraticProgram(less.form))
+    if u is None:
+        return None
+    reason = f"infeasible; yielded: {', '.join(less.yielded)}"
+    return Decision(u, tick_report.RELAXED, reason, less)
+
+
+def _yielding(
+    program: ReferenceProgram, order: Sequence[str]
+) -> Iterator[frozenset[str]]:
     """Yields the sets of rows that may yield together, fewest first."""
     retreats = {
         name for name, rows in program.rows.items() if (rows.b < 0.0).any()
     }
-    dampers = [{name} for name in YIELD_ORDER]
+    last = retreats.difference(YIELD_ORDER)
     names: set[str] = set()
-    for more in (*dampers, retreats.difference(*dampers)):
+    for more in (*({name} for name in order), last):
         if more & retreats:
             names |= more
             yield frozenset(names)

@@ -143,6 +143,8 @@ def folder(tmp_path, monkeypatch) -> Path:
     table = models_dir() / "scenes/table/splat.ply"
     (tmp_path / "scan.ply").symlink_to(table)
     (tmp_path / "script.yaml").write_text("steps: [{press: home}]\n")
+    # A robot's maker has a library; no test has the robot.
+    (tmp_path / "vendor.py").write_text("class Arm: ...\n")
     shutil.copy(ROOT / "tests/data/three_link.urdf", tmp_path / "my_arm.urdf")
     shutil.copy(models_dir() / "scenes/table/scene.json", tmp_path)
     monkeypatch.chdir(tmp_path)
@@ -267,6 +269,12 @@ def test_every_tag_is_one_of_a_scenario(document):
             field, content = "wrist_camera", "{X_PB: {base_frame: camera}}"
         elif tag in ("KnownMovers", "StandingMovers", "UnknownMovers"):
             field = "mover_sensing"
+        elif tag in DRIVERS:
+            field, content = DRIVERS[tag]
+            text = f"{{hardware: {{{field}: !{tag} {content}}}}}"
+            hardware = load_scenario(override=text).hardware
+            assert type(getattr(hardware, field)).__name__ == tag
+            continue
         elif tag in MOVERS:
             scenario = load_scenario(override=f"{{movers: [!{tag} {{}}]}}")
             assert [type(m).__name__ for m in scenario.movers] == [tag]
@@ -275,6 +283,14 @@ def test_every_tag_is_one_of_a_scenario(document):
         scenario = load_scenario(override=text)
         assert type(getattr(scenario, field)).__name__ == tag
 
+
+DRIVERS = {
+    "UrArm": ("arm_driver", "{host: 192.168.56.101}"),
+    "Ros2Arm": ("arm_driver", "{}"),
+    "Ros1Base": ("base_driver", "{}"),
+    "Ros2Base": ("base_driver", "{}"),
+}
+"""Tags of drivers: their field of `hardware`, and what they need."""
 
 MOVERS = ("Person", "SwingingDoor", "RecordedMovers", "OtherRobot")
 """Tags of things that move."""

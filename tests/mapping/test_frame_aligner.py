@@ -69,7 +69,7 @@ def test_over_a_bare_floor_the_rate_carries_on(frames):
     blind = np.zeros_like(frames.capture.depth[12])
     for i in (12, 13):
         tracked = aligner.track(frames.frame(i, blind))
-        assert "shares nothing" in tracked.problem
+        assert "shares no surface" in tracked.problem
         assert error(frames, i, tracked.estimate.X_WB) < 0.006
     again = aligner.track(frames.frame(14))
     assert again.problem == ""
@@ -144,5 +144,5 @@ def test_a_bare_floor_does_not_say_where_the_world_is(frames):
     aligner = FrameAligner(EXPECTED)
     # A flat wall across the view has sides in one direction only.
     tracked = aligner.track(frames.frame(0, bare))
-    assert "too little that stands upright" in tracked.problem
+    assert "too few upright surfaces" in tracked.problem
     assert aligner.track(frames.frame(1)).problem == ""

@@ -127,9 +127,7 @@ def test_a_frame_that_nothing_bears_out_fills_space_and_clears_none(laden):
     """It may be elsewhere: it shows what is there, but not what is free."""
     alone = moved(laden, ASIDE)
     both = a_map(joined(laden, alone), unseen_is_solid=True)
-    assert (
-        "4 frames (1 borne out by nothing: clearing no space)" in both.quality
-    )
+    assert "4 frames (1 unconfirmed: clearing no space)" in both.quality
     without = a_map(laden, unseen_is_solid=True)
     was_unseen = without.coverage.state == UNSEEN
     now = both.coverage.state[was_unseen]

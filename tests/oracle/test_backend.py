@@ -89,7 +89,7 @@ def test_the_default_is_the_cpu():
     "sensor", [DepthSensor(transmittance=0.4), DepthSensor(min_alpha=0.01)]
 )
 def test_gsplat_has_some_thresholds_built_in(sensor):
-    with pytest.raises(FieldError, match="gsplat knows only"):
+    with pytest.raises(FieldError, match="gsplat supports only"):
         GsplatDepthField(_splat(), sensor)
 
 

@@ -101,9 +101,9 @@ def test_on_the_boundary_the_direction_points_into_the_unknown():
 def test_a_grid_must_be_one_and_hold_something_seen():
     with pytest.raises(RemoSplatError, match="no voxel of the grid"):
         UnknownSpaceField(~room(2), np.zeros(3), 1.0)
-    with pytest.raises(RemoSplatError, match="no grid of voxels"):
+    with pytest.raises(RemoSplatError, match="not a grid of voxels"):
         UnknownSpaceField(room()[0], np.zeros(3), 1.0)
-    with pytest.raises(RemoSplatError, match="no grid of voxels"):
+    with pytest.raises(RemoSplatError, match="not a grid of voxels"):
         UnknownSpaceField(room(), np.zeros(3), 0.0)
 
 

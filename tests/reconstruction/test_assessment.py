@@ -185,7 +185,7 @@ def test_a_report_of_another_splat_is_refused(splat_file):
     with pytest.raises(FileError, match="about another splat"):
         read_report(splat_file)
     report_path(splat_file).write_text("{")
-    with pytest.raises(FileError, match="no JSON"):
+    with pytest.raises(FileError, match="not JSON"):
         read_report(splat_file)
 
 

@@ -72,7 +72,7 @@ def test_without_a_floor_gravity_may_be_known(without_floor):
     turned = dc.replace(turned, up_W=(0.0, 1.0, 0.0))
     placement = place(turned)
     assert placement.moves and not placement.has_floor
-    assert "how high, nobody knows" in placement.words
+    assert "height is unknown" in placement.words
     placed = placement.placed(turned)
     assert placed.up_W == pytest.approx((0, 0, 1))
     np.testing.assert_allclose(

@@ -162,7 +162,7 @@ def test_a_checkpoint_of_something_else_is_refused(capture, start, tmp_path):
     with pytest.raises(FileError, match=r"training\.pt.*another"):
         train_by_reference(capture, start, other, checkpoint=path)
     path.write_bytes(b"no checkpoint")
-    with pytest.raises(FileError, match="no training checkpoint"):
+    with pytest.raises(FileError, match="not a training checkpoint"):
         train_by_reference(capture, start, config, checkpoint=path)
 
 

@@ -23,9 +23,11 @@ from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 from robot_process import Client, robot_process, running
 from runs import PATIENT, command_line, remosplat
+from ticks import tick
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.commands.driving import INCOMPLETE
 from remosplat_drake.hardware.hardware_config import HardwareConfig, beside
 from remosplat_drake.hardware.wire.channels import WRIST_CAMERA
 from remosplat_drake.hardware.wire.images import encode_images
@@ -35,9 +37,6 @@ from remosplat_drake.recording.mcap import mcap_recorder
 from remosplat_drake.recording.mcap.mcap_file import McapFile, partial_path
 from remosplat_drake.recording.mcap.mcap_recorder import McapRecorder
 from remosplat_drake.recording.mcap.messages import Message, stamp
-from remosplat_drake.recording.mcap.tick_record import TickRecord
-from remosplat_drake.signals.aim import Aim
-from remosplat_drake.signals.station_status import StationStatus
 
 reader = pytest.importorskip("mcap.reader")
 pictures = pytest.importorskip("PIL.Image")
@@ -77,26 +76,6 @@ def messages(path: Path) -> dict[str, list[dict]]:
         except reader.McapError:
             pass  # Its writer was killed.
     return found
-
-
-def tick(robot, time: float, *events: Event) -> TickRecord:
-    return TickRecord(
-        time=time,
-        q=robot.q_home,
-        commanded=np.zeros(robot.n_u),
-        executed=np.ones(robot.n_u),
-        aim=Aim.of(np.eye(4)),
-        status="optimal",
-        reason="",
-        scale=1.0,
-        duration=1e-3,
-        sphere=np.array([0, 3, 3]),
-        distance=np.array([0.3, 0.2, 0.1]),
-        mode="running",
-        stop_reason="",
-        station=StationStatus(age=np.inf),
-        events=events,
-    )
 
 
 def test_ticks_become_valid_messages(frankie, tmp_path):
@@ -288,7 +267,7 @@ def test_a_recording_on_a_full_disk_is_not_called_whole(tmp_path):
         *("--record", tmp_path / "a.mcap", "--output", tmp_path / "run"),
         largest_file=FULL,
     )
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == INCOMPLETE, done.stderr
     *_, last = done.stderr.splitlines()
     assert last == (
         f"the recording has ended: File too large; {tmp_path}/a.partial.mcap"
@@ -305,7 +284,7 @@ def test_a_full_disk_is_told_at_once_and_at_the_end(tmp_path):
         *("--record", tmp_path / "a.mcap"),
         largest_file=FULL,
     )
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == INCOMPLETE, done.stderr
     lines = done.stderr.splitlines()
     (outcome,) = (i for i, x in enumerate(lines) if x.startswith("outcome"))
     assert "reached" in lines[outcome]
@@ -378,7 +357,7 @@ def test_a_full_disk_does_not_stop_a_robot(lone_robot, tmp_path):
             *("--scenario-text", PATIENT),
             largest_file=FULL,
         )
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == INCOMPLETE, done.stderr
     assert re.search(r"^outcome +reached", done.stderr, re.M), done.stderr
     assert "File too large" in done.stderr.splitlines()[-1]
     assert not path.exists() and partial_path(path).exists()

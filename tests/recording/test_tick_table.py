@@ -1,6 +1,7 @@
 """A table of ticks says to the last digit what their reports say."""
 
 import dataclasses as dc
+import tempfile
 
 import numpy as np
 import pytest
@@ -58,8 +59,8 @@ def some_movers(time: float) -> Movers:
     return Movers(time, things)
 
 
-def filled(reports, movers=None) -> TickTable:
-    table = TickTable(N_Q, N_U)
+def filled(reports, movers=None, block: int | None = None) -> TickTable:
+    table = TickTable(N_Q, N_U, block=block)
     for i, report in enumerate(reports):
         table.append(report, 2.0 * report.command, movers and movers[i])
     return table
@@ -121,6 +122,53 @@ def test_ticks_of_the_same_message_share_it():
     heard = some_movers(0.0)
     table = filled(some_reports(50), [heard] * 50)
     assert len({id(packed) for packed in table._movers}) == 1
+
+
+def assert_same(a: TickTable, b: TickTable) -> None:
+    """To the last digit."""
+    one, other = (t.trajectory(np.zeros(N_Q)) for t in (a, b))
+    assert len(a) == len(b) == len(one)
+    for name in ("time", "q", "u", "status", "scale", "clearance"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    assert list(one.timings) == list(other.timings)
+    for phase, column in one.timings.items():
+        np.testing.assert_array_equal(other.timings[phase], column)
+    np.testing.assert_array_equal(a.line_deviation, b.line_deviation)
+    np.testing.assert_array_equal(a.separation_margin, b.separation_margin)
+    assert len(one.movers) == len(other.movers)
+    for mine, theirs in zip(one.movers, other.movers, strict=True):
+        assert mine.stamp == theirs.stamp
+        assert [m.name for m in mine] == [m.name for m in theirs]
+        for x, y in zip(mine.arrays.values, theirs.arrays.values, strict=True):
+            np.testing.assert_array_equal(x, y)
+
+
+@pytest.mark.parametrize("block", [1, 7, 40, 41])
+@pytest.mark.parametrize("moves", [False, True])
+def test_ticks_on_the_disk_are_those_of_memory(block, moves):
+    """Phases come and go, and several ticks share a message."""
+    reports = some_reports(40)
+    heard = [some_movers(0.1 * k) for k in range(14)]
+    movers = [heard[k // 3] for k in range(40)] if moves else None
+    table = filled(reports, movers, block)
+    assert len(table._time) == 40 % block
+    assert_same(table, filled(reports, movers))
+
+
+def test_a_full_disk_loses_ticks_and_says_so(monkeypatch):
+    def full(**_):
+        raise OSError(28, "No space left on device")
+
+    reports = some_reports(25)
+    monkeypatch.setattr(tempfile, "TemporaryFile", full)
+    table = filled(reports, None, 10)
+    assert table.trouble == (
+        "the trajectory lacks 20 ticks: No space left on device"
+    )
+    monkeypatch.undo()
+    for report in reports[:6]:
+        table.append(report, 2.0 * report.command)
+    assert_same(table, filled([*reports[20:], *reports[:6]]))
 
 
 @pytest.mark.parametrize("since", [-1.0, 0.0, 1.23, 3.9])

@@ -326,3 +326,15 @@ def test_a_bad_model_is_named(tmp_path, old, new, problem):
     model.write_text(model.read_text().replace(old, new))
     with pytest.raises(RemoSplatError, match=problem):
         load_robot(tmp_path / THREE_LINK.name)
+
+
+def test_rounding_beyond_a_limit_is_on_it(three_link):
+    q = three_link.position_upper.copy()
+    q[0] += 4e-4  # As 3.142 is beyond pi.
+    assert "beyond its limits" in three_link.beyond_limits(q)
+    rounded = three_link.rounded_into_limits(q)
+    np.testing.assert_array_equal(rounded, three_link.position_upper)
+    assert not three_link.beyond_limits(rounded)
+    # More than that is no rounding, and stays for an error.
+    q[0] += 1e-2
+    np.testing.assert_array_equal(three_link.rounded_into_limits(q), q)

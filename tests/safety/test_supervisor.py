@@ -294,6 +294,23 @@ def test_it_may_not_come_nearer_again(start, reached, least):
     assert drive.state.reason.endswith(f"is below {1e3 * least:.1f} mm")
 
 
+def test_a_robot_that_starts_inside_the_scene_may_leave_it():
+    drive = Drive()
+    for clearance in np.linspace(-0.008, 0.001, 50):
+        assert drive.tick(clearance=clearance).mode == RUNNING
+    # Once it is outside, it may not touch again.
+    drive.ticks(11, clearance=0.0)
+    assert "clearance 0.0 mm is below" in drive.state.reason
+
+
+def test_a_robot_that_starts_inside_the_scene_may_not_go_deeper():
+    drive = Drive()
+    drive.ticks(50, clearance=-0.008)
+    assert drive.ticks(50, clearance=-0.0129).mode == RUNNING
+    drive.ticks(11, clearance=-0.0131)
+    assert drive.state.reason == "clearance -13.1 mm is below -13.0 mm"
+
+
 def test_a_release_lets_it_leave_from_where_it_stands(running):
     running.ticks(100, clearance=0.01)
     assert running.state.mode == STOPPED

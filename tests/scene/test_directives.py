@@ -93,7 +93,7 @@ def test_directives_of_a_file_and_frames_count_too(tmp_path):
             "model 'thing::body': shape 'thing::part0' is a Sphere: only boxes",
         ),
         ([MESH], "collision", [weld()], "nowhere.obj"),
-        ([BOX], "visual", [weld()], "'thing::body': has no collision shape"),
+        ([BOX], "visual", [weld()], "'thing::body': has only a visual shape"),
         ([BOX], "collision", [], "'thing::body': is not welded to the world"),
         ([BOX], "collision", [weld("other::body")], "other"),
         ([BOX], "collision", [weld("world", "thing::body")], "weld"),

@@ -37,7 +37,7 @@ def test_objects_are_placed_by_their_own_pose_and_their_primitives():
         ("[0.5, 0.3, 0.04]", "[0.5, 0.3]", "expected 3 numbers, got 2"),
         ("[0.5, 0.3, 0.04]", "[0.5, 0, 0.04]", "dimensions: must be positive"),
         ("[0.5, 0.3, 0.04]", "[0.5, .nan, 0.04]", "expected a finite number"),
-        ("[0, 0, 0, 2]", "[0, 0, 0, 0]", "orientation: is no rotation"),
+        ("[0, 0, 0, 2]", "[0, 0, 0, 0]", "orientation: is not a rotation"),
         ("collision_objects", "objects", "collision_objects: is missing"),
         (
             "- id: board",

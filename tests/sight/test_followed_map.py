@@ -137,11 +137,11 @@ def test_another_map_of_that_number_does_not_count(session):
     loop = Loop(session.folder)
     loop.say(1, "another")
     loop.until(lambda: loop.followed.trouble)
-    assert "is not the map that the control loop has" in loop.followed.trouble
+    assert "differs from the control loop's map" in loop.followed.trouble
     assert loop.followed.at(loop.now) is loop.own
     loop.say(0, "another")
     loop.followed.at(loop.now)
-    assert loop.followed.trouble == "the control loop began with another map"
+    assert loop.followed.trouble == "the control loop started with another map"
     loop.say(1)
     loop.until(lambda: loop.followed.version == 1)
     assert not loop.followed.trouble

@@ -122,7 +122,7 @@ def test_the_error_leads_to_the_nearest_pose_that_has_what_is_asked(free, seed):
         (np.ones(5), "expected 6 weights"),
         (np.array([1, 1, 1, 1, 1, -1.0]), "not negative"),
         (np.array([1, 1, 1, 1, 1, np.nan]), "finite"),
-        (np.zeros(6), "must ask for something"),
+        (np.zeros(6), "all six directions are free"),
         (np.array([0, 0, 1, 1, 1, 1.0]), "none, one or all"),
     ],
 )

@@ -69,8 +69,8 @@ def test_sog_parts(tmp_path, whole_files):
     Image.new("RGBA", (4000, 4000)).save(huge, "WEBP", lossless=True)
     for name, content, problem in [
         ("meta.json", "[1]", "expected a JSON object"),
-        ("meta.json", "{", "no JSON"),
-        ("meta.json", "[" * 10**6, "no JSON"),
+        ("meta.json", "{", "not JSON"),
+        ("meta.json", "[" * 10**6, "not JSON"),
         ("meta.json", " " * 2**25, "has 33554432 bytes"),
         ("quats.webp", bytes(2**27), "announce 134217728 unpacked bytes"),
         ("quats.webp", PNG, "quats.webp is no WebP picture"),

@@ -46,7 +46,7 @@ def test_foreign_content(tmp_path, suffix, content):
 def test_nothing_tells_the_format(tmp_path):
     path = tmp_path / "photo.png"
     path.write_bytes(PNG)
-    rejected(path, r"no splat file that is known; valid: .*\.sog, \.splat")
+    rejected(path, r"not a known format of splats; valid: .*\.sog, \.splat")
     rejected(tmp_path, "folder without meta.json")
     rejected(tmp_path / "nowhere.spz", "No such file")
     (tmp_path / "s.sog").write_bytes(b"")

@@ -101,4 +101,4 @@ def test_the_robot_itself(tmp_path):
         " {max_forward: 0, max_reverse: 0, max_yaw_rate: 0}}}",
     ).standing
     assert standing.cause == stands.SELF_COLLISION, standing.text
-    assert standing.thing == "the robot's own base"
+    assert standing.thing == "the base"

@@ -107,8 +107,23 @@ SENTENCES = {
     "elbow held at the lower limit of joint 4, 0.52 m from the target": held(
         stands.JOINT_LIMIT, "the lower limit of joint 4", "panda_link4"
     ),
-    "hand held 10 mm from the robot's own base, 0.52 m from the target": held(
-        stands.SELF_COLLISION, "the robot's own base", HAND, 0.010
+    "hand held 10 mm from the base, 0.52 m from the target": held(
+        stands.SELF_COLLISION, "the base", HAND, 0.010
+    ),
+    "moving out: hand 5 mm from the base, 0.52 m from the target": dc.replace(
+        FAR, inside=Hold(stands.SELF_COLLISION, "the base", HAND, ROUND, 0.005)
+    ),
+    "moving out: elbow beyond the upper limit of joint 4, 0.52 m from the"
+    " target": dc.replace(
+        FAR,
+        inside=Hold(
+            stands.JOINT_LIMIT, "the upper limit of joint 4", "panda_link4"
+        ),
+    ),
+    "no motion found that leads out: hand 31 mm inside the base, 0.52 m from"
+    " the target": held(
+        stands.NOTHING,
+        inside=Hold(stands.SELF_COLLISION, "the base", HAND, ROUND, -0.031),
     ),
     "hand waits for Ada, 0.52 m from the target": held(
         stands.MOVER, "Ada", HAND

@@ -35,7 +35,7 @@ from remosplat_drake.signals.tick_report import (
     OPTIMAL,
     TickReport,
 )
-from remosplat_drake.standing.hold import find_hold, pressures
+from remosplat_drake.standing.hold import find_hold, find_inside, pressures
 
 CAN = Thing(SOLID, "the can")
 
@@ -169,7 +169,7 @@ def test_the_robot_before_itself(frankie, order):
     row = BoundRow(SELF_COLLISION, 0, links)
     hold = find_hold(report_of(frankie, [row], [1.0]), frankie, name)
     assert (hold.cause, hold.link) == (stands.SELF_COLLISION, "panda_hand")
-    assert hold.thing == "the robot's own base"
+    assert hold.thing == "the base"
     shapes = self_collision_pairs(frankie, 0.0).shapes
     X_WL = frankie.body_poses(frankie.q_home)
     hand, base = (
@@ -237,3 +237,16 @@ def test_there_is_no_command(frankie):
         stands.NO_COMMAND,
         "target is not finite",
     )
+
+
+def test_what_is_most_inside_is_named_although_something_else_holds(frankie):
+    report = report_of(frankie, [BASE], [1.0], inside=HAND)
+    inside = find_inside(report, frankie, name)
+    assert inside is not None
+    assert (inside.thing, inside.link) == ("the can", "panda_hand")
+    assert inside.clearance == 0.021
+    assert find_hold(report, frankie, name).link == "base_link"
+
+
+def test_nothing_is_inside(frankie):
+    assert find_inside(report_of(frankie, [HAND], [1.0]), frankie, name) is None

@@ -87,7 +87,7 @@ def test_mistakes_are_told_in_one_line(folder, capfd):
     (folder / "out").mkdir()
     (folder / "out" / "results.json").write_text("nonsense")
     assert command(folder) == 2
-    assert "results.json: no JSON" in capfd.readouterr().err
+    assert "results.json: not JSON" in capfd.readouterr().err
 
 
 def test_starts_are_the_scene_s_own_and_free_ones_about_it(frankie):

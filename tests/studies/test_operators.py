@@ -161,7 +161,7 @@ def test_results_are_kept_and_collisions_counted(tmp_path):
     assert read_results(path) == {"a": free, "b": careful}
     assert table([free, careful, failed]).row_count == 3
     path.write_text("nonsense\n")
-    with pytest.raises(FileError, match="no JSON"):
+    with pytest.raises(FileError, match="not JSON"):
         read_results(path)
     assert read_results(tmp_path / "none") == {}
 

@@ -1,7 +1,7 @@
 """Compares the CPU and the CUDA backend of the depth views.
 
-It asks both about random robot states, counts the views whose distances
-differ by more than a millimetre, says why (see `differences`), and times the
+It queries both at random robot states, counts the views whose distances differ
+by more than a millimetre, finds the reasons (see `differences`), and times the
 queries.
 """
 
@@ -38,7 +38,7 @@ from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MAX_DISTANCE = 0.5
-"""Influence distance of the controller, up to which queries ask [m]."""
+"""Influence distance of the controller, the range of queries [m]."""
 
 _ARRAYS = ("p_WS", "R_WL", "radius", "ignore_below")
 
@@ -52,7 +52,7 @@ class Comparison:
         n_splats: Number of the splat's discs.
         states: Number of robot states.
         views: Number of views: six of each sphere in each state.
-        answered: Number of views that see something within `MAX_DISTANCE`.
+        answered: Number of views with a surface within `MAX_DISTANCE`.
         differ: Number of views whose distances differ by more than
             `TOLERANCE`.
         classes: Number of differing views by the reason, one of `CLASSES`.
@@ -87,7 +87,7 @@ class Comparison:
 def compare(
     name: str, splat_W: GaussianSplat, states: Sequence[Spheres], threads: int
 ) -> Comparison:
-    """Queries both backends at all states and explains the differences.
+    """Queries both backends at all states and classifies the differences.
 
     Args:
         name: Name of the splat in the table.
@@ -193,7 +193,7 @@ def read_states(path: Path) -> list[Spheres]:
 
 
 def print_table(comparisons: Sequence[Comparison]) -> None:
-    """Prints a table with one row a splat."""
+    """Prints a table with one row per splat."""
     table = Table(title=f"views that differ by > {1e3 * TOLERANCE:.0f} mm")
     columns = ["splat", "answered", "differ", *CLASSES]
     columns += ["p99 mm", "farther mm", "free mm", "cpu ms", "cuda ms"]

@@ -1,8 +1,8 @@
-"""Why the two backends of the depth views differ at a pixel.
+"""Explains differences of the two backends of the depth views at a pixel.
 
 A ray's fragments are composited once more, in NumPy and double precision, by
-the definition with some of gsplat's rules put in the place of ours. What
-makes the GPU's answer come out is why it differs.
+the definition with some rules replaced by gsplat's. The rules that reproduce
+the GPU's result are the reason of the difference.
 """
 
 import dataclasses as dc
@@ -228,8 +228,8 @@ class Differences:
     ) -> list[float]:
         """Returns ranges that a ray may have under some of gsplat's `RULES`.
 
-        There are two: the GPU looks at the discs within the queried distance
-        first, and at the others only where these do not suffice.
+        There are two: the GPU uses the discs within the queried distance first,
+        and the others only if these do not suffice.
         """
         sensor = dc.replace(
             self._sensor,

@@ -1,4 +1,4 @@
-"""Measures what a live map costs the control loop, in time and memory."""
+"""Measures the cost of a live map for the control loop, in time and memory."""
 
 import argparse
 import dataclasses as dc
@@ -196,7 +196,7 @@ def _drift(seconds: float) -> DriftErrors:
 
 
 def drift_table(errors: DriftErrors) -> Table:
-    """Makes a table of what is wrong with base and map."""
+    """Makes a table of the errors of base and map."""
     table = Table(
         "p50/p99/max",
         "error [mm]",
@@ -247,7 +247,7 @@ def swap_table(periods: LivePeriods, name: str) -> Table:
 
 
 def unknown_table(spreads: dict[str, Spread], name: str) -> Table:
-    """Makes a table of what unknown space as an obstacle costs a tick."""
+    """Makes a table of the cost of unknown space as an obstacle."""
     table = Table("unknown space is", title=name, caption="p50/p99/max")
     table.add_column("oracle and controller [ms]", justify="right")
     for kind, spread in spreads.items():
@@ -256,7 +256,7 @@ def unknown_table(spreads: dict[str, Spread], name: str) -> Table:
 
 
 def memory_table(memory: LiveMemory) -> Table:
-    """Makes a table with one row a process."""
+    """Makes a table with one row per process."""
     table = Table(
         "memory [MB]",
         title=f"{memory.minutes:g} simulated minutes, {memory.maps} changes of"

@@ -1,4 +1,4 @@
-"""What a live map costs the control loop, by the clock."""
+"""Measures the cost of a live map for the control loop in real time."""
 
 import dataclasses as dc
 import gc
@@ -26,7 +26,7 @@ from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.signals.map_requests import MapRequests
 
 QUIET, QUICK, FULL = "nothing", "a quick map", "a full map"
-"""Kinds of maps that may be in the making."""
+"""Kinds of maps that may be under construction."""
 
 _REQUESTS = {QUICK: MapRequests(frames=1), FULL: MapRequests(refines=1)}
 
@@ -216,7 +216,7 @@ class _Clock:
         session.tick()
         busy, end = time.thread_time() - busy, time.perf_counter()
         late = end > self._next + session.period
-        if late:  # What was lost is not made up for.
+        if late:  # Lost ticks are not repeated.
             self._next = end - session.period
         if session.status.swaps != swaps:
             told = self._file.stat().st_mtime

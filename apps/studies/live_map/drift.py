@@ -1,4 +1,4 @@
-"""How wrong base and map get while the base's odometry drifts."""
+"""Measures errors of base and map while the base's odometry drifts."""
 
 import dataclasses as dc
 import time
@@ -37,12 +37,12 @@ _PLACES = (
 """Saved poses of the operator: x, y, z [m], and the heading [deg]."""
 
 _FRAMES = 12.0
-"""Time between two frames that the operator asks for [s]."""
+"""Time between two frames that the operator requests [s]."""
 
 
 @dc.dataclass(frozen=True)
 class DriftErrors:
-    """What is wrong at the end of a session, and on the way.
+    """Errors during a session and at its end.
 
     Attributes:
         seconds: Time of the session [s].
@@ -65,7 +65,7 @@ class DriftErrors:
 def drifting(
     text: str = "", drift: tuple[float, float, float] = DRIFT
 ) -> Scenario:
-    """Loads StudioLive with odometry that drifts, and an operator who looks.
+    """Loads StudioLive with drifting odometry, and an operator who scans.
 
     Args:
         text: More of the scenario, YAML.
@@ -97,7 +97,7 @@ def measure_drift(
     seconds: float,
     drift: tuple[float, float, float] = DRIFT,
 ) -> DriftErrors:
-    """Drives from pose to pose, asks for frames, and compares with the truth.
+    """Drives from pose to pose, requests frames, and compares with the truth.
 
     Args:
         session: New session of the scenario that `drifting` has loaded.

@@ -1,4 +1,4 @@
-"""What a live map costs in memory over a long session."""
+"""Measures the memory of a live map over a long session."""
 
 import dataclasses as dc
 import gc
@@ -20,7 +20,7 @@ _LOOKS = 1.0
 """Period at which memory is sampled [s]."""
 
 _EVERY = 15.0
-"""Period at which something is asked of the map meanwhile [s]."""
+"""Period of requests to the map meanwhile [s]."""
 
 _USE = (
     *[MapRequests(frames=1)] * 2,

@@ -1,4 +1,4 @@
-"""How much memory a process holds, and whether that grows."""
+"""Measures the memory of a process, and its growth."""
 
 import dataclasses as dc
 from collections.abc import Sequence

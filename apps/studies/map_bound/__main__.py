@@ -1,7 +1,7 @@
-"""Does the bound on a map's error hold, where captures are not exact?
+"""Tests the bound on a map's error for captures with errors.
 
 Scenes are rendered, their captures disturbed (poses, drift, scale, sensor),
-reconstructed without the truth, and judged by it. The constants of
+reconstructed without the truth, and compared with it. The constants of
 `reconstruction/uncertainty/bound.py` were chosen on the families and seeds of
 `--split calibration`, and are reported on those of `--split evaluation`.
 """

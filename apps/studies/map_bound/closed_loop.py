@@ -1,4 +1,4 @@
-"""Runs that are aimed at the worst places of this study's maps."""
+"""Runs to the worst places of this study's maps."""
 
 import numpy as np
 
@@ -49,7 +49,7 @@ def attack_case(aim: Aim) -> Attacks:
 
 
 def find_places(mapped: Mapped, seed: int) -> Places:
-    """Finds places of the truth, and what the map is wrong by before them.
+    """Finds true surface points, and the map's errors before them.
 
     Args:
         mapped: The map and the truth.

@@ -1,4 +1,4 @@
-"""Judges a map by the truth: how far distances are too large, and where."""
+"""Compares a map with the truth: over-estimates, and their places."""
 
 import dataclasses as dc
 from typing import Self
@@ -37,7 +37,7 @@ NOTHING = 1.0
 
 @dc.dataclass(frozen=True, eq=False)
 class Sight:
-    """What the cameras really saw, for judging only.
+    """True data of the cameras, for evaluation only.
 
     Attributes:
         scene: The truth.
@@ -54,7 +54,7 @@ class Sight:
 
     @property
     def focus_W(self) -> np.ndarray:
-        """Where the robot works: the scene's target, shape (3,) [m]."""
+        """Middle of the workspace: the scene's target, shape (3,) [m]."""
         assert self.scene.X_WE_target is not None
         return self.scene.X_WE_target.translation()
 
@@ -118,11 +118,11 @@ def random_queries(
 def worst_queries(
     field: DistanceField, sight: Sight, rng: np.random.Generator
 ) -> Queries:
-    """Looks for the places where a map is worst.
+    """Searches for the places where a map is worst.
 
-    Of a 1-Lipschitz map, no distance is too large by more than what it says at
-    the surface point that is nearest in truth. So measured pixels with the
-    largest distances are the places, and robots are put before them.
+    Of a 1-Lipschitz map, no distance is too large by more than its value at the
+    truly nearest surface point. So measured pixels with the largest distances
+    are the places, and queries are made before them.
 
     Args:
         field: The map.

@@ -1,4 +1,4 @@
-"""The tables of the study: how often the bound holds, and how loose it is."""
+"""The tables of the study: frequency and looseness of the bound."""
 
 from collections.abc import Sequence
 
@@ -39,7 +39,7 @@ def exceeding_scenes(results: Sequence[Result]) -> tuple[int, float]:
 
 
 def summary(results: Sequence[Result]) -> list[str]:
-    """Words what the study found, a line each.
+    """Summarises the study, one line each.
 
     Args:
         results: All trials.

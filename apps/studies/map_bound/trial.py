@@ -1,4 +1,4 @@
-"""One trial of the study: reconstruct a disturbed capture, judge the map."""
+"""One trial of the study: reconstructs a disturbed capture, tests the map."""
 
 import dataclasses as dc
 from time import perf_counter
@@ -30,7 +30,7 @@ QUERIES = 20_000
 
 @dc.dataclass(frozen=True)
 class Result:
-    """What came out of a trial; all lengths in metres.
+    """Result of a trial; all lengths in metres.
 
     Attributes:
         key: Name of the case.
@@ -115,7 +115,7 @@ def make_map(case: Case) -> Mapped:
 
 
 def run_trial(case: Case) -> Result:
-    """Reconstructs the capture of a case and judges the splat by the truth.
+    """Reconstructs the capture of a case and compares the splat with the truth.
 
     Raises:
         Exception: Any error of the reconstruction.

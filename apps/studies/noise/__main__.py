@@ -1,4 +1,4 @@
-"""What floaters do to the distance methods: the paper's experiment 3."""
+"""Effects of floaters on distance methods: the paper's experiment 3."""
 
 import argparse
 import sys
@@ -54,8 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--quick",
         action="store_true",
-        help=f"{QUICK_STATES} states and {QUICK_STARTS} start, whatever is"
-        " said elsewhere",
+        help=f"{QUICK_STATES} states and {QUICK_STARTS} start, for a quick try",
     )
     parser.add_argument(
         "--output",

@@ -1,4 +1,4 @@
-"""The paper's experiment 3: what floaters do to the distance methods.
+"""The paper's experiment 3: effects of floaters on distance methods.
 
 Every method measures distances at random robot states, against the truth,
 and drives the robot to the scene's target from several starts.
@@ -58,7 +58,7 @@ START_CLEARANCE = 0.05
 
 @dc.dataclass(frozen=True, eq=False)
 class NoiseScene:
-    """A splat, and the geometry that it stands for.
+    """A splat, and the geometry that it represents.
 
     Attributes:
         name: Name of the scene in tables.

@@ -52,9 +52,9 @@ _INK, _FAINT = "#1d2430", "#7a8494"
 class Results:
     """Measurements so far, by scene and method, kept in a file.
 
-    Every entry is saved at once, so an interrupted experiment goes on where
-    it stopped. Entries carry the revision of the map and the settings that
-    they were measured with; others do not count.
+    Every entry is saved at once, so an interrupted experiment can resume.
+    Entries carry the revision of the map and the settings that they were
+    measured with; others do not count.
 
     Attributes:
         accuracy: Distance errors by scene and method.

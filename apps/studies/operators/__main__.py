@@ -1,4 +1,4 @@
-"""Lets random operators teleoperate, and judges them by the truth."""
+"""Runs random operators, and evaluates their sessions with the truth."""
 
 import argparse
 import sys
@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def table(results: list[OperatorResult]) -> Table:
-    """Makes a table with one row an operator; distances are the smallest."""
+    """Makes a table with one row per operator; distances are the smallest."""
     rows = Table("operator", title="Random operators, judged by the truth")
     for heading in (
         "path [m]",

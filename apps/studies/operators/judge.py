@@ -1,8 +1,8 @@
-"""Judges a session of teleoperation by the truth, at every tick.
+"""Evaluates a session of teleoperation with the truth, at every tick.
 
-mapped: what the frames of the map measured and is still there.
-scene: all there is, but for what nobody has seen since it came. Where what
-    no camera has seen is free, a robot may touch that: it is told apart.
+mapped: surfaces that the frames of the map measured and that still exist.
+scene: the whole scene, except new things that no camera has seen. If unseen
+    space is free, a robot may touch these, so they are counted separately.
 """
 
 from pathlib import Path
@@ -28,7 +28,7 @@ _NEAR = 0.05
 
 
 def judge(folder: Path) -> OperatorResult:
-    """Judges the latest run of a session by the truth.
+    """Evaluates the latest run of a session with the truth.
 
     Raises:
         RemoSplatError: The session cannot be read.
@@ -36,7 +36,7 @@ def judge(folder: Path) -> OperatorResult:
     run = load_recorded_run(folder)
     truth = _truth(run)
     clearance, deepest = _clearances(run, truth)
-    # What anybody knows of is not unseen.
+    # Known things are not unseen.
     fresh = np.where(clearance[SCENE] < 0, np.inf, clearance[UNSEEN])
     clearance[UNSEEN] = fresh
     touches = [

@@ -1,4 +1,4 @@
-"""`RandomOperator`: somebody who wants anything at any time."""
+"""`RandomOperator`: an operator with random requests at random times."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -146,7 +146,7 @@ class RandomOperator:
             case "refine":
                 self._ask(MapRequests(refines=1))
             case "undo":
-                # Without any map nobody could go on.
+                # Without any map, the session could not continue.
                 if look.parent:
                     self._ask(MapRequests(undos=1))
             case "scene":

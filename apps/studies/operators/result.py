@@ -1,4 +1,4 @@
-"""`OperatorResult`: what came of a random operator, as one line of JSON."""
+"""`OperatorResult`: the result of a random operator, as one line of JSON."""
 
 import dataclasses as dc
 import json
@@ -10,8 +10,8 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import parse_json
 
 MAPPED, SCENE, UNSEEN = "mapped", "scene", "unseen"
-"""Kinds of things that are touched: what a map measured, the scene as far as
-anybody knew it, and what came and no frame shows yet."""
+"""Kinds of touched things: surfaces that a map measured, the known scene, and
+new things that no frame shows yet."""
 
 KINDS = (MAPPED, SCENE, UNSEEN)
 
@@ -50,14 +50,13 @@ class OperatorResult:
         careful: Whether unknown space was an obstacle.
         ticks: Number of control ticks.
         maps: Number of versions of the map that took effect.
-        frames: Number of frames that were asked for.
+        frames: Number of requested frames.
         scene_changes: Number of times that a thing came or went.
         stops: Number of stops by the supervisor.
         stopped: Time for which the robot was stopped [s].
-        map_clearance: Smallest distance by the map, once there was one [m].
-        mapped_clearance: Smallest distance to what was mapped [m].
-        true_clearance: Smallest distance to the scene as far as anybody knew
-            it [m].
+        map_clearance: Smallest distance by the map, after the first one [m].
+        mapped_clearance: Smallest distance to mapped surfaces [m].
+        true_clearance: Smallest distance to the known scene [m].
         touches: All touches.
         path_length: Path length of the end effector [m].
         wall: Wall-clock time of the trial [s].

@@ -1,9 +1,9 @@
-"""Are maps of carried cameras as right as they say, where nothing is a box?
+"""Tests the verdicts of maps of carried cameras, in scenes of triangle meshes.
 
 Rooms of triangle meshes are captured by rays, along the path of a hand, with
-the faults of real sensors and trackers. Their maps, made without the truth, are
-judged by it, and so are the verdicts of their quality reports. Choose constants
-on `--split develop`; report what `--split frozen` shows.
+the errors of real sensors and trackers. Their maps, made without the truth, are
+compared with it, and so are the verdicts of their quality reports. Choose
+constants on `--split develop`; report what `--split frozen` shows.
 """
 
 import argparse
@@ -96,7 +96,7 @@ STUDY = CaseStudy(
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs missing trials, or maps rods, and prints what that shows."""
+    """Runs missing trials, or maps rods, and prints the results."""
     if not arguments.rods:
         return STUDY.run(arguments)
     STUDY.check(arguments)

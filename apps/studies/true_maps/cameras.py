@@ -1,4 +1,4 @@
-"""`Cameras`: how a carried camera really takes its images."""
+"""`Cameras`: a simulated carried camera, with lens and rolling shutter."""
 
 import dataclasses as dc
 
@@ -23,7 +23,7 @@ _ROUNDS = 12
 
 @dc.dataclass(frozen=True, eq=False)
 class Cameras:
-    """n images of one camera that a person carries.
+    """n images of one carried camera.
 
     Attributes:
         walk: The camera's path.
@@ -75,7 +75,7 @@ class Cameras:
             each; column and row are NaN behind the camera.
         """
         row = np.full(len(p_W), HEIGHT / 2)
-        # A row's pose decides which row it is; that settles at once.
+        # Row and pose depend on each other; the iteration converges at once.
         for _ in range(1 if self.readout == 0 else 4):
             X_WC = self.poses(view, row)
             p_C = np.einsum("nji,nj->ni", X_WC[:, :3, :3], p_W - X_WC[:, :3, 3])

@@ -66,13 +66,13 @@ class Case:
 
 @dc.dataclass(frozen=True, eq=False)
 class Taken:
-    """A disturbed capture and all that is true of it.
+    """A disturbed capture and the true data.
 
     Attributes:
         scene: The scene.
         caster: Casts rays into it.
         cameras: The cameras that took the images.
-        capture: What came of that.
+        capture: The resulting capture.
     """
 
     scene: MeshScene

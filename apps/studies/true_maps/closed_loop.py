@@ -1,8 +1,8 @@
-"""Runs that are aimed at the worst places of maps of thin and curved things.
+"""Runs to the worst places of maps of thin and curved things.
 
-Offline maps are those of the disturbed capture, where `remosplat run` lets a
-robot use them. Live maps are those of exact frames, since a robot that moves
-its own camera refuses others.
+Offline maps are made from the disturbed capture, if `remosplat run` accepts
+them. Live maps are made from exact frames, since a robot that moves its own
+camera rejects others.
 """
 
 from collections.abc import Iterator
@@ -96,13 +96,14 @@ def _maps(
         ("live, unseen solid", True),
     ):
         grown = live(frames, unseen_is_solid, robot.spheres_at(q0))
+        assert grown.splat_W is not None
         yield name, grown.splat_W, grown.field
 
 
 def find_places(
     sight: Sight, field: DistanceField, raw: DistanceField, seed: int
 ) -> Places:
-    """Finds places of the truth, and what a map is wrong by before them.
+    """Finds true surface points, and a map's errors before them.
 
     Args:
         sight: The truth.
@@ -125,10 +126,10 @@ def find_places(
 
 
 class MeshTruth:
-    """Judges runs by the scene's meshes; see `attacks.Truth`.
+    """Evaluates runs with the scene's meshes; see `attacks.Truth`.
 
-    Wheels stand on the floor, which is no obstacle to the spheres that do not
-    see it.
+    Wheels stand on the floor, which is not an obstacle for the spheres that
+    ignore it.
 
     Args:
         sight: The truth.

@@ -20,7 +20,7 @@ class Disturbance:
         focal: By what part the focal length in K is too large.
         principal: Distance of K's principal point from the true one, in
             widths of the image.
-        k1: Radial distortion of the lens, which K knows nothing of.
+        k1: Radial distortion of the lens, which K does not contain.
         readout: Time from the first row of an image to the last [s]; poses
             are those of the middle row.
         scale: How many times too large the depths are.

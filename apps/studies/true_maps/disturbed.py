@@ -1,4 +1,4 @@
-"""Takes captures as carried cameras and their trackers really make them."""
+"""Simulates captures of carried cameras and their trackers."""
 
 import dataclasses as dc
 
@@ -48,7 +48,7 @@ def true_cameras(
 def disturbed(
     caster: RayCaster, cameras: Cameras, what: Disturbance, seed: int
 ) -> Capture:
-    """Takes a capture as it comes from a real camera.
+    """Simulates the capture of a real camera.
 
     Args:
         caster: Casts rays into the scene.

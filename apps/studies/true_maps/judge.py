@@ -1,7 +1,7 @@
-"""Judges a map by the true meshes: how far distances are too large, and where.
+"""Compares a map with the true meshes: over-estimates, and their places.
 
-The map is first laid on the truth: it may lie elsewhere as a whole, since a
-robot finds its place in the map itself. Its scale may not differ.
+The map is first aligned rigidly with the truth, since a robot localises itself
+in the map. Its scale must not differ.
 """
 
 import dataclasses as dc
@@ -74,7 +74,7 @@ class Excess:
 
 @dc.dataclass(frozen=True, eq=False)
 class Judgement:
-    """What the truth says of a map.
+    """Errors of a map, relative to the truth.
 
     Attributes:
         all: At points whose nearest surface two views saw, a pixel wide.
@@ -108,7 +108,7 @@ def judge(
 def judged(
     queries: MeshQueries, raw: DistanceField, careful: DistanceField
 ) -> Judgement:
-    """Sums up by how much two fields' distances are too large.
+    """Summarises over-estimates of two fields' distances.
 
     Args:
         queries: Points whose nearest surface was seen.
@@ -153,11 +153,11 @@ def random_queries(
 def worst_queries(
     field: DistanceField, sight: Sight, rng: np.random.Generator
 ) -> MeshQueries:
-    """Looks for the places where a map is worst.
+    """Searches for the places where a map is worst.
 
-    Of a 1-Lipschitz map, no distance is too large by more than what it says at
-    the surface point that is nearest in truth. So measured surface points with
-    the largest distances are the places, and robots are put before them.
+    Of a 1-Lipschitz map, no distance is too large by more than its value at the
+    truly nearest surface point. So measured surface points with the largest
+    distances are the places, and queries are made before them.
 
     Args:
         field: The map.
@@ -209,7 +209,7 @@ def laid_on_truth(
     true_X_WC: np.ndarray,
     sight: Sight,
 ) -> GaussianSplat:
-    """Moves a map as a whole to where it fits the truth best.
+    """Aligns a map rigidly with the truth.
 
     Args:
         splat_M: The map in a frame M of its own.

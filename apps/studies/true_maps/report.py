@@ -51,7 +51,7 @@ def table(results: Sequence[Result]) -> Table:
 
 
 def says(result: Result) -> str:
-    """Words what the commands say of a capture and its map.
+    """Summarises the commands' messages about a capture and its map.
 
     Args:
         result: A trial that succeeded.
@@ -63,7 +63,7 @@ def says(result: Result) -> str:
 
 
 def summary(results: Sequence[Result]) -> list[str]:
-    """Words what the study found, a line each.
+    """Summarises the study, one line each.
 
     Args:
         results: All trials.

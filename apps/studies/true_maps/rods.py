@@ -1,7 +1,7 @@
-"""Rods of 4 to 16 mm before the wrist camera: none is to be missed.
+"""Rods of 4 to 16 mm before the wrist camera, which maps must not miss.
 
-Depth and poses are exact. Maps are made by `remosplat reconstruct` and as they
-grow while a robot moves, without and with unseen space as an obstacle.
+Depth and poses are exact. Maps are those of `remosplat reconstruct` and live
+maps, without and with unseen space as an obstacle.
 """
 
 import dataclasses as dc
@@ -37,7 +37,7 @@ LEANS = (0.0, 20.0)
 """How far the rods lean to the side [deg]."""
 
 BESIDE = 0.04
-"""Distance from a rod's surface at which the map is asked [m]."""
+"""Distance from a rod's surface at which the map is queried [m]."""
 
 FRAMES = 10
 
@@ -168,8 +168,8 @@ def live(
 
     Args:
         capture: The frames.
-        unseen_is_solid: Whether what nothing has seen is part of the map.
-        robot_free: The robot's spheres where it stands; None for none.
+        unseen_is_solid: Whether unseen space is part of the map.
+        robot_free: The robot's spheres; None for none.
     """
     return build_map(
         capture,
@@ -193,7 +193,7 @@ MAPS: dict[str, Callable[[Capture], DistanceField]] = {
 
 
 def measure(setup: Setup) -> Iterator[RodResult]:
-    """Makes all maps of a setup and asks them for distances to its rods."""
+    """Makes all maps of a setup and queries distances to its rods."""
     capture = setup.capture()
     for name, make in MAPS.items():
         field = make(capture)

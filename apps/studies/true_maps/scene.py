@@ -1,7 +1,7 @@
 """`MeshScene`: a room of triangle meshes, drawn from a seed.
 
 None of it comes from the boxes and cylinders of `remosplat_drake.generation`:
-what a method was tuned on there does not help it here.
+so tuning on those scenes does not help here.
 """
 
 import dataclasses as dc

@@ -1,4 +1,4 @@
-"""`Sight`: what the cameras of a case really saw, for judging only."""
+"""`Sight`: true data of a case's cameras, for evaluation only."""
 
 import dataclasses as dc
 
@@ -98,7 +98,7 @@ class Sight:
         return hits.z * length > length - _OWN
 
     def seen(self, surface: Nearest) -> tuple[np.ndarray, np.ndarray]:
-        """Tells which surface points views have seen, at least two each.
+        """Returns which surface points at least two views have seen.
 
         A view sees a point if nothing is before it, it is not seen too
         steeply, and the sensor delivered a depth at its pixel.

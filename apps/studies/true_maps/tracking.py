@@ -1,4 +1,4 @@
-"""`Tracker`: the poses that a tracker tells of a carried camera."""
+"""`Tracker`: the poses of a carried camera from a simulated tracker."""
 
 from collections.abc import Callable
 
@@ -19,7 +19,7 @@ _STEP, _LONG_STEP = 1e-4, 1e-2
 
 
 class Tracker:
-    """Follows a camera's walk, and slips as a disturbance says.
+    """Tracks a camera's walk, with the errors of a disturbance.
 
     Args:
         walk: The camera's path.
@@ -52,7 +52,7 @@ class Tracker:
         self._X_CD[:3, 3] = what.hand_eye / np.linalg.norm(hand) * hand
 
     def X_WC(self, time: np.ndarray) -> np.ndarray:
-        """Returns the poses that are told at times (n,) [s], (n, 4, 4)."""
+        """Returns the tracked poses at times (n,) [s], (n, 4, 4)."""
         part = (time - self._time[0]) / (self._time[-1] - self._time[0])
         slips = [slip(part) for slip in self._slips]
         shift, turn = np.sum(slips, axis=0)

@@ -1,4 +1,4 @@
-"""One trial of the study: map a disturbed capture, judge map and verdict."""
+"""One trial of the study: maps a disturbed capture, tests map and verdict."""
 
 import dataclasses as dc
 from time import perf_counter
@@ -38,7 +38,7 @@ HELD_OUT = 8
 
 @dc.dataclass(frozen=True)
 class Result:
-    """What came out of a trial; all lengths in metres.
+    """Result of a trial; all lengths in metres.
 
     Attributes:
         key: Name of the case.
@@ -77,7 +77,7 @@ class Result:
 
     @property
     def is_runnable(self) -> bool:
-        """Whether `remosplat run` lets a robot use the map as it is."""
+        """Whether `remosplat run` accepts the map."""
         return not self.defects and is_runnable(self.verdict)
 
     @property
@@ -148,7 +148,7 @@ def mapped(capture: Capture, focus_W: np.ndarray) -> Mapped:
         focus_W: Centre of the robot's workspace, shape (3,) [m].
 
     Raises:
-        RemoSplatError: The capture is unusable.
+        RemoSplatError: The capture is invalid.
     """
     times = [perf_counter()]
     found = inspect_capture(capture)
@@ -193,7 +193,7 @@ def mapped(capture: Capture, focus_W: np.ndarray) -> Mapped:
 
 
 def run_trial(case: Case) -> Result:
-    """Maps the capture of a case and judges map and verdict by the truth.
+    """Maps the capture of a case and compares map and verdict with the truth.
 
     Raises:
         Exception: Any error of the reconstruction.

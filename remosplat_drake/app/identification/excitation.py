@@ -28,6 +28,9 @@ _OVERRUN = 0.4
 _SPEEDS = (1.0, 0.5, 0.25, 0.125)
 """Shares of the limit that are tried for the full-speed stop."""
 
+TOO_FAST = "verification holds faster motions back"
+"""Why faster motions are not tried."""
+
 _LOOKS = 12
 """Number of looks at a map of which nothing is known between two looks."""
 
@@ -61,7 +64,11 @@ class Stroke:
 
 
 def find_stroke(
-    room: Room, q: np.ndarray, axis: int, limit: np.ndarray
+    room: Room,
+    q: np.ndarray,
+    axis: int,
+    limit: np.ndarray,
+    fastest: float = 1.0,
 ) -> Stroke:
     """Finds the fastest motion of one axis that stays away from everything.
 
@@ -70,6 +77,7 @@ def find_stroke(
         q: Configuration in the map to start from, shape (n_q,) [m, rad].
         axis: Index of the axis in u.
         limit: Bounds on |u|, shape (n_u,) [m/s, rad/s].
+        fastest: Greatest share of the bound that is tried.
 
     Returns:
         The stroke.
@@ -81,8 +89,9 @@ def find_stroke(
     problem = room.problem(q)
     if problem:
         raise NoRoomError(problem)
-    around, objections = room.surroundings(q), []
-    for share in _SPEEDS:
+    around = room.surroundings(q)
+    objections = [] if fastest >= 1.0 else [TOO_FAST]
+    for share in (share for share in _SPEEDS if share <= fastest):
         for sign in (1.0, -1.0):
             stroke = Stroke(axis, sign * share * limit[axis])
             found = _objection(stroke, around)

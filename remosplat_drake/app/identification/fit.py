@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.optimize import minimize
 
-from remosplat_drake.controller.prediction.history import History, base_way
+from remosplat_drake.controller.prediction.history import History
 from remosplat_drake.controller.prediction.predict import modelled_way
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+from remosplat_drake.robot.base_motion import base_way
 
 MARGIN = 1.5
 """By how much the tube exceeds the largest residual: more motions than these
@@ -24,9 +25,9 @@ _LEAST_NOISE = 0.003
 _LEAST_BASE_NOISE = 0.02
 """The same for a base, whose localisation corrects it as it goes."""
 
-LONGEST_GAP = 0.05
-"""Longest pause between two commands of a recording that counts [s]: longer
-ones may have let a command expire."""
+_STILL = 1e-6
+"""Speed below which an axis is commanded to stand: a solver's zeros are not
+exact [rad/s, m/s]."""
 
 _DELAYS = np.arange(0.0, 0.5, 0.02)
 _LAGS = (0.0, 0.03, 0.08, 0.2)
@@ -187,7 +188,7 @@ def _tube(
         peaks.append(history.peak()[0])
         history = history.with_command(model, sent, np.array([u]))
     off, peaks = np.array(off), np.array(peaks)
-    still = peaks == 0.0
+    still = peaks < _STILL
     noise = max(float(off[still].max(initial=0.0)) * MARGIN, least_noise)
     moving = ~still
     seen = float(off[still].max(initial=0.0))

@@ -4,7 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
-from remosplat_drake.app.identification.drive import Reading
+from remosplat_drake.app.identification.reading import Reading
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.controller.verification.verify import Surroundings
@@ -39,17 +39,16 @@ class Room:
         """
         return dc.replace(self, field=reading.seen(self.field))
 
-    def problem(self, q: np.ndarray, share: float = 1.0) -> str:
+    def problem(self, q: np.ndarray) -> str:
         """Says what is too near at a configuration; empty if nothing is.
 
         Args:
             q: The configuration in the map, shape (n_q,) [m, rad].
-            share: Share of the distances that must be there.
         """
         if not np.isfinite(q).all():
             return "where the robot is in the map is not known"
         spheres = self.own.robot.spheres_at(q)
-        least = share * self.clearance
+        least = self.clearance
         nearest = self.field.clearances(spheres, self.clearance).minimum()
         if not nearest >= least:
             return (
@@ -57,7 +56,7 @@ class Room:
                 f" {1e3 * least:.0f} mm are kept"
             )
         apart = self.own.distances(q, self.own.stopping)
-        if not (apart >= share * self.own.stopping).all():
+        if not (apart >= self.own.stopping).all():
             links = " and ".join(self.own.pairs.links(int(apart.argmin())))
             return f"{links} are too near to each other"
         return ""

@@ -1,9 +1,12 @@
 """Stages of the safety supervisor: itself, and its stop button."""
 
+import dataclasses as dc
+
 from pydrake.systems.framework import Diagram, DiagramBuilder
 
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
@@ -37,9 +40,14 @@ def AddSupervisor(
     """
     if not scenario.supervisor.enabled:
         return None
-    config = scenario.controller
+    config, supervisor_config = scenario.controller, scenario.supervisor
+    if isinstance(station, HardwareStation):
+        # Between two statuses of a slow arm the latest one grows older.
+        age = supervisor_config.max_status_age
+        age += scenario.hardware.arm_status_period
+        supervisor_config = dc.replace(supervisor_config, max_status_age=age)
     law = SupervisorLaw.make(
-        scenario.supervisor,
+        supervisor_config,
         robot,
         scenario.control_period,
         smallest_stopping=config.smallest_stopping,

@@ -22,6 +22,7 @@ from remosplat_drake.camera.wrist_camera_config import WristCameraConfig
 from remosplat_drake.controller.map_change import objection
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.mapping.mapping_process import MappingProcess
+from remosplat_drake.robot.robot_description import unknown_effector
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.sight.map_announcer import MapAnnouncer
@@ -94,18 +95,17 @@ def AddOperatorTarget(
 
     Raises:
         RemoSplatError: The trajectory or the camera's frame is unusable, or
-            the robot has several end effectors.
+            a script or the stream of poses names an end effector that the
+            robot does not have.
     """
-    check_one_end_effector(scenario, world.robot)
     config, period = scenario.teleop, scenario.control_period
-    law = MotionLaw.make(
-        config,
-        world.robot,
-        world.q0,
-        period,
-        wrist_camera_mount(scenario, world.robot),
-        scenario.mapping.frames,
-    )
+    robot, mount = world.robot, wrist_camera_mount(scenario, world.robot)
+    laws = [
+        MotionLaw.make(
+            config, robot, world.q0, period, mount, scenario.mapping.frames, i
+        )
+        for i in range(len(robot.effectors))
+    ]
     sources = list(operators)
     panel = None
     if page is not None:
@@ -113,7 +113,8 @@ def AddOperatorTarget(
             builder,
             page=page,
             config=config,
-            X_WH=law.X_WT_home,
+            X_WH=laws[0].X_WT_home,
+            effectors=robot.effectors,
             mapping=teleoperation.mapping is not None,
             scenes=teleoperation.scenes,
         )
@@ -121,10 +122,17 @@ def AddOperatorTarget(
     if config.trajectory:
         path = resolve(config.trajectory, scenario.folder)
         scenes = teleoperation.scenes
-        steps = load_operator_steps(path, config.poses, scenes)
+        steps = load_operator_steps(path, config.poses, scenes, robot.effectors)
         script = TrajectoryOperator(steps=steps, scenes=scenes)
         sources.append(builder.AddSystem(script))
     if config.pose_stream is not None:
+        named = config.pose_stream.effector
+        if named and named not in robot.effectors:
+            raise FieldError(
+                scenario.source,
+                "teleop.pose_stream.effector",
+                unknown_effector(named, robot.effectors),
+            )
         stream = LcmOperator(config=config.pose_stream, period=period)
         sources.append(builder.AddSystem(stream))
     if teleoperation.operator is not None:
@@ -135,35 +143,15 @@ def AddOperatorTarget(
         configuration=configuration,
         command=merger.GetOutputPort("command"),
         map_requests=merger.GetOutputPort("map_requests"),
-        robot=world.robot,
+        robot=robot,
         q0=world.q0,
-        law=law,
+        law=laws,
     )
     if panel is not None:
         builder.Connect(
             target.GetOutputPort("state"), panel.GetInputPort("state")
         )
     return target
-
-
-def check_one_end_effector(scenario: Scenario, robot: RobotModel) -> None:
-    """Refuses to teleoperate a robot of which it is not plain what shall move.
-
-    Args:
-        scenario: The scenario, for errors.
-        robot: The robot.
-
-    Raises:
-        FieldError: The robot has several end effectors.
-    """
-    if len(robot.effectors) > 1:
-        names = ", ".join(robot.effectors)
-        raise FieldError(
-            scenario.source,
-            "robot.model",
-            "an operator moves one end effector, and"
-            f" {robot.description.name} has several: {names}",
-        )
 
 
 def wrist_camera_mount(

@@ -1,4 +1,4 @@
-"""How Numba compiles this project's kernels.
+"""Compilation of the kernels of this package with Numba.
 
 A `kernel` is compiled by itself and kept on disk; a `helper` is compiled into
 the kernels that call it.
@@ -37,13 +37,13 @@ def kernel(
     linked: bool = False,
     **options: Any,
 ) -> Any:
-    """Compiles a function that Python calls, too, and keeps it on disk.
+    """Compiles a function that Python and kernels call, and keeps it on disk.
 
-    It lets go of Python's lock while it runs. See `Kernel`.
+    The kernel releases the GIL while it runs. See `Kernel`.
 
     Args:
-        function: The function; not given where there are options.
-        returns: The type of what it returns, see `Kernel`.
+        function: The function; omitted if there are options.
+        returns: Type of its result, see `Kernel`.
         linked: Whether kernels that call it contain it, as a helper.
         options: Numba's options.
     """
@@ -57,7 +57,7 @@ def kernel(
 
 
 def numpy_kernel(function: Any = None, **options: Any) -> Any:
-    """A `kernel` that divides as NumPy does: by zero, to infinity or NaN."""
+    """A `kernel` that divides as NumPy does: by zero gives infinity or NaN."""
     return kernel(function, error_model="numpy", **options)
 
 
@@ -69,7 +69,7 @@ def parallel_kernel(function: Any) -> Any:
 helper = register_jitable(no_cfunc_wrapper=True)
 """Compiles a function into the kernels that call it.
 
-Python, where it calls one, runs it as it stands: slowly."""
+If Python calls a helper, it runs uncompiled, which is slow."""
 
 numpy_helper = register_jitable(no_cfunc_wrapper=True, error_model="numpy")
 """A `helper` that divides as NumPy does."""
@@ -91,6 +91,6 @@ def overload(function: Callable) -> Callable[[Callable], Callable]:
 
 
 def note_extension(function: Callable) -> None:
-    """Notes that a function's module tells Numba how to compile something."""
+    """Registers a function's module as an extension of Numba's compiler."""
     if function.__module__ not in compilation.extending_modules:
         compilation.extending_modules.append(function.__module__)

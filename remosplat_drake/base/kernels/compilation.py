@@ -1,10 +1,11 @@
-"""Compiles kernels in other processes, on the cores that are free.
+"""Compiles kernels in worker processes, on idle cores.
 
-A process that knows what it will need says so: see `expect`. Once something of
-it is not on disk, other processes compile all that is missing. Kernels that say
-what they return are compiled beside their callers in any case. The processes
-keep what they compile on disk, where this one finds it. While it needs what
-another process compiles, it compiles another kernel that is still waiting.
+A process can declare in advance which kernels it will need: see `expect`. When
+the first of them is missing on disk, worker processes compile all that are
+missing. Kernels with a declared result type are compiled in parallel with their
+callers in any case. The workers write compiled kernels to disk, where this
+process finds them. While this process waits for a worker's kernel, it compiles
+another one from the queue.
 """
 
 import contextlib
@@ -21,37 +22,39 @@ from remosplat_drake.base.kernels.references import Unit, found
 from remosplat_drake.base.threads import num_threads
 
 COMPILERS = "REMOSPLAT_COMPILERS"
-"""Environment variable: how many processes may compile beside this one."""
+"""Environment variable: largest number of worker processes."""
 
 extending_modules: list[str] = []
-"""Modules that tell Numba how to compile something. Other processes import them
-before they compile."""
+"""Modules that extend Numba's compiler. Worker processes import them before
+they compile."""
 
 _ASKED, _BEGUN, _ENDED, _READY = range(4)
-"""What another process tells of a variant: that it calls it, that it begins or
-has ended to compile it, and that it waits for the next one."""
+"""Messages of a worker about a variant: it needs it, it begins to compile it,
+it has compiled it. The last one: it waits for the next variant."""
 
 _USUAL = 1.0
-"""How long a variant takes of which nothing is known [s]."""
+"""Assumed compilation time of a variant if it is unknown [s]."""
 
 
 class _Compilation:
-    """What is to be compiled, and by which processes.
+    """The queue of variants to compile, and the worker processes.
 
     Attributes:
         changed: Notified when a variant is asked for or has been compiled.
-        asked: All variants that were asked for.
+        asked: All requested variants.
         waiting: Those that no process has begun, in order.
-        running: Those that other processes compile.
-        processes: Number of other processes.
-        idle: Number of those that wait.
-        expected: Returns what this process will need; None once it was asked.
-        tell: Tells the process for which this one compiles; None if there is
-            none.
-        weights: How long variants are known to take, on some processor [s].
-        missing: How long those take that were found to be missing [s].
-        compiled: Those of them that are compiled.
-        shows: Told whether this process waits for kernels.
+        running: Those that workers compile.
+        processes: Number of workers.
+        idle: Number of idle workers.
+        expected: Returns the variants that this process will need; None after
+            its call.
+        tell: Sends messages to the process for which this one compiles; None if
+            there is none.
+        weights: Known compilation times of variants, on a reference processor
+            [s].
+        missing: Compilation times of the variants that were missing [s].
+        compiled: The missing variants that have been compiled.
+        shows: Called with whether this process waits for kernels.
     """
 
     def __init__(self):
@@ -72,18 +75,18 @@ _state = _Compilation()
 
 
 def expect(variants: Callable[[], Mapping[Any, float]]) -> None:
-    """Says what this process will need, if anything is not on disk.
+    """Declares which variants this process will need.
 
     Args:
-        variants: Returns the variants, in the order in which they are to be
-            compiled, and how long each takes on some processor [s]. It is
-            called once, when the first one is missing.
+        variants: Returns the variants, in the order of compilation, and their
+            compilation times on a reference processor [s]. It is called once,
+            when the first variant is missing on disk.
     """
     _state.expected = variants
 
 
 def show(shows: Callable[[bool], None] | None) -> None:
-    """Sets what is told whether this process waits for kernels.
+    """Sets a callback that reports whether this process waits for kernels.
 
     Args:
         shows: Called with True when it begins to wait, perhaps again, and with
@@ -93,13 +96,13 @@ def show(shows: Callable[[bool], None] | None) -> None:
 
 
 class Count(NamedTuple):
-    """How far compilation is.
+    """Progress of compilation.
 
     Attributes:
-        done: How many of the kernels that were missing are compiled.
-        total: How many were missing.
-        work_done: How long the former take on some processor [s].
-        work: How long all take there [s].
+        done: Number of missing kernels that have been compiled.
+        total: Number of missing kernels.
+        work_done: Compilation time of the former on a reference processor [s].
+        work: Compilation time of all missing kernels there [s].
     """
 
     done: int
@@ -109,7 +112,7 @@ class Count(NamedTuple):
 
 
 def count() -> Count:
-    """Returns how far compilation is."""
+    """Returns the progress of compilation."""
     with _state.changed:
         missing, compiled = _state.missing, _state.compiled
         done = sum(missing[variant] for variant in compiled)
@@ -118,7 +121,7 @@ def count() -> Count:
 
 
 def rest() -> None:
-    """Notes that this process has the kernels that it has waited for."""
+    """Records that this process no longer waits for kernels."""
     if _state.shows is not None:
         _state.shows(False)
 
@@ -129,7 +132,7 @@ def _miss(variant: Unit) -> None:
 
 
 def ask(variant: Unit) -> None:
-    """Has another process compile a variant, if it is not on disk.
+    """Requests a variant from a worker, if it is not on disk.
 
     Args:
         variant: The variant.
@@ -152,7 +155,7 @@ def ask(variant: Unit) -> None:
 
 
 def begin(variant: Unit) -> None:
-    """Notes that this thread compiles a variant, which is not on disk.
+    """Records that this thread compiles a variant, which is not on disk.
 
     If another process compiles it already, this returns when that is done.
 
@@ -180,13 +183,14 @@ def begin(variant: Unit) -> None:
                 _state.changed.wait()
                 continue
             other = next(iter(_state.waiting))
-        # A thread that needs it compiles it again, and raises why that fails.
+        # A thread that needs the variant compiles it again and raises the
+        # error.
         with contextlib.suppress(Exception):
             other.prepare()
 
 
 def end(variant: Unit) -> None:
-    """Notes that this thread has compiled a variant, or has failed to."""
+    """Records that this thread has compiled a variant, or has failed to."""
     if _state.tell is not None:
         _state.tell(_ENDED, variant)
     with _state.changed:
@@ -219,8 +223,8 @@ def _most() -> int:
 
 
 def _run_process() -> None:
-    """Starts another process and keeps it busy as long as it lives."""
-    # What it has not compiled when it ends, this process compiles.
+    """Starts a worker and sends it variants until it exits."""
+    # If the worker exits early, this process compiles the rest.
     try:
         with contextlib.suppress(OSError, EOFError, pickle.PickleError):
             _Process().run()
@@ -230,7 +234,7 @@ def _run_process() -> None:
 
 
 class _Process:
-    """Another process, and what it compiles."""
+    """A worker process and the variants that it compiles."""
 
     def __init__(self):
         self._process = subprocess.Popen(
@@ -243,7 +247,7 @@ class _Process:
         self._busy: set[Unit] = set()
 
     def run(self) -> None:
-        """Has it compile what waits, as long as it lives."""
+        """Sends it variants from the queue until it exits."""
         try:
             while True:
                 self._compile(self._next())
@@ -295,11 +299,11 @@ class _Process:
 
 
 def serve(requests: Any, answers: Any) -> None:
-    """Compiles what another process asks for, until that ends.
+    """Compiles what another process requests, until that process ends.
 
     Args:
         requests: The file from which requests are read.
-        answers: The file into which it is written what is done.
+        answers: The file to which answers are written.
     """
 
     def tell(what, variant):
@@ -314,7 +318,8 @@ def serve(requests: Any, answers: Any) -> None:
             for module in modules:
                 importlib.import_module(module)
             variant = found(reference)
-            # The other process compiles what fails, and raises why.
+            # If this fails, the other process compiles the variant and raises
+            # the error.
             with contextlib.suppress(Exception):
                 if variant is not None and not variant.is_kept:
                     variant.prepare()

@@ -1,12 +1,12 @@
 """The digest of all that a compiled kernel contains.
 
 A kernel contains the functions that it calls and the constants that it reads,
-of any file. The digest is that of their bytecode and of these values, as they
-are in this process. Files are not read: a comment changes nothing, and a
-function that was redefined in a notebook counts as it is now.
+of any file. The digest covers their bytecode and these values, as they are in
+this process. No source file is read: a comment changes nothing, and a function
+that was redefined in a notebook counts with its current code.
 
-Where a kernel calls another by its address, only the other's name and type
-count: see `Kernel`.
+If a kernel calls another by its address, only the other's name and type count:
+see `Kernel`.
 """
 
 import enum
@@ -24,7 +24,7 @@ from llvmlite import ir
 from numba import extending, types
 
 _FOREIGN = {"numba", "numpy", "llvmlite", *sys.stdlib_module_names}
-"""Packages whose functions are known by their names and versions."""
+"""Packages whose functions are identified by name and version."""
 
 _COMPILER_FILES = (
     "address_calls.py",
@@ -44,29 +44,31 @@ _COMPILER_MODULES = {
 
 
 class UnknownContentError(Exception):
-    """A kernel contains something whose content cannot be told."""
+    """The content of something in a kernel cannot be determined."""
 
 
 class Referenced:
-    """A global whose content is its name: what kernels call by address.
+    """A global that is identified by name: kernels call it by its address.
 
     Attributes:
-        content: What tells it from others, in every process; empty if its
-            callers contain it after all.
+        content: Identifies it in every process; empty if its callers contain it
+            after all.
     """
 
     content: str
 
 
 overloads: dict[Callable, list[Callable]] = {}
-"""By function, what chooses its compiled forms; see `overload`."""
+"""For each function, the overloads that choose its compiled form; see
+`overload`."""
 
 
 def content_digest(function: Callable) -> str:
     """Returns the digest of a function and of all that it contains.
 
     Raises:
-        UnknownContentError: It reads a global whose content cannot be told.
+        UnknownContentError: It reads a global whose content cannot be
+            determined.
     """
     digest = hashlib.sha256(_environment())
     for part in _Walk().parts(function):
@@ -148,7 +150,8 @@ def _names(code: CodeType) -> set[str]:
 
 
 def _is_foreign(module: str | None) -> bool:
-    # A script's and a notebook's module is in the standard library's list.
+    # The module of a script or notebook, `__main__`, is in the list of the
+    # standard library.
     return module != "__main__" and (module or "").split(".")[0] in _FOREIGN
 
 
@@ -159,7 +162,7 @@ def _name(value: Any) -> bytes:
 
 
 def _plain(value: Any) -> bytes:
-    """The content of what is no function and holds none."""
+    """Returns the content of a value that is not a function and holds none."""
     if value is None or value is Ellipsis:
         return repr(value).encode()
     if isinstance(value, enum.Enum):
@@ -188,7 +191,7 @@ def _plain(value: Any) -> bytes:
 def _is_known_by_name(value: Any) -> bool:
     """Whether it is a function of Numba, NumPy or C, or an intrinsic.
 
-    Intrinsics that come here are in `_COMPILER_FILES`.
+    Intrinsics that reach this function are defined in `_COMPILER_FILES`.
     """
     return hasattr(value, "__name__") and (
         isinstance(value, BuiltinFunctionType | np.ufunc)
@@ -209,7 +212,7 @@ _known_environment = b""
 
 
 def _environment() -> bytes:
-    """What all kernels contain: versions, and what extends the compiler."""
+    """What all kernels depend on: versions, and extensions of the compiler."""
     global _known_environment
     if not _known_environment:
         base = Path(__file__).resolve().parents[1]

@@ -1,9 +1,9 @@
-"""Where compiled kernels are kept: one file for each, named by its content.
+"""Files of compiled kernels: one for each, named by its content.
 
 A file is named by what the kernel contains, the types of its arguments and the
 processor that it is compiled for. So a file is never out of date, and folders
-can be copied and shared. It is read from two places: the user's cache, where
-new ones are written, and the package, if its wheel brought kernels.
+can be copied and shared. Kernels are read from two places: the user's cache,
+where new ones are written, and the package, if its wheel contains kernels.
 """
 
 import fcntl
@@ -26,10 +26,10 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.resources import cache_dir
 
 PACKAGED = Path(__file__).resolve().parents[2] / "compiled_kernels"
-"""Kernels that a wheel brings."""
+"""Folder of the kernels that a wheel contains."""
 
 MADE_FOR = "made_for.txt"
-"""The file among them that says what they fit, see `made_for`."""
+"""The file in it that states what the kernels fit, see `made_for`."""
 
 _MOST = 1_000_000_000
 """Size of the user's cache beyond which the oldest files are removed [B]."""
@@ -38,14 +38,14 @@ _MOST = 1_000_000_000
 def kernels_dir() -> Path:
     """Returns the folder of the user's kernels; it may not exist.
 
-    It is NUMBA_CACHE_DIR where that is set.
+    It is NUMBA_CACHE_DIR if that is set.
     """
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     return Path(chosen) if chosen else cache_dir() / "kernels"
 
 
 def made_for() -> str:
-    """Returns which Python, packages and processor kernels of here fit."""
+    """Returns the Python, packages and processor of kernels made here."""
     python = ".".join(map(str, sys.version_info[:2]))
     processor = config.CPU_NAME or "this processor"
     return (
@@ -55,9 +55,9 @@ def made_for() -> str:
 
 
 def unfit() -> str:
-    """Returns what the wheel's kernels are for, if that is something else.
+    """Returns what the wheel's kernels fit, if this system differs.
 
-    Empty if they fit, or there are none.
+    Empty if they fit this system, or there are none.
     """
     try:
         made = (PACKAGED / MADE_FOR).read_text()
@@ -80,15 +80,15 @@ def find(name: str) -> Path | None:
 
 
 def read(path: Path) -> tuple[Any, ...] | None:
-    """Returns what was written; None if the file is damaged or gone."""
+    """Returns what was written; None if the file is damaged or missing."""
     try:
         return pickle.loads(path.read_bytes())
-    except Exception:  # Pickle raises what it likes.
+    except Exception:  # Damaged pickles raise anything.
         return None
 
 
 def write(name: str, parts: tuple[Any, ...]) -> None:
-    """Keeps a kernel, unless the disk is full or may not be written.
+    """Keeps a kernel, unless the disk is full or read-only.
 
     Args:
         name: Its name.
@@ -119,7 +119,7 @@ def _remove_oldest() -> None:
 def locked(name: str) -> Iterator[None]:
     """Lets one process at a time compile a kernel.
 
-    Where nothing can be written, each compiles for itself.
+    If the folder is read-only, each process compiles for itself.
 
     Args:
         name: The kernel's file.
@@ -139,6 +139,6 @@ def locked(name: str) -> Iterator[None]:
 
 @cache
 def _lock_file(folder: Path) -> int:
-    """Opens a file, each of whose bytes is a lock. It stays open."""
+    """Opens a file in which each byte is a lock. It stays open."""
     folder.mkdir(parents=True, exist_ok=True)
     return os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o666)

@@ -28,7 +28,7 @@ Returns = types.Type | Callable[..., types.Type] | None
 
 
 class Kernel(Referenced):
-    """A compiled function, which is kept on disk by its content.
+    """A compiled function, kept on disk under the digest of its content.
 
     Python calls it with values. Other kernels call it by its address: it is
     compiled once, and they are not compiled again when it changes.
@@ -38,9 +38,9 @@ class Kernel(Referenced):
         module: Name of its module.
         name: Its qualified name there.
         content: `Referenced.content`; empty if kernels that call it contain it.
-        returns: The type of what it returns, or a function that finds this
-            from the types of the arguments. Where it is told, a caller is
-            compiled at the same time; elsewhere after it.
+        returns: The type of its result, or a function that derives it from the
+            argument types. If it is given, callers are compiled at the same
+            time; otherwise after this kernel.
         options: Numba's options, as text.
     """
 
@@ -52,7 +52,7 @@ class Kernel(Referenced):
         linked: bool = False,
         **options: Any,
     ):
-        """Makes a kernel; it is compiled when it is called.
+        """Creates a kernel; it is compiled at its first call.
 
         Args:
             function: The function.
@@ -96,7 +96,7 @@ class Kernel(Referenced):
 
     @property
     def digest(self) -> str:
-        """The digest of what it contains; empty if that cannot be told."""
+        """The digest of its content; empty if that cannot be determined."""
         return self._digest
 
     @cached_property
@@ -107,7 +107,7 @@ class Kernel(Referenced):
             return ""
 
     def _intrinsic(self) -> Any:
-        """Makes the intrinsic that calls it by its address."""
+        """Creates the intrinsic that calls it by its address."""
 
         def call(typing_context, *arguments):
             del typing_context

@@ -1,13 +1,13 @@
-"""What these kernels change in Numba's code generation, and read of it.
+"""Changes to Numba's code generation that keep compilation short.
 
-Numba optimises each function and makes machine code of it, and then links its
-intermediate code into all functions that call it, where it is optimised and
-compiled again, level by level. For a helper, which Python does not call, only
-the last level is needed. So a library of code without an entry for Python is
-only linked. If a pointer into it is needed after all, it is compiled then.
+Numba optimises each function, generates its machine code, and links its
+intermediate code into all callers, where it is optimised and compiled again at
+each level of calls. A helper, which Python never calls, needs only the last
+level. So a library without an entry point for Python is linked but not
+compiled. If a pointer into it is needed after all, it is compiled at that time.
 
-All that is used here is private to Numba: a test names each part, and
-`pyproject.toml` has an upper bound for what was not tested.
+This module uses private parts of Numba. A test names each of them, and
+`pyproject.toml` has an upper bound for untested versions.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ _ENTRY = "_ZN7cpython"  # Begins the names of functions that Python calls.
 _UNRESOLVED = ".numba.unresolved$"  # Begins those of pointers in recursions.
 
 _environments: dict[str, Any] = {}
-"""What `set_env` was told of functions that have no machine code yet."""
+"""Arguments of `set_env` for functions without machine code yet."""
 
 
 class LinkedLibrary(codegen.JITCodeLibrary):
@@ -30,7 +30,7 @@ class LinkedLibrary(codegen.JITCodeLibrary):
     _only_linked = False
 
     def _optimize_functions(self, ll_module):
-        # The passes over the whole module hold these.
+        # The module-level passes hold these.
         ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self):
@@ -40,10 +40,10 @@ class LinkedLibrary(codegen.JITCodeLibrary):
             super()._optimize_final_module()
 
     def _hide_linked(self):
-        """Keeps machine code of other kernels from calling helpers in this.
+        """Keeps machine code of other kernels from calling helpers here.
 
-        In each process functions are numbered anew, and two of one name would
-        be taken for the same.
+        Functions are numbered per process, so two different ones could have the
+        same name.
         """
         for function in self._final_module.functions:
             if function.linkage.name == "linkonce_odr":
@@ -74,14 +74,14 @@ class LinkedLibrary(codegen.JITCodeLibrary):
         return super().get_pointer_to_function(name)
 
     def _compile(self):
-        """Makes machine code of it after all."""
+        """Generates its machine code."""
         self._only_linked = False
-        self._get_module_for_linking()  # As it is before it is compiled.
+        self._get_module_for_linking()  # As it was before compilation.
         super()._optimize_final_module()
         super()._finalize_final_module()
 
     def _is_entered(self) -> bool:
-        """Whether it holds what Python calls, or what cannot be put off."""
+        """Whether Python calls it, or its code cannot be deferred."""
         module = self._final_module
         return (
             not self._object_caching_enabled
@@ -99,7 +99,7 @@ class LinkedLibrary(codegen.JITCodeLibrary):
 
 
 def link_only() -> None:
-    """Makes Numba use it from now on, once and for all in this process."""
+    """Makes Numba use this class for the rest of this process."""
     machine = codegen.JITCPUCodegen
     if machine._library_class is not codegen.JITCodeLibrary:
         return
@@ -116,10 +116,10 @@ def link_only() -> None:
 
 
 def compare_quickly() -> None:
-    """Makes Numba compare the settings of functions by those that are set.
+    """Makes Numba compare settings of functions by their explicit values only.
 
-    It asks thousands of times whether two are equal, and then computes all
-    settings, also those that are not set.
+    Numba compares settings thousands of times, and computes all of them each
+    time, including the defaults.
     """
     config = targetconfig.TargetConfig
     equal, digest = config.__eq__, config.__hash__
@@ -148,11 +148,11 @@ def globals_of(library: Any, prefix: str) -> list[str]:
 
 
 def reduced(compiled: Any, is_linked: bool) -> tuple:
-    """Returns what is kept of a compile result on disk.
+    """Returns the part of a compile result that is kept on disk.
 
-    Numba keeps its intermediate code for linking, and parses it to learn which
-    names the machine code defines. Where nothing links it, a module with these
-    names will do.
+    Numba keeps the intermediate code for linking, and parses it to find the
+    names that the machine code defines. If nothing links it, a module with
+    these names suffices.
 
     Args:
         compiled: Numba's `CompileResult`.

@@ -1,7 +1,8 @@
-"""Lists of kernels, the types of their arguments, and how long they take.
+"""Lists of kernels with their argument types and compilation times.
 
-A process that knows what it will need has it compiled on all cores at once,
-before it has the values. Types are numbered, since they hold each other.
+With such a list, a process has its kernels compiled on all cores at once,
+before their arguments exist. Types are numbered, since they refer to each
+other.
 """
 
 import importlib
@@ -21,13 +22,13 @@ _PACKAGE = "remosplat_drake."
 
 
 class UnlistedTypeError(Exception):
-    """A type has no place in a list."""
+    """A type cannot be written into a list."""
 
 
 def listed(variants: Iterable[Variant]) -> str:
-    """Returns a list of variants as text, those that others call first.
+    """Returns a list of variants as text, callees first.
 
-    Those that a process could not find, such as a script's, are left out.
+    Variants that another process cannot find, such as a script's, are omitted.
     """
     table, rows = _Table(), []
     for variant in _callees_first(variants):
@@ -45,7 +46,7 @@ def listed(variants: Iterable[Variant]) -> str:
 def read_list(path: Path) -> dict[Variant, float]:
     """Returns the variants of a list, and how long each takes [s].
 
-    What there is no more is left out.
+    Entries for kernels that no longer exist are omitted.
     """
     content = json.loads(path.read_text())
     kinds: list[types.Type | None] = []

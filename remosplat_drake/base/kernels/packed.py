@@ -1,9 +1,10 @@
-"""`Packed`: a named tuple of arrays that kernels take by its address.
+"""`Packed`: a named tuple of arrays that kernels receive by address.
 
-A kernel that takes a named tuple as it stands gets each number of each array's
-header as an argument of its own, hundreds for a robot, and so does whatever it
-calls. That is most of compiling, and of a call from Python. A `Packed` is one
-address; a kernel reads of it what it names.
+If a kernel takes a plain named tuple, each number of each array header becomes
+an argument of its own, hundreds for a robot, and likewise in the functions that
+it calls. These arguments dominate the compilation time and the cost of a call
+from Python. A `Packed` is one address; a kernel reads only the fields that it
+uses.
 """
 
 import hashlib
@@ -39,12 +40,12 @@ _WORD = ir.IntType(64)
 class Packed(Generic[Values]):
     """A named tuple for kernels: arrays, numbers, and tuples of these.
 
-    Kernels read its fields by their names, and cannot tell it from the tuple.
-    They must not write to its arrays where these are read-only.
+    Kernels read its fields by name, as they read the tuple's. They must not
+    write to arrays that are read-only.
 
     Attributes:
-        values: The named tuple, its arrays as kernels read them.
-        address: Where their headers are.
+        values: The named tuple, with its arrays as kernels read them.
+        address: Address of the array headers.
     """
 
     __slots__ = ("_numba_type_", "_words", "address", "values")
@@ -54,7 +55,7 @@ class Packed(Generic[Values]):
 
         Args:
             values: The named tuple. Arrays that are not contiguous are copied;
-                named tuples within are packed, too, if they are not yet.
+                nested named tuples are packed, too.
         """
         self.values = _contiguous(values)
         self._numba_type_ = _known_type(self.values)
@@ -86,7 +87,7 @@ def _contiguous(value: Any) -> Any:
 
 
 def _words(value: Any) -> list[int]:
-    """What is stored: of an array its address, shape and strides."""
+    """Returns the stored words; of an array address, shape and strides."""
     if isinstance(value, np.ndarray):
         return [_address(value), *value.shape, *value.strides]
     if isinstance(value, tuple):
@@ -97,7 +98,7 @@ def _words(value: Any) -> list[int]:
 
 
 def _address(array: np.ndarray) -> int:
-    # Several times as fast as what `ctypes` says.
+    # Several times as fast as `ctypes` of the array.
     return array.__array_interface__["data"][0]
 
 
@@ -105,10 +106,10 @@ _codes: dict[type, Any] = {}
 
 
 def bind_code(kind: type, function: Any) -> None:
-    """Makes the code that works on named tuples of a kind a part of their type.
+    """Binds the code that works on a named tuple to the tuple's type.
 
-    Kernels that contain this code are then compiled again when it has changed.
-    To be called before the first of them is packed.
+    Kernels that contain this code are then compiled again when it changes. Must
+    be called before the first such tuple is packed.
 
     Args:
         kind: The named tuple.
@@ -118,7 +119,7 @@ def bind_code(kind: type, function: Any) -> None:
 
 
 def _code_of(kind: type) -> str:
-    """Returns what tells the code that works on a kind from other code."""
+    """Returns an identifier of the code that works on a named tuple."""
     try:
         return content_digest(_codes[kind]) if kind in _codes else ""
     except UnknownContentError:
@@ -126,7 +127,7 @@ def _code_of(kind: type) -> str:
 
 
 class PackedType(types.Type):
-    """The type of a `Packed`: the named tuple's, and those of its fields."""
+    """The type of a `Packed`: the named tuple's and those of its fields."""
 
     def __init__(self, kind: type, fields: tuple[types.Type, ...]):
         self.kind, self.fields = kind, fields
@@ -142,7 +143,7 @@ class PackedType(types.Type):
 
     @property
     def key(self) -> tuple:
-        """What tells it from other types."""
+        """Distinguishes it from other types."""
         return self.kind, self.names, self.fields, self.code
 
 
@@ -150,7 +151,7 @@ _types: dict[tuple, "PackedType"] = {}
 
 
 def _known_type(values: Any) -> PackedType:
-    """The type of a named tuple, made once of all that look alike."""
+    """Returns the type of a named tuple, created once for each layout."""
     looks = _looks(values)
     if looks not in _types:
         _types[looks] = _packed_type(values)
@@ -158,7 +159,7 @@ def _known_type(values: Any) -> PackedType:
 
 
 def _looks(value: Any) -> Any:
-    """What tells values of different types from each other."""
+    """Returns a key that differs for values of different types."""
     if isinstance(value, np.ndarray):
         return value.dtype, value.ndim
     if isinstance(value, tuple):
@@ -172,7 +173,7 @@ def _packed_type(values: Any) -> PackedType:
 
 def _type(value: Any) -> types.Type:
     if isinstance(value, np.ndarray):
-        # One type, whether it may be written or not.
+        # Writable and read-only arrays have the same type.
         return types.Array(typeof(value).dtype, value.ndim, "C")
     if hasattr(value, "_fields"):
         return _packed_type(value)
@@ -240,7 +241,7 @@ def _read(context, builder, kind, words, first):
     def word(number):
         at = builder.gep(words, [ir.Constant(_WORD, number)])
         loaded = builder.load(at)
-        # Headers never change: what a loop reads is read once before it.
+        # Headers never change, so the compiler may hoist the read out of loops.
         loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
         return loaded
 
@@ -255,7 +256,7 @@ def _read(context, builder, kind, words, first):
             itemsize=array.itemsize.type(
                 context.get_abi_sizeof(context.get_data_type(kind.dtype))
             ),
-            meminfo=None,  # Python keeps it: nothing is counted.
+            meminfo=None,  # Python holds the reference.
         )
         return array._getvalue()
     if isinstance(kind, PackedType):
@@ -274,13 +275,13 @@ def _read(context, builder, kind, words, first):
 
 
 def packed_type(kind: types.Type) -> Any:
-    """Returns the type that a kernel's value has once it is packed.
+    """Returns the type of a kernel's value after packing.
 
     Args:
         kind: The type of the value.
 
     Raises:
-        TypingError: An array of it is not contiguous.
+        TypingError: It holds an array that is not contiguous.
     """
     if isinstance(kind, types.Array):
         if kind.layout != "C":
@@ -294,7 +295,7 @@ def packed_type(kind: types.Type) -> Any:
 
 
 def packed_words(context, builder, kind, value) -> list[ir.Value]:
-    """Returns what is stored of a kernel's value; the inverse of reading it.
+    """Returns the words that are stored for a kernel's value.
 
     Args:
         context: Numba's target context.
@@ -326,10 +327,10 @@ def packed_words(context, builder, kind, value) -> list[ir.Value]:
 
 
 def handed_type(kind: types.Type) -> Any:
-    """Returns the type as which a kernel hands a value to another kernel.
+    """Returns the type in which a kernel passes a value to another kernel.
 
-    Named tuples are packed. One that holds an array that is not contiguous is
-    handed over as it stands.
+    Named tuples are packed. A tuple with an array that is not contiguous is
+    passed unpacked.
 
     Args:
         kind: The type of the value.
@@ -344,13 +345,13 @@ def handed_type(kind: types.Type) -> Any:
 
 
 def hand_over(context, builder, kind, value) -> ir.Value:
-    """Returns a kernel's value as another kernel takes it.
+    """Returns a kernel's value in the form that another kernel takes.
 
     Args:
         context: Numba's target context.
         builder: Writes the kernel's intermediate code.
         kind: The type of the value.
-        value: The value. Of what is packed it must outlive the call.
+        value: The value. Packed arrays must outlive the call.
     """
     handed = handed_type(kind)
     if handed == kind:
@@ -366,7 +367,7 @@ def hand_over(context, builder, kind, value) -> ir.Value:
 
 
 def type_text(kind: types.Type) -> str:
-    """Returns what tells a type from others, in every process.
+    """Returns a text that identifies a type in every process.
 
     Numba's own names of named tuples do not have those of the fields.
 

@@ -1,4 +1,4 @@
-"""By what a kernel is found in any process, and what others know of it."""
+"""References by which any process finds a kernel, and its interface."""
 
 import importlib
 from collections.abc import Callable
@@ -9,11 +9,11 @@ from numba import types
 Types = tuple[types.Type, ...]
 
 Reference = tuple[str, str, Types]
-"""A kernel's module, its name there, and the types of its arguments."""
+"""A kernel's module, its name there, and its argument types."""
 
 
 class KernelCode(Protocol):
-    """What a `Variant` knows of its `Kernel`; see there."""
+    """The part of `Kernel` that `Variant` uses; see there."""
 
     py_func: Callable
     module: str
@@ -33,7 +33,7 @@ class KernelCode(Protocol):
 
 
 class Unit(Protocol):
-    """What compilation knows of a `Variant`; see there."""
+    """The part of `Variant` that compilation uses; see there."""
 
     uses: Any
 
@@ -57,14 +57,14 @@ class Unit(Protocol):
 
 
 def found(reference: Reference) -> Any:
-    """Returns the variant that a reference means; None if there is none."""
+    """Returns the variant that a reference names; None if there is none."""
     module, name, arguments = reference
     kernel = of_module(module, name)
     return kernel.variant(arguments) if hasattr(kernel, "variant") else None
 
 
 def of_module(module: str, name: str) -> Any:
-    """Returns what has a name in a module; None if nothing does."""
+    """Returns a member of a module by its name; None if it is absent."""
     try:
         return getattr(importlib.import_module(module), name, None)
     except ImportError:

@@ -1,4 +1,4 @@
-"""Words for what a kernel returns; see `Kernel.returns`."""
+"""Shorthands for the result types of kernels; see `Kernel.returns`."""
 
 from numba import types
 
@@ -16,12 +16,12 @@ def reals(n: int) -> types.Array:
 
 
 def wholes(n: int) -> types.Array:
-    """Returns the type of arrays of whole numbers of n dimensions."""
+    """Returns the type of arrays of integers of n dimensions."""
     return types.Array(WHOLE, n, "C")
 
 
 def truths(n: int) -> types.Array:
-    """Returns the type of arrays of truths of n dimensions."""
+    """Returns the type of arrays of booleans of n dimensions."""
     return types.Array(TRUTH, n, "C")
 
 

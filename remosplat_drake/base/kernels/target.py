@@ -1,8 +1,8 @@
-"""Which processor kernels are compiled for.
+"""The processor for which kernels are compiled.
 
-On x86-64 it is the level v3 (AVX2, FMA), where the processor has it, and not
-the processor itself: kernels are as fast within some percent, and files of
-kernels fit all such machines.
+On x86-64 it is the level v3 (AVX2, FMA), if the processor supports it, and not
+the processor itself. Such kernels are as fast within a few percent, and their
+files fit all such machines.
 """
 
 from llvmlite import binding
@@ -14,9 +14,9 @@ _FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 
 
 def choose() -> None:
-    """Has Numba compile for the level, unless its user chose otherwise.
+    """Makes Numba compile for the level, unless the user set another target.
 
-    If Numba has compiled something already, the processor stays what it is.
+    If Numba has compiled something already, the target stays as it is.
     """
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
         return

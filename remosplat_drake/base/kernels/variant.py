@@ -1,9 +1,9 @@
 """`Variant`: a kernel for arguments of certain types.
 
-Kernels call it through its cell, a word of memory with its address. Machine
-code finds the cell by its name. Before Python calls a kernel, the cells of all
-variants that it may reach are filled, so that none is compiled or loaded in the
-middle of a call.
+Kernels call a variant through its cell, a word of memory with its address.
+Machine code finds the cell by name. Before Python calls a kernel, the cells of
+all variants that it may reach are filled, so that none is compiled or loaded in
+the middle of a call.
 """
 
 import ctypes
@@ -32,11 +32,11 @@ from remosplat_drake.base.kernels.references import (
 )
 
 _CELL = "numba.dynamic.globals.remosplat_drake:"
-"""Begins the names of cells.
+"""Prefix of the names of cells.
 
-By the first words Numba knows that only this process has them, and does not
-keep functions with `cache=True` that call kernels: another process would not
-find the cells."""
+Because of its first words, Numba treats them as local to this process, and does
+not cache functions with `cache=True` that call kernels: another process would
+not find the cells."""
 
 _WORD = ir.IntType(64)
 
@@ -44,7 +44,7 @@ variants: list["Variant"] = []
 """All variants of this process."""
 
 _named: dict[str, "Variant"] = {}
-"""The variants whose cells machine code finds, by the names of these."""
+"""The variants with named cells, by cell name."""
 
 
 class Variant:
@@ -54,7 +54,8 @@ class Variant:
         kernel: The kernel.
         arguments: The types.
         uses: The variants that it calls; None before it is compiled or loaded.
-        time: How long a core took to compile it, without what it calls [s].
+        time: Compilation time on one core, without the variants that it calls
+            [s].
         was_kept: Whether it was on disk.
     """
 
@@ -71,7 +72,7 @@ class Variant:
 
     @cached_property
     def name(self) -> str:
-        """By which machine code finds its cell."""
+        """The name by which machine code finds its cell."""
         kernel, kinds = self.kernel, self._kinds
         name = f"{_CELL}{kernel.module}.{kernel.name}"
         return f"{name}.{hashlib.sha256(kinds.encode()).hexdigest()[:16]}"
@@ -101,7 +102,7 @@ class Variant:
 
     @property
     def result(self) -> types.Type:
-        """The type of what it returns; prepares it if nothing else tells."""
+        """The type of its result; prepares the variant if it is unknown."""
         if self._result is None:
             returns = self.kernel.returns
             if returns is not None:
@@ -115,14 +116,14 @@ class Variant:
 
     @property
     def reference(self) -> Reference | None:
-        """By which `found` finds it in any process; None if none could."""
+        """Its reference for `found` in any process; None if there is none."""
         kernel = self.kernel
         module, name = kernel.module, kernel.name
         is_found = module != "__main__" and of_module(module, name) is kernel
         return (module, name, self.arguments) if is_found else None
 
     def prepare(self) -> None:
-        """Loads or compiles it, and not what it calls."""
+        """Loads or compiles it, without the variants that it calls."""
         if self._compiled is not None:
             return
         _thread.nested += 1
@@ -136,7 +137,7 @@ class Variant:
             _thread.nested -= 1
 
     def load(self, target_context: Any) -> Any:
-        """Returns what Numba has compiled, perhaps before; None if nothing."""
+        """Returns Numba's compile result; None if it is not on disk."""
         if self._compiled is not None:
             return self._compiled
         kept = self._kept()
@@ -146,7 +147,7 @@ class Variant:
         uses = []
         for reference, result in used:
             variant = found(reference)
-            # A caller fits what the other returned when it was compiled.
+            # A caller fits the result type that its callee had at compilation.
             if variant is None or variant.result != result:
                 return None
             variant.name_cell()
@@ -157,7 +158,7 @@ class Variant:
         return compiled
 
     def begin(self) -> None:
-        """Lets no other process compile it meanwhile, and collects nothing."""
+        """Locks it against other processes, and disables garbage collection."""
         compilation.begin(self)
         if self.file:
             self._work.enter_context(files.locked(self.file))
@@ -192,7 +193,7 @@ class Variant:
     def _kept(self) -> Any:
         """Returns what is on disk; None if nothing is.
 
-        Its time, what it calls, and what Numba keeps.
+        The compilation time, the called variants, and Numba's data.
         """
         path = files.find(self.file) if self.file else None
         return None if path is None else files.read(path)
@@ -201,11 +202,11 @@ class Variant:
         result = compiled.signature.return_type
         if self._result not in (None, result):
             raise TypingError(
-                f"{self.kernel.name} returns {result}, not "
-                f"{self._result} as it says"
+                f"{self.kernel.name} returns {result}, not {self._result} as "
+                "declared"
             )
         self._result, self.uses = result, uses
-        # Numba measures each compilation once, and what comes from disk never.
+        # Numba measures each compilation once, and loading from disk never.
         self._compiled = compiled._replace(metadata=None)
         self._cell.value = compiled.library.get_pointer_to_function(
             compiled.fndesc.llvm_func_name
@@ -264,11 +265,11 @@ def _check_owned(context, builder, kernel, kind, value) -> None:
 
 
 class _Thread(threading.local):
-    """What a thread is about.
+    """State of a thread that compiles.
 
     Attributes:
         working: The variants that it compiles.
-        nested: How many of them are called by others that it compiles, or are
+        nested: How many of them are callees of others that it compiles, or are
             compiled for other processes.
     """
 
@@ -281,10 +282,10 @@ _thread = _Thread()
 
 
 def abandon(outer: int = 0) -> None:
-    """Ends the thread's compilations, one of which has failed.
+    """Ends the thread's compilations after one of them failed.
 
     Args:
-        outer: Number of those that go on.
+        outer: Number of compilations that continue.
     """
     for variant in reversed(_thread.working[outer:]):
         variant._end()
@@ -299,7 +300,7 @@ class VariantCache:
         self._kernel = kernel
 
     def load_overload(self, arguments: Types, target_context: Any) -> Any:
-        """Returns what is on disk; None if it is to be compiled."""
+        """Returns the variant on disk; None if it must be compiled."""
         variant = self._kernel.variant(tuple(arguments))
         target_context.refresh()  # It links Numba's runtime.
         compiled = variant.load(target_context)
@@ -320,11 +321,11 @@ class VariantCache:
 def adding_complete(
     kernel: KernelCode, add: Callable[[Any], None]
 ) -> Callable[[Any], None]:
-    """Returns what adds a compile result to a kernel's dispatcher.
+    """Returns a function that adds a compile result to a kernel's dispatcher.
 
-    Only then may Python call it, on any thread. So all that it calls is
-    prepared before. What is compiled on the way is not added: when Python wants
-    it, `VariantCache` has it.
+    From then on, Python may call it on any thread. So all variants that it
+    calls are prepared before. Variants that are compiled on the way are not
+    added: if Python needs one, `VariantCache` provides it.
 
     Args:
         kernel: The kernel.
@@ -333,10 +334,10 @@ def adding_complete(
 
     def add_complete(compiled: Any) -> None:
         for variant in _thread.working[-1:]:
-            if variant.kernel is kernel:  # Not one that comes from disk.
+            if variant.kernel is kernel:  # Not for a variant from disk.
                 variant.keep(compiled)
                 _complete(variant)
-        # Numba itself links what is contained.
+        # Numba itself links contained functions.
         if not _thread.nested or not kernel.content:
             add(compiled)
 
@@ -344,7 +345,7 @@ def adding_complete(
 
 
 def _complete(variant: Variant) -> None:
-    """Prepares all that a variant calls, if Python is about to call it."""
+    """Prepares a variant's callees, if Python is about to call it."""
     if not _thread.nested:
         try:
             compilation.finish(variant)
@@ -353,9 +354,9 @@ def _complete(variant: Variant) -> None:
 
 
 def complete_for_others(variant: Variant) -> None:
-    """Prepares a variant that a function which is no kernel is to call.
+    """Prepares a variant for a caller that is not a kernel.
 
-    Such a function asks for nothing before it is called.
+    Such a caller requests nothing before it is called.
     """
     if not _thread.working and not _thread.nested:
         variant.prepare()
@@ -364,7 +365,7 @@ def complete_for_others(variant: Variant) -> None:
 
 @cache
 def _processor() -> str:
-    """What kernels are compiled for, and how Numba is set."""
+    """The target of compilation and Numba's settings."""
     codegen = registry.cpu_target.target_context.codegen()
     settings = (
         int(config.OPT),

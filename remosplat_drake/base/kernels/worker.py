@@ -7,12 +7,12 @@ import sys
 from remosplat_drake.base.kernels import compilation
 
 NICE = 5
-"""A control loop that waits for nothing comes first."""
+"""Nice value: a running control loop has precedence."""
 
 if __name__ == "__main__":
-    # Ctrl-C is for the other process, upon whose end this one ends.
+    # Only the parent handles Ctrl-C; this process ends when its parent ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICE)
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # What a module prints is no answer.
+    os.dup2(2, 1)  # Text that a module prints must not mix with the answers.
     compilation.serve(sys.stdin.buffer, answers)

@@ -1,1 +1,1 @@
-"""Checks whether a capture's poses, scale and clocks can be right."""
+"""Checks the plausibility of a capture's poses, scale and clocks."""

@@ -1,4 +1,4 @@
-"""Points through which other views look: wrong frames, and what moves."""
+"""Finds points that other views look through: wrong frames and motion."""
 
 import dataclasses as dc
 
@@ -14,25 +14,25 @@ from remosplat_drake.capture.checks.findings import (
 from remosplat_drake.capture.checks.wide_baselines import WideBaselines
 
 _WRONG = 0.5
-"""Fraction of a frame's points through which others look if it is wrong."""
+"""Least fraction of points of a wrong frame that others look through."""
 
 _MOVING = 0.08
-"""The same, if something in it has moved; or of what others show and it looks
-through. In rendered captures of still rooms, noisy or with poses up to 30 mm
-off, it is at most 0.03."""
+"""The same for a frame with motion; or the fraction of others' points that it
+looks through. In rendered captures of static rooms, noisy or with pose errors
+up to 30 mm, it is at most 0.03."""
 
 _MOVED = 0.005
-"""The same of all frames' points, if something moved in the capture."""
+"""The same for all frames' points, if something moved in the capture."""
 
 _MIN_JUDGED = 30
-"""Fewer points say nothing about a frame."""
+"""Least number of points for a decision about a frame."""
 
 
 def contradicting_frames(wide: WideBaselines) -> np.ndarray:
-    """Finds frames of which others see most points to be empty space.
+    """Finds frames with most points in space that others see as empty.
 
-    The one that contradicts most others goes first, and what it said about
-    them with it: of two frames that contradict each other, the others say
+    The frame that contradicts the most others is removed first, with its
+    contradictions: of two frames that contradict each other, the others decide
     which one is right.
 
     Returns:
@@ -51,13 +51,13 @@ def contradicting_frames(wide: WideBaselines) -> np.ndarray:
 def judge_motion(capture: Capture, wide: WideBaselines) -> list[Finding]:
     """Judges whether something in front of the cameras has moved.
 
-    Frames that show what others look through are told; if there are none,
-    those that look through what others show. A mirror or a pane that few frames
-    see through is a small part of what each of the others shows.
+    It reports frames with surfaces that others look through; if there are none,
+    those that look through others' surfaces. A mirror or a pane that few frames
+    see through is a small part of each of the others.
 
     Args:
         capture: The capture.
-        wide: What its views say about each other.
+        wide: The comparison of its views.
     """
     looking = dc.replace(wide, pairs=wide.pairs[:, ::-1])
     for sides, words in (
@@ -105,6 +105,6 @@ def _contradicted(wide: WideBaselines, without: list[int]) -> np.ndarray:
 
 
 def _rates(judged: np.ndarray, through: np.ndarray) -> np.ndarray:
-    """Fractions of the points that are looked through; 0 of too few."""
+    """Returns fractions of points that are looked through; 0 for too few."""
     enough = judged >= _MIN_JUDGED
     return np.where(enough, through / np.maximum(judged, 1), 0.0)

@@ -1,4 +1,4 @@
-"""Judges by how many millimetres views disagree, and what may explain it."""
+"""Judges the disagreement of views in millimetres, and finds its cause."""
 
 import dataclasses as dc
 
@@ -23,33 +23,32 @@ from remosplat_drake.capture.checks.wide_baselines import (
 )
 
 _MIN_PAIRS = 3
-"""Fewer pairs of views say nothing about a capture."""
+"""Least number of pairs of views for a decision."""
 
 _SHIFTED_PAIRS = 60
-"""Greatest number of pairs that tell whether a shift explains it."""
+"""Largest number of pairs to test whether a shift explains it."""
 
 _LEAST_OFFSET = 5e-4
-"""Views that disagree by less are as exact as depth files, in whole
-millimetres, can make them [m]."""
+"""Smaller disagreement is within the resolution of depth files, which are in
+whole millimetres [m]."""
 
 _TIMES_NOISE = 3.0
-"""How many times what noise explains views may disagree; in 60 rendered
-captures with and without noise it is at most 1.5 times where it is more than
-`_LEAST_OFFSET`."""
+"""Largest ratio of disagreement to noise; in 60 rendered captures with and
+without noise, it is at most 1.5 for disagreements above `_LEAST_OFFSET`."""
 
 _FRAME_OFF = 3e-3
 """A frame that disagrees with all others by more has a wrong pose [m]."""
 
 _EXPLAINED = 0.5
-"""What explains a disagreement leaves less than this part of it."""
+"""A cause must leave less than this part of a disagreement."""
 
 _LEAST_SCALE = 0.002
-"""Smaller errors of the scale are not told from others."""
+"""Smaller errors of the scale cannot be distinguished from others."""
 
 
 @dc.dataclass(frozen=True)
 class Disagreement:
-    """By how much views disagree that stand near to or far from each other.
+    """Disagreement of views, for near and distant pairs.
 
     Attributes:
         near: Median baseline of the nearer half of the pairs [m].
@@ -57,8 +56,8 @@ class Disagreement:
         near_offset: Median offset of the nearer half [m].
         far_offset: Median offset of the farther half [m].
         worst: Largest offset of a pair [m].
-        near_noise: Median of what noise explains of the nearer half [m].
-        far_noise: Median of what noise explains of the farther half [m].
+        near_noise: Median noise-induced offset of the nearer half [m].
+        far_noise: Median noise-induced offset of the farther half [m].
         pairs: Number of pairs.
     """
 
@@ -93,7 +92,7 @@ class Disagreement:
 
 
 def disagreement(wide: WideBaselines) -> Disagreement | None:
-    """Sums up how views disagree; None if too few can be compared."""
+    """Summarises how views disagree; None if too few can be compared."""
     compared = np.flatnonzero(wide.compared)
     if len(compared) < _MIN_PAIRS:
         return None
@@ -115,7 +114,7 @@ def judge_exactness(capture: Capture, wide: WideBaselines) -> list[Finding]:
 
     Args:
         capture: The capture.
-        wide: What its views say about each other.
+        wide: The comparison of its views.
     """
     found = disagreement(wide)
     if found is None:
@@ -138,7 +137,7 @@ def judge_exactness(capture: Capture, wide: WideBaselines) -> list[Finding]:
 
 
 def _judge_frames(capture: Capture, wide: WideBaselines) -> list[Finding]:
-    """Finds single frames that are off where most are exact."""
+    """Finds single frames with pose errors while most are exact."""
     compared = wide.compared
     offset = np.full(len(capture), np.inf)
     limit = np.zeros(len(capture))
@@ -169,7 +168,7 @@ def _judge_frames(capture: Capture, wide: WideBaselines) -> list[Finding]:
 
 
 def _find_shift(capture: Capture, wide: WideBaselines) -> Finding | None:
-    """The shift by a frame that explains most of the disagreement."""
+    """Returns the shift by a frame that explains most of the disagreement."""
     before = float(np.median(wide.offset[wide.compared]))
     best, least = None, _EXPLAINED * before
     for shift in SHIFTS:

@@ -1,4 +1,4 @@
-"""`Finding`: what is wrong with a capture, how badly, and what undoes it."""
+"""`Finding`: a problem of a capture, its severity and its remedy."""
 
 import dataclasses as dc
 from collections.abc import Callable, Iterable
@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from remosplat_drake.capture.capture import Capture
 
 DEFECT, WARNING = "defect", "warning"
-"""A defect makes a wrong map; a warning makes one that knows less, or is less
-exact, than its capture seems to promise."""
+"""A defect makes a wrong map; a warning makes one that is less complete or less
+exact than its capture suggests."""
 
 INTRINSICS = "intrinsics"
 NO_DEPTH = "no-depth"
@@ -29,31 +29,31 @@ ONE_PLANE = "one-plane"
 READING = "reading"
 
 DEFECTS = {
-    INTRINSICS: "the intrinsics are those of other images",
-    NO_DEPTH: "there is next to no depth",
+    INTRINSICS: "the intrinsics belong to other images",
+    NO_DEPTH: "there is almost no depth",
     DEPTH_UNIT: "depths are in another unit",
     ONE_SIDE: "all was seen from one side",
-    COLOURS: "colours and depths do not belong together",
-    POSES: "a usual mistake about poses fits: inverted, wrong axes or unit,"
+    COLOURS: "colours and depths do not match",
+    POSES: "a common mistake about poses fits: inverted, wrong axes or unit,"
     " another order of quaternions, other frames' poses",
     WRONG_FRAMES: "frames contradict all of their neighbours",
-    NO_OVERLAP: "frames share nothing that could confirm their poses",
-    CONTRADICTION: "frames contradict each other, and nothing explains it",
+    NO_OVERLAP: "frames share no surface that could confirm their poses",
+    CONTRADICTION: "frames contradict each other for an unknown reason",
 }
-"""Names of the defects that somebody may accept, and what they mean."""
+"""Names of the defects that a user may accept, and their meaning."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Finding:
-    """Something that is wrong with a capture.
+    """A problem of a capture.
 
     Attributes:
-        name: Short name, of a defect a key of `DEFECTS`.
-        problem: What was found, in words and numbers.
+        name: Short name; for a defect, a key of `DEFECTS`.
+        problem: Description with numbers.
         severity: `DEFECT` or `WARNING`.
-        frames: Indices of the frames that it is about; empty: the capture.
-        remedy: What `mend` does, in words; empty if nothing mends it.
-        mend: Function from the capture to one without the fault; None if only
+        frames: Indices of the affected frames; empty: the whole capture.
+        remedy: Description of `mend`; empty if there is no remedy.
+        mend: Function that returns the capture without the fault; None if only
             a better capture helps.
     """
 
@@ -71,12 +71,11 @@ class Finding:
 def list_frames(
     frames: Iterable[int], capture: Capture | None = None, most: int = 10
 ) -> str:
-    """Words a list of frames, such as "3, 7, 9 and 2 more".
+    """Formats a list of frames, such as "3, 7, 9 and 2 more".
 
     Args:
         frames: Indices of the frames.
-        capture: Capture that knows the frames' names; None: their indices are
-            listed.
+        capture: Capture with the frames' names; None: their indices are listed.
         most: Largest number of frames that are listed.
     """
     frames = list(frames)

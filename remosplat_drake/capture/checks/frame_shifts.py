@@ -1,4 +1,4 @@
-"""Images that were paired with those, or the pose, of another frame.
+"""Finds images paired with other images or poses of another frame.
 
 A recorder that drops its first depth image, or counts from one where another
 counts from zero, shifts all pairs by one.
@@ -14,10 +14,10 @@ from remosplat_drake.capture.checks.registration import edge_correlation
 
 @dc.dataclass(frozen=True)
 class FrameShift:
-    """A wrong pairing of a frame's images and its pose, and how it is undone.
+    """A wrong pairing of a frame's images and its pose, with its correction.
 
     Attributes:
-        step: Frame i has what belongs to frame i - step.
+        step: Frame i has data that belong to frame i - step.
         moves_depth: Whether depths are shifted against poses.
         moves_colour: Whether colours are shifted against poses.
     """
@@ -28,7 +28,7 @@ class FrameShift:
 
     @property
     def words(self) -> str:
-        """What the capture looks like, as part of a warning."""
+        """Description of the capture, as part of a warning."""
         what = {
             (True, True): "images look as if paired with the poses",
             (True, False): "depth images look as if paired with colours and"
@@ -41,7 +41,7 @@ class FrameShift:
 
     @property
     def remedy(self) -> str:
-        """What `undo` does, in words."""
+        """Description of `undo`."""
         what = {
             (True, True): "images",
             (True, False): "depth images",

@@ -25,35 +25,35 @@ from remosplat_drake.capture.checks.registration import (
 )
 
 _FOV_RANGE = (20.0, 130.0)
-"""Fields of view of RGB-D cameras and phones, with some room [deg]."""
+"""Fields of view of RGB-D cameras and phones, with some margin [deg]."""
 
 _MAX_OFF_CENTRE = 0.15
 """Largest distance of a principal point from the image's centre, as a
 fraction of the image's size."""
 
 _ALIKE = 0.1
-"""Part by which numbers may differ that the same mistake explains."""
+"""Relative difference of numbers with the same cause."""
 
 _SQUARE = 0.1
-"""Logarithm of an image's sides' ratio that is next to a square's."""
+"""Logarithm of the ratio of sides below which an image counts as square."""
 
 _DEPTH_RANGE = (0.1, 10.0)
-"""Median depths of what a robot works in [m]."""
+"""Plausible median depths in a robot's workspace [m]."""
 
 _GOOD_CORRELATION = 0.3
-"""Edges that match better are those of the same frame."""
+"""Correlation above which edges belong to the same frame."""
 
 _MUCH_BETTER, _MIN_GAIN = 1.5, 0.05
-"""With colours of another frame, edges match better by this factor and by
-this."""
+"""Least ratio and difference by which edges match better with colours of
+another frame."""
 
 _PLANE, _ON_PLANE = 0.02, 0.95
-"""What lies so near to one plane [m], and the fraction of all points that does
-where a capture shows nothing else."""
+"""Distance from a plane [m], and the fraction of points within it in a capture
+that shows only one plane."""
 
 _MAX_EMPTY = 0.2
-"""Fraction of the depth images that may be empty: a camera may have been too
-near to all it saw."""
+"""Largest fraction of empty depth images: a camera may have been too close to
+everything in view."""
 
 _UNITS = (
     (1e3, "millimetres read as metres"),
@@ -61,7 +61,7 @@ _UNITS = (
     (5.0, "1 / 5000 m read as millimetres"),
     (0.2, "millimetres read as 1 / 5000 m"),
 )
-"""How many times too large depths are, and the mistake that does it."""
+"""Factors by which depths are too large, and the mistakes that cause them."""
 
 
 def judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[Finding]:
@@ -102,12 +102,12 @@ def judge_camera(capture: Capture, fov_deg: np.ndarray) -> list[Finding]:
 
 
 def _judge_centre(center: np.ndarray, size: np.ndarray, off: float) -> Finding:
-    """What explains that a principal point is far from the images' centre."""
+    """Finds the cause of a principal point far from the images' centre."""
     problem = (
         f"the principal point lies {100 * off:.0f} % of the image's size off"
         " its centre"
     )
-    # Principal points are some per cent off, so this mends nothing.
+    # Principal points have errors of some per cent, so this is no remedy.
     scales = 2 * center / size
     scale = float(scales.mean())
     if np.abs(scales - scale).max() < _ALIKE * abs(scale):
@@ -186,11 +186,11 @@ def _judge_unit(median: float) -> list[Finding]:
 def judge_registration(
     capture: Capture, registration: Registration | None
 ) -> list[Finding]:
-    """Judges whether the edges of colour and depth lie on each other.
+    """Judges whether the edges of colour and depth coincide.
 
     Args:
         capture: The capture.
-        registration: Its registration; None if there is too little to tell.
+        registration: Its registration; None if there is too little data.
     """
     shifts = [s for s in SHIFTS if s.moves_colour and len(capture) > 2]
     as_is = 0.0 if registration is None else registration.unshifted

@@ -1,4 +1,4 @@
-"""Checks of a capture: does it mean what its reader thinks it means?"""
+"""Inspection of a capture: measurements and findings."""
 
 import dataclasses as dc
 
@@ -44,7 +44,7 @@ from remosplat_drake.capture.checks.wide_baselines import (
 
 @dc.dataclass(frozen=True, eq=False)
 class CaptureInspection:
-    """Measurements of a capture of n frames, and what is wrong with it.
+    """Measurements of a capture of n frames, and its problems.
 
     Attributes:
         frames: Number of frames n.
@@ -58,12 +58,12 @@ class CaptureInspection:
         path_length: Length of the camera's path from frame to frame [m].
         extent: Sides of the box around the camera's positions, shape (3,) [m].
         registration: Registration of colour and depth; None if there is too
-            little to tell.
+            little data.
         overlap: Agreement of neighbouring frames about depth.
         wide: Agreement of frames near and far, in millimetres.
         wrong_frames: Indices of the frames that disagree with all of their
             neighbours.
-        findings: All that is wrong, defects first.
+        findings: All problems, defects first.
     """
 
     frames: int
@@ -83,7 +83,7 @@ class CaptureInspection:
 
     @property
     def defects(self) -> tuple[Finding, ...]:
-        """What would make a wrong map."""
+        """Problems that would make a wrong map."""
         return tuple(f for f in self.findings if f.severity == DEFECT)
 
 
@@ -109,7 +109,7 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
     )
     pose_findings = judge_overlap(capture, overlap, wrong)
     if not pose_findings:
-        # What follows would say the same about wrong poses in other words.
+        # The checks below would only repeat that poses are wrong.
         pose_findings = _judge_shared_surfaces(capture, overlap, wide)
     mended = any(finding.mend for finding in pose_findings)
     findings = (
@@ -118,7 +118,7 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
         *judge_depth(capture, float(percentiles[1])),
         *judge_path(float(np.ptp(p_WC, axis=0).max())),
         *pose_findings,
-        # Another frame's depth lies under no colours either.
+        # Depth of another frame does not match colours, either.
         *(() if mended else judge_registration(capture, registration)),
     )
     return CaptureInspection(
@@ -142,7 +142,7 @@ def inspect_capture(capture: Capture) -> CaptureInspection:
 def _judge_shared_surfaces(
     capture: Capture, overlap: Overlap, wide: WideBaselines
 ) -> list[Finding]:
-    """Judges what views say about each other where their poses seem right."""
+    """Compares views whose poses seem right."""
     agreeing = overlap.pairs[overlap.agreements >= MIN_AGREEMENT]
     pairs = np.concatenate([agreeing, wide.pairs[wide.compared]])
     return [

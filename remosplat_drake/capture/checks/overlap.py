@@ -1,9 +1,8 @@
-"""Depth consistency between the views of a capture that share something.
+"""Depth consistency between overlapping views of a capture.
 
 Points of one view are projected into another one, whose depth image must
-have them where they are. A point that lies behind the other view's surface
-may be hidden by it; one in front of it contradicts it, for that view has
-looked through it.
+contain them. A point behind the other view's surface may be occluded; a point
+in front of it is a contradiction, since that view has looked through it.
 """
 
 import dataclasses as dc
@@ -18,31 +17,32 @@ TOLERANCE = 0.02
 
 _SAMPLES = 400
 _COARSE = 40
-"""Points of a view that are compared, and that look for neighbours."""
+"""Numbers of points of a view for comparisons, and for the search for
+neighbours."""
 
 _NEIGHBOURS = 4
 _MIN_OVERLAP = 0.3
 """A view's neighbours see at least this fraction of its points."""
 
 _MIN_JUDGED = 20
-"""Fewer points than this say nothing about a pair of views."""
+"""Least number of points for a decision about a pair of views."""
 
 MIN_AGREEMENT = 0.5
-"""Least fraction of their shared points about which right views agree."""
+"""Least agreement of views with right poses about shared points."""
 
 _MAX_JUMP = 0.05
-"""Between pixels whose depths differ by more there is an edge, no surface."""
+"""Depth difference between neighbouring pixels above which there is an edge."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Overlap:
-    """What m pairs of neighbouring views say about each other's depths.
+    """Comparison of the depths of m pairs of neighbouring views.
 
     Attributes:
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
-        agreeing: Number of points of either view that the other one has where
-            they are, to within the tolerance, shape (m,).
-        contradicting: Number of points through which the other one looks, shape
+        agreeing: Number of points of either view that the other one confirms
+            within the tolerance, shape (m,).
+        contradicting: Number of points that the other one looks through, shape
             (m,).
         differences: Absolute differences between these points' depths and the
             other view's surface, over all pairs [m].
@@ -124,7 +124,7 @@ def measure_overlap(
 def supported_fractions(
     capture: Capture, seed: int = 0, tolerance: float = TOLERANCE
 ) -> np.ndarray:
-    """Computes which part of what each view shows any other one shows as well.
+    """Computes the fraction of each view's points that any other one shows.
 
     Args:
         capture: The n views.
@@ -145,7 +145,7 @@ def supported_fractions(
 def wrong_frames(overlap: Overlap) -> np.ndarray:
     """Finds views that disagree with all of their neighbours.
 
-    A view without neighbours is not among them: nothing speaks against it.
+    A view without neighbours is not among them, since nothing contradicts it.
 
     Returns:
         Their indices, ascending.
@@ -157,7 +157,7 @@ def wrong_frames(overlap: Overlap) -> np.ndarray:
 
 
 def neighbours(capture: Capture, p_C: np.ndarray) -> np.ndarray:
-    """Finds pairs of views that see much of the same.
+    """Finds pairs of views with large overlap.
 
     Args:
         capture: The n views.
@@ -175,9 +175,9 @@ def neighbours(capture: Capture, p_C: np.ndarray) -> np.ndarray:
 
 
 def shared_fractions(capture: Capture, p_C: np.ndarray) -> np.ndarray:
-    """Computes which part of their points two views have in both images.
+    """Computes the fractions of points of two views that are in both images.
 
-    What hides them does not count.
+    Occlusion is ignored.
 
     Args:
         capture: The n views.
@@ -226,7 +226,7 @@ def sample_points(
 def compare(
     capture: Capture, p_C: np.ndarray, a: int, b: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compares depths of points of view a with what view b measured there.
+    """Compares depths of points of view a with measurements of view b.
 
     The measured depth is interpolated on the surface between four pixels;
     1 / z is linear in the image of a plane.
@@ -274,7 +274,7 @@ def to_camera(capture: Capture, p_W: np.ndarray, view: int) -> np.ndarray:
 
 
 def _fraction_seen(capture: Capture, p_W: np.ndarray) -> np.ndarray:
-    """Which part of the points each view has in its image, (n,)."""
+    """Returns the fraction of the points in each view's image, (n,)."""
     X_WC = capture.X_WC
     p_C = (p_W[None] - X_WC[:, None, :3, 3]) @ X_WC[:, :3, :3]
     image = p_C @ capture.K.transpose(0, 2, 1)

@@ -34,14 +34,13 @@ from remosplat_drake.capture.checks.pose_conventions import (
 )
 
 _ROUGHLY = 0.08
-"""Fraction of a depth to which views agree whose poses, once refined, may come
-right."""
+"""Relative agreement of depths from which refinement may correct poses."""
 
 _MIN_SUPPORTED = 0.05
-"""Views that support fewer of each other's points show different places."""
+"""Fraction of confirmed points below which views show different places."""
 
 _MIN_PATH = 0.05
-"""A camera that moved less has seen everything from one side [m]."""
+"""Least path of a camera to see things from different sides [m]."""
 
 
 def judge_path(extent: float) -> list[Finding]:
@@ -62,7 +61,7 @@ def judge_path(extent: float) -> list[Finding]:
 def judge_overlap(
     capture: Capture, overlap: Overlap, wrong: np.ndarray
 ) -> list[Finding]:
-    """Judges whether neighbouring views agree, and what explains it if not.
+    """Judges whether neighbouring views agree, and finds the cause if not.
 
     Args:
         capture: The capture.
@@ -95,14 +94,14 @@ def judge_overlap(
         return [_wrong_frames(capture, wrong)]
     if supported and roughly >= GOOD_AGREEMENT:
         return []
-    problem = f"{facts}, and no usual mistake about poses explains it"
+    problem = f"{facts}, and no common mistake about poses explains it"
     return [Finding(CONTRADICTION if supported else NO_OVERLAP, problem)]
 
 
 def _find_mistake(
     capture: Capture, overlap: Overlap
 ) -> tuple[Mistake | FrameShift, Overlap] | None:
-    """What explains why views disagree, and their overlap without it."""
+    """Returns the cause of the disagreement, and the overlap without it."""
     found = find_mistake(capture, overlap)
     for shift in SHIFTS if found is None else ():
         if shift.moves_depth and len(capture) > MIN_VIEWS:

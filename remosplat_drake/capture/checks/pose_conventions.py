@@ -1,4 +1,4 @@
-"""Usual mistakes about camera poses, and which of them a capture has.
+"""Finds common mistakes about camera poses in a capture.
 
 Every reader of captures must know whether poses go from the camera to the
 world, how the camera's axes point (OpenCV or OpenGL), the order of a
@@ -21,16 +21,16 @@ GOOD_AGREEMENT = 0.8
 """Agreement that neighbouring views with the right poses exceed."""
 
 _LEFT = 0.5
-"""With the mistake undone, less than this part of the disagreement is left."""
+"""Largest remaining fraction of the disagreement after a correction."""
 
 
 @dc.dataclass(frozen=True)
 class Mistake:
-    """A wrong belief about poses, and how it is undone.
+    """A wrong assumption about poses, and its correction.
 
     Attributes:
-        words: What the poses look like, as part of a warning.
-        remedy: What `undo` does, in words.
+        words: Description of the poses, as part of a warning.
+        remedy: Description of `undo`.
         undo_poses: Function from the wrong poses to the right poses X_WC, both
             of shape (n, 4, 4).
     """
@@ -50,9 +50,8 @@ def find_mistake(
     """Finds the mistake about poses that explains why views disagree.
 
     Args:
-        capture: The views; their depths are taken to be right, up to their
-            unit.
-        overlap: Overlap as measured with the poses as they are.
+        capture: The views; their depths are assumed correct, up to their unit.
+        overlap: Overlap with the unchanged poses.
 
     Returns:
         The mistake and the overlap without it; None when none fits.

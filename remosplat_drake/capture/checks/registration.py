@@ -1,4 +1,4 @@
-"""Registration of colour to depth: whether their edges lie on each other.
+"""Registration of colour to depth: checks whether their edges coincide.
 
 Where a surface ends, both its depth and, often, its colour change. So the
 edges of the two images match best when they are not shifted against each
@@ -18,23 +18,23 @@ _MIN_JUMP = 0.05
 """Depths of neighbouring pixels differ by more than this across an edge."""
 
 _MIN_EDGES = 0.0005
-"""Images with fewer edge pixels than this fraction say nothing."""
+"""Least fraction of edge pixels for a usable image."""
 
 _MIN_FRAMES = 5
 """In a few images, edges may match by chance."""
 
 _MIN_CORRELATION = 0.1
-"""Edges that match worse at any shift have nothing to do with each other."""
+"""Correlation below which edges are unrelated at any shift."""
 
 _MAX_SHIFT = 0.08
 """Shifts up to this fraction of the image's width are tried."""
 
 _TOLERANCE, _MIN_TOLERANCE = 0.01, 4.0
-"""A shift by this fraction of the image's width, or by so many pixels, is
-within the reach of chance."""
+"""Shifts up to this fraction of the image's width, or this number of pixels,
+may be chance."""
 
 _MUCH_WORSE = 0.8
-"""Edges as they are must match worse than the best by this factor."""
+"""Largest ratio of the correlation without shift to the best one."""
 
 _WIDTH = 2.0
 """Edges are blurred by this [pixels], for they are never sharp."""
@@ -49,7 +49,7 @@ class Registration:
             lie on the depth image [pixels].
         correlation: Correlation of the edges at that shift.
         unshifted: Correlation of the edges without a shift.
-        tolerance: Length up to which a shift means nothing [pixels].
+        tolerance: Length up to which a shift is not significant [pixels].
     """
 
     shift: tuple[int, int]
@@ -59,7 +59,7 @@ class Registration:
 
     @property
     def is_off(self) -> bool:
-        """Whether colours and depths clearly do not belong together."""
+        """Whether colours and depths clearly do not match."""
         return (
             float(np.hypot(*self.shift)) > self.tolerance
             and self.unshifted < _MUCH_WORSE * self.correlation
@@ -67,7 +67,7 @@ class Registration:
 
 
 def measure_registration(capture: Capture) -> Registration | None:
-    """Finds the shift at which edges match best; None if they cannot tell.
+    """Finds the shift at which edges match best; None if it is undetermined.
 
     Args:
         capture: Views, of which up to two dozen are used.
@@ -90,14 +90,14 @@ def measure_registration(capture: Capture) -> Registration | None:
 
 
 def edge_correlation(capture: Capture, step: int = 0) -> float:
-    """Computes how well edges of depths and colours match as they are.
+    """Computes how well edges of depths and colours match without a shift.
 
     Args:
         capture: Views, of which up to a dozen are used.
         step: Depths of frame i are compared with the colours of frame i + step.
 
     Returns:
-        The mean correlation; 0 if there are too few edges to tell.
+        The mean correlation; 0 if there are too few edges.
     """
     n = len(capture) - abs(step)
     stride = max(1, capture.size[1] // _COARSE)
@@ -142,8 +142,8 @@ def color_edges(rgb: np.ndarray) -> np.ndarray:
 def depth_edges(depth: np.ndarray) -> np.ndarray:
     """Marks pixels at which a surface ends, (h, w) to float (h, w), 0 or 1.
 
-    Only the nearer side of a jump between known depths counts: it is the
-    one that has the outline.
+    Only the nearer side of a jump between known depths counts, since the
+    outline belongs to it.
     """
     edges = np.zeros(depth.shape)
     for axis in (0, 1):

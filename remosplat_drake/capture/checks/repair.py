@@ -1,4 +1,4 @@
-"""Undoes what an inspection found to be wrong with a capture."""
+"""Corrects problems that an inspection found in a capture."""
 
 import dataclasses as dc
 
@@ -15,9 +15,9 @@ class Repair:
     """A capture after its repair.
 
     Attributes:
-        capture: The capture, mended as far as that goes.
+        capture: The capture, corrected as far as possible.
         inspection: Its inspection after the repair.
-        undone: What was found and undone, in that order.
+        undone: The corrected findings, in order.
     """
 
     capture: Capture
@@ -26,11 +26,11 @@ class Repair:
 
 
 def repair(capture: Capture, inspection: CaptureInspection) -> Repair:
-    """Mends what can be mended, one finding after the other.
+    """Corrects all findings with a remedy, one after the other.
 
-    After each the capture is inspected anew, for one mistake may look like
-    two: of depths in another unit, poses seem wrong as well. A remedy is tried
-    once.
+    After each, the capture is inspected again, since one mistake may look like
+    two: with depths in another unit, poses seem wrong as well. Each remedy is
+    tried once.
 
     Args:
         capture: A capture.

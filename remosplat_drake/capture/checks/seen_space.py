@@ -1,8 +1,8 @@
-"""`SeenSpaceField`: distance to the surfaces that depth images show.
+"""`SeenSpaceField`: distance to the surfaces in depth images.
 
 Scenes from mesh files have no signed distance: a mesh may be open, and its
-inside undefined. Depth images tell what is free: all between a camera and
-what it sees.
+inside undefined. Depth images determine free space: everything between a camera
+and the surfaces in view.
 """
 
 from collections.abc import Sequence
@@ -33,11 +33,11 @@ class SeenSpaceField(DistanceField):
 
     Args:
         K: Intrinsic matrix that all images share, shape (3, 3) [pixels].
-        depth: Depth z in C, shape (n, h, w) [m]; 0 where nothing is.
+        depth: Depth z in C, shape (n, h, w) [m]; 0 where there is nothing.
         X_WC: Camera poses (OpenCV axes), shape (n, 4, 4).
 
     Raises:
-        RemoSplatError: No image shows anything.
+        RemoSplatError: No image shows a surface.
     """
 
     def __init__(self, K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray):
@@ -68,7 +68,7 @@ class SeenSpaceField(DistanceField):
         ).within(max_distance)
 
     def is_seen(self, p_WS: np.ndarray) -> np.ndarray:
-        """Returns which points lie in front of what some image shows.
+        """Returns which points lie in front of the surfaces in some image.
 
         Args:
             p_WS: Points in W, shape (n, 3) [m].

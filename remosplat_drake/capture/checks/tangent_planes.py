@@ -16,10 +16,10 @@ _WINDOW, _HALF_SIDE = 0.012, 3
 number of pixels along it that are looked at."""
 
 _MIN_COSINE = 0.35
-"""Surfaces that a view sees more slantingly are left out."""
+"""Least cosine of the angle of incidence."""
 
 _LEAST_ROUGHNESS = 1e-3
-"""Windows whose depths are flat to this fraction of them hold no edge."""
+"""Windows whose depths are flat to this relative residual contain no edge."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -91,8 +91,8 @@ def fit_planes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Fits planes to the windows around some pixels, by least squares.
 
-    A plane goes through the middle of the paraboloid that fits the window
-    best: the mean over a curved surface would lie within it.
+    A plane goes through the middle of the paraboloid that fits the window best:
+    the mean over a curved surface would lie inside it.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].

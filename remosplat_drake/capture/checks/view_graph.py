@@ -1,4 +1,4 @@
-"""Groups of views that share surfaces, and what holds the groups together."""
+"""Groups of views that share surfaces, and connections of groups."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -27,11 +27,11 @@ _COARSE, _MIN_SHARED = 40, 0.1
 another one must have in its image to be tried."""
 
 _TRIED = 60
-"""Greatest number of pairs that are tried to join two groups."""
+"""Largest number of pairs that are tried to join two groups."""
 
 
 def judge_groups(capture: Capture, pairs: np.ndarray) -> list[Finding]:
-    """Judges whether all views hang together, and by more than one.
+    """Judges whether all views are connected, and by more than one view.
 
     Args:
         capture: The capture of n views.

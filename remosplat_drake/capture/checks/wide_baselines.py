@@ -1,11 +1,11 @@
-"""How far views that stand apart disagree about the surfaces they share.
+"""Measures the disagreement of distant views about shared surfaces.
 
 Noise differs from pixel to pixel; an error of a pose, or of the depth's scale,
-moves all that a view shows. So the small motion is fitted that takes what one
-view shows onto the other's surfaces (point to plane), and its length there is
-compared with what the scatter that it leaves would explain. With every depth
-too long by a fraction s, views a and b are moved against each other by
-s (p_WB - p_WA): that is told from errors of poses.
+moves all points of a view. So a small motion is fitted that aligns one view's
+points with the other's surfaces (point to plane), and its displacement is
+compared with the one that the remaining scatter would explain. With every depth
+too long by a fraction s, views a and b are moved against each other by s (p_WB
+- p_WA): this distinguishes it from errors of poses.
 """
 
 import dataclasses as dc
@@ -34,7 +34,7 @@ _MIN_SHARED = 0.15
 """Pairs share at least this fraction of their points."""
 
 _MIN_POINTS = 40
-"""Fewer points than this do not tell six degrees of freedom."""
+"""Least number of points to determine six degrees of freedom."""
 
 _REACH = 0.1
 """Surfaces farther apart than this are two surfaces [m]."""
@@ -65,15 +65,15 @@ class WideBaselines:
         frames: Number of views n.
         pairs: Indices of the views (a, b) with a < b, shape (m, 2).
         baseline: Distance between the cameras, shape (m,) [m].
-        offset: Root mean square displacement, along the normals, of what both
-            views show, by the fitted motion, shape (m,) [m]; NaN where they
-            share too little.
+        offset: Root mean square displacement, along the normals, of shared
+            points by the fitted motion, shape (m,) [m]; NaN if they share too
+            little.
         noise: Displacement that noise alone would have caused, shape (m,) [m].
         scale: Fraction by which depths are too long for the poses.
         unscaled: The offsets that are left without it, shape (m,) [m].
-        judged: Number of points of a, and of b, of which the other view tells
-            whether they are there, shape (m, 2).
-        through: Number of those through which it looks, shape (m, 2).
+        judged: Number of points of a, and of b, that the other view confirms or
+            contradicts, shape (m, 2).
+        through: Number of those that it looks through, shape (m, 2).
     """
 
     frames: int
@@ -230,9 +230,9 @@ def _match(
 def _motion(matches: _Matches, gap: np.ndarray) -> tuple[float, float]:
     """The displacement by the motion that closes gaps best, and its noise [m].
 
-    Robust least squares with the weights of Geman and McClure. Where the
-    surfaces leave a degree of freedom open, it takes no part. NaN where there
-    are too few points.
+    Robust least squares with the weights of Geman and McClure. Degrees of
+    freedom that the surfaces do not constrain are ignored. NaN if there are too
+    few points.
     """
     if len(gap) < _MIN_POINTS:
         return np.nan, np.nan

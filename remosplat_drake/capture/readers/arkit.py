@@ -1,4 +1,4 @@
-"""What the apps that record with Apple's ARKit have in common."""
+"""Common code for apps that record with Apple's ARKit."""
 
 import numpy as np
 

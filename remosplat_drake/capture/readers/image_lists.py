@@ -1,11 +1,11 @@
-"""Lists of image files: their order, and those that no pose belongs to."""
+"""Lists of image files: their order, and images without a pose."""
 
 import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
 _MOST_LEFT_OUT = 0.2
-"""Fraction of the images that a tracker may have lost without a word."""
+"""Fraction of images without a pose above which a note is made."""
 
 IMAGES = {".png", ".jpg", ".jpeg"}
 """Suffixes of image files."""
@@ -27,7 +27,7 @@ def images_in(folder: Path) -> list[Path]:
 def note_left_out(
     images: Sequence[str], used: Collection[str], lacking: str
 ) -> list[str]:
-    """Notes that a good part of a capture's images is not used.
+    """Makes a note if a large part of a capture's images is not used.
 
     Args:
         images: Names of all images.

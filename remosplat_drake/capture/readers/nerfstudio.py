@@ -2,11 +2,11 @@
 
 A folder holds `transforms.json` and images. Its cameras look along their -z
 axis (OpenGL); ours look along +z (OpenCV). Both put the centre of the first
-pixel at (0.5, 0.5). A frame's own camera fields go before the document's. Files
-may lie outside the folder; they are only read.
+pixel at (0.5, 0.5). A frame's own camera fields override the document's. Files
+may be outside the folder; they are only read.
 
-Depth is 16-bit or float, in steps of `depth_unit_scale_factor` (a millimetre
-unless told) for `depth_file_path`, nerfstudio's name, and of
+Depth is 16-bit or float, in steps of `depth_unit_scale_factor` (by default a
+millimetre) for `depth_file_path`, nerfstudio's name, and of
 `integer_depth_scale` for `depth_path`, instant-ngp's.
 
 The world is the file's. Poses that `applied_scale` shrank are brought back
@@ -50,8 +50,8 @@ from remosplat_drake.capture.undistortion import Distortion
 DEPTH_UNIT = 1e-3
 """Length of one step of the depth images that we write [m].
 
-Nerfstudio takes the unit from its command line, a millimetre unless told: no
-other is safe.
+Nerfstudio gets the unit from its command line, by default a millimetre, so
+other units are unsafe.
 """
 
 _PNG_LEVEL = 3
@@ -129,7 +129,7 @@ def _entry(path: Path, document: dict, i: int) -> tuple[np.ndarray, float]:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns what a reader should know of a folder beside its frames."""
+    """Returns the remarks on a folder for the reader, without its frames."""
     if path.name != TRANSFORMS:
         path = path / TRANSFORMS
     # Frames that were not read may hold anything.
@@ -362,9 +362,9 @@ def _finite_matrix(
 def write_capture(folder: str | Path, capture: Capture):
     """Writes a capture as a nerfstudio folder; `transforms.json` comes last.
 
-    An older one goes first: it would not fit images that are half replaced.
-    Depth is rounded to whole millimetres; beyond 65.535 m it is unknown. All
-    else comes back as it was.
+    An older document is removed first, since it would not match partly replaced
+    images. Depth is rounded to whole millimetres; beyond 65.535 m it is
+    unknown. All other data are preserved.
 
     Args:
         folder: The folder to write.

@@ -1,4 +1,4 @@
-"""Camera poses as files write them: quaternions, OpenGL or OpenCV axes."""
+"""Conventions of camera poses in files: quaternions, OpenGL or OpenCV axes."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,7 +27,7 @@ def poses_from_quaternions(
 ) -> np.ndarray:
     """Makes poses X, shape (n, 4, 4), of quaternions and translations.
 
-    What is not finite stays so, for a later check to name.
+    Values that are not finite stay so, and a later check reports them.
 
     Args:
         quaternions_xyzw: Quaternions of any length but zero, shape (n, 4).

@@ -10,8 +10,8 @@ and never unpacked to disk; an unpacked one is read alike.
 The app's "EXR + JPG" export is a folder with the same metadata in
 `metadata.json`, images `rgb/N.jpg` and metres in `depth/N.exr`.
 
-The world is that of the first camera, however it was held, as the app's author
-says: unlike ARKit's own, it does not know gravity.
+The world is the first camera's frame, in any orientation, as the app's author
+says: unlike ARKit's world, it is not aligned with gravity.
 """
 
 import dataclasses as dc
@@ -48,7 +48,7 @@ MAX_MEMBER_BYTES = 64_000_000
 """Largest size of a file in an archive [bytes]."""
 
 MAX_RATE = 1000.0
-"""Greatest number of frames that a capture claims to have a second [1/s]."""
+"""Largest frame rate that a capture may declare [1/s]."""
 
 LOOKS_FOR = (
     f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
@@ -59,7 +59,7 @@ LOOKS_FOR = (
 
 @dc.dataclass(frozen=True)
 class _Layout:
-    """Where the files are; {} stands for a frame's number."""
+    """Paths of the files; {} is the frame's number."""
 
     metadata: str
     color: str
@@ -149,7 +149,7 @@ def _opened(path: Path) -> Iterator[tuple[Source, _Layout]]:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns what a reader should know of a capture beside its frames."""
+    """Returns the remarks on a capture for the reader, without its frames."""
     with _opened(path) as (root, layout):
         count = len(_poses(layout.metadata, read_json(root / layout.metadata)))
         folder, pattern = layout.color.split("/")
@@ -166,7 +166,7 @@ def notes(path: Path) -> list[str]:
 
 
 def _check_members(path: Path, archive: zipfile.ZipFile):
-    """Refuses files that claim to be huge; reading stops at what they claim."""
+    """Rejects files of huge declared size, at which reading stops."""
     for member in archive.infolist():
         if member.file_size > MAX_MEMBER_BYTES:
             raise FileError(
@@ -192,7 +192,7 @@ def _poses(where: str, metadata: dict) -> np.ndarray:
         X_WC_gl = poses_from_quaternions(rows[:, :4], rows[:, 4:])
     except ValueError as error:
         raise FieldError(where, "poses", str(error)) from error
-    # Column by column, so that what is not finite makes no other numbers so.
+    # Column by column, so that values that are not finite do not spread.
     return X_WC_gl * OPENGL_FROM_OPENCV.diagonal()
 
 

@@ -73,7 +73,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns what a reader should know of a folder beside its frames."""
+    """Returns the remarks on a folder for the reader, without its frames."""
     names = [pose.name.removesuffix(_POSE) for pose in _poses(path)]
     colors = in_natural_order(
         [*path.glob("frame-*.color.png"), *path.glob("frame-*.color.jpg")]

@@ -113,7 +113,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns what a reader should know of a folder beside its frames."""
+    """Returns the remarks on a folder for the reader, without its frames."""
     rows = _read_odometry(path / ODOMETRY)
     numbers = _columns(path / ODOMETRY, rows, ("frame",))[:, 0].astype(int)
     used = {f"{number:06d}" for number in numbers.tolist()}

@@ -89,7 +89,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns what a reader should know of a folder beside its frames."""
+    """Returns the remarks on a folder for the reader, without its frames."""
     colors = _images(path, _COLOR_FOLDERS)
     used = {colors[i].name for i, _ in read_log(_log(path))}
     return note_left_out([f.name for f in colors], used, "a pose")

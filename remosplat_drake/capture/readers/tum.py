@@ -107,7 +107,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns what a reader should know of a folder beside its frames."""
+    """Returns the remarks on a folder for the reader, without its frames."""
     _, colors = _read_list(path / "rgb.txt")
     used = {colors[i] for i, _ in _pairs(path)}
     lacking = f"a depth image with a pose within {TOLERANCE} s"

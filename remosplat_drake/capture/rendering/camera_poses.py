@@ -8,7 +8,7 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.distance_field import DistanceField
 
 RADIUS = 2.0
-"""Radius of the part of a scene that a robot's task takes place in [m]."""
+"""Radius of the part of a scene in which a robot's task takes place [m]."""
 
 CLEARANCE = 0.12
 """Least distance of a camera from every solid [m]."""
@@ -45,9 +45,10 @@ def survey(
 ) -> list[RigidTransform]:
     """Chooses camera poses X_WC that see a scene around a point from all sides.
 
-    A quarter looks on from afar. The others each face a surface point near
-    the focus, below table tops and inside shelves too, and keep away from
-    each other (Mitchell's best-candidate sampling).
+    A quarter of the cameras are distant. Each of the others faces a surface
+    point near the focus, including points below table tops and inside shelves,
+    and cameras keep a distance from each other (Mitchell's best-candidate
+    sampling).
 
     Args:
         field: Signed distances to the scene.
@@ -55,7 +56,7 @@ def survey(
         n: Number of poses.
         seed: Seed of the random choice.
         radius: Horizontal distance of the farthest cameras from the focus [m];
-            every other length but the clearance goes with it.
+            all other lengths except the clearance scale with it.
         clearance: Least distance of a camera from every solid [m].
         lowest: Least height of a camera [m]: under a floor it would see nothing
             that matters.
@@ -96,7 +97,7 @@ def _draw_far(
     rng: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A camera centre around the scene, and the point it looks at."""
-    del field  # Where it stands does not depend on it.
+    del field  # Its position does not depend on it.
     azimuth = rng.uniform(-np.pi, np.pi)
     side = np.array([np.cos(azimuth), np.sin(azimuth), 0])
     away = radius * rng.uniform(0.65, 1.0)

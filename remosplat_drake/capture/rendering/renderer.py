@@ -28,7 +28,7 @@ FIELD_OF_VIEW = 1.0
 """Vertical field of view of rendered captures unless asked otherwise [rad]."""
 
 NEAR, FAR = 0.05, 10.0
-"""Clipping planes: what is nearer or farther than this is not seen [m]."""
+"""Clipping planes: nearer or farther surfaces are not rendered [m]."""
 
 _ENGINE = "vtk"
 _LIGHTS_W = (
@@ -43,7 +43,7 @@ def steady_light() -> RenderEngineVtkParams:
     """Makes lights that are fixed in W, on a black background.
 
     They give a surface the same colour in every view, as a splat of
-    spherical-harmonics degree 0 needs it.
+    spherical-harmonics degree 0 requires.
     """
     lights = [
         LightParameter(frame="world", direction=direction, intensity=0.6)

@@ -1,4 +1,4 @@
-"""A picture of a robot where it stands, beside one of its spheres."""
+"""Renders a picture of a robot, beside one of its spheres."""
 
 import colorsys
 
@@ -28,10 +28,10 @@ _FIELD = 0.6
 """Vertical field of view [rad]."""
 
 _FILLED = 0.9
-"""How much of the field of view the robot fills."""
+"""Fraction of the field of view that the robot fills."""
 
 _DIRECTION = np.array([1.0, -1.15, 0.55])
-"""Where the camera is, seen from the robot."""
+"""Direction from the robot to the camera."""
 
 _GREY = (0.75, 0.76, 0.78, 1.0)
 
@@ -118,7 +118,7 @@ def _link_solids(robot: RobotModel, q: np.ndarray) -> list[Solid]:
             )
     plant.Finalize()
     context = builder.Build().CreateDefaultContext()
-    # The diagram's root is all that keeps its systems.
+    # Only the diagram's root keeps its systems alive.
     own = plant.GetMyMutableContextFromRoot(context)
     for name, value in (
         *zip(robot.joint_names, q, strict=True),

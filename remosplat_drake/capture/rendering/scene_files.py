@@ -102,7 +102,7 @@ def _model_solids(path: Path) -> Iterator[Solid]:
 
 
 def _without_collision(path: Path) -> str:
-    """A URDF or SDF without what is not drawn, its file names absolute.
+    """Returns a URDF or SDF without invisible parts, with absolute file names.
 
     Drake refuses models with collision meshes in formats that it cannot read.
     """
@@ -123,7 +123,7 @@ def _without_collision(path: Path) -> str:
 
 
 def solids_of(query: QueryObject) -> Iterator[Solid]:
-    """Iterates over all that cameras would see of a scene graph, posed in W."""
+    """Iterates over all visible shapes of a scene graph, posed in W."""
     inspector = query.inspector()
     for geometry in inspector.GetAllGeometryIds(Role.kPerception):
         X_WG = query.GetPoseInWorld(geometry)
@@ -178,7 +178,7 @@ def _converted(path: Path) -> MemoryFile:
 
     try:
         scene = trimesh.load_scene(path)
-    except Exception as error:  # Its loaders raise whatever they stumble on.
+    except Exception as error:  # Its loaders raise exceptions of any type.
         raise FileError(path, f"unreadable mesh: {error}") from error
     parts = [p for p in scene.dump() if isinstance(p, trimesh.Trimesh)]
     if not any(len(part.faces) for part in parts):

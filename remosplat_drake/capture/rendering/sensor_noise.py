@@ -1,10 +1,10 @@
 """`SensorNoise`: a noise model of real RGB-D cameras.
 
-Depth noise grows with the square of the distance, as triangulation has it;
-depth comes in steps of disparity; outlines wander and are frayed; surfaces
-seen at a grazing angle return nothing. The form is that of Nguyen, Izadi and
-Lovell, "Modeling Kinect sensor noise for improved 3D reconstruction and
-tracking" (3DIMPVT 2012).
+Depth noise grows with the square of the distance, as for triangulation; depth
+has steps of disparity; outlines are shifted and frayed; surfaces seen at a
+grazing angle return nothing. The form is that of Nguyen, Izadi and Lovell,
+"Modeling Kinect sensor noise for improved 3D reconstruction and tracking"
+(3DIMPVT 2012).
 """
 
 import dataclasses as dc
@@ -21,7 +21,7 @@ _OUTLINE_JUMP = 0.02
 sides of an outline, unless the surface between them is merely steep."""
 
 _OUTLINE_REACH = 2
-"""How far from an outline pixels are disturbed by it [pixels]."""
+"""Distance from an outline within which pixels are disturbed [pixels]."""
 
 
 @dc.dataclass(frozen=True)
@@ -40,7 +40,7 @@ class SensorNoise:
             [m^1.5].
         inverse_depth_step: Step of 1/z between two disparities [1/m]; 0 for
             none.
-        outline_jitter: Standard deviation of how far outlines wander [pixels].
+        outline_jitter: Standard deviation of shifts of outlines [pixels].
         outline_loss: Probability that a pixel at an outline has no depth.
         dropout: Probability that any other pixel has no depth.
         max_incidence: Angle of incidence beyond which surfaces have no depth
@@ -86,8 +86,8 @@ class SensorNoise:
 PRESETS = {
     "none": SensorNoise(),
     # Axial and lateral noise: Nguyen et al. Steps: Khoshelham and Elberink,
-    # "Accuracy and resolution of Kinect depth data" (Sensors 2012): 2.85 mm
-    # at 1 m. Range: Microsoft's near mode. The colours are our guess.
+    # "Accuracy and resolution of Kinect depth data" (Sensors 2012): 2.85 mm at
+    # 1 m. Range: Microsoft's near mode. The colours are an estimate.
     "kinect": SensorNoise(
         axial_floor=0.0012,
         axial_growth=0.0019,
@@ -102,10 +102,10 @@ PRESETS = {
         color_noise=3.0,
         color_gain=0.02,
     ),
-    # Stereo at 848 x 480: 424 pixels focal length, 50 mm baseline, 0.08
-    # pixels RMS and 1/32 pixel steps of disparity, as in Intel's white papers
-    # on tuning the D400 series; nearest 0.28 m and best below 3 m (data
-    # sheet). Outlines, angle, dropout and colours are our guess.
+    # Stereo at 848 x 480: 424 pixels focal length, 50 mm baseline, 0.08 pixels
+    # RMS and 1/32 pixel steps of disparity, as in Intel's white papers on
+    # tuning the D400 series; nearest 0.28 m and best below 3 m (data sheet).
+    # Outlines, angle, dropout and colours are estimates.
     "realsense_d435": SensorNoise(
         axial_growth=0.08 / (424 * 0.05),
         inverse_depth_step=1 / 32 / (424 * 0.05),
@@ -134,7 +134,7 @@ def sensor_noise(name: str) -> SensorNoise:
 
 
 def with_noise(capture: Capture, noise: SensorNoise, seed: int = 0) -> Capture:
-    """Simulates what a real camera would have captured.
+    """Simulates the capture of a real camera.
 
     A view's noise depends on the seed and its index alone.
 
@@ -159,7 +159,7 @@ def noisy_depth(
     noise: SensorNoise,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Simulates a depth image as a real sensor would measure it.
+    """Simulates a depth image of a real sensor.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].

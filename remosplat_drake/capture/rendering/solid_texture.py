@@ -1,7 +1,7 @@
-"""A texture that fills space, so that bare solids have something to match.
+"""A texture that fills space, so that plain solids have features to match.
 
-Being a function of the world point alone it looks alike from everywhere: a
-mean of plane waves of wavelengths from 7 to 80 cm.
+It depends only on the point in W, so it looks the same from everywhere: a mean
+of plane waves of wavelengths from 7 to 80 cm.
 """
 
 import math

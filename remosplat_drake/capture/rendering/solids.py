@@ -68,8 +68,8 @@ def drake_shape(primitive: Box | Cylinder) -> Shape:
 def extent(solids: Iterable[Solid]) -> tuple[np.ndarray, np.ndarray]:
     """Computes a box of W that holds all solids.
 
-    The box may be larger than need be by what a tilted solid's own box is.
-    Half-spaces have no end and are left out.
+    The box may be too large because of the boxes of tilted solids. Half-spaces
+    are infinite and are ignored.
 
     Returns:
         Lower and upper corner, both of shape (3,) [m].

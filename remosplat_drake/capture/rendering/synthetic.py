@@ -1,7 +1,7 @@
 """Synthetic RGB-D captures of primitive scenes, with exact depth.
 
-The geometry is known exactly, so what a splat trained on such a capture gets
-wrong is the reconstruction's doing: the primitives are its ground truth.
+The geometry is known exactly, so errors of a splat trained on such a capture
+come from the reconstruction: the primitives are its ground truth.
 """
 
 from collections.abc import Sequence

@@ -117,5 +117,9 @@ def add_collision_damper(own, k, tick, program):
         margin = tick.distance[i] - stopping - tick.tube[tick.sphere[i]]
         b = own.gain * margin / (own.influence - stopping)
         row = new_row(program, k, b, tick.sphere[i])
+        moves = False
         for j in range(len(tick.u_previous)):
             program.A[row, j] = tick.rates[i, j]
+            moves |= tick.rates[i, j] != 0.0
+        if not moves:
+            program.b[row] = max(b, 0.0)

@@ -24,6 +24,10 @@ from remosplat_drake.robot.self_collision.pairs import (
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import SELF_COLLISION
 
+_CROWDED = 2.0
+"""Share of the stopping distance below which all shapes of two links have rows:
+verification keeps each of them apart."""
+
 
 @dc.dataclass
 class SelfCollisionDamperConfig(Config):
@@ -80,7 +84,8 @@ class SelfCollisionDamper(CompiledIngredient):
         """
         pairs, config = self._pairs, self.config
         reach = float(config.influence) if config.enabled else -1.0
-        return NearQuestion(pairs.pair_arrays.values, reach)
+        crowded = float(_CROWDED * config.stopping)
+        return NearQuestion(pairs.pair_arrays.values, reach, crowded)
 
     def settings(self, robot: RobotModel) -> "SelfCollisionSettings":
         """Makes what the kernel takes; see `CompiledIngredient`."""

@@ -11,7 +11,7 @@ from remosplat_drake.controller.prediction.kernels.append_command import (
 from remosplat_drake.controller.prediction.kernels.lead_forward import LONG_AGO
 from remosplat_drake.controller.prediction.station_ramp import StationRamp
 from remosplat_drake.robot.actuators import ActuatorModel
-from remosplat_drake.robot.base_motion import base_command
+from remosplat_drake.robot.base_motion import base_way
 
 WINDOW = 1.0
 """Time over which predictions are compared with measurements [s]: about as
@@ -141,16 +141,3 @@ class History:
     def peak(self) -> np.ndarray:
         """Returns the greatest speeds that were commanded, shape (n_u,)."""
         return np.abs(self.u).max(axis=0)
-
-
-def base_way(before: np.ndarray, after: np.ndarray, n_base: int) -> np.ndarray:
-    """Measures how far a base has come between two poses, shape (n_base,).
-
-    Args:
-        before: x, y and yaw, shape (3,) [m, m, rad].
-        after: The same a little later, in any turn.
-        n_base: Number of base commands, 2 or 3.
-    """
-    turn = math.remainder(after[2] - before[2], math.tau)
-    end = np.array([*after[:2], before[2] + turn])
-    return base_command(before, end, n_base)

@@ -115,7 +115,9 @@ class MotionPredictor(LeafSystem):
         self._executed_input = self.DeclareVectorInputPort(
             "velocity_executed", robot.n_u
         )
-        self._base_input = self.DeclareVectorInputPort("base_velocity", 2)
+        self._base_input = self.DeclareVectorInputPort(
+            "base_velocity", robot.n_base
+        )
         start = _Known(math.nan, 0.0, History.at_rest(robot.n_u))
         self._cell = int(self.DeclareAbstractState(Value[object](start)))
         self._history = self.DeclareCacheEntry(

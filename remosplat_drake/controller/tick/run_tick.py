@@ -6,6 +6,7 @@ import numpy as np
 
 from remosplat_drake.controller.program.guidance import DIRECT, Guidance
 from remosplat_drake.controller.program.kernels.binding_arrays import BOUND_PART
+from remosplat_drake.controller.program.kernels.compiled_terms import NO_PART
 from remosplat_drake.controller.program.program_terms import row_name
 from remosplat_drake.controller.tick.kernels.settle import (
     UNKNOWN,
@@ -30,6 +31,7 @@ from remosplat_drake.signals import tick_report
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import (
     BOUND,
+    JOINT_LIMIT,
     NONE_BINDS,
     Binding,
     BoundRow,
@@ -118,6 +120,7 @@ def run_tick(
         tight=found.tight,
         aim=given.aim,
         binding=binding,
+        inside=_inside(law, found, names, q),
         line_deviation=_line_deviation(law, given.aim, q),
         objection=OBJECTIONS[found.objection],
         separation=_separation(law, given, q, found.command),
@@ -171,6 +174,20 @@ def named_binding(found: BindingArrays, names: RowNames) -> Binding:
         row = (BOUND, index, ()) if is_bound else names.name(part, index, about)
         rows.append(BoundRow(*row))
     return Binding(tuple(rows), A, push)
+
+
+def _inside(
+    law: ReactiveLaw, found: Settled, names: RowNames, q: np.ndarray
+) -> BoundRow | None:
+    """Names what is most inside its stopping distance, or beyond its limit."""
+    if found.inside[0] != NO_PART:
+        return BoundRow(*names.name(*found.inside))
+    robot = law.robot
+    beyond = robot.excess(q)
+    if not beyond.max() > 0.0:
+        return None
+    joint = int(beyond.argmax())
+    return BoundRow(JOINT_LIMIT, joint, (robot.joint_names[joint],))
 
 
 def _reason(found: Settled, names: RowNames) -> str:

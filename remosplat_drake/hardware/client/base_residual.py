@@ -55,8 +55,9 @@ class ArcPath:
     """A path that is made of arcs, one for each row.
 
     Attributes:
-        rows: Time, x, y, yaw, speed forward and turning rate at each arc's
-            beginning, and whatever else, shape (k, 6 or more), C-contiguous.
+        rows: Time, x, y, yaw, speeds forward and to the left and turning rate
+            at each arc's beginning, and whatever else, shape (k, 7 or more),
+            C-contiguous.
         held: Longest time for which a speed counts [s].
     """
 
@@ -111,7 +112,8 @@ class BaseSample:
         stamp: When, by the base's clock [s].
         received: When it was heard, by ours [s].
         pose: x, y, yaw by odometry, shape (3,) [m, m, rad].
-        velocity: Speed forward and turning rate, shape (2,) [m/s, rad/s].
+        velocity: Speeds forward and to the left, and turning rate, shape (3,)
+            [m/s, m/s, rad/s].
         driven: x, y, yaw by the speeds alone, from (0, 0, 0) at the first
             sample, shape (3,) [m, m, rad].
     """
@@ -135,8 +137,8 @@ class BaseSample:
         return BaseSample(stamp, received, pose, velocity, driven)
 
 
-_POSE, _VELOCITY, _DRIVEN = slice(1, 4), slice(4, 6), slice(7, 10)
-_RECEIVED = 6
+_POSE, _VELOCITY, _DRIVEN = slice(1, 4), slice(4, 7), slice(8, 11)
+_RECEIVED = 7
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -144,11 +146,11 @@ class BaseSamples:
     """What a base told over the last seconds; the latest sample is the last.
 
     Attributes:
-        rows: Stamp, x, y, yaw, speed forward, turning rate, time of receipt
-            and `driven` of each sample, shape (k, 10).
+        rows: Stamp, x, y, yaw, speeds forward and to the left, turning rate,
+            time of receipt and `driven` of each sample, shape (k, 11).
     """
 
-    rows: np.ndarray = dc.field(default_factory=lambda: np.zeros((0, 10)))
+    rows: np.ndarray = dc.field(default_factory=lambda: np.zeros((0, 11)))
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -216,15 +218,16 @@ class CommandedPath:
         """Starts without commands."""
         self.began = math.inf
         self._n = 0
-        # Time, x, y, yaw, speed forward, turning rate.
-        self._rows = np.zeros((2 * _CAPACITY, 6))
+        # Time, x, y, yaw, speeds forward and to the left, turning rate.
+        self._rows = np.zeros((2 * _CAPACITY, 7))
 
-    def append(self, time: float, u: np.ndarray) -> None:
+    def append(self, time: float, velocity: np.ndarray) -> None:
         """Adds a command.
 
         Args:
             time: When it was sent, by our wall clock [s].
-            u: Speed forward and turning rate, shape (2,) [m/s, rad/s].
+            velocity: Speeds forward and to the left, and turning rate, shape
+                (3,) [m/s, m/s, rad/s].
         """
         if self._n and time < self._rows[self._n - 1, 0]:
             self.began, self._n = math.inf, 0  # A clock that went back.
@@ -237,7 +240,7 @@ class CommandedPath:
             before = self._rows[self._n - 1]
             held = min(time - before[0], COMMAND_EXPIRY)
             pose = extrapolated_pose(before[1:4], before[4:], held)
-        self._rows[self._n] = time, *pose, *u
+        self._rows[self._n] = time, *pose, *velocity
         self._n += 1
 
     @property

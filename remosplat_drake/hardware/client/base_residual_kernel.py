@@ -31,14 +31,14 @@ def _pose(rows, held, time):
             high = middle
     row = rows[max(low - 1, 0)]
     late = min(max(time - row[0], 0.0), held)
-    half = 0.5 * row[5] * late
-    chord = row[4] * late
+    half = 0.5 * row[6] * late
+    share = late
     if half != 0.0:
-        chord *= math.sin(half) / half
-    yaw = row[3] + half
+        share *= math.sin(half) / half
+    c, s = share * math.cos(row[3] + half), share * math.sin(row[3] + half)
     return (
-        row[1] + chord * math.cos(yaw),
-        row[2] + chord * math.sin(yaw),
+        row[1] + row[4] * c - row[5] * s,
+        row[2] + row[4] * s + row[5] * c,
         row[3] + 2.0 * half,
     )
 

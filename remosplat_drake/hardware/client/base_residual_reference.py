@@ -9,8 +9,8 @@ def path_motions(
     """Motions between times along a path of arcs, shape (..., 3).
 
     Args:
-        rows: Time, x, y, yaw, speed forward and turning rate at each arc's
-            beginning, shape (k, 6 or more).
+        rows: Time, x, y, yaw, speeds forward and to the left and turning rate
+            at each arc's beginning, shape (k, 7 or more).
         held: Longest time for which a speed counts [s].
         start: Times at which the motions begin, shape (...) [s].
         end: Times at which they end, shape (...) [s].
@@ -19,7 +19,7 @@ def path_motions(
     i = np.searchsorted(rows[:, 0], time, "right") - 1
     before = rows[np.maximum(i, 0)]
     late = np.clip(time - before[..., 0], 0.0, held)
-    return _relative(*_extrapolated(before[..., 1:4], before[..., 4:6], late))
+    return _relative(*_extrapolated(before[..., 1:4], before[..., 4:7], late))
 
 
 def path_residuals(
@@ -65,11 +65,12 @@ def _extrapolated(
     pose: np.ndarray, u: np.ndarray, duration: np.ndarray
 ) -> np.ndarray:
     """`extrapolated_pose` for many poses, shape (..., 3)."""
-    half = 0.5 * u[..., 1] * duration
-    chord = u[..., 0] * duration * np.sinc(half / np.pi)
-    yaw = pose[..., 2] + half
+    half = 0.5 * u[..., 2] * duration
+    share = duration * np.sinc(half / np.pi)
+    forward, left = share * u[..., 0], share * u[..., 1]
+    c, s = np.cos(pose[..., 2] + half), np.sin(pose[..., 2] + half)
     return pose + np.stack(
-        [chord * np.cos(yaw), chord * np.sin(yaw), 2 * half], axis=-1
+        [forward * c - left * s, forward * s + left * c, 2 * half], axis=-1
     )
 
 

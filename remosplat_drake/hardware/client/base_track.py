@@ -107,7 +107,10 @@ class BaseTrack:
         bound = CERTAIN if self.filter is None else self.filter.uncertainty
         if not len(self.samples):
             return bound
-        return bound + abs(self.latency * self.samples.latest.velocity)
+        forward, left, turn = self.samples.latest.velocity
+        return bound + abs(self.latency) * np.array(
+            [math.hypot(forward, left), abs(turn)]
+        )
 
 
 def compile_kernels(config: HardwareConfig) -> None:
@@ -117,9 +120,9 @@ def compile_kernels(config: HardwareConfig) -> None:
         config: What the track will be made with.
     """
     track, commanded = BaseTrack(), CommandedPath()
-    commanded.append(0.0, np.zeros(2))
+    commanded.append(0.0, np.zeros(3))
     for stamp in np.arange(0.0, 1.0, 0.1).tolist():
-        pose, velocity = np.zeros(3), np.zeros(2)
+        pose, velocity = np.zeros(3), np.zeros(3)
         state = BaseState(
             pose, velocity, stamp, base_status.READY, False, False, 1.0
         )

@@ -4,6 +4,7 @@ import math
 
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
+from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.mover_receiver import MoverReceiver
 from remosplat_drake.hardware.client.remote_robot import RemoteRobot
 from remosplat_drake.hardware.client.robot_link import RobotLink
@@ -93,6 +94,14 @@ class HardwareStation(Diagram):
             return math.nan
         movers = self.GetOutputPort(ports.MOVERS).Eval(context)
         return movers.stamp if movers.cameras else math.nan
+
+    def measurement(self, root: Context) -> Measurement:
+        """Returns what the present tick rests on.
+
+        Args:
+            root: Context of the whole diagram.
+        """
+        return self._robot.measurement(self._robot.GetMyContextFromRoot(root))
 
     def receive(self, root: Context) -> None:
         """Takes the packets that the link has heard onto the ports.

@@ -88,7 +88,7 @@ def with_arm_status(
     changed = before is None or _arm_changed(before, arm)
     last = stream
     stream = advanced(
-        stream, arm.stamp, received, changed, config.arm_status_expiry
+        stream, arm.stamp, received, changed, config.arm_status_limit
     )
     if before is not None and rate_limit is not None:
         duration = max(arm.stamp - last.stamp, received - last.received)

@@ -15,7 +15,7 @@ from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.client.status_monitor import station_status
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.wire.base import extrapolated_pose
+from remosplat_drake.hardware.wire.base import base_axes, extrapolated_pose
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.station_status import (
@@ -71,6 +71,7 @@ class RemoteRobot(LeafSystem):
         self._robot = robot
         self._link = link
         self._config = config
+        self._axes = base_axes(robot.n_base)
         self._commands = CommandInputs(self, robot)
         self._cell = self.DeclareAbstractState(Value(Measurement()))
         self.DeclareInitializationUnrestrictedUpdateEvent(self._initialize)
@@ -89,7 +90,12 @@ class RemoteRobot(LeafSystem):
         if description.base:
             outputs += [
                 (ports.BASE_POSE, 3, self._calc_base, now),
-                (ports.BASE_VELOCITY, 2, self._calc_base_velocity, state),
+                (
+                    ports.BASE_VELOCITY,
+                    len(self._axes),
+                    self._calc_base_velocity,
+                    state,
+                ),
             ]
         if description.hand:
             name = ports.hand_state(description)
@@ -103,7 +109,12 @@ class RemoteRobot(LeafSystem):
             {*now, self._commands.ticket},
         )
 
-    def _measurement(self, context: Context) -> Measurement:
+    def measurement(self, context: Context) -> Measurement:
+        """Returns what the ports tell of.
+
+        Args:
+            context: The system's own context.
+        """
         return context.get_abstract_state(int(self._cell)).get_value()
 
     def receive(self, context: Context) -> None:
@@ -121,7 +132,7 @@ class RemoteRobot(LeafSystem):
         value.set_value(self._link.updated(value.get_value()))
 
     def _initialize(self, context: Context, state: State) -> None:
-        measurement = self._link.updated(self._measurement(context))
+        measurement = self._link.updated(self.measurement(context))
         state.get_mutable_abstract_state(int(self._cell)).set_value(measurement)
 
     def _send(self, context: Context) -> None:
@@ -131,37 +142,39 @@ class RemoteRobot(LeafSystem):
             self._link.send_hand(command.width, command.force)
 
     def _calc_arm(self, context: Context, output: BasicVector) -> None:
-        arm = self._measurement(context).arm
+        arm = self.measurement(context).arm
         output.SetFromVector(arm.q if arm else _unknown(output))
 
     def _calc_rates(self, context: Context, output: BasicVector) -> None:
-        arm = self._measurement(context).arm
+        arm = self.measurement(context).arm
         output.SetFromVector(arm.v if arm else _unknown(output))
 
     def _calc_base(self, context: Context, output: BasicVector) -> None:
-        base = self._measurement(context).base
+        base = self.measurement(context).base
         if base is None:
             output.SetFromVector(_unknown(output))
             return
         age = context.get_time() - base.stamp
         age = min(max(age, 0.0), self._config.base_status_expiry)
         X_OB = extrapolated_pose(base.pose, base.velocity, age)
-        output.SetFromVector(self._measurement(context).base_track.pose(X_OB))
+        output.SetFromVector(self.measurement(context).base_track.pose(X_OB))
 
     def _calc_base_velocity(
         self, context: Context, output: BasicVector
     ) -> None:
-        base = self._measurement(context).base
-        output.SetFromVector(base.velocity if base else _unknown(output))
+        base = self.measurement(context).base
+        output.SetFromVector(
+            base.velocity[self._axes] if base else _unknown(output)
+        )
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
-        hand = self._measurement(context).hand
+        hand = self.measurement(context).hand
         output.SetFromVector(hand.width if hand else _unknown(output))
 
     def _calc_status(self, context: Context, output: Value) -> None:
         command = self._commands.read(context)
         status = station_status(
-            self._measurement(context),
+            self.measurement(context),
             self._config,
             self._robot.n_base > 0,
             context.get_time(),

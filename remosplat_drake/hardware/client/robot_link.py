@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.hardware.client.base_residual import CommandedPath
 from remosplat_drake.hardware.client.base_track import (
@@ -22,7 +22,11 @@ from remosplat_drake.hardware.client.measurement import (
 )
 from remosplat_drake.hardware.client.wire_guard import WireGuard
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.wire.base import encode_base_command
+from remosplat_drake.hardware.wire.base import (
+    base_axes,
+    base_velocity,
+    encode_base_command,
+)
 from remosplat_drake.hardware.wire.command_limits import (
     command_bounds,
     excess,
@@ -35,11 +39,14 @@ from remosplat_drake.hardware.wire.ramp import encode_ramp
 from remosplat_drake.robot.braking import braking_time
 from remosplat_drake.robot.robot_model import RobotModel
 
-ARM_PERIOD = 1e-3
-"""Period of the arm's statuses [s]."""
-
 _MOVING = 0.02
 """Joint rate from which the arm is expected to move measurably [rad/s]."""
+
+_BASE_AXES = (
+    ("forward speed", "m/s"),
+    ("speed to the left", "m/s"),
+    ("yaw rate", "rad/s"),
+)
 
 
 class RobotLink:
@@ -87,13 +94,6 @@ class RobotLink:
         self._config = config
         self._robot = robot
         check_ranges(config, field="hardware")
-        if robot.is_omnidirectional:
-            raise FieldError(
-                robot.description.source,
-                "base.drive",
-                "base drivers know forward speed and yaw rate only, so that an"
-                " omnidirectional base cannot be driven with --hardware",
-            )
         self.lcm = config.open_lcm()
         description, names = robot.description, config.channels
         self.arm = Mailbox(self.lcm, names.arm_status)
@@ -118,11 +118,10 @@ class RobotLink:
         self.sent = -math.inf
         self._moving_since = math.inf
         self._hand_sent = -math.inf
-        yaw_rate = config.base_yaw_rate
+        self._axes = base_axes(robot.n_base)
+        lower, upper = config.base_bounds
         self._lower, self._upper = command_bounds(
-            robot.n_u,
-            [config.base_forward_lower, -yaw_rate][: robot.n_base],
-            [config.base_forward_upper, yaw_rate][: robot.n_base],
+            robot.n_u, lower[self._axes], upper[self._axes]
         )
 
     def take_out(self) -> None:
@@ -140,8 +139,8 @@ class RobotLink:
 
         Those that waited in Drake's subscriptions are the oldest since the
         last call. They are taken out first; unless the arm's status among
-        them is the newest even so, its next one is waited for, a millisecond
-        at most.
+        them is younger than a period of its statuses, the next one is waited
+        for.
 
         Args:
             timeout: Longest wait for the arm [s].
@@ -150,7 +149,7 @@ class RobotLink:
             Whether the arm was heard within the timeout.
         """
         self.take_out()
-        if 0 <= time.time() - self.arm.stamp < ARM_PERIOD:
+        if 0 <= time.time() - self.arm.stamp < self._config.arm_status_period:
             return True
         count, deadline = self.arm.count, time.monotonic() + timeout
         while self.arm.count == count:
@@ -245,7 +244,7 @@ class RobotLink:
         if found is None:
             return ""
         i, bound = found
-        name, unit = (("forward speed", "m/s"), ("yaw rate", "rad/s"))[i]
+        name, unit = _BASE_AXES[self._axes[i]]
         return (
             f"the base's {name} is commanded to be {u[i]:.3f} {unit}, beyond"
             f" {bound:.3f} {unit}"
@@ -271,10 +270,11 @@ class RobotLink:
         arm = encode_panda_command(u[n_base:], now)
         self._publish(names.arm_command, arm)
         if n_base:
-            base = encode_base_command(u[:n_base], now)
+            velocity = base_velocity(u[:n_base])
+            base = encode_base_command(velocity, now)
             self._publish(names.base_command, base)
             # A shadow's commands move nothing.
-            told = np.zeros(n_base) if self._config.shadow else u[:n_base]
+            told = np.zeros(3) if self._config.shadow else velocity
             self.commanded.append(now, told)
         self.u, self.sent = u, now
         if not (np.abs(u[n_base:]) > _MOVING).any():

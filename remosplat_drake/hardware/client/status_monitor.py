@@ -63,7 +63,7 @@ def station_status(
 def _arm_problem(
     measurement: Measurement, config: HardwareConfig, now: float
 ) -> str:
-    limits = StreamLimits(config.arm_status_expiry, config.frozen_after)
+    limits = StreamLimits(config.arm_status_limit, config.frozen_after)
     # The robot's own clock always runs; joints may stand still.
     should_change = bool(measurement.arm and measurement.arm.robot_stamp) or (
         now - measurement.moving_since > config.frozen_after

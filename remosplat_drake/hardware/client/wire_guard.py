@@ -38,6 +38,9 @@ PRESENT = 0.5
 _FORGOTTEN = 60.0
 """Time since a sender's last message after which it is forgotten [s]."""
 
+_MOST_NAMES = 100
+"""Number of addresses at most of which it is known what they are."""
+
 
 @dc.dataclass
 class Senders:
@@ -103,6 +106,7 @@ class Watch:
         self._statuses = {name: Senders() for name in statuses}
         self._drivers: dict[str, Report] = {}
         self._sessions: dict[str, Lease] = {}
+        self._told: dict[str, float] = {}
         self._claims = Senders()
 
     def hear(self, packet: Packet, now: float) -> None:
@@ -122,7 +126,7 @@ class Watch:
             return
         try:
             if channel == DRIVER_REPORT:
-                _keep(self._drivers, sender, decode_report(data))
+                self._keep(self._drivers, sender, decode_report(data), now)
             elif channel == SESSION_LEASE:
                 self._hear_lease(decode_lease(data), sender, now)
             elif channel == OPERATOR_REQUEST:
@@ -135,7 +139,7 @@ class Watch:
         if lease.who == self.who:
             self.own = sender
             return
-        _keep(self._sessions, sender, lease)
+        self._keep(self._sessions, sender, lease, now)
         if set(lease.drivers) & set(self.drivers(now)):
             self._claims.hear(sender, now)
 
@@ -185,11 +189,16 @@ class Watch:
             self._claims,
         ):
             senders.forget(now)
+        # A driver that is started again has another address.
+        for sender, told in list(self._told.items()):
+            if now - told > _FORGOTTEN:
+                for known in (self._drivers, self._sessions, self._told):
+                    known.pop(sender, None)
 
-
-def _keep(known: dict, sender: str, what) -> None:
-    if sender in known or len(known) < 100:
-        known[sender] = what
+    def _keep(self, known: dict, sender: str, what, now: float) -> None:
+        """Notes what an address is, of a hundred at most."""
+        if sender in known or len(known) < _MOST_NAMES:
+            known[sender], self._told[sender] = what, now
 
 
 class WireGuard:

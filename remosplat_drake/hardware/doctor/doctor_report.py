@@ -10,7 +10,8 @@ from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, FileError, RemoSplatError
 from remosplat_drake.base.resources import state_dir
 from remosplat_drake.base.strict_json import as_number, read_json_object
-from remosplat_drake.hardware.doctor.finding import FAILED, PASSED, Finding
+from remosplat_drake.hardware.doctor.drills import needed_drills
+from remosplat_drake.hardware.doctor.finding import FAILED, SKIPPED, Finding
 
 LONGEST_AGE = 12 * 3600.0
 """Age from which on a report says nothing any more [s]: a working day."""
@@ -38,7 +39,10 @@ class DoctorReport:
         return [f for f in self.findings if f.result == FAILED]
 
     def lacking(self, needed: Collection[str]) -> list[str]:
-        """Names the checks among those needed that have not passed, and why.
+        """Names the checks among those needed that are missing, and why.
+
+        A check that was skipped is missing like one that was never made; one
+        that ended in advice is not.
 
         Args:
             needed: Names of checks.
@@ -47,13 +51,34 @@ class DoctorReport:
         return [
             f"{name} ({found[name].found if name in found else 'not done'})"
             for name in needed
-            if name not in found or found[name].result != PASSED
+            if name not in found or found[name].result in (SKIPPED, FAILED)
         ]
 
     def save(self, path: Path) -> None:
         """Writes the report as JSON; see `write_atomically` for errors."""
-        path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, json.dumps(dc.asdict(self), indent=2) + "\n")
+
+
+def needed_checks(has_base: bool) -> tuple[str, ...]:
+    """Returns the checks without which no robot is driven.
+
+    None of them may be skipped. The collision thresholds may: only the
+    computer on which the arm's driver runs can look them up.
+
+    Args:
+        has_base: Whether the robot has a mobile base.
+    """
+    parts = ("arm", "base") if has_base else ("arm",)
+    on_wire = [
+        f"{what} of the {part}"
+        for part in parts
+        for what in ("statuses", "clock", "mode")
+    ]
+    return (
+        *("clock", "multicast", "reach"),
+        *on_wire,
+        *needed_drills(has_base),
+    )
 
 
 def default_path() -> Path:
@@ -117,8 +142,8 @@ def objection(
         host: Name of this computer.
         url: LCM URL of the run.
         now: Wall clock [s].
-        needed: Names of the checks that must have passed: one that was
-            skipped has not.
+        needed: Names of the checks that must have been made, and not have
+            failed: one that was skipped was not made.
     """
     if report.host != host:
         return f"is of another computer, {report.host}"
@@ -133,7 +158,7 @@ def objection(
     if report.failed:
         return f"says that {report.failed[0].line}"
     lacking = ", ".join(report.lacking(needed))
-    return f"has checks that are not passed: {lacking}" if lacking else ""
+    return f"lacks checks: {lacking}" if lacking else ""
 
 
 def check_doctor(
@@ -145,7 +170,7 @@ def check_doctor(
         path: File of the report.
         url: LCM URL of the run.
         now: Wall clock [s].
-        needed: Names of the checks that must have passed.
+        needed: Names of the checks that a run needs, as for `objection`.
 
     Raises:
         RemoSplatError: There is no such report, or it does not hold.

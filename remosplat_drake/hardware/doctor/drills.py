@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.hardware.client.measurement import Measurement
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.doctor.finding import (
     ADVICE,
+    FAILED,
     SKIPPED,
     Finding,
     judged,
@@ -58,22 +60,22 @@ def needed_drills(has_base: bool) -> tuple[str, ...]:
     return tuple(DRILLS) if has_base else (USER_STOP,)
 
 
-class DrilledRobot:
-    """The robot at the end of the wire, watched and moved a little.
+class WatchedRobot:
+    """The robot at the end of the wire, watched; nothing is sent to it.
 
     Attributes:
         measurement: What was heard last.
     """
 
     def __init__(self, config: HardwareConfig, robot: RobotModel):
-        """Joins the wire; nothing is sent.
+        """Joins the wire.
 
         Args:
             config: The wire.
             robot: The robot.
         """
-        self._link = RobotLink(config, robot)
-        self._n_u = robot.n_u
+        # A shadow's link publishes nothing, not even by mistake.
+        self._link = RobotLink(dc.replace(config, shadow=True), robot)
         self.measurement = Measurement()
 
     def listen(self) -> None:
@@ -83,31 +85,6 @@ class DrilledRobot:
             self._link.lcm.HandleSubscriptions(5)
         self._link.take_out()
         self.measurement = self._link.updated(self.measurement)
-
-    def take_command(self) -> None:
-        """Tells the drivers to obey this program.
-
-        Raises:
-            RemoSplatError: Somebody else commands them.
-        """
-        self._link.wait_for_statuses()
-        self._link.take_command()
-
-    def drive(self, forward: float) -> float:
-        """Commands the base for a period; the arm is told to stand.
-
-        Args:
-            forward: The base's speed [m/s].
-
-        Returns:
-            The measured speed [m/s].
-        """
-        u = np.zeros(self._n_u)
-        u[0] = forward
-        self._link.send(u)
-        self.listen()
-        base = self.measurement.base
-        return 0.0 if base is None else float(base.velocity[0])
 
     def arm_stop(self) -> str:
         """How the arm shows that it is stopped; empty if it does not."""
@@ -165,22 +142,46 @@ def step_response(times: np.ndarray, speeds: np.ndarray) -> StepResponse:
     )
 
 
-def drill_base_step(robot: DrilledRobot) -> Finding:
+def base_step(robot: RobotModel, period: float) -> np.ndarray:
+    """Makes the commands of the base's step, one row a period, (k, n_u).
+
+    Args:
+        robot: The robot, for the acceleration of its base.
+        period: Control period [s].
+    """
+    rise = max(STEP_SPEED / robot.acceleration_limit[0], period)
+    times = np.arange(0.0, 2.5 * STEP_DURATION, period)
+    ends = [0.0, rise, STEP_DURATION, STEP_DURATION + rise]
+    u = np.zeros((len(times), robot.n_u))
+    u[:, 0] = np.interp(times, ends, [0.0, STEP_SPEED, STEP_SPEED, 0.0])
+    return u
+
+
+def drill_base_step(
+    drive: Callable[[], tuple[np.ndarray, np.ndarray]],
+) -> Finding:
     """Drives the base forward for a moment and watches how it follows.
 
     Args:
-        robot: The robot, which stands.
-
-    Raises:
-        RemoSplatError: Somebody else commands it.
+        drive: Drives the commands of `base_step` as every run drives a robot.
+            It returns the times of the ticks since the first one, shape (n,)
+            [s], and the measured speeds, shape (n,) [m/s]; or raises why it
+            did not, a RemoSplatError.
     """
-    robot.take_command()
-    start, times, speeds = time.monotonic(), [], []
-    while (now := time.monotonic() - start) < 2.5 * STEP_DURATION:
-        speed = robot.drive(STEP_SPEED if now < STEP_DURATION else 0.0)
-        times.append(time.monotonic() - start)
-        speeds.append(speed)
-    response = step_response(np.array(times), np.array(speeds))
+    wanted = (
+        f"{STEP_SPEED} m/s forward and back to rest, each half within"
+        f" {1e3 * LONGEST_DELAY:.0f} ms"
+    )
+    source = "BASE_STATUS during a command of 1 s"
+    mend = (
+        "look for stops of the base, for limits of its node, for another"
+        " sender of its commands, and for things in its way"
+    )
+    try:
+        times, speeds = drive()
+    except RemoSplatError as error:
+        return Finding(BASE_STEP, FAILED, str(error), wanted, source, mend)
+    response = step_response(times, speeds)
     return judged(
         BASE_STEP,
         max(response.rise, response.fall) <= LONGEST_DELAY
@@ -189,18 +190,16 @@ def drill_base_step(robot: DrilledRobot) -> Finding:
         found=f"half the speed after {1e3 * response.rise:.0f} ms, up to"
         f" {response.speed:.3f} m/s, half of that"
         f" {1e3 * response.fall:.0f} ms after the end",
-        wanted=f"{STEP_SPEED} m/s forward and back to rest, each half within"
-        f" {1e3 * LONGEST_DELAY:.0f} ms",
-        source="BASE_STATUS during a command of 1 s",
-        mend="look for stops of the base, for limits of its node, and for"
-        " another sender of its commands",
+        wanted=wanted,
+        source=source,
+        mend=mend,
     )
 
 
 def drill_stop(
     name: str,
     stopped: Callable[[], str],
-    robot: DrilledRobot,
+    robot: WatchedRobot,
     say: Callable[[str], None],
     patience: float = PATIENCE,
 ) -> Finding:
@@ -242,7 +241,7 @@ def drill_stop(
     )
 
 
-def _wait(robot: DrilledRobot, done: Callable[[], str], patience: float) -> str:
+def _wait(robot: WatchedRobot, done: Callable[[], str], patience: float) -> str:
     end = time.monotonic() + patience
     while time.monotonic() < end:
         robot.listen()
@@ -251,7 +250,7 @@ def _wait(robot: DrilledRobot, done: Callable[[], str], patience: float) -> str:
     return ""
 
 
-def _watch_rest(robot: DrilledRobot) -> float:
+def _watch_rest(robot: WatchedRobot) -> float:
     """The fastest motion within a second in which nothing is commanded."""
     fastest, end = 0.0, time.monotonic() + 1.0
     while time.monotonic() < end:

@@ -3,8 +3,8 @@
 import dataclasses as dc
 
 PASSED, ADVICE, FAILED, SKIPPED = "passed", "advice", "failed", "skipped"
-"""Results of checks. FAILED keeps a robot from being driven, and so does a
-drill that is anything but PASSED."""
+"""Results of checks. FAILED keeps a robot from being driven, and so does
+SKIPPED where a check is needed; see `doctor_report.needed_checks`."""
 
 
 @dc.dataclass(frozen=True)

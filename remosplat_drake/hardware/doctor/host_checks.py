@@ -1,5 +1,6 @@
 """Checks of this computer: clock, priorities, socket buffers."""
 
+import ctypes
 import re
 import resource
 import shutil
@@ -9,7 +10,6 @@ from pathlib import Path
 from remosplat_drake.base.real_time import DRIVER_PRIORITY
 from remosplat_drake.hardware.doctor.finding import (
     ADVICE,
-    SKIPPED,
     Finding,
     judged,
 )
@@ -21,23 +21,38 @@ BUFFER = 1 << 21
 """Receive buffer of a socket that takes images [bytes]: three of them, as they
 come in fragments faster than they are read."""
 
+_TIMEX = 512
+"""More bytes than a `struct timex` has anywhere."""
+
+_TIME_ERROR = 5
+"""What adjtimex returns of a clock that follows none."""
+
 _SYSCTL = Path("/proc/sys")
 
 
 def check_clock() -> Finding:
-    """Asks chrony how far this computer's clock is off."""
-    check, wanted = "clock", f"within {1e3 * CLOCK_ERROR:g} ms of NTP or PTP"
+    """Asks how far this computer's clock is off: chrony, or else the kernel."""
+    wanted = f"within {1e3 * CLOCK_ERROR:g} ms of NTP or PTP"
     mend = "install chrony on both computers; one follows the other"
     if shutil.which("chronyc") is None:
-        return Finding(
-            check, SKIPPED, "there is no chronyc", wanted, "chronyc", mend
+        follows = kernel_clock_follows()
+        return judged(
+            "clock",
+            follows,
+            found="follows another by the kernel's account"
+            if follows
+            else "the kernel knows of no other clock that it follows",
+            wanted=wanted,
+            source="adjtimex, as there is no chronyc",
+            mend=mend,
+            otherwise=ADVICE,
         )
     told = subprocess.run(
         ["chronyc", "tracking"], capture_output=True, text=True, check=False
     )
     offset = clock_offset(told.stdout)
     return judged(
-        check,
+        "clock",
         offset is not None and abs(offset) <= CLOCK_ERROR,
         found="chrony follows no clock"
         if offset is None
@@ -47,6 +62,14 @@ def check_clock() -> Finding:
         mend=mend,
         otherwise=ADVICE,
     )
+
+
+def kernel_clock_follows() -> bool:
+    """Asks the kernel whether something keeps its clock by another one."""
+    # A `struct timex` of zeros asks and sets nothing.
+    timex = ctypes.create_string_buffer(_TIMEX)
+    state = ctypes.CDLL(None).adjtimex(ctypes.byref(timex))
+    return 0 <= state < _TIME_ERROR
 
 
 def clock_offset(tracking: str) -> float | None:

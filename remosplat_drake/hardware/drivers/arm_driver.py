@@ -5,6 +5,7 @@ of any number of joints. Its rules for commands hold here, too.
 """
 
 import dataclasses as dc
+import math
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +22,10 @@ from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 AT_REST = 1e-3
 """Speed below which a joint counts as at rest [rad/s]."""
+
+COMMAND_PERIOD = 0.008
+"""Shortest time between two commands to an arm [s]: to a Universal Robots
+controller each is a dialogue of some milliseconds."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -83,19 +88,25 @@ class ArmDriver:
         self._inbox = inbox or Inbox(lcm, [COMMAND_RAMP, PANDA_COMMAND])
         self._commands = ArmCommands(joints)
         self._joints = joints
+        self._commanded = -math.inf
 
-    def step(self, now: int) -> ArmReport | None:
+    def step(self, now: int, t: float) -> ArmReport | None:
         """Hears commands, hands on the latest and publishes a new status.
+
+        The arm is told something every `COMMAND_PERIOD`, news or not.
 
         Args:
             now: Wall clock [us].
+            t: Time now, by a clock that never jumps [s].
 
         Returns:
             What the arm told, if anything is new.
         """
         for channel, data in self._inbox.fetch():
             self._commands.hear(channel, data)
-        if self._commands.received:
+        is_due = t - self._commanded >= COMMAND_PERIOD
+        if self._commands.received and is_due:
+            self._commanded = t
             self._link.command(self._commands.velocity(now))
         return self._tell(now)
 

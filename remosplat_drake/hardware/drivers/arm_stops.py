@@ -1,49 +1,19 @@
 """`ArmStops`: whether topics beside its joint states let an arm move."""
 
-import dataclasses as dc
+import math
 from typing import NamedTuple
 
 from drake import lcmt_panda_status
 
-from remosplat_drake.hardware.drivers.topic_values import TopicValues
-
-STRING, INT32, BOOL = "String", "Int32", "Bool"
-
-MODE_TYPES = (STRING, INT32, BOOL)
-"""Messages of std_msgs that may tell an arm's mode."""
-
-EMERGENCY_STOP, MODE = "emergency_stop", "mode"
-
-
-@dc.dataclass(frozen=True)
-class ArmTopics:
-    """The topics of an arm; an empty name stands for none.
-
-    Attributes:
-        command: Topic of the std_msgs/Float64MultiArray commands.
-        states: Topic of the sensor_msgs/JointState measurements.
-        emergency_stop: Topic of std_msgs/Bool: whether one is latched.
-        mode: Topic that says in which mode the arm is.
-        mode_type: Its messages, one of `MODE_TYPES`.
-        running_modes: What it says while the arm obeys, as text: `true` for a
-            Bool, `7` for an Int32.
-        stop_expiry: Age from which on the last two topics say nothing any more
-            [s].
-    """
-
-    command: str = "/velocity_controller/commands"
-    states: str = "/joint_states"
-    emergency_stop: str = ""
-    mode: str = ""
-    mode_type: str = STRING
-    running_modes: tuple[str, ...] = ()
-    stop_expiry: float = 2.0
-
-    @property
-    def stops(self) -> dict[str, str]:
-        """The topics that say whether the arm may move, by their fields."""
-        topics = {EMERGENCY_STOP: self.emergency_stop, MODE: self.mode}
-        return {field: topic for field, topic in topics.items() if topic}
+from remosplat_drake.hardware.driver_config import (
+    EMERGENCY_STOP,
+    MODE,
+    Ros2Arm,
+)
+from remosplat_drake.hardware.drivers.topic_values import (
+    TopicValues,
+    expiry_of,
+)
 
 
 class ArmHold(NamedTuple):
@@ -61,10 +31,10 @@ class ArmHold(NamedTuple):
 class ArmStops:
     """The latest values of topics that say whether an arm may move."""
 
-    def __init__(self, topics: ArmTopics):
+    def __init__(self, topics: Ros2Arm):
         """Starts without values: an arm whose topics are silent is held."""
         self._topics = topics
-        self._values = TopicValues[str](topics.stop_expiry)
+        self._values = TopicValues[str](expiry_of(topics.stop_expiry))
 
     def put(self, field: str, value: bool | int | str, t: float) -> None:
         """Keeps a value that came at a time t, by a clock that never jumps [s].
@@ -87,8 +57,8 @@ class ArmStops:
             return ArmHold(lcmt_panda_status.kUserStopped, reason)
         for field, topic in topics.stops.items():
             if field not in known:
-                silence = f"for more than {topics.stop_expiry:g} s"
-                if self._values.silence(field, t) == float("inf"):
+                silence = f"for more than {topics.stop_expiry} s"
+                if self._values.silence(field, t) == math.inf:
                     silence = "yet"
                 reason = f"{topic}: nothing came {silence}"
                 return ArmHold(lcmt_panda_status.kOther, reason)

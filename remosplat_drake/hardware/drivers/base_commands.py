@@ -38,37 +38,36 @@ class BaseMaxima:
     Attributes:
         forward: Greatest speed forward [m/s].
         reverse: Greatest speed backwards [m/s]; nothing looks back there.
+        sideways: Greatest speed to either side [m/s]; 0 for a base that cannot
+            go there: told to, it stops.
         yaw_rate: Greatest turning rate, either way [rad/s].
     """
 
     forward: float = 1.0
     reverse: float = 0.25
+    sideways: float = 0.0
     yaw_rate: float = 0.872
 
 
-def clamped(
-    forward: float, yaw_rate: float, maxima: BaseMaxima
-) -> tuple[float, float]:
+def clamped(velocity: np.ndarray, maxima: BaseMaxima) -> np.ndarray:
     """Scales a command as a whole into the maxima, so that its arc stays.
 
     A command that is not finite becomes a stop.
 
     Args:
-        forward: Commanded speed forward [m/s].
-        yaw_rate: Commanded turning rate [rad/s].
+        velocity: Commanded speeds forward and to the left, and turning rate,
+            shape (3,) [m/s, m/s, rad/s].
         maxima: The greatest velocities.
 
     Returns:
-        Speed forward and turning rate [m/s, rad/s].
+        The same, shape (3,).
     """
-    u = np.array([forward, yaw_rate])
-    if not np.isfinite(u).all():
-        return 0.0, 0.0
-    lower = np.array([-maxima.reverse, -maxima.yaw_rate])
-    upper = np.array([maxima.forward, maxima.yaw_rate])
+    if not np.isfinite(velocity).all():
+        return np.zeros(3)
+    upper = np.array([maxima.forward, maxima.sideways, maxima.yaw_rate])
+    lower = -np.array([maxima.reverse, maxima.sideways, maxima.yaw_rate])
     # Rounding may leave the multiple a bit beyond its bound.
-    u = np.clip(scaled_command(u, lower, upper), lower, upper)
-    return float(u[0]), float(u[1])
+    return np.clip(scaled_command(velocity, lower, upper), lower, upper)
 
 
 class BaseCommands:
@@ -98,7 +97,7 @@ class BaseCommands:
         self._watchdog = watchdog
         self._utime = 0
         self._arrival = -math.inf
-        self._velocity = (0.0, 0.0)
+        self._velocity = np.zeros(3)
         self._ramp = LatestRamp()
         self._is_new = False
         self.received = 0
@@ -129,12 +128,11 @@ class BaseCommands:
             return
         self._utime = message.utime
         self._arrival, self._is_new = time, True
-        self._velocity = clamped(
-            message.forward, message.yaw_rate, self._maxima
-        )
+        velocity = np.array([message.forward, message.left, message.yaw_rate])
+        self._velocity = clamped(velocity, self._maxima)
         self.received += 1
 
-    def velocity(self, now: int, time: float) -> tuple[float, float]:
+    def velocity(self, now: int, time: float) -> np.ndarray:
         """Returns the velocity to aim for; zero once the command ended.
 
         Args:
@@ -142,15 +140,15 @@ class BaseCommands:
             time: Time now, by the clock that `receive` was given [s].
 
         Returns:
-            Speed forward and turning rate [m/s, rad/s].
+            Speeds forward and to the left, and turning rate, shape (3,)
+            [m/s, m/s, rad/s].
         """
         share = self._share(now, time - self._arrival)
         self._is_new = False
         if not share:
             # Dropped for good: a stamp from the future must not count later.
-            self._velocity = (0.0, 0.0)
-        forward, yaw_rate = self._velocity
-        return share * forward, share * yaw_rate
+            self._velocity = np.zeros(3)
+        return share * self._velocity
 
     def _share(self, now: int, silence: float) -> float:
         """Which share of the command counts now."""

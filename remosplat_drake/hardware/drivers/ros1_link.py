@@ -10,17 +10,18 @@ import time
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.hardware.drivers.base_stops import BaseStops
-from remosplat_drake.hardware.drivers.ros_base import (
+from remosplat_drake.hardware.driver_config import Ros1Base
+from remosplat_drake.hardware.drivers.base_driver import (
     Queue,
-    RosTopics,
     StopFlags,
 )
+from remosplat_drake.hardware.drivers.base_stops import BaseStops
 from remosplat_drake.hardware.drivers.ros_conversion import (
     Odometry,
     read_odometry,
     read_pose,
     read_transforms,
+    transform_deviation,
     write_twist,
 )
 from remosplat_drake.hardware.wire.localization import BaseFix
@@ -30,9 +31,9 @@ DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
 
 
 class Ros1Link:
-    """A `RosLink` by rospy: a node that writes cmd_vel and reads odom."""
+    """A `BaseLink` by rospy: a node that writes cmd_vel and reads odom."""
 
-    def __init__(self, topics: RosTopics):
+    def __init__(self, topics: Ros1Base):
         """Joins ROS; the environment says where its master is.
 
         Args:
@@ -65,7 +66,7 @@ class Ros1Link:
         self._fixes = Queue[BaseFix]()
         self._flags = StopFlags(topics)
         self._publisher = rospy.Publisher(
-            topics.command, Twist, queue_size=1, tcp_nodelay=True
+            topics.commands, Twist, queue_size=1, tcp_nodelay=True
         )
         self._hear(
             topics.odometry,
@@ -80,7 +81,7 @@ class Ros1Link:
             topic, kind, callback, queue_size=10, tcp_nodelay=True
         )
 
-    def _hear_localization(self, topics: RosTopics) -> None:
+    def _hear_localization(self, topics: Ros1Base) -> None:
         if topics.localization:
             from geometry_msgs.msg import PoseWithCovarianceStamped
 
@@ -90,7 +91,8 @@ class Ros1Link:
                 lambda m: self._fixes.put(read_pose(m, topics.base_frame)),
             )
         if topics.transform:
-            frames, deviation = topics.transform, np.array(topics.deviation)
+            deviation = transform_deviation(topics)
+            map_frame, child = topics.transform
             try:
                 from tf2_msgs.msg import TFMessage
             except ImportError as error:
@@ -100,12 +102,14 @@ class Ros1Link:
                 ) from error
 
             def put(message) -> None:
-                for fix in read_transforms(message, frames, deviation):
+                for fix in read_transforms(
+                    message, (map_frame, child), deviation
+                ):
                     self._fixes.put(fix)
 
             self._hear("/tf", TFMessage, put)
 
-    def _hear_stops(self, topics: RosTopics) -> None:
+    def _hear_stops(self, topics: Ros1Base) -> None:
         if not topics.flags:
             return
         from std_msgs.msg import Bool
@@ -119,9 +123,9 @@ class Ros1Link:
                 ),
             )
 
-    def publish(self, forward: float, yaw_rate: float) -> None:
-        """Sends a Twist with these speeds [m/s, rad/s]."""
-        self._publisher.publish(write_twist(self._twist(), forward, yaw_rate))
+    def publish(self, velocity: np.ndarray) -> None:
+        """Sends a Twist: forward, left, turn, shape (3,) [m/s, rad/s]."""
+        self._publisher.publish(write_twist(self._twist(), velocity))
 
     def fetch(self) -> list[Odometry]:
         """Returns the odometry since the last call, oldest first."""

@@ -1,68 +1,81 @@
-"""`Ros2Arm`: an arm behind ros2_control's velocity controller, without ROS.
+"""`Ros2ArmLink`: an arm behind ros2_control's controllers, without ROS.
 
-ros2_control's `velocity_controllers/JointGroupVelocityController` takes joint
-rates as std_msgs/Float64MultiArray, its `joint_state_broadcaster` tells
+Controllers take joint rates or trajectories, `joint_state_broadcaster` tells
 sensor_msgs/JointState. Neither says whether the arm is stopped: other topics
 may.
 """
 
 import dataclasses as dc
 import time
-from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from remosplat_drake.hardware.drivers.arm_driver import ArmReport
-from remosplat_drake.hardware.drivers.arm_stops import (
+from remosplat_drake.hardware.driver_config import (
     EMERGENCY_STOP,
     MODE,
-    ArmHold,
-    ArmStops,
-    ArmTopics,
+    Ros2Arm,
+    Tell,
 )
+from remosplat_drake.hardware.drivers.arm_driver import ArmReport
+from remosplat_drake.hardware.drivers.arm_stops import ArmHold, ArmStops
+from remosplat_drake.hardware.drivers.joint_states import JointStates
+from remosplat_drake.hardware.drivers.ros2_controllers import Controllers
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
-from remosplat_drake.hardware.drivers.ros_conversion import stamp_utime
-from remosplat_drake.hardware.wire.packets import BrokenMessage, from_utime
+from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.robot.robot_description import RobotDescription
 
 
-class Ros2Arm:
+class Ros2ArmLink:
     """Commands and states of one arm over DDS; an `ArmLink`."""
 
     def __init__(
         self,
-        topics: ArmTopics,
-        joints: Sequence[str],
-        domain: int,
-        on_news: Callable[[str], None] = lambda news: None,
+        config: Ros2Arm,
+        description: RobotDescription,
+        tell: Tell = lambda news: None,
     ):
         """Joins a ROS 2 domain.
 
         Args:
-            topics: The arm's topics.
-            joints: Names of its joints, in the order of the controller.
-            domain: The robot's ROS_DOMAIN_ID.
-            on_news: Called with a line for people when something begins or
-                ceases to hold the arm, and when joint states cannot be used.
+            config: The arm's topics.
+            description: The robot, which names the joints in their order.
+            tell: Called with a line for people when something begins or ceases
+                to hold the arm, when joint states cannot be used, and with what
+                nothing tells of the arm.
 
         Raises:
-            RemoSplatError: CycloneDDS is not installed, or finds no network.
+            RemoSplatError: CycloneDDS is not installed, or finds no network; or
+                a joint has not one controller.
         """
-        node = Ros2Node(domain, "an arm on ROS 2")
+        node = Ros2Node(config.domain, "an arm on ROS 2")
         from remosplat_drake.hardware.drivers import ros2_messages as ros
 
-        self._topics, self._joints = topics, list(joints)
-        self._array = ros.Float64MultiArray
-        self._writer = node.writer(topics.command, ros.Float64MultiArray)
-        self._reader = node.reader(topics.states, ros.JointState)
-        kinds = {EMERGENCY_STOP: ros.Bool, MODE: getattr(ros, topics.mode_type)}
-        self._readers = {
-            field: node.reader(topic, kinds[field])
-            for field, topic in topics.stops.items()
-        }
-        self._stops = ArmStops(topics)
-        self._on_news = on_news
+        self._controllers = Controllers(node, config.controllers, description)
+        self._topic = config.states
+        self._reader = node.reader(config.states, ros.JointState)
+        self._joints = JointStates(description.arm.joints, config.differentiate)
+        kinds = {EMERGENCY_STOP: ros.Bool, MODE: getattr(ros, config.mode_type)}
+        # What tells changes only has often told the last one long ago.
+        latched = (False, True) if config.stop_expiry is None else (False,)
+        self._readers = [
+            (field, node.reader(topic, kinds[field], latched=kept))
+            for kept in latched
+            for field, topic in config.stops.items()
+        ]
+        self._stops = ArmStops(config)
+        self._tell = tell
         self._held, self._broken = "", ""
         self._waits = False
+        self._q: np.ndarray | None = None
+        if not config.emergency_stop:
+            tell(
+                "no `emergency_stop`: nothing tells of the arm's emergency stop"
+            )
+        if not config.mode:
+            tell(
+                "no `mode`: nothing tells whether the arm obeys; it is taken to"
+                " be `move`"
+            )
 
     def command(self, velocity: np.ndarray) -> None:
         """Asks for joint rates.
@@ -76,7 +89,7 @@ class Ros2Arm:
         asked = bool(velocity.any())
         self._waits = bool(self._hold().reason) or (self._waits and asked)
         rates = np.zeros_like(velocity) if self._waits else velocity
-        self._writer.write(self._array(data=rates.tolist()))
+        self._controllers.command(rates, self._q)
 
     def fetch(self) -> ArmReport | None:
         """Returns the latest report of all joints; None if there is none.
@@ -87,23 +100,26 @@ class Ros2Arm:
         report, hold = None, self._hold()
         for sample in taken(self._reader):
             try:
-                report = read_joint_state(sample, self._joints) or report
+                report = self._joints.read(sample) or report
             except BrokenMessage as error:
-                self._tell_broken(f"{self._topics.states}: {error}")
-        return report and dc.replace(report, mode=hold.mode)
+                self._tell_broken(f"{self._topic}: {error}")
+        if report is None:
+            return None
+        self._q = report.q
+        return dc.replace(report, mode=hold.mode)
 
     def close(self) -> None:
         """Does nothing: the DDS participant goes with this object."""
 
     def _hold(self) -> ArmHold:
         """What holds the arm now; news are told."""
-        for field, reader in self._readers.items():
+        for field, reader in self._readers:
             for sample in taken(reader):
                 self._stops.put(field, sample.data, time.monotonic())
         hold = self._stops.hold(time.monotonic())
         if hold.reason != self._held:
             self._held = hold.reason
-            self._on_news(
+            self._tell(
                 f"{hold.reason}; the arm counts as stopped"
                 if hold.reason
                 else "nothing holds the arm any more"
@@ -114,48 +130,4 @@ class Ros2Arm:
         """Tells what is wrong with joint states, once."""
         if problem != self._broken:
             self._broken = problem
-            self._on_news(f"{problem}; no status of the arm is sent")
-
-
-def read_joint_state(message, joints: Sequence[str]) -> ArmReport | None:
-    """Reads some joints out of a sensor_msgs/JointState.
-
-    Args:
-        message: The message.
-        joints: Names of the joints, in the order that is wanted.
-
-    Returns:
-        The report; None if a joint is absent.
-
-    Raises:
-        BrokenMessage: A joint has no position or no velocity, or the message
-            has no stamp, so that its age is not known.
-    """
-    row = {name: i for i, name in enumerate(message.name)}
-    if not set(joints) <= set(row):
-        return None
-    utime = stamp_utime(message.header.stamp)
-    if not utime:
-        raise BrokenMessage("header.stamp is 0, so that its age is not known")
-    rows = [row[name] for name in joints]
-    q = _numbers("position", message, joints, rows)
-    v = _numbers("velocity", message, joints, rows)
-    return ArmReport(q, v, from_utime(utime), utime=utime)
-
-
-def _numbers(
-    field: str, message, joints: Sequence[str], rows: Sequence[int]
-) -> np.ndarray:
-    """Reads a field of some joints; NaN stands for a number that is absent."""
-    values = np.array(getattr(message, field), float)
-    if len(values) != len(message.name):
-        values = np.full(len(message.name), np.nan)
-    values = values[rows]
-    absent = np.flatnonzero(~np.isfinite(values))
-    if len(absent):
-        names = ", ".join(joints[int(i)] for i in absent)
-        raise BrokenMessage(
-            f"no {field} of {names}: the hardware interface of the arm has to"
-            f" export the state interface `{field}`"
-        )
-    return values
+            self._tell(f"{problem}; no status of the arm is sent")

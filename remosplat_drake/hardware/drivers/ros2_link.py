@@ -4,38 +4,41 @@ import time
 
 import numpy as np
 
+from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.hardware.driver_config import Ros2Base
+from remosplat_drake.hardware.drivers.base_driver import StopFlags
 from remosplat_drake.hardware.drivers.base_stops import BaseStops
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
-from remosplat_drake.hardware.drivers.ros_base import RosTopics, StopFlags
 from remosplat_drake.hardware.drivers.ros_conversion import (
     Odometry,
     read_odometry,
     read_pose,
     read_transforms,
+    transform_deviation,
     write_twist,
 )
 from remosplat_drake.hardware.wire.localization import BaseFix
 
 
 class Ros2Link:
-    """A `RosLink` by DDS: a participant that writes cmd_vel and reads odom."""
+    """A `BaseLink` by DDS: a participant that writes cmd_vel and reads odom."""
 
-    def __init__(self, topics: RosTopics, domain: int):
+    def __init__(self, topics: Ros2Base):
         """Joins a ROS 2 domain.
 
         Args:
             topics: The base's topics.
-            domain: The robot's ROS_DOMAIN_ID.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network.
         """
-        node = Ros2Node(domain, "the ROS 2 base driver")
+        node = Ros2Node(topics.domain, "a base on ROS 2")
         from remosplat_drake.hardware.drivers import ros2_messages as ros
 
-        self._twist, self._topics = ros.Twist, topics
+        self._ros, self._topics = ros, topics
         self._flags = StopFlags(topics)
-        self._writer = node.writer(topics.command, ros.Twist)
+        kind = ros.TwistStamped if topics.stamped else ros.Twist
+        self._writer = node.writer(topics.commands, kind)
         self._reader = node.reader(topics.odometry, ros.Odometry)
         self._poses = self._transforms = None
         if topics.localization:
@@ -43,14 +46,24 @@ class Ros2Link:
             self._poses = node.reader(topics.localization, kind)
         if topics.transform:
             self._transforms = node.reader("/tf", ros.TFMessage)
-        self._stops = {
-            field: node.reader(name, ros.Bool)
+        # What tells changes only has often told the last one long ago.
+        latched = (False, True) if topics.stop_expiry is None else (False,)
+        self._stops = [
+            (field, node.reader(name, ros.Bool, latched=kept))
+            for kept in latched
             for name, field in topics.flags.items()
-        }
+        ]
 
-    def publish(self, forward: float, yaw_rate: float) -> None:
-        """Sends a Twist with these speeds [m/s, rad/s]."""
-        self._writer.write(write_twist(self._twist(), forward, yaw_rate))
+    def publish(self, velocity: np.ndarray) -> None:
+        """Sends a Twist: forward, left, turn, shape (3,) [m/s, rad/s]."""
+        twist = write_twist(self._ros.Twist(), velocity)
+        if not self._topics.stamped:
+            self._writer.write(twist)
+            return
+        header = self._ros.Header(
+            self._ros.stamp(wall_utime()), self._topics.base_frame
+        )
+        self._writer.write(self._ros.TwistStamped(header, twist))
 
     def fetch(self) -> list[Odometry]:
         """Returns the odometry since the last call, oldest first."""
@@ -63,15 +76,15 @@ class Ros2Link:
             read_pose(sample, topics.base_frame)
             for sample in taken(self._poses)
         ]
-        deviation = np.array(topics.deviation)
-        frames = topics.transform or ("", "")
+        deviation = transform_deviation(topics)
         for sample in taken(self._transforms):
-            fixes += read_transforms(sample, frames, deviation)
+            map_frame, child = topics.transform
+            fixes += read_transforms(sample, (map_frame, child), deviation)
         return fixes
 
     def stops(self, t: float) -> BaseStops:
         """Returns what the topics with flags say at a time t [s]."""
-        for field, reader in self._stops.items():
+        for field, reader in self._stops:
             for sample in taken(reader):
                 self._flags.put(field, sample.data, time.monotonic())
         return self._flags.stops(t)

@@ -12,7 +12,15 @@ import dataclasses as dc
 
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import array, float64, int32, sequence, uint32
+from cyclonedds.idl.types import (
+    array,
+    float32,
+    float64,
+    int32,
+    sequence,
+    uint8,
+    uint32,
+)
 
 
 def dds_topic(topic: str) -> str:
@@ -28,6 +36,20 @@ def _zeros36() -> list[float]:
 @final
 class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
     """builtin_interfaces/Time: seconds and nanoseconds of the Unix epoch."""
+
+    sec: int32 = 0
+    nanosec: uint32 = 0
+
+
+def stamp(utime: int) -> Time:
+    """Returns a time in microseconds of the Unix epoch as ROS's."""
+    return Time(utime // 1_000_000, 1000 * (utime % 1_000_000))
+
+
+@dc.dataclass
+@final
+class Duration(IdlStruct, typename="builtin_interfaces::msg::dds_::Duration_"):
+    """builtin_interfaces/Duration: seconds and nanoseconds."""
 
     sec: int32 = 0
     nanosec: uint32 = 0
@@ -59,6 +81,17 @@ class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
 
     linear: Vector3 = dc.field(default_factory=Vector3)
     angular: Vector3 = dc.field(default_factory=Vector3)
+
+
+@dc.dataclass
+@final
+class TwistStamped(
+    IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"
+):
+    """geometry_msgs/TwistStamped: a velocity, and when it was wanted."""
+
+    header: Header = dc.field(default_factory=Header)
+    twist: Twist = dc.field(default_factory=Twist)
 
 
 @dc.dataclass
@@ -233,3 +266,117 @@ class Float64MultiArray(
 
     layout: MultiArrayLayout = dc.field(default_factory=MultiArrayLayout)
     data: sequence[float64] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class JointTrajectoryPoint(
+    IdlStruct, typename="trajectory_msgs::msg::dds_::JointTrajectoryPoint_"
+):
+    """trajectory_msgs/JointTrajectoryPoint: where joints are at a time."""
+
+    positions: sequence[float64] = dc.field(default_factory=list)
+    velocities: sequence[float64] = dc.field(default_factory=list)
+    accelerations: sequence[float64] = dc.field(default_factory=list)
+    effort: sequence[float64] = dc.field(default_factory=list)
+    time_from_start: Duration = dc.field(default_factory=Duration)
+
+
+@dc.dataclass
+@final
+class JointTrajectory(
+    IdlStruct, typename="trajectory_msgs::msg::dds_::JointTrajectory_"
+):
+    """trajectory_msgs/JointTrajectory: a motion of some joints."""
+
+    header: Header = dc.field(default_factory=Header)
+    joint_names: sequence[str] = dc.field(default_factory=list)
+    points: sequence[JointTrajectoryPoint] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
+    """geometry_msgs/PoseStamped: a pose in a frame, and when it was wanted."""
+
+    header: Header = dc.field(default_factory=Header)
+    pose: Pose = dc.field(default_factory=Pose)
+
+
+@dc.dataclass
+@final
+class ColorRGBA(IdlStruct, typename="std_msgs::msg::dds_::ColorRGBA_"):
+    """std_msgs/ColorRGBA: a colour, each part from 0 to 1."""
+
+    r: float32 = 0.0
+    g: float32 = 0.0
+    b: float32 = 0.0
+    a: float32 = 1.0
+
+
+@dc.dataclass
+@final
+class CompressedImage(
+    IdlStruct, typename="sensor_msgs::msg::dds_::CompressedImage_"
+):
+    """sensor_msgs/CompressedImage: an encoded image."""
+
+    header: Header = dc.field(default_factory=Header)
+    format: str = ""
+    data: sequence[uint8] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class UVCoordinate(
+    IdlStruct, typename="visualization_msgs::msg::dds_::UVCoordinate_"
+):
+    """visualization_msgs/UVCoordinate: a place in a texture."""
+
+    u: float32 = 0.0
+    v: float32 = 0.0
+
+
+@dc.dataclass
+@final
+class MeshFile(IdlStruct, typename="visualization_msgs::msg::dds_::MeshFile_"):
+    """visualization_msgs/MeshFile: a mesh inside a message."""
+
+    filename: str = ""
+    data: sequence[uint8] = dc.field(default_factory=list)
+
+
+@dc.dataclass
+@final
+class Marker(IdlStruct, typename="visualization_msgs::msg::dds_::Marker_"):
+    """visualization_msgs/Marker as from Humble on: a shape for RViz."""
+
+    header: Header = dc.field(default_factory=Header)
+    ns: str = ""
+    id: int32 = 0
+    type: int32 = 0
+    action: int32 = 0
+    pose: Pose = dc.field(default_factory=Pose)
+    scale: Vector3 = dc.field(default_factory=Vector3)
+    color: ColorRGBA = dc.field(default_factory=ColorRGBA)
+    lifetime: Duration = dc.field(default_factory=Duration)
+    frame_locked: bool = False
+    points: sequence[Point] = dc.field(default_factory=list)
+    colors: sequence[ColorRGBA] = dc.field(default_factory=list)
+    texture_resource: str = ""
+    texture: CompressedImage = dc.field(default_factory=CompressedImage)
+    uv_coordinates: sequence[UVCoordinate] = dc.field(default_factory=list)
+    text: str = ""
+    mesh_resource: str = ""
+    mesh_file: MeshFile = dc.field(default_factory=MeshFile)
+    mesh_use_embedded_materials: bool = False
+
+
+@dc.dataclass
+@final
+class MarkerArray(
+    IdlStruct, typename="visualization_msgs::msg::dds_::MarkerArray_"
+):
+    """visualization_msgs/MarkerArray: shapes for RViz."""
+
+    markers: sequence[Marker] = dc.field(default_factory=list)

@@ -1,12 +1,34 @@
 """`Ros2Node`: reads and writes ROS 2 topics by CycloneDDS, without ROS."""
 
 import contextlib
+import os
+import re
 from collections.abc import Iterator
 
-from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.base.errors import (
+    FieldError,
+    MissingExtraError,
+    RemoSplatError,
+)
 
 _MOST = 100
 """Number of samples that are taken at once."""
+
+_LAST_DOMAIN = 232
+"""Beyond it DDS has no UDP ports."""
+
+
+def environment_domain() -> int:
+    """Returns ROS_DOMAIN_ID, or 0.
+
+    Raises:
+        FieldError: It is no number from 0 to 232.
+    """
+    text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
+    if not re.fullmatch(r"\d{1,3}", text) or int(text) > _LAST_DOMAIN:
+        problem = f"expected a number from 0 to {_LAST_DOMAIN}, got {text!r}"
+        raise FieldError("environment", "ROS_DOMAIN_ID", problem)
+    return int(text)
 
 
 class Ros2Node:
@@ -15,16 +37,19 @@ class Ros2Node:
     A reliable writer suits every reader, a best-effort reader every writer.
     """
 
-    def __init__(self, domain: int, what: str):
+    def __init__(self, domain: int | None, what: str):
         """Joins a ROS 2 domain.
 
         Args:
-            domain: The robot's ROS_DOMAIN_ID.
+            domain: The robot's ROS_DOMAIN_ID; None takes that of the
+                environment, or 0.
             what: What needs CycloneDDS, for an error's text.
 
         Raises:
-            RemoSplatError: CycloneDDS is not installed, or finds no network.
+            RemoSplatError: CycloneDDS is not installed or finds no network, or
+                ROS_DOMAIN_ID is no number.
         """
+        domain = environment_domain() if domain is None else domain
         try:
             from cyclonedds.domain import DomainParticipant
         except ImportError as error:
@@ -53,12 +78,15 @@ class Ros2Node:
                 self._participant, self._topic(topic, kind), qos=qos
             )
 
-    def reader(self, topic: str, kind: type):
+    def reader(self, topic: str, kind: type, *, latched: bool = False):
         """Makes a `DataReader` of a topic, which keeps the last ten messages.
 
         Args:
             topic: ROS's name of the topic.
             kind: Type of its messages, one of `ros2_messages`.
+            latched: Whether only writers are heard that keep their last
+                message for late readers (ROS's transient local), and that
+                message, too.
 
         Raises:
             RemoSplatError: The topic cannot be read.
@@ -68,6 +96,12 @@ class Ros2Node:
 
         history = Policy.History.KeepLast(10)
         qos = Qos(Policy.Reliability.BestEffort, history)
+        if latched:
+            qos = Qos(
+                Policy.Reliability.Reliable(max_blocking_time=10_000_000),
+                Policy.Durability.TransientLocal,
+                history,
+            )
         with self._named_errors():
             return DataReader(
                 self._participant, self._topic(topic, kind), qos=qos

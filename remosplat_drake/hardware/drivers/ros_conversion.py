@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from remosplat_drake.hardware.driver_config import RosBase
 from remosplat_drake.hardware.drivers.base_stops import FREE, BaseStops, tell
 from remosplat_drake.hardware.wire.localization import BaseFix
 from remosplat_drake.hardware.wire.messages.base_status import base_status
@@ -24,14 +25,13 @@ class Odometry:
     Attributes:
         utime: When it was measured [us]; 0 if the message has no stamp.
         pose: x, y and yaw of the base in the map [m, m, rad].
-        forward: Speed along the base's x axis [m/s].
-        yaw_rate: Turning rate about the base's z axis [rad/s].
+        velocity: Speeds along the base's x and y axes, and turning rate about
+            its z axis [m/s, m/s, rad/s].
     """
 
     utime: int
     pose: tuple[float, float, float]
-    forward: float
-    yaw_rate: float
+    velocity: tuple[float, float, float]
 
 
 def yaw_of(x: float, y: float, z: float, w: float) -> float:
@@ -57,8 +57,7 @@ def read_odometry(message) -> Odometry:
     return Odometry(
         stamp_utime(message.header.stamp),
         (position.x, position.y, yaw),
-        twist.linear.x,
-        twist.angular.z,
+        (twist.linear.x, twist.linear.y, twist.angular.z),
     )
 
 
@@ -79,6 +78,12 @@ def read_pose(message, child_frame: str) -> BaseFix:
     return _fix(
         message.header, position, rotation, 0.5 * (P + P.T), child_frame
     )
+
+
+def transform_deviation(topics: RosBase) -> np.ndarray:
+    """Returns standard deviations of x, y and yaw by /tf, (3,) [m, m, rad]."""
+    shift, turn = topics.transform_shift, topics.transform_turn_deg
+    return np.array([shift, shift, math.radians(turn)])
 
 
 def read_transforms(
@@ -114,45 +119,45 @@ def _fix(header, position, rotation, P: np.ndarray, child: str) -> BaseFix:
     return BaseFix(pose, P, stamp, header.frame_id, child)
 
 
-def write_twist(message, forward: float, yaw_rate: float):
+def write_twist(message, velocity: np.ndarray):
     """Fills a geometry_msgs Twist whose fields are zero, and returns it.
 
     Args:
         message: A Twist of either ROS version.
-        forward: Speed along the base's x axis [m/s].
-        yaw_rate: Turning rate about the base's z axis [rad/s].
+        velocity: Speeds along the base's x and y axes, and turning rate about
+            its z axis, shape (3,) [m/s, m/s, rad/s].
     """
-    message.linear.x = float(forward)
-    message.angular.z = float(yaw_rate)
+    message.linear.x, message.linear.y, message.angular.z = map(float, velocity)
     return message
 
 
-def status_of(
-    odometry: Odometry, now: int, stops: BaseStops = FREE
-) -> base_status | None:
+def odometry_problem(odometry: Odometry) -> str:
+    """Says why odometry cannot be used; empty if it can.
+
+    Without a stamp nothing tells how old it is.
+    """
+    if not all(map(math.isfinite, (*odometry.pose, *odometry.velocity))):
+        return "odometry: a number is not finite"
+    if not odometry.utime:
+        return "odometry: header.stamp is 0, so that its age is unknown"
+    return ""
+
+
+def status_of(odometry: Odometry, stops: BaseStops = FREE) -> base_status:
     """Turns odometry into the base's status message.
 
     Odometry tells nothing of stops. Where nothing else does, the flags stay 0,
     and a base that does not follow its command is noticed by how far it comes.
 
     Args:
-        odometry: The measurement.
-        now: Wall clock, for odometry without a stamp [us].
+        odometry: The measurement, which has no problem.
         stops: What holds the base.
-
-    Returns:
-        The status, or None if a number is not finite.
     """
-    numbers = (*odometry.pose, odometry.forward, odometry.yaw_rate)
-    if not all(map(math.isfinite, numbers)):
-        return None
     status = base_status()
-    status.utime = odometry.utime or now
+    status.utime = odometry.utime
     status.pose = list(odometry.pose)
-    status.forward = odometry.forward
-    status.yaw_rate = odometry.yaw_rate
-    speed = max(abs(odometry.forward), abs(odometry.yaw_rate))
-    moving = speed > _STANDSTILL
+    status.forward, status.left, status.yaw_rate = odometry.velocity
+    moving = max(map(abs, odometry.velocity)) > _STANDSTILL
     status.mode = base_status.MOVING if moving else base_status.READY
     tell(status, stops)
     return status

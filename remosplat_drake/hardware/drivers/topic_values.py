@@ -6,6 +6,11 @@ from typing import Generic, TypeVar
 Value = TypeVar("Value")
 
 
+def expiry_of(expiry: float | None) -> float:
+    """Returns a silence as a number [s]: infinite where None says never."""
+    return math.inf if expiry is None else expiry
+
+
 class TopicValues(Generic[Value]):
     """The latest values of topics; what a silent topic said is forgotten."""
 

@@ -1,10 +1,15 @@
-"""`UrArm`: a Universal Robots arm, through ur_rtde's `speedJ`."""
+"""`UrArmLink`: a Universal Robots arm, through ur_rtde's `speedJ`."""
 
 import numpy as np
 from drake import lcmt_panda_status
 
-from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
+from remosplat_drake.base.errors import (
+    FieldError,
+    MissingExtraError,
+    RemoSplatError,
+)
 from remosplat_drake.hardware.drivers.arm_driver import ArmReport
+from remosplat_drake.robot.robot_description import RobotDescription
 
 FREQUENCY = 500.0
 """How often the controller tells its state, an e-Series [Hz]."""
@@ -16,34 +21,45 @@ program ends and the arm brakes [Hz]."""
 DECELERATION = 10.0
 """Deceleration of the last stop [rad/s^2]."""
 
+_JOINTS = 6
+
 _PAUSED = "its program has ended"
 
 
-class UrArm:
+class UrArmLink:
     """Commands and states of one arm; an `ArmLink`.
 
     Whoever dies takes the arm's motion along: the controller's watchdog ends
     the program that nobody tells anything.
     """
 
-    def __init__(self, host: str, acceleration: float):
+    def __init__(self, host: str, description: RobotDescription):
         """Uploads ur_rtde's program and waits until it runs.
 
         Args:
             host: Name or address of the controller.
-            acceleration: How fast the leading joint follows a command
-                [rad/s^2].
+            description: The robot; it says how fast its joints follow.
 
         Raises:
-            RemoSplatError: ur_rtde is not installed, or the controller does
-                not answer or runs no program: it wants remote control.
+            RemoSplatError: The robot has not six joints, ur_rtde is not
+                installed, or the controller does not answer or runs no
+                program: it wants remote control.
         """
+        n = len(description.arm.joints)
+        if n != _JOINTS:
+            raise FieldError(
+                description.source,
+                "arm.joints",
+                f"{description.name} has {n} joints, a Universal Robots arm"
+                f" has {_JOINTS}",
+            )
         try:
             from rtde_control import RTDEControlInterface
             from rtde_receive import RTDEReceiveInterface
         except ImportError as error:
             raise MissingExtraError("a Universal Robots arm", "ur") from error
-        self._acceleration = acceleration
+        # That of the leading joint.
+        self._acceleration = max(description.acceleration_limits)
         self._told = -1.0
         try:
             self._receive = RTDEReceiveInterface(host, FREQUENCY)

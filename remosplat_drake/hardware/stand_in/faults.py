@@ -24,6 +24,8 @@ RECOVER = "recover"
 
 FAULTS = {
     "status-stops": "the arm's statuses stop; the arm goes on",
+    "status-delay": "the arm's statuses are told VALUE seconds late (default"
+    " 0.1)",
     "status-freezes": "the arm's statuses repeat the last one, stamped anew",
     "status-nan": "one joint position of the arm's statuses is not a number",
     "status-joints": "the arm's statuses have VALUE joints (default 6)",
@@ -51,6 +53,7 @@ FAULTS = {
 """Names of all faults, and what each does, in words for `--help`."""
 
 _DEFAULTS = {
+    "status-delay": 0.1,
     "status-joints": 6.0,
     "clock-jump": 1.0,
     "packet-loss": 0.5,

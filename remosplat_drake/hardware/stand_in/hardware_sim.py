@@ -27,6 +27,7 @@ from remosplat_drake.hardware.stand_in.simulated_base import SimulatedBase
 from remosplat_drake.hardware.stand_in.simulated_hand import SimulatedHand
 from remosplat_drake.hardware.stand_in.simulated_panda import SimulatedPanda
 from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.base import base_axes
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 from remosplat_drake.hardware.wire.packets import stamp_of
 from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
@@ -85,6 +86,7 @@ class HardwareSim:
         actuators: Sequence[Actuator] = (),
         fci: FciArm | RtdeArm | None = None,
         localizes: bool = False,
+        status_rate: float = 1.0 / TICK,
         inbox: CommandSource | None = None,
     ):
         """Subscribes; nothing is sent before the first step.
@@ -100,6 +102,7 @@ class HardwareSim:
                 wire; None for the simulated driver.
             localizes: Whether something besides its wheels tells where the
                 base is; the odometry then begins elsewhere.
+            status_rate: How often the arm tells its state [Hz].
             inbox: Where messages on `commanded` and of faults come from; None
                 obeys everybody.
         """
@@ -114,13 +117,16 @@ class HardwareSim:
         self._faults = FaultSchedule(schedule)
         self.arm = _make_arm(self._robot)
         self._fci = fci
-        self.base = SimulatedBase()
+        self.base = SimulatedBase(self._robot.is_omnidirectional)
+        self._base_axes = base_axes(self._robot.n_base)
         self._senses = BaseSenses(localizes)
         self.hand = SimulatedHand(plant.hand[0])
         self._described = list(actuators)
         self._slow = (0.0, False)
         self._axes = ActuatedAxes(actuators, TICK) if actuators else None
-        self._late: deque[tuple[float, bytes]] = deque()
+        self._late_arm: deque[tuple[float, bytes]] = deque()
+        self._late_base: deque[tuple[float, bytes]] = deque()
+        self._status_period, self._next_status = 1.0 / status_rate, 0.0
         self._measured = plant.arm
         self._ticks = 0
         self._is_late, self._stamp = False, clock()
@@ -151,7 +157,7 @@ class HardwareSim:
         self._break(t)
         now = self._now()
         n = self._robot.n_base
-        base = self.base.step(now, t, TICK)[:n]
+        base = self.base.step(now, t, TICK)[self._base_axes]
         if self._fci is None:
             arm = self.arm.step(now, self._measured)
         else:
@@ -238,16 +244,30 @@ class HardwareSim:
 
     def _tell(self, t: float) -> None:
         now = self._now()
-        is_due = not self._is_late or self._ticks % _SPARSE == 0
-        if self._fci is None and is_due and "status-stops" not in self._faults:
-            status = self._arm_status(now)
-            self._lcm.Publish(channels.PANDA_STATUS, status.encode())
+        if self._fci is None:
+            self._tell_of_arm(now, t)
         if self._robot.n_base:
             self._tell_of_base(now, t)
         if self._robot.description.hand:
             hand = self.hand.status(now, t, self._plant.hand)
             if hand is not None:
                 self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
+
+    def _tell_of_arm(self, now: int, t: float) -> None:
+        is_sparse = self._is_late and self._ticks % _SPARSE != 0
+        if t + 0.5 * TICK >= self._next_status and not is_sparse:
+            self._next_status = max(self._next_status + self._status_period, t)
+            if "status-stops" not in self._faults:
+                late = self._faults.value("status-delay", 0.0)
+                status = self._arm_status(now)
+                self._late_arm.append((t + late, status.encode()))
+        self._send_due(channels.PANDA_STATUS, self._late_arm, t)
+
+    def _send_due(
+        self, channel: str, waiting: deque[tuple[float, bytes]], t: float
+    ) -> None:
+        while waiting and waiting[0][0] <= t:
+            self._lcm.Publish(channel, waiting.popleft()[1])
 
     def _tell_of_base(self, now: int, t: float) -> None:
         pose = self._plant.q[:3]
@@ -256,9 +276,8 @@ class HardwareSim:
         if base is not None and "base-status-stops" not in self._faults:
             self._senses.spoil(base, self._faults)
             late = self._faults.value("base-status-delay", 0.0)
-            self._late.append((t + late, base.encode()))
-        while self._late and self._late[0][0] <= t:
-            self._lcm.Publish(channels.BASE_STATUS, self._late.popleft()[1])
+            self._late_base.append((t + late, base.encode()))
+        self._send_due(channels.BASE_STATUS, self._late_base, t)
         fix = self._senses.fix(now, t, pose, self._faults)
         if fix is not None:
             self._lcm.Publish(channels.BASE_LOCALIZATION, fix)

@@ -5,7 +5,6 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.stand_in.simulated_arm import ArmMeasurement
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
@@ -54,14 +53,10 @@ class RobotPlant:
 
         Args:
             config: Physics of the dynamic station.
-            robot: The robot; a mobile base is differential.
+            robot: The robot.
             scene: The solids that the robot may bump into; None for none.
             q0: Configuration to start from, shape (n_q,).
-
-        Raises:
-            FieldError: The robot has a base of another kind.
         """
-        _check_kind(robot)
         builder = DiagramBuilder()
         body = add_dynamic_body(builder, config, robot, scene, q0)
         plant = body.plant
@@ -117,8 +112,7 @@ class RobotPlant:
 
         Args:
             t: Time at the end of the step [s].
-            base: Commanded speed forward and turning rate, shape (2,)
-                [m/s, rad/s]; empty without a base.
+            base: Commands to the base, shape (n_base,) [m/s, rad/s].
             arm: Commanded joint rates, shape (n,) [rad/s].
             hand: Commanded width and bound on the force, shape (2,) [m, N];
                 what a robot without one makes nothing of.
@@ -164,27 +158,20 @@ class RobotPlant:
 
     @property
     def base_velocity(self) -> np.ndarray:
-        """True speed forward and turning rate, shape (2,) [m/s, rad/s].
+        """True speeds forward and to the left, and turning rate, shape (3,).
 
-        Shape (0,) without a base.
+        They are in m/s, m/s and rad/s. Shape (0,) without a base.
         """
         if not self.robot.n_base:
             return np.zeros(0)
         x_dot, y_dot, yaw_rate = self._v[:3]
-        yaw = self._q[2]
-        return np.array([x_dot * np.cos(yaw) + y_dot * np.sin(yaw), yaw_rate])
+        c, s = np.cos(self._q[2]), np.sin(self._q[2])
+        return np.array(
+            [c * x_dot + s * y_dot, c * y_dot - s * x_dot, yaw_rate]
+        )
 
     @property
     def hand(self) -> np.ndarray:
         """True opening of the hand and its rate, shape (2,) [m, m/s]."""
         n = self.robot.n_q
         return np.array([self._q[n:].sum(), self._v[n:].sum()])
-
-
-def _check_kind(robot: RobotModel) -> None:
-    if robot.is_omnidirectional:
-        raise FieldError(
-            robot.description.source,
-            "base.drive",
-            "is omnidirectional; the stand-in's base is differential",
-        )

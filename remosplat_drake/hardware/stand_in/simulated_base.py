@@ -1,13 +1,22 @@
-"""`SimulatedBase`: the Omron LD-60 and its driver, without rigid bodies."""
+"""`SimulatedBase`: a mobile base and its driver, without rigid bodies.
+
+It is an Omron LD-60, or an omnidirectional base of the same accelerations.
+"""
 
 import numpy as np
 
-from remosplat_drake.hardware.drivers.base_commands import BaseCommands
+from remosplat_drake.hardware.drivers.base_commands import (
+    BaseCommands,
+    BaseMaxima,
+)
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 
-ACCELERATION = np.array([1.0, np.pi])
-"""Acceleration of the base, and its deceleration, forward and about its axis
-[m/s^2, rad/s^2]."""
+ACCELERATION = np.array([1.0, 1.0, np.pi])
+"""Acceleration of the base, and its deceleration, forward, to the left and
+about its axis [m/s^2, m/s^2, rad/s^2]."""
+
+_SIDEWAYS = 0.5
+"""Greatest speed of an omnidirectional base to either side [m/s]."""
 
 PROTECTIVE_STOP = 2.0
 """How long a protective stop lasts before the motors return [s]."""
@@ -33,13 +42,18 @@ class SimulatedBase:
         emergency_stop: Whether an emergency stop is latched.
     """
 
-    def __init__(self):
-        """Starts ready, at rest."""
-        self.commands = BaseCommands()
+    def __init__(self, is_omnidirectional: bool = False):
+        """Starts ready, at rest.
+
+        Args:
+            is_omnidirectional: Whether it goes sideways, too.
+        """
+        aside = _SIDEWAYS if is_omnidirectional else 0.0
+        self.commands = BaseCommands(BaseMaxima(sideways=aside))
         self.emergency_stop = False
         self._protective_until = -np.inf
-        self._velocity = np.zeros(2)
-        self._twist = (0.0, 0.0)
+        self._velocity = np.zeros(3)
+        self._twist = np.zeros(3)
         self._next_status = self._next_twist = 0.0
 
     def protective_stop(self, t: float) -> None:
@@ -60,11 +74,12 @@ class SimulatedBase:
             dt: Length of the step [s].
 
         Returns:
-            Speed forward and turning rate, shape (2,) [m/s, rad/s].
+            Speeds forward and to the left, and turning rate, shape (3,)
+            [m/s, m/s, rad/s].
         """
-        target = np.array(self.commands.velocity(now, t))
+        target = self.commands.velocity(now, t)
         if self.emergency_stop or t < self._protective_until:
-            target = np.zeros(2)
+            target = np.zeros(3)
         change = ACCELERATION * dt
         self._velocity = self._velocity + np.clip(
             target - self._velocity, -change, change
@@ -82,19 +97,21 @@ class SimulatedBase:
             now: The driver's wall clock [us].
             t: The robot's clock [s].
             pose: True x, y and yaw, shape (3,) [m, m, rad].
-            twist: True speed forward and turning rate, shape (2,)
-                [m/s, rad/s].
+            twist: True speeds forward and to the left, and turning rate,
+                shape (3,) [m/s, m/s, rad/s].
         """
         if t >= self._next_twist:
             self._next_twist += TWIST_PERIOD
-            self._twist = (float(twist[0]), float(twist[1]))
+            self._twist = twist
         if t < self._next_status:
             return None
         self._next_status += POSE_PERIOD
         message = base_status()
         message.utime = now
         message.pose = pose.tolist()
-        message.forward, message.yaw_rate = self._twist
+        message.forward, message.left, message.yaw_rate = map(
+            float, self._twist
+        )
         message.protective_stop = int(t < self._protective_until)
         message.emergency_stop = int(self.emergency_stop)
         message.mode = self._mode(message)

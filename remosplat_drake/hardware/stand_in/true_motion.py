@@ -7,6 +7,7 @@ import numpy as np
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.clock import wall_utime
 from remosplat_drake.hardware.stand_in.robot_plant import RobotPlant
+from remosplat_drake.hardware.wire.base import base_axes
 
 PERIOD = 0.01
 """Time between two samples [s]."""
@@ -17,7 +18,7 @@ class TrueMotion:
 
     def __init__(self, plant: RobotPlant):
         """Starts without samples."""
-        self._plant = plant
+        self._plant, self._axes = plant, base_axes(plant.robot.n_base)
         self._next = 0.0
         self._utime: list[int] = []
         self._q: list[np.ndarray] = []
@@ -32,7 +33,9 @@ class TrueMotion:
         self._utime.append(wall_utime())
         self._q.append(plant.q)
         self._u.append(
-            np.concatenate([plant.base_velocity, plant.arm.velocity])
+            np.concatenate(
+                [plant.base_velocity[self._axes], plant.arm.velocity]
+            )
         )
 
     def save(self, path: Path) -> None:

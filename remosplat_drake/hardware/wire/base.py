@@ -33,7 +33,8 @@ class BaseState:
 
     Attributes:
         pose: x, y and yaw in the map, shape (3,) [m, m, rad].
-        velocity: Speed forward and turning rate, shape (2,) [m/s, rad/s].
+        velocity: Speeds forward and to the left, and turning rate, shape (3,)
+            [m/s, m/s, rad/s].
         stamp: When it was measured, by the driver's wall clock [s].
         mode: A key of `MODE_NAMES`.
         protective_stop: Whether the safety scanner holds the motors; it
@@ -54,16 +55,42 @@ class BaseState:
         return self
 
 
-def encode_base_command(u: np.ndarray, time: float) -> bytes:
+def base_axes(n_base: int) -> list[int]:
+    """Returns which entries of a base's velocity are commands.
+
+    Args:
+        n_base: Number of the base's commands: 2 without a speed to the left, 3
+            with one, 0 without a base.
+    """
+    return [0, 2] if n_base == 2 else list(range(n_base))
+
+
+def base_velocity(u: np.ndarray) -> np.ndarray:
+    """Returns the velocity that a command asks of a base.
+
+    Args:
+        u: Speed forward, that to the left if the base has one, and turning
+            rate, shape (2,) or (3,) [m/s, rad/s].
+
+    Returns:
+        Speeds forward and to the left, and turning rate, shape (3,).
+    """
+    velocity = np.zeros(3)
+    velocity[base_axes(len(u))] = u
+    return velocity
+
+
+def encode_base_command(velocity: np.ndarray, time: float) -> bytes:
     """Encodes a velocity command to the base.
 
     Args:
-        u: Speed forward and turning rate, shape (2,) [m/s, rad/s].
+        velocity: Speeds forward and to the left, and turning rate, shape (3,)
+            [m/s, m/s, rad/s].
         time: Wall clock now [s].
     """
     message = base_command()
     message.utime = to_utime(time)
-    message.forward, message.yaw_rate = (float(x) for x in u)
+    message.forward, message.left, message.yaw_rate = map(float, velocity)
     return message.encode()
 
 
@@ -79,7 +106,7 @@ def decode_base_status(data: bytes) -> BaseState:
     return BaseState(
         pose=finite_vector("pose", message.pose, 3),
         velocity=finite_vector(
-            "velocity", [message.forward, message.yaw_rate], 2
+            "velocity", [message.forward, message.left, message.yaw_rate], 3
         ),
         stamp=from_utime(message.utime),
         mode=message.mode,
@@ -92,30 +119,29 @@ def decode_base_status(data: bytes) -> BaseState:
 def extrapolated_pose(
     pose: np.ndarray, velocity: np.ndarray, duration: float
 ) -> np.ndarray:
-    """Extrapolates odometry: the exact arc of a unicycle.
+    """Extrapolates odometry: the exact arc of a planar twist.
 
     Odometry comes at 10 to 37 Hz; a control tick wants the pose of now.
 
     Args:
         pose: Measured x, y and yaw, shape (3,) [m, m, rad].
-        velocity: Speed forward and turning rate, which are held constant,
-            shape (2,) [m/s, rad/s].
+        velocity: Speeds forward and to the left, and turning rate, which are
+            held constant, shape (3,) [m/s, m/s, rad/s].
         duration: Time to extrapolate over [s].
 
     Returns:
         x, y and yaw at the end of the arc, shape (3,) [m, m, rad].
     """
     x, y, yaw = pose
-    forward, yaw_rate = velocity
+    forward, left, yaw_rate = velocity
     half = 0.5 * yaw_rate * duration
-    # The chord of the arc points along the mean heading.
-    chord = forward * duration
-    if half != 0.0:
-        chord *= math.sin(half) / half
+    # The chord of the arc is seen from the mean heading.
+    share = duration * (math.sin(half) / half if half != 0.0 else 1.0)
+    c, s = share * math.cos(yaw + half), share * math.sin(yaw + half)
     return np.array(
         [
-            x + chord * math.cos(yaw + half),
-            y + chord * math.sin(yaw + half),
+            x + forward * c - left * s,
+            y + forward * s + left * c,
             yaw + 2 * half,
         ]
     )

@@ -1,6 +1,7 @@
 """Commands beyond the base's limits, and their scaling into them."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 def scaled_command(
@@ -51,7 +52,7 @@ def excess(
 
 
 def command_bounds(
-    n_u: int, base_lower: list[float], base_upper: list[float]
+    n_u: int, base_lower: ArrayLike, base_upper: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
     """Makes bounds on a whole command from those on its first entries.
 
@@ -64,6 +65,6 @@ def command_bounds(
         Lower and upper bounds, shape (n_u,) each, infinite for the rest.
     """
     lower, upper = np.full(n_u, -np.inf), np.full(n_u, np.inf)
-    lower[: len(base_lower)] = base_lower
-    upper[: len(base_upper)] = base_upper
+    lower[: np.size(base_lower)] = base_lower
+    upper[: np.size(base_upper)] = base_upper
     return lower, upper

@@ -1,8 +1,8 @@
-"""Where the base really was when frames were taken.
+"""Localisation of the base at the times of frames.
 
-A base's odometry drifts; what its camera sees of the map does not. Each frame
-is a keyframe of a graph (`keyframe_graph`): odometry joins it with the one
-before, shared surfaces with any that see them, near or long ago, and so loops
-close. `FrameAligner` keeps the graph from map to map and says which frames it
-cannot explain.
+A base's odometry drifts; camera images of the map do not. Each frame is a
+keyframe of a graph (`keyframe_graph`): odometry connects it with the previous
+one, and shared surfaces connect it with all frames that show them, recent or
+old, which closes loops. `FrameAligner` keeps the graph from map to map and
+reports frames that do not fit.
 """

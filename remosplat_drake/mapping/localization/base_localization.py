@@ -1,4 +1,4 @@
-"""`BaseLocalization`: puts the measured configuration where the map has it."""
+"""`BaseLocalization`: transforms the measured configuration to the map."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -20,7 +20,7 @@ from remosplat_drake.robot.planar_pose import (
 from remosplat_drake.signals.base_correction import BaseCorrection
 
 SIGMAS = 3.0
-"""Number of standard deviations by which the base may be off."""
+"""Number of standard deviations in the bound of the base's error."""
 
 
 class BaseLocalization(LeafSystem):
@@ -38,14 +38,14 @@ class BaseLocalization(LeafSystem):
         - base_uncertainty
 
     The input is the measured q, whose base is in the odometry's frame O, the
-    output is q in the map's frame W. `correction` takes a `BaseCorrection`;
-    what is in effect follows it so slowly that a controller need not know of
-    it. With another version of the map, though, its pose comes at once: map
-    and base move together. Commands are velocities in the base's own frame,
-    the same in both. `base_uncertainty` is how far the base's pose may be off,
-    shift and turn [m, rad]: on the input that of the measured one, on the
-    output with what the correction's covariance adds, which grows from one
-    frame to the next, and with what is still to be corrected.
+    output is q in the map's frame W. `correction` takes a `BaseCorrection`; the
+    correction in effect follows it slowly, so that a controller is not
+    disturbed. With a new version of the map, its pose takes effect at once: map
+    and base move together. Commands are velocities in the base's own frame, the
+    same in both. `base_uncertainty` bounds the error of the base's pose, shift
+    and turn [m, rad]: on the input, that of the measured pose; on the output,
+    with the correction's covariance, which grows between frames, and with the
+    remaining correction.
     """
 
     def __init__(self, *, n_q: int, period: float, speed: float):
@@ -66,7 +66,7 @@ class BaseLocalization(LeafSystem):
         self._uncertainty = self.DeclareVectorInputPort("base_uncertainty", 2)
         # x, y, yaw of X_WO, and the version of the map.
         state = self.DeclareDiscreteState(4)
-        # The time matters at the instant of a new version only, when the
+        # The time matters only when the version changes, and then the
         # correction changes, too.
         known = {
             self._measured.ticket(),
@@ -117,7 +117,7 @@ class BaseLocalization(LeafSystem):
         output.SetFromVector(bound)
 
     def _in_effect(self, context: Context) -> np.ndarray:
-        """X_WO and version; of a new version before the state knows of it."""
+        """Returns X_WO and version; a new version applies at once."""
         known = context.get_discrete_state(0).CopyToVector()
         if not self._correction.HasValue(context):
             return known

@@ -1,4 +1,4 @@
-"""`FrameAligner`: follows the base from frame to frame, and keeps keyframes."""
+"""`FrameAligner`: tracks the base from frame to frame, and keeps keyframes."""
 
 import dataclasses as dc
 
@@ -37,44 +37,46 @@ _SAMPLES = 300
 """Points of a frame that are compared with others."""
 
 _MOST_DEVIATIONS = 4.0
-"""Places beyond so many standard deviations of the prediction are none."""
+"""Poses beyond this number of standard deviations from the prediction are
+rejected."""
 
 _TRUSTED, _USEFUL = 0.004, 0.015
-"""Standard deviation of a base's position that does no harm in a map, and that
-of frames by which others may be placed [m]."""
+"""Largest standard deviation of a base's position for frames in a map, and for
+frames used to place others [m]."""
 
 _LEAST_SIDES = 6.0
-"""Points on sides, in each horizontal direction, that a first frame has."""
+"""Least number of points on sides, in each horizontal direction, of a first
+frame."""
 
-_BARE = "shows too little that stands upright to tell where the base was"
+_BARE = "shows too few upright surfaces to localise the base"
 
 _LARGEST_MISFIT = 0.01
-"""Median distance of a frame's surfaces from the others' that is no noise [m].
+"""Median distance of a frame's surfaces from the others' that exceeds noise
+[m].
 """
 
 _LEAST_SHARED = 0.1
-"""A frame of which others have less of its points is not aligned to them."""
+"""A frame that shares less of its points with others is not aligned to them."""
 
 _NEW = 0.7
-"""A frame of which others have less becomes a keyframe."""
+"""A frame that shares less with others becomes a keyframe."""
 
 _MOST_KEYFRAMES = 120
-"""Greatest number of keyframes besides those that maps are made of."""
+"""Largest number of keyframes besides those of maps."""
 
 Key = tuple[str, float]
-"""A frame's name and time: names are given again."""
+"""A frame's name and time, since names are reused."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Tracked:
-    """Where one frame was taken.
+    """The pose of the base at one frame.
 
     Attributes:
         estimate: Where the base was, and how well that is known.
         residual: Median distance of the frame's surfaces from those of the
             others [m]; NaN where it shares none.
-        problem: Why a map cannot be made of the frame, for people; empty if
-            it can.
+        problem: Why the frame cannot be used in a map; empty if it can.
     """
 
     estimate: BaseEstimate
@@ -84,7 +86,7 @@ class Tracked:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Keyframe:
-    """A frame that others are compared with; no key: no map is made of it."""
+    """A frame for comparisons; without a key it is not part of a map."""
 
     key: Key | None
     tracked: BaseEstimate
@@ -92,14 +94,12 @@ class _Keyframe:
 
 @dc.dataclass(frozen=True, eq=False)
 class Graph:
-    """Where a map has the keyframes.
+    """Poses of the keyframes in a map.
 
     Attributes:
         kept: The n keyframes.
-        reference: Which one is the youngest that was placed well before,
-            and is now.
-        before: The base's poses at all of them until now, shape (n, 3) [m,
-            rad].
+        reference: The youngest one that was placed well before and now.
+        before: The base's previous poses at all of them, shape (n, 3) [m, rad].
         X_WB: The base's poses in the map, shape (n, 3) [m, rad].
         covariance: Their covariances, shape (n, 3, 3).
         X_WC: Poses of the cameras in the map (OpenCV axes), shape (n, 4, 4).
@@ -124,14 +124,14 @@ class Graph:
 def make_aligner(
     config: MappingConfig, robot: RobotModel
 ) -> "FrameAligner | None":
-    """Makes what aligns a robot's frames.
+    """Makes the aligner of a robot's frames.
 
     Args:
         config: Settings of the live map.
         robot: The robot that carries the camera.
 
     Returns:
-        None where the base is fixed or its odometry is trusted.
+        None if the base is fixed or its odometry is trusted.
     """
     if not robot.n_base or not config.corrects_base:
         return None
@@ -159,7 +159,7 @@ class FrameAligner:
     """Aligns frames within the uncertainty of the odometry and its drift.
 
     Args:
-        drift: How fast the odometry may go wrong.
+        drift: Drift model of the odometry.
     """
 
     def __init__(self, drift: Drift):
@@ -171,11 +171,11 @@ class FrameAligner:
         self._covariance = np.zeros((0, 3, 3))
 
     def track(self, frame: Keyframes, key: Key | None = None) -> Tracked:
-        """Finds where a frame was taken, from where the one before was.
+        """Localises the base at a frame, starting from the previous frame.
 
         Args:
             frame: The frame, one row.
-            key: Its name, if a map may be made of it.
+            key: Its name, if it may be part of a map.
         """
         X_OB, time = frame.X_OB[0], float(frame.time[0])
         if self._latest is None:
@@ -202,10 +202,9 @@ class FrameAligner:
     def _anchored(
         self, frame: Keyframes, expected: BaseEstimate, key: Key | None
     ) -> Tracked:
-        """Lets a frame say where W is, if it holds a base at all.
+        """Defines W by a frame, if the frame constrains the base.
 
-        Over a bare floor nobody can tell; what is seen there looks the same
-        wherever it is.
+        A bare floor does not, since it looks the same from everywhere.
         """
         self._latest = expected
         if not holds(frame, expected.X_WB):
@@ -216,15 +215,15 @@ class FrameAligner:
 
     @property
     def correction(self) -> BaseCorrection:
-        """Where the base is, by the newest frame."""
+        """The correction of the base from the newest frame."""
         return BaseCorrection(self._latest, self._drift)
 
     def knows(self, key: Key) -> bool:
-        """Tells whether a frame is among the keyframes."""
+        """Returns whether a frame is among the keyframes."""
         return key in [kept.key for kept in self._kept]
 
     def forget(self, names: set[str]) -> None:
-        """Drops keyframes of which maps must not be made.
+        """Drops keyframes that must not be part of maps.
 
         Args:
             names: The frames' names.
@@ -241,10 +240,10 @@ class FrameAligner:
             self._frames = self._frames.select(np.array(rows, int))
 
     def align(self) -> Graph:
-        """Refines where all keyframes were taken, for a map of some of them.
+        """Refines the poses of all keyframes, for a map of some of them.
 
-        Nothing here moves before `adopt`: until the map is made others are
-        tracked where the map in use has them.
+        The aligner does not change before `adopt`: until the map is built,
+        tracking continues in the map in use.
         """
         assert self._frames is not None
         tracked = [kept.tracked for kept in self._kept]
@@ -267,15 +266,15 @@ class FrameAligner:
         )
 
     def adopt(self, graph: Graph) -> dict[str, np.ndarray]:
-        """Moves keyframes, and the base with them, to where a map has them.
+        """Moves keyframes, and the base with them, to their poses in a map.
 
         Args:
             graph: What `align` returned. Younger keyframes move with its
                 reference.
 
         Returns:
-            Where the map has the base at frames that have a name, by that
-            name, shape (3,) each [m, rad].
+            Poses of the base in the map at named frames, by name, shape (3,)
+            each [m, rad].
         """
         assert self._latest is not None
         index = {id(kept): i for i, kept in enumerate(graph.kept)}
@@ -298,13 +297,13 @@ class FrameAligner:
     def resume(
         self, frame: Keyframes, key: Key, X_WB: np.ndarray | None
     ) -> None:
-        """Takes a frame in that an earlier process has taken.
+        """Adds a frame of an earlier process.
 
         Args:
             frame: The frame, one row.
             key: Its name.
-            X_WB: Where a map has the base, shape (3,) [m, rad]; None where no
-                map has it.
+            X_WB: Pose of the base in a map, shape (3,) [m, rad]; None if it is
+                in no map.
         """
         if X_WB is None:
             self.track(frame, key)
@@ -329,16 +328,16 @@ class FrameAligner:
 
 
 def misfit(placed: Placed, expected: BaseEstimate) -> str:
-    """Says why a frame cannot be where it was placed; empty if it can.
+    """Returns why a frame's placement is implausible; empty if it is plausible.
 
     Args:
-        placed: Where it was placed by the surfaces that it shares.
-        expected: Where the odometry and its drift have it.
+        placed: Its placement from shared surfaces.
+        expected: Its prediction from odometry and drift.
     """
     most = _MOST_DEVIATIONS * expected.deviations
     allowed = f"{1e3 * most[:2].max():.0f} mm and {np.rad2deg(most[2]):.1f} deg"
     if placed.shared < _LEAST_SHARED:
-        return "shares nothing with the map: look back at what it has"
+        return "shares no surface with the map: look back at mapped surfaces"
     if placed.residual > _LARGEST_MISFIT:
         return (
             f"does not fit: its surfaces lie {1e3 * placed.residual:.1f} mm"
@@ -355,11 +354,11 @@ def misfit(placed: Placed, expected: BaseEstimate) -> str:
 
 
 def vagueness(covariance: np.ndarray, most: float = _TRUSTED) -> str:
-    """Says why a frame cannot be used whose place is not known well.
+    """Returns why a frame with an uncertain pose cannot be used.
 
     Args:
         covariance: Covariance of the base's x, y and more.
-        most: Standard deviation of its position that does no harm [m].
+        most: Largest acceptable standard deviation of its position [m].
     """
     vague = float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
     if vague <= most:
@@ -368,11 +367,11 @@ def vagueness(covariance: np.ndarray, most: float = _TRUSTED) -> str:
 
 
 def holds(frame: Keyframes, X_WB: np.ndarray) -> bool:
-    """Tells whether a frame shows things with sides in two directions.
+    """Returns whether a frame shows upright surfaces in two directions.
 
     Args:
         frame: The frame, one row.
-        X_WB: Where the base is about, shape (3,) [m, rad].
+        X_WB: Approximate pose of the base, shape (3,) [m, rad].
     """
     R_WC = frame.camera_poses(X_WB[None])[0, :3, :3]
     side = (frame.stack.normal[0, : frame.stack.count[0]] @ R_WC.T)[:, :2]

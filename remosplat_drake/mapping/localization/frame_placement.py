@@ -1,9 +1,9 @@
-"""Where a base was when one frame was taken, by keyframes that stay in place.
+"""Localises the base at one frame, relative to fixed keyframes.
 
-The keyframes to compare with are those whose images may hold what the frame
-shows, wherever within its uncertainty the base was; so loops are closed when
-they can be, and not by luck. Point-to-plane equations and the prediction by
-odometry and drift are then solved together.
+The frame is compared with keyframes whose images may contain its points for any
+base pose within the uncertainty, so loops are closed as early as possible.
+Point-to-plane equations and the prediction from odometry and drift are then
+solved together.
 """
 
 import dataclasses as dc
@@ -26,11 +26,11 @@ from remosplat_drake.reconstruction.alignment.solver import (
 from remosplat_drake.signals.base_estimate import BaseEstimate
 
 _POINTS = 40
-"""Points of a frame that are looked for in other views."""
+"""Number of points of a frame that are compared with other views."""
 
 _DEVIATIONS = 3.0
-"""Images reach so many standard deviations beyond their edges, for a base whose
-place is that uncertain."""
+"""Number of standard deviations of the base's position by which images are
+extended beyond their edges."""
 
 _LEAST_OVERLAP = 0.15
 """Views with fewer of the frame's points are not compared with it."""
@@ -40,25 +40,26 @@ _NEAR, _OLD = 5, 3
 oldest ones besides."""
 
 _CLOSE = 0.012
-"""Standard deviation of the expected place up to which no search is needed [m].
+"""Standard deviation of the prediction up to which no search is needed [m].
 """
 
 _SEARCH = Level(0.03, 0.01, 0.8, 1)
 _SEARCH_STEP = 0.04
 _SEARCH_STRIDE = 6
 _FARTHEST = 0.25
-"""What counts as a hit in the search for a start, its step [m], every how many
-points are looked at, and how far around the expected place it goes [m]."""
+"""Search for a start: distance that counts as a hit and step [m], stride of
+tested points, and radius around the prediction [m]."""
 
 _UPRIGHT, _LEAST_SIDE = 0.5, 8
-"""Cosine to the vertical below which points are on sides, and how many of them
-tell how well these fit."""
+"""Cosine to the vertical below which points are on sides, and least number of
+them to measure their fit."""
 
 _WIDE = LEVELS[0]
-"""What counts as the same surface when a frame is judged."""
+"""Limits for the same surface when the fit of a frame is computed."""
 
 _SLIPPERY = 0.03
-"""Part of the information on one direction that is none on the other."""
+"""Ratio of the information on two directions below which the weaker one is
+ignored."""
 
 _CONVERGED = 1e-5
 """Steps below end a level [m, rad]."""
@@ -66,7 +67,7 @@ _CONVERGED = 1e-5
 
 @dc.dataclass(frozen=True, eq=False)
 class Placed:
-    """Where one frame was taken, and how well it fits there.
+    """The placement of one frame, and its fit.
 
     Attributes:
         estimate: Where the base was.
@@ -86,13 +87,13 @@ def candidates(
     frame: Keyframes,
     expected: BaseEstimate,
 ) -> np.ndarray:
-    """Chooses the keyframes that a frame is compared with.
+    """Selects the keyframes that a frame is compared with.
 
     Args:
         keyframes: The keyframes.
         X_WB: Where the base was, shape (n, 3) [m, rad].
         frame: The frame, one row.
-        expected: Where the base is expected at the frame.
+        expected: The predicted pose of the base at the frame.
 
     Returns:
         Indices of keyframes, ascending.
@@ -129,7 +130,7 @@ def place(
     covariance: np.ndarray,
     expected: BaseEstimate,
 ) -> Placed:
-    """Finds where the base was at the last keyframe.
+    """Localises the base at the last keyframe.
 
     Args:
         keyframes: The keyframes, and the frame as the last of them.
@@ -177,17 +178,17 @@ def updated(
     information: np.ndarray,
     theirs: np.ndarray,
 ) -> BaseEstimate:
-    """Returns what is known once a frame has been placed.
+    """Returns the estimate after the placement of a frame.
 
-    The keyframes' own errors are in all frames that are placed by them, and no
-    number of frames averages them away: so their covariance is added, unless
-    more was known before.
+    Errors of the keyframes are common to all frames that are aligned with them,
+    and do not average out: so their covariance is added, unless the previous
+    estimate was better.
 
     Args:
-        expected: What was known before.
+        expected: The previous estimate.
         X_WB: Where the base was most likely, shape (3,) [m, rad].
-        information: What the frame told of that, shape (3, 3).
-        theirs: Covariance of the keyframes that told it, shape (3, 3).
+        information: Information of the frame about it, shape (3, 3).
+        theirs: Covariance of the keyframes that provided it, shape (3, 3).
     """
     P = expected.covariance
     gain = P[3:, :3] @ np.linalg.inv(P[:3, :3])
@@ -204,19 +205,19 @@ def updated(
 def without_slips(
     H: np.ndarray, g: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Drops what surfaces seem to say of a direction in which the base slides.
+    """Drops the information on a direction in which the base can slide.
 
-    A floor and one wall hold a base in one direction; what noise seems to say
-    of the other one is little, and wrong.
+    A floor and one wall constrain a base in one direction; the little
+    information on the other one comes from noise and is wrong.
 
     Args:
-        H: What surfaces tell of x, y and yaw, shape (3, 3).
+        H: Information of surfaces about x, y and yaw, shape (3, 3).
         g: The gradient, shape (3,).
     """
     turn = H[2, 2]
     if turn <= 0:
         return H, g
-    # Coordinates in which the yaw says nothing of x and y.
+    # Coordinates in which yaw is decoupled from x and y.
     T = np.eye(3)
     T[:2, 2] = H[:2, 2] / turn
     shift = H[:2, :2] - np.outer(H[:2, 2], H[2, :2]) / turn
@@ -225,7 +226,7 @@ def without_slips(
         return H, g
     keep = np.eye(3)
     keep[:2, :2] = np.outer(vectors[:, 1], vectors[:, 1])
-    # H = T diag(shift, turn) T^T; the slip is taken from the middle.
+    # H = T diag(shift, turn) T^T; the slip is removed from the middle.
     middle = np.zeros((3, 3))
     middle[:2, :2], middle[2, 2] = shift, turn
     inner = np.linalg.solve(T, g)
@@ -235,19 +236,19 @@ def without_slips(
 def best_start(
     keyframes: Keyframes, X_WB: np.ndarray, reach: float
 ) -> np.ndarray:
-    """Finds from where the last keyframe is best refined.
+    """Finds the best start for the refinement of the last keyframe.
 
-    Side faces of things farther off than they are wide are taken for others,
-    and tables look alike wherever one slides: so of many places around the
-    expected one that is taken at which most points lie on others' surfaces.
+    With a poor start, side faces are matched with those of other things, and a
+    table looks the same after a translation. So among many positions around the
+    prediction, the one with the most points on others' surfaces is chosen.
 
     Args:
         keyframes: The keyframes.
         X_WB: Where the base was, shape (n, 3) [m, rad].
-        reach: Largest distance from the expected place [m].
+        reach: Largest distance from the prediction [m].
 
     Returns:
-        Where the base is taken to have been, shape (3,) [m, rad].
+        The assumed pose of the base, shape (3,) [m, rad].
     """
     last = len(keyframes) - 1
     pairs = np.array([(other, last) for other in range(last)])
@@ -274,7 +275,7 @@ def best_start(
 def fit(
     keyframes: Keyframes, X_WB: np.ndarray, pairs: np.ndarray
 ) -> tuple[float, float]:
-    """Tells how well the last keyframe fits the others.
+    """Measures the fit of the last keyframe to the others.
 
     Args:
         keyframes: The keyframes.

@@ -1,11 +1,11 @@
-r"""Keyframes whose surfaces and motions together tell where the base was.
+r"""Keyframe graph: estimates base poses from shared surfaces and motions.
 
 Unknown is the base's pose b = (x, y, yaw) in W at each keyframe; the camera's
 pose on the base is known from the arm. Two terms are minimised by Gauss-Newton:
 distances of one view's points from the planes of others (`pair_kernel`), and,
-for keyframes that follow each other, how far their motion is from that which
-was tracked frame by frame, (b_i^-1 b_j) - (t_i^-1 t_j), in deviations of both
-tracked poses t: more than their own frames may tell of these.
+for consecutive keyframes, differences between their motion and the motion
+tracked frame by frame, (b_i^-1 b_j) - (t_i^-1 t_j), in deviations of both
+tracked poses t.
 """
 
 import dataclasses as dc
@@ -32,16 +32,17 @@ from remosplat_drake.robot.planar_pose import (
 )
 
 LEVELS = (*COARSE, *FINE)
-"""Stages from coarse to fine of frames that are new."""
+"""Stages from coarse to fine for new frames."""
 
 REFINING = LEVELS[3:]
-"""Those of frames that are where they should be, to a centimetre."""
+"""Stages for frames with errors below a centimetre."""
 
 _PARTNERS = 12
-"""Views that each view is compared with, about."""
+"""Approximate number of views that each view is compared with."""
 
 _CORRELATION = 10.0
-"""Residuals that say as much as one; see `estimate_correlation`."""
+"""Number of residuals with the information of one; see
+`estimate_correlation`."""
 
 _LEAST_DOUBT = np.diag([1e-3, 1e-3, 5e-4]) ** 2
 """Least covariance of tracked motions [m^2, rad^2]."""
@@ -58,7 +59,7 @@ class Keyframes:
         stack: Their images as planes and points.
         X_BC: The camera's poses on the base, shape (n, 4, 4).
         X_OB: The base's poses by odometry, shape (n, 3) [m, rad].
-        time: When they were taken, shape (n,) [s].
+        time: Their times, shape (n,) [s].
     """
 
     stack: ViewStack
@@ -108,7 +109,7 @@ class Keyframes:
 
 @dc.dataclass(frozen=True, eq=False)
 class Solution:
-    """Where the base was, and how well that is known.
+    """Poses of the base, with their covariances.
 
     Attributes:
         X_WB: The base's poses, shape (n, 3) [m, rad].
@@ -129,7 +130,7 @@ def solve(
     covariance: np.ndarray,
     levels: tuple[Level, ...] = REFINING,
 ) -> Solution:
-    """Refines where the base was at all keyframes; the first says where W is.
+    """Refines the base's poses at all keyframes; the first one defines W.
 
     Args:
         keyframes: The keyframes.
@@ -174,14 +175,14 @@ def surface_equations(
     level: Level,
     spread: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix (3n, 3n) and gradient (3n,) of what shared surfaces say.
+    """Matrix (3n, 3n) and gradient (3n,) of shared surfaces.
 
     Args:
         keyframes: The keyframes.
         X_WB: Where the base was, shape (n, 3) [m, rad].
         pairs: Indices of those that are compared, shape (m, 2).
         level: What counts.
-        spread: What `residual_spread` says.
+        spread: The result of `residual_spread`.
     """
     state = State(keyframes.camera_poses(X_WB))
     data = equations(keyframes.stack, state, pairs, level, spread, _CORRELATION)
@@ -192,7 +193,7 @@ def surface_equations(
 def motion_equations(
     X_WB: np.ndarray, tracked: np.ndarray, covariance: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix (3n, 3n) and gradient (3n,) of what tracked motions say.
+    """Matrix (3n, 3n) and gradient (3n,) of tracked motions.
 
     Args:
         X_WB: Where the base was, shape (n, 3) [m, rad].
@@ -241,7 +242,7 @@ def residuals(
 
 
 def _planar(X_WC: np.ndarray, X_WB: np.ndarray) -> np.ndarray:
-    """How cameras move with their bases: (6n, 3n), by theta_W and t_W."""
+    """Returns the Jacobian of cameras by bases, (6n, 3n), theta_W and t_W."""
     n = len(X_WB)
     P = np.zeros((n, 6, n, 3))
     own = np.arange(n)

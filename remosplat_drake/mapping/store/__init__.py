@@ -1,4 +1,4 @@
-"""A session on disk: everything that a teleoperation gathers, in one folder.
+"""A session on disk: all data of a teleoperation in one folder.
 
 | Path                       | Written by                 | When              |
 |----------------------------|----------------------------|-------------------|
@@ -16,11 +16,11 @@
 | `runs/0001/events.jsonl`   | `recording.TrajectoryLog`  | each event        |
 | `runs/0001/map_knowledge.json` | `remosplat teleop`     | each run on a map |
 
-All is written by the mapping process, which holds the lock, but for two
-things: `app.teleop_session` creates the session, and `runs/` belongs to the
-control process. Each file changes at once or only grows, so that a killed
-process costs what it was just writing and nothing else.
+The mapping process, which holds the lock, writes all files except two things:
+`app.teleop_session` creates the session, and `runs/` belongs to the control
+process. Each file is replaced atomically or only grows, so that a killed
+process loses only what it was writing.
 
-`app.teleop_session` opens a session to go on with it; `app.recorded_run` reads
-a run with its maps for `remosplat replay`.
+`app.teleop_session` opens a session to continue it; `app.recorded_run` reads a
+run with its maps for `remosplat replay`.
 """

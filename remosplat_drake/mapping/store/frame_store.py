@@ -1,8 +1,8 @@
-"""`FrameStore`: a session's frames, as a capture that only grows.
+"""`FrameStore`: a session's frames, as a growing capture.
 
-The folder is one that `remosplat reconstruct` reads. Images are there before
-`transforms.json` names them, and that file changes at once: whatever happens
-in between costs the frame that was being added, and no other one.
+The folder is one that `remosplat reconstruct` reads. Images are written before
+`transforms.json` names them, and that file is replaced atomically: an
+interruption loses only the frame that was being added.
 """
 
 import contextlib
@@ -27,7 +27,7 @@ from remosplat_drake.capture.readers.nerfstudio import (
 from remosplat_drake.capture.readers.text_files import read_json
 
 _BASE_POSE = "base_pose"
-"""Field of a frame that says where a map has the base."""
+"""Field of a frame with the base's pose in a map."""
 
 _NAME = re.compile("frame [0-9]{1,9}")
 
@@ -35,8 +35,8 @@ _NAME = re.compile("frame [0-9]{1,9}")
 class FrameStore:
     """The frames in a folder, in the order in which they were taken.
 
-    Images are read when `load` asks for them. A frame's name, "frame 3" for
-    example, is what people read.
+    `load` reads the images. A frame's name, "frame 3" for example, is for
+    display.
     """
 
     def __init__(self, folder: Path):
@@ -46,7 +46,7 @@ class FrameStore:
             folder: The folder; without a `transforms.json` it holds none.
 
         Raises:
-            RemoSplatError: `transforms.json` is unusable.
+            RemoSplatError: `transforms.json` is invalid.
         """
         self._path = folder / TRANSFORMS
         self._document: dict = {
@@ -87,8 +87,8 @@ class FrameStore:
             q: The robot's configuration when it was taken, shape (n_q,).
 
         Raises:
-            RemoSplatError: The frame is unusable or cannot be written; then
-                nothing has changed.
+            RemoSplatError: The frame is invalid or cannot be written; nothing
+                has changed then.
         """
         view = assemble(self._path.parent, [frame])
         last = self.names[-1] if self._index else "frame 0"
@@ -110,7 +110,7 @@ class FrameStore:
         return entry["name"]
 
     def leave_out(self, names: set[str]) -> None:
-        """Takes frames out of the capture; later ones may get their names.
+        """Removes frames from the capture; later ones may get their names.
 
         Raises:
             FileError: `transforms.json` cannot be written.
@@ -127,7 +127,7 @@ class FrameStore:
         self._document = document
 
     def load(self, names: tuple[str, ...]) -> dict[str, str]:
-        """Reads frames into memory, and forgets all others.
+        """Reads frames into memory, and drops all others.
 
         Returns:
             Why frames cannot be used, by their names; empty if all can.
@@ -142,7 +142,7 @@ class FrameStore:
         return problems
 
     def capture(self, names: tuple[str, ...]) -> Capture:
-        """Makes a capture of loaded frames, as they were saved.
+        """Makes a capture of loaded frames, unchanged.
 
         Args:
             names: Names of the frames, at least one; see `load`.
@@ -173,23 +173,23 @@ class FrameStore:
         return self._cache[name]
 
     def base_pose(self, name: str) -> np.ndarray | None:
-        """Returns where a map has the base at a frame, x, y, yaw in W.
+        """Returns the base's pose in a map at a frame, x, y, yaw in W.
 
         Args:
             name: Name of the frame.
 
         Returns:
-            Shape (3,) [m, rad]; None where no map has aligned the frame.
+            Shape (3,) [m, rad]; None if no map has aligned the frame.
         """
         pose = self._entry(name).get(_BASE_POSE)
         return None if pose is None else np.array(pose, float)
 
     def note_base_poses(self, poses: dict[str, np.ndarray]) -> None:
-        """Notes where a map has the base at frames.
+        """Records the base's poses in a map at frames.
 
         Args:
             poses: x, y, yaw in W by the frames' names, shape (3,) [m, rad];
-                frames that are not there any more are left out.
+                frames that no longer exist are ignored.
 
         Raises:
             FileError: `transforms.json` cannot be written.

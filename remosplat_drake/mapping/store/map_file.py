@@ -1,10 +1,10 @@
 """Maps as files, `*.rsmap`: `write_map` and `open_map`.
 
-A control process has a new map, hierarchy and all, in about a millisecond: it
-is told the seal of the file by the mapping process, which has just written
-it, and maps the file into memory. A map that anybody else has written, or
-another run of the program, is read, checked and prepared anew; `array_file`
-and `map_parts` say how.
+A control process loads a new map with its hierarchy in about a millisecond: it
+receives the seal of the file from the mapping process, which has just written
+it, and maps the file into memory. A map from any other source, or from another
+run of the program, is read, checked and prepared again; `array_file` and
+`map_parts` say how.
 """
 
 from pathlib import Path
@@ -20,7 +20,7 @@ from remosplat_drake.mapping.store.map_parts import put_together, take_apart
 from remosplat_drake.signals.scene_map import SceneMap
 
 SUFFIX = ".rsmap"
-"""Ending of the names of map files."""
+"""File name extension of maps."""
 
 KIND = FileKind("map", b"RSMAP\r\n\0", 4)
 
@@ -40,7 +40,8 @@ def write_map(path: str | Path, scene_map: SceneMap) -> str:
 
     Raises:
         FileError: The file cannot be written, because the disk is full for
-            example, or the map holds what no file can: a field on a GPU.
+            example, or the map contains something that a file cannot hold: a
+            field on a GPU.
     """
     path = Path(path)
     try:
@@ -55,16 +56,15 @@ def open_map(path: str | Path, seal: str | None = None) -> SceneMap:
 
     Args:
         path: The file.
-        seal: What `write_map` returned for it in this run of the program: it
-            is open in about a millisecond, and its arrays are views of the
-            file, which may be deleted or replaced meanwhile, but not written
-            into. None checks everything, which takes some hundredths of a
-            second.
+        seal: The return value of `write_map` in this run of the program: the
+            file opens in about a millisecond, and arrays are views of the file,
+            which may be deleted or replaced meanwhile, but not modified. None
+            checks everything, which takes some hundredths of a second.
 
     Raises:
-        VersionError: The file is of another version of the format.
-        FileError: It is missing, no map, cut off, or damaged.
-        FieldError: A field in it is unusable.
+        VersionError: The file has an unsupported version of the format.
+        FileError: The file is missing, not a map, truncated or damaged.
+        FieldError: A field in it is invalid.
     """
     path = Path(path)
     file = open_arrays(path, KIND, seal)

@@ -1,10 +1,10 @@
-"""A `SceneMap` as a document and arrays, and back again.
+"""Converts a `SceneMap` to a document and arrays, and back.
 
-A map is told by what it was made of: the splat, what was seen of the space
-around it, and the settings of its fields. With that goes what was prepared of
-it, hierarchies for example, for those who trust the writer. All others
-prepare it anew: kernels follow the links of a hierarchy without looking, and
-so nobody else's file can lead them astray.
+A map is described by its inputs: the splat, the seen space around it, and the
+settings of its fields. Prepared data, such as hierarchies, are stored with it,
+for readers that trust the writer. All others compute them again: kernels follow
+the links of a hierarchy without checks, so an untrusted file must not provide
+them.
 """
 
 import dataclasses as dc
@@ -56,15 +56,15 @@ _MOST_PARTS = 8
 """Greatest number of a composite's parts; none of them is a composite."""
 
 _LARGEST = 1e6
-"""Greatest size, and distance from the origin of W, of anything [m]."""
+"""Largest size, and distance from the origin of W [m]."""
 
 
 def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
-    """Turns a map into a JSON document and named arrays.
+    """Converts a map to a JSON document and named arrays.
 
     Raises:
-        RemoSplatError: The field is none that a file can hold, or is of
-            another splat than the map's.
+        RemoSplatError: A file cannot hold the field, or the field belongs to
+            another splat.
     """
     arrays: Arrays = {}
     document = {
@@ -94,11 +94,10 @@ def take_apart(scene_map: SceneMap) -> tuple[dict, Arrays]:
 
 
 def put_together(file: ArrayFile) -> SceneMap:
-    """Makes a map of what `take_apart` has stored in a file.
+    """Makes a map from the output of `take_apart` in a file.
 
     Raises:
-        RemoSplatError: The file lacks something, holds something else, or
-            makes no map.
+        RemoSplatError: The file is incomplete, or its content is not a map.
     """
     document = file.document
     splat_W = _splat(file) if document.has("splat") else None
@@ -120,7 +119,7 @@ def put_together(file: ArrayFile) -> SceneMap:
 def _take_field(
     field: DistanceField, scene_map: SceneMap, name: str, arrays: Arrays
 ) -> dict:
-    """The description of a field; what it has prepared joins the arrays."""
+    """Returns the description of a field, and adds its prepared arrays."""
     if isinstance(field, CompositeDistanceField):
         parts = [
             _take_field(part, scene_map, f"{name}.{i}", arrays)
@@ -161,7 +160,7 @@ def _field(
     splat_W: GaussianSplat | None,
     coverage: Coverage | None,
 ) -> DistanceField:
-    """The field that `_take_field` has described."""
+    """Makes the field that `_take_field` has described."""
     kind = description.text("kind")
     if kind == _COMPOSITE and name == "field":
         parts = description.inners("parts")
@@ -185,7 +184,7 @@ def _field(
 
 
 def _prepared(file: ArrayFile, prefix: str) -> Arrays | None:
-    """What was prepared for a field; nothing where nobody is to be trusted."""
+    """Returns the prepared arrays of a field; none from untrusted files."""
     if not file.is_sealed:
         return None
     return {
@@ -316,7 +315,7 @@ def _coverage(file: ArrayFile) -> Coverage:
 def _tiles(
     file: ArrayFile, splat_W: GaussianSplat | None
 ) -> tuple[SurfelTile, ...]:
-    """The tiles; for a file that is not trusted they are made anew."""
+    """Returns the tiles; for an untrusted file they are computed again."""
     counts = file.document.wholes("tiles")
     if not file.is_sealed:
         return make_tiles(splat_W) if counts and splat_W is not None else ()

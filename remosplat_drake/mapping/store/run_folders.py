@@ -1,4 +1,4 @@
-"""The runs of a session, each in a folder of its own: runs/0001, 0002, ..."""
+"""The runs of a session, one folder each: runs/0001, 0002, ..."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def find_run(session: Path, number: int | None = None) -> Path:
 
     Raises:
         FileError: The session has no runs.
-        FieldError: It has no such run; the text names those that it has.
+        FieldError: It has no such run; the error lists the existing ones.
     """
     numbers = run_numbers(session)
     if not numbers:

@@ -1,6 +1,6 @@
-"""`Session`: the frames and maps of a place, and which of them count now.
+"""`Session`: the frames and maps of a place, and which of them are in use.
 
-`mapping.store` lists the files of a session's folder, and who writes them.
+`mapping.store` lists the files of a session's folder, and their writers.
 """
 
 import dataclasses as dc
@@ -22,7 +22,7 @@ LOCK_FILE = "session.lock"
 """Names of files in a session's folder."""
 
 FORMAT = "remosplat session 1"
-"""What `session.json` calls its format."""
+"""Name of the format in `session.json`."""
 
 _HALF_WRITTEN = (
     f".{SESSION_FILE}.*",
@@ -34,15 +34,15 @@ _HALF_WRITTEN = (
 
 @dc.dataclass(frozen=True)
 class Version:
-    """What a session notes about one version of the map.
+    """A session's record of one version of the map.
 
     Attributes:
-        version: Number of the version, from 1 on; 0 is the map that the
-            scenario begins with, which has no file.
-        parent: Number of the version that it was made after.
+        version: Number of the version, from 1 on; 0 is the scenario's map,
+            which has no file.
+        parent: Number of the previous version.
         file: Path of its file, relative to the session's folder.
-        frames: Names of the frames that it was made of.
-        seconds: How long it took to make [s].
+        frames: Names of its frames.
+        seconds: Time of its construction [s].
     """
 
     version: int
@@ -53,15 +53,15 @@ class Version:
 
 
 class Session:
-    """Frames and maps of one place, and which of them count now.
+    """Frames and maps of one place, and which of them are in use.
 
-    Make one by `create`, `open` or `open_to_write`.
+    Use `create`, `open` or `open_to_write` to get one.
 
     Attributes:
         folder: The session's folder.
         frames: All frames that were taken.
         versions: All versions of the map, by their numbers.
-        head: Number of the version that counts; 0 is the scenario's own.
+        head: Number of the version in use; 0 is the scenario's own.
         active: Names of the frames that the next map is made of.
     """
 
@@ -72,7 +72,7 @@ class Session:
         active: tuple[str, ...] = (),
         versions: tuple[Version, ...] = (),
     ):
-        """Takes what `create` or `open` has found."""
+        """Stores the results of `create` or `open`."""
         self.folder = folder
         self._lock: IO | None = None
         self.frames = FrameStore(folder / "frames")
@@ -100,7 +100,7 @@ class Session:
 
     @staticmethod
     def open(folder: Path) -> "Session":
-        """Reads a session, to look at it.
+        """Opens a session for reading.
 
         Args:
             folder: The session's folder.
@@ -124,14 +124,14 @@ class Session:
     def open_to_write(folder: Path) -> "Session":
         """Opens a session for the only process that may change it.
 
-        What another one had half written when it was killed is removed.
+        Partly written files of a killed process are removed.
 
         Args:
             folder: The session's folder.
 
         Raises:
             RemoSplatError: The folder holds no session or a damaged one, or
-                another process has it open to write.
+                another process has it open for writing.
         """
         session = Session.open(folder)
         try:
@@ -147,7 +147,7 @@ class Session:
 
     @property
     def head_map(self) -> Path | None:
-        """File of the map that counts; None for the scenario's own."""
+        """File of the map in use; None for the scenario's own."""
         if not self.head:
             return None
         return self.folder / self.versions[self.head].file
@@ -170,7 +170,7 @@ class Session:
         self._write(self.head, (*self.active, name), self.versions)
 
     def refuse(self, names: set[str]) -> None:
-        """Takes unusable or wrong frames out of the session.
+        """Removes invalid or wrong frames from the session.
 
         Raises:
             FileError: A file cannot be written.
@@ -180,12 +180,12 @@ class Session:
         self.frames.leave_out(names)
 
     def record(self, version: Version, replaced: set[str]) -> None:
-        """Notes a new version of the map as the one that counts.
+        """Records a new version of the map as the one in use.
 
         Args:
             version: The version; its file has been written.
-            replaced: Names of frames that newer ones stand for: the next map
-                is made without them.
+            replaced: Names of frames that newer ones replace: the next map
+                excludes them.
         """
         active = tuple(name for name in self.active if name not in replaced)
         versions = self.versions | {version.version: version}
@@ -193,21 +193,21 @@ class Session:
 
     @property
     def map_frames(self) -> tuple[str, ...]:
-        """Names of the frames that the map which counts was made of."""
+        """Names of the frames of the map in use."""
         return self._frames_of(self.head)
 
     @property
     def has_new_frames(self) -> bool:
-        """Whether frames have come since the map which counts was made."""
+        """Whether there are frames newer than the map in use."""
         return bool(set(self.active) - set(self.map_frames))
 
     def leave_out_new_frames(self) -> None:
-        """Makes the next map of the same frames as the one that counts."""
+        """Sets the frames of the next map to those of the map in use."""
         self._write(self.head, self.map_frames, self.versions)
 
     @property
     def parent(self) -> int:
-        """Number of the version that the one which counts was made after.
+        """Number of the version before the one in use.
 
         Raises:
             RemoSplatError: The scenario's own map counts.
@@ -217,7 +217,7 @@ class Session:
         return self.versions[self.head].parent
 
     def undo(self) -> None:
-        """Lets the version before count again, and its frames.
+        """Returns to the previous version and its frames.
 
         Raises:
             RemoSplatError: The scenario's own map counts.
@@ -231,7 +231,7 @@ class Session:
     def _write(
         self, head: int, active: tuple[str, ...], versions: dict[int, Version]
     ) -> None:
-        """Changes the file, then this object; or neither."""
+        """Changes the file and then this object, or neither."""
         document = {
             "format": FORMAT,
             "head": head,
@@ -244,7 +244,7 @@ class Session:
 
 
 def _version(entry: JsonFields, known: set[int]) -> Version:
-    """A map that follows one of those that are known, or the scenario's own."""
+    """Reads a version that follows a known one, or the scenario's own."""
     number, parent = entry.whole("version", 1), entry.whole("parent")
     if number in known:
         raise entry.error("version", f"{number} appears twice")
@@ -258,5 +258,5 @@ def _version(entry: JsonFields, known: set[int]) -> Version:
 
 
 def _map_file(version: int) -> str:
-    """Where a map is, within the session's folder."""
+    """Returns the path of a map within the session's folder."""
     return f"maps/map_{version:04d}{SUFFIX}"

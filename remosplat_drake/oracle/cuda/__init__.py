@@ -1,1 +1,1 @@
-"""Distances to splats on a CUDA device: the CPU's answers, in batches."""
+"""Distances to splats on a CUDA device, in batches, equal to the CPU's."""

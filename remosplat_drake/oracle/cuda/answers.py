@@ -1,4 +1,4 @@
-"""What kernels on a GPU found, as who asked wants it."""
+"""Converts results of CUDA kernels to the array type of the query."""
 
 from typing import TYPE_CHECKING
 
@@ -12,16 +12,16 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 NOTHING = 1e30
-"""Distances from here on stand for none [m]."""
+"""Distances from this value on mean that there is none [m]."""
 
 
 def batch_answer(
     batch: SphereBatch, reach: "Tensor", direction_W: "Tensor"
 ) -> ClearanceBatch:
-    """Makes the answer to a batch, of the kind that its centres are.
+    """Makes the answer to a batch, of the same array type as its centres.
 
     Args:
-        batch: The question.
+        batch: The query.
         reach: Distances from the centres, shape (c, n, k) [m]; `NOTHING` or
             more where there is none.
         direction_W: Directions, shape (c, n, k, 3).

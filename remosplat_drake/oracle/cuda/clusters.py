@@ -1,9 +1,9 @@
-"""Splats in clusters of 32 neighbours: how kernels on a GPU search them.
+"""Splats in clusters of 32 neighbours, for search on a GPU.
 
-A team of 32 threads looks at the 32 boxes or splats of one thing at a time, so
-that the hierarchy has this width and no links. Along a curve through space,
-large splats apart from small ones, clusters are simply what follows each other:
-to sort is all that there is to build.
+A warp of 32 threads tests the 32 boxes or splats of one node at a time, so the
+hierarchy has this width and no links. Splats are sorted along a space-filling
+curve, with large splats apart from small ones. Clusters are consecutive runs of
+this order: sorting is the whole construction.
 """
 
 import ctypes
@@ -16,7 +16,7 @@ CLUSTER = 32
 """Number of splats of a cluster, and of clusters of a group."""
 
 _BITS = 20
-"""Bits of each coordinate along the curve: three of them fill 60."""
+"""Bits of each coordinate along the curve: three coordinates fill 60."""
 
 _SPREAD = (
     (32, 0x1F00000000FFFF),
@@ -33,7 +33,7 @@ class Clusters:
     """Splats in the order of a curve, and the boxes around them.
 
     Attributes:
-        records: What kernels know of each splat, shape (N, 16), float32.
+        records: Data of each splat for kernels, shape (N, 16), float32.
         clusters: Boxes of 32 splats each, shape (K, 8), float32: lower corner,
             height of the highest centre inside, upper corner, zero [m].
         groups: Boxes of 32 clusters each, of the same shape (M, 8).
@@ -48,7 +48,7 @@ class Clusters:
 
 
 class ClustersArgument(ctypes.Structure):
-    """`Clusters` as kernels take them: addresses, and how many there are."""
+    """`Clusters` as an argument of kernels: addresses and counts."""
 
     _fields_ = (
         ("records", ctypes.c_void_p),
@@ -61,11 +61,11 @@ class ClustersArgument(ctypes.Structure):
 
     @staticmethod
     def of(arrays, address: Callable) -> "ClustersArgument":
-        """Makes the argument of arrays or tensors like those of `Clusters`.
+        """Makes the argument from arrays or tensors like those of `Clusters`.
 
         Args:
-            arrays: What has the attributes of `Clusters`.
-            address: Function that tells an array's address.
+            arrays: An object with the attributes of `Clusters`.
+            address: Function that returns an array's address.
         """
         return ClustersArgument(
             address(arrays.records),
@@ -83,7 +83,7 @@ def make_clusters(
     """Sorts splats into clusters.
 
     Args:
-        records: What kernels know of each splat, shape (N, 16); the first three
+        records: Data of each splat for kernels, shape (N, 16); the first three
             columns are its centre [m].
         half: Half edges of the boxes around the splats, shape (N, 3) [m].
         index: The splats' indices, shape (N,).
@@ -110,10 +110,10 @@ def make_clusters(
 
 
 def curve_order(center: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Sorts splats along a Morton curve, those of a like size together.
+    """Sorts splats along a Morton curve, those of similar size together.
 
-    A splat that is much larger than its neighbours would make the box of all
-    of them as large.
+    A splat much larger than its neighbours would enlarge the box of its whole
+    cluster.
 
     Args:
         center: Centres, shape (N, 3) [m].
@@ -145,7 +145,7 @@ def _reduced(function: np.ufunc, values: np.ndarray) -> np.ndarray:
 
 
 def _outwards(boxes: np.ndarray) -> np.ndarray:
-    """Boxes in single precision that hold those in double precision."""
+    """Rounds boxes outwards to single precision."""
     rounded = boxes.astype(np.float32)
     rounded[:, :3] = np.nextafter(rounded[:, :3], np.float32(-np.inf))
     rounded[:, 3:7] = np.nextafter(rounded[:, 3:7], np.float32(np.inf))
@@ -153,15 +153,15 @@ def _outwards(boxes: np.ndarray) -> np.ndarray:
 
 
 def split_positions(p_WS: np.ndarray) -> np.ndarray:
-    """Splits positions into two triples of floats whose sum they are.
+    """Splits positions into sums of two triples of floats.
 
-    Differences to a point nearby are as exact then as the point is.
+    Differences to a nearby point are then as exact as the point.
 
     Args:
         p_WS: Positions, shape (..., 3) [m].
 
     Returns:
-        What single precision holds and the rest, shape (..., 6), float32.
+        The rounded positions and the remainders, shape (..., 6), float32.
     """
     rounded = p_WS.astype(np.float32)
     rest = (p_WS - rounded).astype(np.float32)

@@ -1,4 +1,4 @@
-"""`CudaDepthField`: distances from virtual depth views, exact, on a GPU."""
+"""`CudaDepthField`: exact distances from virtual depth views, on a GPU."""
 
 import ctypes
 import dataclasses as dc
@@ -37,11 +37,11 @@ SOURCE = "depth_views.cu"
 """The kernel's source."""
 
 LIGHT = 2.0**20
-"""Unit in which kernels count the light that is absorbed, log2 of it."""
+"""log2 of the unit in which kernels count absorbed light."""
 
 _BAND, _SMALL_BAND = 6400, 2240
-"""Numbers of pixels that a block draws at most, unless one row has more: where
-there are many views, and where they would not keep all blocks busy."""
+"""Most pixels that a block draws, unless one row has more: the first for many
+views, the second if the views would not keep all blocks busy."""
 
 _THREADS = 256
 _BLOCKS = 4  # On each multiprocessor.
@@ -52,19 +52,20 @@ _MOST_OPAQUE = 0.999
 
 
 class CudaDepthField(DistanceField):
-    """What `DepthRasterizationField` answers, from a CUDA device.
+    """`DepthRasterizationField`, computed on a CUDA device.
 
     Every ray's fragments are composited in their order along it, as
-    `DepthSensor` defines. In single precision: where what a ray absorbs misses
-    a threshold by some 10^-6, another fragment may be the median.
+    `DepthSensor` defines. Computation is in single precision: if the light
+    absorbed along a ray is within about 10^-6 of a threshold, another fragment
+    may be the median.
 
     Args:
         splat_W: The scene, expressed in W.
         sensor: The views and what counts as a surface.
-        nearest_only: Answer only the nearest view of each sphere (cheaper).
+        nearest_only: Return only the nearest view of each sphere (cheaper).
         subtract_uncertainty: Whether the splats' uncertainty counts.
-        prepared: The `prepared` of an equal field, to save sorting the splats
-            again. Kernels trust it unchecked.
+        prepared: The `prepared` of an equal field, to avoid sorting the splats
+            again. Kernels do not check it.
 
     Raises:
         FieldError: The sensor has a low-pass filter, or an `alpha_cutoff` above
@@ -124,7 +125,7 @@ class CudaDepthField(DistanceField):
 
     @property
     def settings(self) -> dict:
-        """The constructor's arguments besides the splat, as plain values."""
+        """The constructor's arguments except the splat, as plain values."""
         return {
             "sensor": dc.asdict(self.sensor),
             "nearest_only": self.nearest_only,
@@ -133,12 +134,12 @@ class CudaDepthField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that took time to compute, for the constructor."""
+        """The arrays that are expensive to compute, for the constructor."""
         return dict(vars(self._clusters))
 
     @cached_property
     def for_planning(self) -> SphereToEllipsoidField:
-        """The exact distance to the splats as solids, which is Lipschitz."""
+        """The exact, Lipschitz continuous distance to splats as solids."""
         return SphereToEllipsoidField(
             self._splat_W, subtract_uncertainty=self.subtract_uncertainty
         )
@@ -146,14 +147,14 @@ class CudaDepthField(DistanceField):
     def clearances(
         self, spheres: Spheres, max_distance: float = np.inf
     ) -> Clearances:
-        """Measures the clearances of all spheres, one row a view.
+        """Measures the clearances of all spheres, one row per view.
 
         Args:
             spheres: The n robot spheres, placed in W.
             max_distance: Rows at or beyond this distance are left out [m].
 
         Returns:
-            Up to six rows a sphere, sorted by sphere, then by view.
+            Up to six rows per sphere, sorted by sphere, then by view.
 
         Raises:
             ValueError: A centre is not finite, or a radius or floor is NaN.
@@ -186,7 +187,7 @@ class CudaDepthField(DistanceField):
     ) -> ClearanceBatch:
         """Measures all configurations in one call; see `DistanceField`.
 
-        There are six rows a sphere, one a view.
+        There are six rows per sphere, one per view.
         """
         import torch
 
@@ -264,7 +265,7 @@ class CudaDepthField(DistanceField):
 
 
 class RulesArgument(ctypes.Structure):
-    """What the kernel knows of a `DepthSensor`; see depth_views.cu."""
+    """The settings of a `DepthSensor` for the kernel; see depth_views.cu."""
 
     _fields_ = (
         ("resolution", ctypes.c_int),
@@ -290,16 +291,15 @@ class RulesArgument(ctypes.Structure):
         band: int = _BAND,
         room: int = _ROOM,
     ) -> "RulesArgument":
-        """Makes the rules of a sensor that looks at discs or ellipsoids.
+        """Makes the rules of a sensor for discs or ellipsoids.
 
         Args:
             sensor: The views.
             is_surfel: Whether the splats are discs.
-            nearest_only: Whether only a sphere's nearest view is answered.
+            nearest_only: Whether only a sphere's nearest view is computed.
             uncertainty: The splats' largest uncertainty [m].
-            band: Number of pixels that a block draws at most, unless one row
-                has more.
-            room: Number of splats that a block may list at once.
+            band: Most pixels that a block draws, unless one row has more.
+            room: Most splats that a block lists at once.
         """
         r = sensor.resolution
         band_rows = math.ceil(r / math.ceil(r * r / band))
@@ -313,7 +313,7 @@ class RulesArgument(ctypes.Structure):
             nearest_only=nearest_only,
             median_light=median,
             opaque_light=opaque,
-            # One fragment that is more than opaque makes no difference.
+            # A fragment with an alpha above the limit makes no difference.
             most_light=max(median, opaque),
             near=sensor.near,
             far=sensor.far,
@@ -323,12 +323,12 @@ class RulesArgument(ctypes.Structure):
 
     @property
     def scratch_bytes(self) -> int:
-        """Memory that a block shares: three bits a pixel, kept fragments."""
+        """Shared memory of a block: three bits per pixel, kept fragments."""
         return 12 * self._words + 8 * _KEPT * _THREADS
 
     @property
     def list_bytes(self) -> int:
-        """Memory in which a block lists splats, and a key for each pixel."""
+        """Memory for a block's list of splats, and a key for each pixel."""
         return _LISTED_BYTES * self.room + 128 * self._words
 
     @property
@@ -338,16 +338,16 @@ class RulesArgument(ctypes.Structure):
 
 
 def check_sensor(sensor: DepthSensor) -> None:
-    """Checks that the kernel can be what a sensor defines.
+    """Checks that the kernel supports the settings of a sensor.
 
     Raises:
-        FieldError: It cannot.
+        FieldError: It does not.
     """
     if sensor.low_pass_filter:
         raise FieldError(
             "depth sensor",
             "low_pass_filter",
-            "the cuda backend has none; use the cpu backend",
+            "is not available in the cuda backend; use the cpu backend",
         )
     if sensor.alpha_cutoff > _MOST_OPAQUE:
         raise FieldError(

@@ -1,4 +1,4 @@
-"""What a CUDA device holds of a splat, and what is asked of it."""
+"""Data of splats and queries on a CUDA device."""
 
 from typing import TYPE_CHECKING
 
@@ -23,9 +23,9 @@ class DeviceClusters:
 
     Attributes:
         device: The device, torch's current one at first.
-        multiprocessors: How many of them it has.
+        multiprocessors: Number of its multiprocessors.
         records: See `Clusters`; so are the others.
-        argument: What kernels take.
+        argument: The argument of kernels.
     """
 
     def __init__(self, clusters: Clusters):
@@ -66,17 +66,18 @@ def to_device(array: np.ndarray, device: "torch.device") -> "Tensor":
 def sphere_rows(
     p_WS: np.ndarray, reach: np.ndarray, ignore_below: np.ndarray
 ) -> np.ndarray:
-    """Makes the rows that kernels take for spheres.
+    """Makes the rows that describe spheres for kernels.
 
     Args:
         p_WS: Centres, shape (n, 3) [m].
         reach: Distances from the centres that an answer must undercut, shape
             (n,) [m].
-        ignore_below: Heights below which nothing is seen, shape (n,) [m].
+        ignore_below: Heights below which splats are ignored, shape (n,) [m].
 
     Returns:
-        Split positions, reaches and heights, shape (n, 8), float32. A height
-        is rounded up, which leaves out the same splats: theirs are floats.
+        Split positions, reaches and heights, shape (n, 8), float32. Heights are
+        rounded up, which excludes the same splats, since heights of splats are
+        floats.
     """
     rows = np.empty((len(p_WS), 8), np.float32)
     rows[:, :6] = split_positions(p_WS)
@@ -91,7 +92,7 @@ def sphere_rows(
 def batch_rows(
     batch: SphereBatch, reach: np.ndarray, device: "torch.device"
 ) -> "Tensor":
-    """Makes `sphere_rows` of a batch on a device, shape (c n, 8), float32.
+    """Makes the `sphere_rows` of a batch on a device, shape (c n, 8), float32.
 
     Args:
         batch: The spheres.
@@ -125,7 +126,7 @@ def on_host(array) -> np.ndarray:
 
 
 def like(answer: "Tensor", asked) -> "np.ndarray | Tensor":
-    """Returns a tensor as what was asked with: an array, or on its device."""
+    """Converts a tensor to the query's type: array, or tensor on a device."""
     if isinstance(asked, np.ndarray):
         return answer.cpu().numpy().astype(float)
     return answer.to(asked.device, asked.dtype)

@@ -1,4 +1,4 @@
-"""Distances that torch can differentiate by the spheres' centres."""
+"""Distances that torch can differentiate with respect to sphere centres."""
 
 from functools import cache
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 def differentiable(
     p_WS: "Tensor", distance: "Tensor", direction_W: "Tensor"
 ) -> "Tensor":
-    """Returns distances with their gradient by the spheres' centres.
+    """Returns distances with their gradient with respect to sphere centres.
 
     Args:
         p_WS: Centres, shape (c, n, 3) [m].
@@ -23,7 +23,7 @@ def differentiable(
 
 @cache
 def _distance():
-    """The function of torch whose values are known already."""
+    """Returns the torch function for values that are already computed."""
     import torch
 
     class Distance(torch.autograd.Function):

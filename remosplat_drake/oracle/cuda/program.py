@@ -1,8 +1,8 @@
 """Compiles CUDA C++ at run time, and launches it on torch's stream.
 
-NVRTC, the compiler, comes with every torch for CUDA, and the driver is there
-wherever a GPU is. So nobody needs nvcc, a C++ compiler or another package.
-What has been compiled once is kept in the user's cache.
+NVRTC, the compiler, is part of every CUDA build of torch, and every system with
+a GPU has the driver. So users need neither nvcc nor a C++ compiler nor another
+package. Compiled code is kept in the user's cache.
 """
 
 import contextlib
@@ -32,7 +32,7 @@ class Program:
         device: Index of the CUDA device.
 
     Raises:
-        RemoSplatError: The compiler or the driver is missing, or refuses.
+        RemoSplatError: The compiler or the driver is missing or fails.
     """
 
     def __init__(self, source: str, device: int):
@@ -44,7 +44,7 @@ class Program:
         handle = ctypes.c_int()
         self._call("cuDeviceGet", ctypes.byref(handle), device)
         self._context, self._module = _HANDLE(), _HANDLE()
-        # The context that torch uses, too.
+        # The same context as torch's.
         context = ctypes.byref(self._context)
         self._call("cuDevicePrimaryCtxRetain", context, handle)
         self._call("cuCtxSetCurrent", self._context)
@@ -60,14 +60,15 @@ class Program:
         arguments: Sequence[Any],
         shared_bytes: int = 0,
     ) -> None:
-        """Starts a kernel on torch's current stream; it may still run then.
+        """Launches a kernel on torch's current stream, asynchronously.
 
         Args:
             kernel: Name of the kernel.
             blocks: Number of blocks.
             threads: Number of threads of a block.
-            arguments: Values of ctypes, or structures, as the kernel has them.
-            shared_bytes: Size of the shared memory that is asked for here.
+            arguments: ctypes values or structures, in the order of the kernel's
+                parameters.
+            shared_bytes: Size of the dynamic shared memory.
         """
         import torch
 
@@ -111,12 +112,12 @@ def load_program(source: str, device: int) -> Program:
 
 
 def find_compiler() -> ctypes.CDLL | None:
-    """Returns NVRTC as torch brings it; None if there is none."""
+    """Returns the NVRTC that torch contains; None if there is none."""
     import torch
 
     major = str(torch.version.cuda).split(".")[0]
     name = f"libnvrtc.so.{major}"
-    # NVRTC asks for its other half by name, once that is loaded.
+    # NVRTC finds its second library by name, if that is already loaded.
     for path in _brought(f"libnvrtc-builtins.so.{major}"):
         with contextlib.suppress(OSError):
             ctypes.CDLL(str(path))
@@ -127,7 +128,7 @@ def find_compiler() -> ctypes.CDLL | None:
 
 
 def _brought(name: str) -> list[Path]:
-    """Where NVIDIA's wheels, which torch depends on, put a library."""
+    """Returns where NVIDIA's wheels, on which torch depends, put a library."""
     spec = importlib.util.find_spec("nvidia")
     folders = spec.submodule_search_locations if spec else None
     return [
@@ -146,7 +147,7 @@ def _driver() -> ctypes.CDLL:
 
 
 def _compiled(source: str, capability: int, version: str) -> bytes:
-    """Machine code of a source, from the cache if it is there."""
+    """Returns the machine code of a source, from the cache if possible."""
     main = (SOURCES / source).read_bytes()
     headers = {p.name: p.read_bytes() for p in sorted(SOURCES.glob("*.cuh"))}
     digest = hashlib.sha256(f"{capability} {version}".encode())
@@ -194,13 +195,13 @@ def compile_source(
     nvrtc.nvrtcGetNumSupportedArchs(ctypes.byref(count))
     known = (ctypes.c_int * count.value)()
     nvrtc.nvrtcGetSupportedArchs(known)
-    # What is newer than the compiler gets code that its driver translates.
+    # For a GPU newer than the compiler, its driver translates the code.
     kind = "CUBIN" if capability in known else "PTX"
     arch = f"sm_{capability}" if kind == "CUBIN" else f"compute_{max(known)}"
     options = [
         f"--gpu-architecture={arch}".encode(),
         b"-std=c++17",
-        # Generic lambdas are for the device, too.
+        # Generic lambdas run on the device, too.
         b"--device-as-default-execution-space",
     ]
     failed = nvrtc.nvrtcCompileProgram(

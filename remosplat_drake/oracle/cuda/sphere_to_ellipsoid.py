@@ -35,18 +35,19 @@ _THREADS = 128
 
 
 class CudaSphereToEllipsoidField(DistanceField):
-    """What `SphereToEllipsoidField` answers, from a CUDA device.
+    """`SphereToEllipsoidField`, computed on a CUDA device.
 
-    Answers are in single precision: distances differ from the CPU's by some
-    10^-7 of the distance, and another splat may win where two are as near.
+    Computation is in single precision: distances differ from the CPU's by a
+    relative error of about 10^-7, and of two equally near splats the other one
+    may be returned.
 
     Args:
         splat_W: The Gaussian splat, expressed in W.
         n_sigma: Semi-axes of a splat in standard deviations.
         min_opacity: Splats below this opacity are ignored.
         subtract_uncertainty: Whether the splats' uncertainty counts.
-        prepared: The `prepared` of an equal field, to save sorting the splats
-            again. Kernels trust it unchecked.
+        prepared: The `prepared` of an equal field, to avoid sorting the splats
+            again. Kernels do not check it.
 
     Raises:
         RemoSplatError: torch or a CUDA device is missing.
@@ -89,7 +90,7 @@ class CudaSphereToEllipsoidField(DistanceField):
 
     @property
     def prepared(self) -> dict[str, np.ndarray]:
-        """The arrays that took time to compute, for the constructor."""
+        """The arrays that are expensive to compute, for the constructor."""
         return dict(vars(self._clusters))
 
     def clearances(
@@ -102,7 +103,7 @@ class CudaSphereToEllipsoidField(DistanceField):
             max_distance: Rows at or beyond this distance are left out [m].
 
         Returns:
-            At most one row a sphere.
+            At most one row per sphere.
 
         Raises:
             ValueError: A centre is not finite, or a radius or floor is NaN.
@@ -158,7 +159,7 @@ class CudaSphereToEllipsoidField(DistanceField):
 def solid_clusters(
     splat_W: GaussianSplat, min_opacity: float, n_sigma: float
 ) -> Clusters:
-    """Sorts the splats that count, as solids, into clusters."""
+    """Sorts the splats of sufficient opacity, as solids, into clusters."""
     records, index = splat_records(splat_W, min_opacity, n_sigma)
     axes = records[:, 3:12].reshape(-1, 3, 3) * records[:, 12:15, None]
     half = np.sqrt(np.einsum("nki,nki->ni", axes, axes)) + records[:, 15:]

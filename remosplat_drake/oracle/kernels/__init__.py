@@ -1,4 +1,4 @@
-"""The inner loops of the distance oracles, compiled: arrays in, arrays out.
+"""The compiled inner loops of the distance oracles, on plain arrays.
 
-Each has a slow, readable twin with which the tests compare it.
+Tests compare each with a slow, readable reference.
 """

@@ -1,15 +1,14 @@
-"""Nearest pixels of depth views without rendering the views (numba).
+"""Finds the nearest pixels of depth views without rendering them (Numba).
 
-Only the smallest range of each view is wanted. Fragments are kept and arrive in
-any order; because a median along the ray can only move nearer when a fragment
-is added, and accumulated alpha can only grow, the smallest median of all
-complete pixels so far is an upper bound of the answer. Splats are visited
-roughly from near to far, once for all six views of a sphere, until those bounds
-stop them; fragments behind the bound are not even kept. Of splats that fill
-many pixels only those of a grid are drawn at first, and the others once the
-bounds are tight. What remains are pixels with a nearer median that the kept
-fragments leave too transparent to count: their rays are followed through the
-hierarchy, nearest first.
+The result is only the smallest range of each view. Fragments are stored in any
+order. A further fragment can only move a median nearer, and can only increase
+accumulated alpha. So the smallest median of all complete pixels so far is an
+upper bound of the result. Splats are visited roughly from near to far, once for
+all six views of a sphere, until these bounds end the search; fragments behind
+the bound are discarded. For splats that cover many pixels, only pixels of a
+coarse grid are drawn at first, and the others when the bounds are tight. At the
+end, some pixels may have a nearer median but too little alpha from the stored
+fragments. Their rays are traced through the hierarchy, nearest first.
 """
 
 from heapq import heappop, heappush
@@ -64,7 +63,8 @@ from remosplat_drake.oracle.kernels.splat_drawing import (
 from remosplat_drake.splat.bvh import leaf_range
 
 _SETS = ALL_VIEWS + 1
-"""Number of sets of views: what is queued is a link times it, plus a set."""
+"""Number of sets of views; a queued item is a link times this number, plus a
+set."""
 
 
 @numpy_kernel
@@ -89,8 +89,8 @@ def nearest_pixels(
     `bound` get inf and -1.
 
     Returns:
-        The first of the spheres that is not answered, for which the canvas has
-        too little room; not below n if all are.
+        The first sphere for which the canvas is too small; n or more if all
+        spheres were computed.
     """
     pixels = rules.resolution * rules.resolution
     for i in range(first, len(p_WS), step):
@@ -110,9 +110,9 @@ def nearest_pixels(
 
 @lean
 def _draw_near(splats, rules, canvas):
-    """Draws the splats that are nearer than the nearest pixels of the views.
+    """Draws the splats that are nearer than the views' nearest pixels.
 
-    Returns False where the canvas has no room for them.
+    Returns False if the canvas has no room for them.
     """
     queue = canvas.queue
     push(queue, -np.inf, ALL_VIEWS)
@@ -144,7 +144,7 @@ def _draw_all_waiting(splats, rules, canvas, part):
 
 @lean
 def _open_node(splats, rules, canvas, node, seen):
-    """Queues the children of a node that views of a set need."""
+    """Queues the children of a node that the views of a set need."""
     nearest, sets = views_of_boxes(
         splats, node, canvas.views, seen, canvas.limit, rules.spread
     )
@@ -198,9 +198,9 @@ def _open_leaf(splats, rules, canvas, leaf, seen):
 
 @lean
 def _draw_deferred(splats, rules, canvas):
-    """Draws the pixels beside the grid of the splats that were deferred.
+    """Draws the pixels of deferred splats that are not on the grid.
 
-    Returns False where the canvas has no room for their fragments.
+    Returns False if the canvas has no room for their fragments.
     """
     for i in range(canvas.count[DEFERRED]):
         k, view = divmod(canvas.deferred[i], N_VIEWS)
@@ -211,7 +211,7 @@ def _draw_deferred(splats, rules, canvas):
 
 @helper
 def _complete(splats, rules, canvas):
-    """Judges the pixels with a nearer median that are too transparent yet."""
+    """Decides pixels with a nearer median that are still too transparent."""
     heap = [(np.inf, -1)]
     pixels = rules.resolution * rules.resolution
     for i in range(canvas.count[CANDIDATES]):

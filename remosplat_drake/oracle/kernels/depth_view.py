@@ -1,8 +1,8 @@
-"""`DepthViews`: the six depth views of one sphere, for kernels (numba).
+"""`DepthViews`: the six depth views of one sphere, for kernels (Numba).
 
-Sets of views are written as bits, bit v being view v; in lanes, as the whole
-numbers with these bits. In the sensor's frame D each
-view sees what is farther along its axis than along both others.
+Sets of views are bit masks: bit v is view v. In lanes, they are the numbers
+with these bits. In the sensor's frame D, a view contains the points whose
+coordinate along its axis exceeds the magnitudes of both others.
 """
 
 from typing import NamedTuple
@@ -42,13 +42,13 @@ _ROOT_2 = np.sqrt(2.0)
 
 
 class DepthViews(NamedTuple):
-    """The six views of one sphere, which kernels place.
+    """The six views of one sphere, placed by kernels.
 
     Attributes:
         p_WS: Camera centre of all of them, shape (3,) [m].
         R_WD: Orientation of the sensor, shape (3, 3).
         R_WV: Orientations of the views, shape (6, 3, 3).
-        ignore_below: Splats with lower centres are not seen, shape (1,) [m].
+        ignore_below: Splats with lower centres are ignored, shape (1,) [m].
     """
 
     p_WS: np.ndarray
@@ -58,7 +58,7 @@ class DepthViews(NamedTuple):
 
 
 def new_views() -> DepthViews:
-    """Makes views that are nowhere yet."""
+    """Makes views without a placement."""
     return DepthViews(
         np.zeros(3), np.zeros((3, 3)), np.zeros((N_VIEWS, 3, 3)), np.zeros(1)
     )
@@ -117,7 +117,7 @@ def views_of_boxes(splats, node, views, seen, limit, spread):
     )
     x, y, z = _in_sensor(R, x, y, z)
     ahead = magnitude(x) - hx, magnitude(y) - hy, magnitude(z) - hz
-    # Children that there are not have no height.
+    # Missing children have no height.
     height = lanes_from(splats.wide, at + 6 * WIDTH)
     nearest = where(height >= views.ignore_below[0], nearest, np.inf)
     return nearest, _views_beyond_sides(
@@ -127,7 +127,7 @@ def views_of_boxes(splats, node, views, seen, limit, spread):
 
 @inlined
 def _middle(wide, at, p):
-    """Centres and half lengths of children's intervals, as seen from p."""
+    """Returns centres and half lengths of children's intervals, from p."""
     low = lanes_from(wide, at) - p
     high = lanes_from(wide, at + 3 * WIDTH) - p
     return 0.5 * (low + high), 0.5 * (high - low)
@@ -142,11 +142,11 @@ def views_of_balls(views, center, radius, nearest, seen, limit):
         center: Their centres, from the camera's in W, as a tuple of lanes [m].
         radius: Their radii [m].
         nearest: Lower bounds of the ranges in them [m].
-        seen: Set of the views that are asked for.
+        seen: Set of the requested views.
         limit: Range from which on each view needs nothing, shape (6,) [m].
     """
     center = _in_sensor(views.R_WD, center[0], center[1], center[2])
-    # Views are parted by planes at 45 degrees.
+    # Planes at 45 degrees separate the views.
     reach = _ROOT_2 * radius
     ahead = magnitude(center[0]), magnitude(center[1]), magnitude(center[2])
     return _views_beyond_sides(
@@ -166,10 +166,10 @@ def _in_sensor(R, x, y, z):
 
 @inlined
 def _views_beyond_sides(p, half, ahead, nearest, seen, limit):
-    """Returns the views of what reaches farther ahead than to the sides.
+    """Returns the views of points farther ahead than to the sides.
 
-    It reaches by `half` beyond p, in D; `ahead` is how far it is at least from
-    the planes across the axes. Sets of views are numbers like all lanes.
+    The points extend by `half` around p, in D; `ahead` is their least distance
+    from the planes across the axes. Sets of views are numbers like all lanes.
     """
     beside_x = greatest(greatest(ahead[1], ahead[2]), 0.0)
     beside_y = greatest(greatest(ahead[2], ahead[0]), 0.0)
@@ -186,16 +186,16 @@ def _views_beyond_sides(p, half, ahead, nearest, seen, limit):
 
 @inlined
 def _if_seen(view, farthest, beside, nearest, seen, limit):
-    """The set of a view, where it is asked for and looks far enough."""
+    """Returns the set of a view if it is requested and looks far enough."""
     reach = limit[view] if (seen >> view) & 1 else -np.inf
-    # Boxes beyond all numbers are no numbers from here: they may be anywhere.
+    # Infinite boxes give NaN here: they may be anywhere.
     reaches_in = ~(farthest < beside)
     return where(reaches_in & (nearest < reach), float(1 << view), 0.0)
 
 
 @inlined
 def views_beyond(limit, distance, seen):
-    """Returns which views of the set `seen` look farther than `distance`."""
+    """Returns the views of `seen` whose limit exceeds `distance`."""
     for v in range(N_VIEWS):
         if distance >= limit[v]:
             seen &= ~(1 << v)
@@ -206,8 +206,8 @@ def views_beyond(limit, distance, seen):
 def children_on_ray(splats, node, views, ray_W, rules):
     """Returns the children that a ray meets between `near` and `far`, as bits.
 
-    Boxes are enlarged by the spread of the low-pass filter, and may lie as far
-    behind `far` as their splats are uncertain.
+    Boxes are enlarged by the spread of the low-pass filter, and may lie behind
+    `far` by the uncertainty of their splats.
     """
     at = ROWS * WIDTH * node
     slack = in_all(0.0)
@@ -243,7 +243,7 @@ def _interval(wide, at, axis, views):
 
 @inlined
 def centers_in_leaf(splats, leaf, views):
-    """Returns where the splats of a leaf are, and which are seen at all.
+    """Returns where the splats of a leaf are, and which are not ignored.
 
     Args:
         splats: The `Footprints`.
@@ -277,6 +277,6 @@ def splats_on_ray(splats, leaf, views, ray_W, rules):
         radius = greatest(radius, rules.spread * root(square))
     along = x * ray_W[0] + y * ray_W[1] + z * ray_W[2]
     along = along * along / (ray_W[0] ** 2 + ray_W[1] ** 2 + ray_W[2] ** 2)
-    # Rounding takes less than this from the distance to the ray.
+    # Bound of the rounding error of the distance to the ray.
     slack = 1e-9 * square
     return places_of(is_seen & (square - along <= radius * radius + slack))

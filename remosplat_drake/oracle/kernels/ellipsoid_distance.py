@@ -11,7 +11,7 @@ d_i = (e_i / e_2)^2 - 1, the root of
 
 is well conditioned however flat, thin or far the ellipsoid is. Semi-axes are
 sorted, e_0 >= e_1 >= e_2; a disc has e_2 = 0 and its normal along axis 2.
-`sphere_to_ellipsoid_reference.py` says the same slowly, in NumPy.
+`sphere_to_ellipsoid_reference.py` is the slow reference in NumPy.
 """
 
 import math
@@ -26,7 +26,7 @@ CONVERGE = -1
 
 @helper
 def box_distance_squared(y, e) -> float:
-    """Squared distance from y to the box [-e, e]: never more than to x."""
+    """Squared distance from y to the box [-e, e], at most that to x."""
     a = max(abs(y[0]) - e[0], 0.0)
     b = max(abs(y[1]) - e[1], 0.0)
     c = max(abs(y[2]) - e[2], 0.0)
@@ -102,8 +102,8 @@ def closest_on_ellipsoid(y, e, steps):
 def _unit_point(n0, n1, n2, d0, d1, inside, steps):
     """The p of the module's equation for d_2 = 0, n_i >= 0.
 
-    Where no t > 0 solves it (the point lies on the plane of the two longer
-    axes, near the centre), the closest point leaves that plane.
+    If no t > 0 solves it (the point lies in the plane of the two longer axes,
+    near the centre), the closest point is outside that plane.
     """
     # At `low` some p_i is 1 and none is larger, so |p| >= 1 there.
     low = max(n2, max(n1 - d1, n0 - d0), 0.0)
@@ -144,7 +144,7 @@ def _newton_root(n0, n1, n2, d0, d1, t) -> float:
         if not step > 0.0:
             break
         t += step
-        # The error after a step goes with the square of the step.
+        # The error after a step is proportional to the square of the step.
         if step <= 1e-9 * t:
             break
     return t

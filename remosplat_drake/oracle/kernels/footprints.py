@@ -1,10 +1,10 @@
-"""`Footprints`: splats as a depth view sees them (numba).
+"""`Footprints`: splats in depth views, as functions of the ray (Numba).
 
 In a view, everything about a splat is a function of the ray (x, y, 1) of a
-pixel. A disc has three linear forms A, B, C and its plane's height h with
-u = A / C, v = B / C and depth h / C; the ray misses it where
-A^2 + B^2 > w C^2. That outline is a conic, whose rows and columns bound the
-pixels that need to be looked at. So it is for ellipsoids.
+pixel. A disc has three linear forms A, B, C and its plane's height h with u = A
+/ C, v = B / C and depth h / C; the ray misses it where A^2 + B^2 > w C^2. That
+outline is a conic, whose rows and columns bound the pixels that must be tested.
+The same holds for ellipsoids.
 """
 
 from typing import NamedTuple
@@ -30,7 +30,7 @@ from remosplat_drake.splat.bvh import build_hierarchy
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 lean = register_jitable(no_cfunc_wrapper=True, error_model="numpy", _nrt=False)
-"""Numba decorator of what kernels call and makes no arrays.
+"""Numba decorator for helpers that create no arrays.
 
 Counting references to arrays takes a tenth of a query's time.
 """
@@ -38,30 +38,30 @@ Counting references to arrays takes a tenth of a query's time.
 inlined = register_jitable(
     no_cfunc_wrapper=True, error_model="numpy", _nrt=False, forceinline=True
 )
-"""The same for functions whose arguments cost more than their work."""
+"""The same for functions with more expensive arguments than work."""
 
-# Pixels at an outline are tested one by one; this widens the spans by far
-# more than rounding can move them [px].
+# Pixels at an outline are tested one by one, so spans are widened by far more
+# than the rounding error [px].
 _MARGIN = 1e-6
 
 
 class Footprints(NamedTuple):
-    """The m splats that can be seen at all, and a hierarchy over them.
+    """The m visible splats, and a hierarchy over them.
 
     Attributes:
         nodes: Nodes of the `BoundingVolumeHierarchy`.
         wide: Boxes of the wide hierarchy, see `widen`.
         children: The numbers of its children.
         margins: Largest uncertainty below each child, shape (k, 8) [m]; empty
-            where none is subtracted.
+            if none is subtracted.
         records: The splats in leaf order, shape (m, 16), two cache lines
             each. Columns 0 to 2 hold the centre in W [m]; 3 to 11 the rows
             that map W to the splat's axes in standard deviations (a disc's
             third row is its unit normal); 12 the opacity, 13 the largest
             squared Mahalanobis distance that is seen, 14 the radius of the
             ball around everything that is seen [m], 15 the uncertainty [m].
-        bounds: What is asked of each splat first, shape (8, m + 8), with room
-            behind for lanes: its columns 0 to 2, 9 to 11, 14 and 15.
+        bounds: Data of each splat for the first test, shape (8, m + 8), padded
+            for lanes: columns 0 to 2, 9 to 11, 14 and 15 of the records.
     """
 
     nodes: np.ndarray
@@ -87,8 +87,7 @@ class Rules(NamedTuple):
         low_pass_filter: Whether the screen-space filter of 2DGS is used.
         spread: Reach of the filter's footprint as a fraction of the centre's
             distance.
-        nearest_only: Whether views other than a sphere's nearest may be left
-            without an answer.
+        nearest_only: Whether only a sphere's nearest view needs a result.
     """
 
     resolution: int
@@ -107,7 +106,7 @@ class Rules(NamedTuple):
 def make_rules(
     sensor: DepthSensor, is_surfel: bool, *, nearest_only: bool = False
 ) -> Rules:
-    """Makes the rules by which a sensor sees discs or ellipsoids."""
+    """Makes the rules of a sensor for discs or ellipsoids."""
     dot = 2 * sensor.n_sigma / np.sqrt(FILTER_SCALE) / sensor.resolution
     return Rules(
         sensor.resolution,
@@ -125,7 +124,7 @@ def make_rules(
 
 
 def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
-    """Prepares what a sensor can see of a splat that is expressed in W."""
+    """Prepares the visible part of a splat that is expressed in W."""
     records, half = footprint_records(splat_W, sensor)
     center = records[:, :3]
     hierarchy = build_hierarchy(center - half, center + half, center[:, 2])
@@ -137,7 +136,7 @@ def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
 
 
 def footprints_of(nodes: np.ndarray, records: np.ndarray) -> Footprints:
-    """Makes footprints of what takes long to compute, see `Footprints`.
+    """Makes footprints from precomputed arrays, see `Footprints`.
 
     Args:
         nodes: The nodes.
@@ -156,13 +155,13 @@ def footprints_of(nodes: np.ndarray, records: np.ndarray) -> Footprints:
 def footprint_records(
     splat_W: GaussianSplat, sensor: DepthSensor
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Computes what a sensor can see of each splat.
+    """Computes the visible part of each splat.
 
     Returns:
-        The records of all m splats that can be seen at all, as in
-        `Footprints` but with the splat's index in column 15, shape (m, 16), in
-        the order of the splats, and half edges of the boxes around what is
-        seen of each, shape (m, 3) [m].
+        The records of all m visible splats, as in `Footprints` but with the
+        splat's index in column 15, shape (m, 16), in the order of the splats;
+        and half edges of the boxes around the visible part of each, shape (m,
+        3) [m].
     """
     opacity = splat_W.opacities.astype(float)
     with np.errstate(divide="ignore"):
@@ -194,7 +193,7 @@ def nearest_range(rules, center, normal, radius):
     """Bounds from below the ranges at which a camera sees splats [m].
 
     Args:
-        rules: The sensor's.
+        rules: The sensor's rules.
         center: Centre of each splat, from the camera's in W, as a tuple of
             lanes [m].
         normal: Normal of each disc in W, as a tuple of lanes.
@@ -225,9 +224,9 @@ def child_margins(splats, node):
 
 @inlined
 def whiten(p, axes, R_WV):
-    """Writes a splat in a view's axes.
+    """Expresses a splat in a view's axes.
 
-    It is a splat in numbers, or eight in lanes.
+    The data are scalars of one splat, or lanes of eight.
 
     Args:
         p: The centre, from the camera's in W, as a tuple [m].
@@ -265,14 +264,14 @@ def _in_view(R, a, b, c):
 
 @inlined
 def meet_plane(s):
-    """Turns a whitened disc into the forms of where a ray meets its plane.
+    """Turns a whitened disc into the forms of ray-plane intersection.
 
     Args:
         s: See `whiten`.
 
     Returns:
-        The forms A, B, C, the height, which takes the place of the first
-        coordinate of the mapped centre, and the rest as it was.
+        The forms A, B, C, the height, in place of the first coordinate of the
+        mapped centre, and the other values unchanged.
     """
     u, v, height = s[9], s[10], s[11]
     forms = (
@@ -288,7 +287,7 @@ def meet_plane(s):
 
 @inlined
 def project(records, k, rules, p_WV, R_WV):
-    """Writes splat k in the ray coordinates of a view.
+    """Expresses splat k in the ray coordinates of a view.
 
     Returns:
         Fifteen numbers: for a disc what `meet_plane` returns; for an ellipsoid
@@ -309,7 +308,7 @@ def project(records, k, rules, p_WV, R_WV):
 def fragment(s, rules, x, y):
     """Returns depth and weight of the projected splat s on a ray (x, y, 1).
 
-    Either the splat or the ray may be several in lanes.
+    Either the splat or the ray may be lanes.
     """
     a = s[0] * x + s[1] * y + s[2]
     b = s[3] * x + s[4] * y + s[5]
@@ -333,9 +332,9 @@ def fragment(s, rules, x, y):
 
 @inlined
 def fragment_alpha(z, weight, opacity, rules, shift=0.0):
-    """Returns the alpha of a fragment, 0 where it is not seen.
+    """Returns the alpha of a fragment, 0 if it is not visible.
 
-    `shift` is how much nearer than z uncertainty puts it [m].
+    `shift` is the uncertainty, subtracted from z [m].
     """
     if not is_within(z, weight, rules, shift):
         return 0.0
@@ -347,7 +346,7 @@ def fragment_alpha(z, weight, opacity, rules, shift=0.0):
 def is_within(z, weight, rules, shift):
     """Returns whether a fragment is in its splat, and between the planes.
 
-    Arguments are those of `fragment_alpha`, or several in lanes.
+    Arguments are those of `fragment_alpha`, or lanes of them.
     """
     return (
         (weight <= rules.n_sigma_squared)
@@ -360,7 +359,7 @@ def is_within(z, weight, rules, shift):
 def pixel_span(low, high, resolution):
     """Returns the first and last pixel with centres in [low, high] of a row.
 
-    Either is a whole number written as a float, or several in lanes.
+    Both are whole numbers as floats, or lanes of them.
     """
     half = resolution / 2
     first = round_up((greatest(low, -1.0) + 1) * half - 0.5 - _MARGIN)

@@ -1,4 +1,4 @@
-"""Broad phase of the GPU: which disc may be seen in which view (torch).
+"""Broad phase on the GPU: pairs of discs and views (torch).
 
 Tensors are float32 on one device. D is a sensor's frame, V that of one of its
 six views (OpenCV axes). A *camera* is 6 times the sphere plus the view's slot
@@ -38,8 +38,9 @@ class DiscTensors(NamedTuple):
             axes of one standard deviation and the centre [m].
         opacity: Peak opacities, shape (N,).
         cut: Largest squared Mahalanobis distance that is seen, (N,).
-        radius: Radius of the ball around what is seen of each disc, (N,) [m].
-        uncertainty: How much nearer each disc is seen, shape (N,) [m].
+        radius: Radius of the ball around the visible part of each disc, (N,)
+            [m].
+        uncertainty: Uncertainty of each disc, shape (N,) [m].
         axes: Axis of D that each axis of a view is parallel to, (6, 3).
         signs: Whether it points along (1) or against that axis (-1), (6, 3).
     """
@@ -59,8 +60,8 @@ class Sensors(NamedTuple):
     Attributes:
         p_WS: Positions, shape (n, 3) [m].
         R_DW: Inverse orientations, shape (n, 3, 3).
-        ignore_below: Discs with lower centres are not seen, (n,) [m].
-        reach: Discs beyond that range are left out, shape (n,) [m].
+        ignore_below: Discs with lower centres are ignored, (n,) [m].
+        reach: Discs beyond that range are omitted, shape (n,) [m].
         views: Which views to render, in the order of `VIEWS`, (n, 6) bool.
     """
 
@@ -72,7 +73,7 @@ class Sensors(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """P pairs of a disc and a view that may see it.
+    """P pairs of a disc and a view in which it may be visible.
 
     Attributes:
         camera: 6 times the sphere plus the slot in `VIEWS`, shape (P,).
@@ -88,7 +89,7 @@ class Pairs(NamedTuple):
 def make_discs(
     splat_W: GaussianSplat, min_alpha: float, device: "torch.device"
 ) -> DiscTensors:
-    """Uploads the discs of a splat that can be seen at all."""
+    """Uploads the visible discs of a splat."""
     import torch
 
     seen = np.flatnonzero(splat_W.opacities >= min_alpha)
@@ -113,7 +114,7 @@ def make_discs(
 def visible_pairs(
     discs: DiscTensors, sensors: Sensors, sensor: DepthSensor
 ) -> Pairs:
-    """Finds the discs that every view may see, by the balls around them."""
+    """Finds the discs that may be visible in each view, by bounding balls."""
     import torch
 
     p_WK = discs.frames_W[:, :, 2]

@@ -3,9 +3,9 @@
 `footprint` bounds each disc in its image. gsplat's public functions do the
 rest: they sort, tile and composite, and its "median" of a colour channel that
 holds the *index* of the disc names the disc that the median depth lies on.
-`nearest_pixels` then meets that disc with the pixel's ray. Nothing of gsplat's
-own projection is used: it drops discs whose centre is behind the camera, and
-bounds those that reach beside the camera wrongly.
+`nearest_pixels` then meets that disc with the pixel's ray. The projection of
+gsplat is not used: it drops discs whose centre is behind the camera, and its
+bounds of discs that extend beside the camera are wrong.
 
 Tensors are float32 on one device. C images are the cameras in use, P pairs
 one disc in one of them each (`gsplat_pairs`). V has OpenCV axes; rays are
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 TILE = 8
 """Side length of the tiles that gsplat sorts and composites [px]."""
 
-# Screen-space filter footprints are out of every pixel's reach there [px].
+# Screen-space filter footprints reach no pixel there [px].
 _NOWHERE = 1e6
 
 
@@ -49,7 +49,7 @@ def make_rays(sensor: DepthSensor, device: "torch.device") -> Rays:
 
 
 class Footprint(NamedTuple):
-    """Where P discs appear in their images.
+    """Bounds of P discs in their images.
 
     Attributes:
         center: Middle of the bounding box, shape (P, 2) [px].
@@ -57,7 +57,7 @@ class Footprint(NamedTuple):
         depth: Sorts the discs of an image, shape (P,) [m].
         plane: The disc's plane (n, n . p), shape (4, P): a ray meets it at
             the depth n . p / (n . ray).
-        uncertainty: How much nearer the disc is seen, shape (P,) [m].
+        uncertainty: Uncertainty of the disc, shape (P,) [m].
     """
 
     center: "Tensor"
@@ -75,14 +75,14 @@ def footprint(
 ) -> Footprint:
     """Computes the bounding boxes of discs in their images.
 
-    A disc ends at the ellipse of the dual conic E - p p', E being
-    cut (a a' + b b'); one that reaches behind the camera is cut off there.
+    A disc ends at the ellipse of the dual conic E - p p', E being cut (a a' + b
+    b'); a disc that extends behind the camera is clipped.
 
     Args:
         frames_V: Columns (a, b, p) of each disc in V, shape (P, 3, 3).
         cut: Largest squared Mahalanobis distance of each disc that is seen,
             shape (P,).
-        uncertainty: How much nearer each disc is seen, shape (P,) [m].
+        uncertainty: Uncertainty of each disc, shape (P,) [m].
         sensor: The views.
     """
     rows = frames_V.flatten(1).T.contiguous().view(3, 3, -1)
@@ -106,18 +106,20 @@ def footprint(
 
 
 def _extent(axes, p, cut, sensor: DepthSensor) -> tuple["Tensor", ...]:
-    """Bounds of x and y in the image, (2, P) each, and of z, (P,) each."""
+    """Returns bounds of x and y in the image, (2, P), and of z, (P,), each."""
     E_ii = cut * (axes * axes).sum(dim=1)
     E_iz = cut * (axes[:2] * axes[2]).sum(dim=1)
     z, reach = p[2], E_ii[2].sqrt()
     q_zz = E_ii[2] - z * z
     middle = (E_iz - p[:2] * z) / q_zz
-    # The products of p cancel by hand, so that small discs keep their digits.
+    # The products of p are cancelled analytically, so that small discs keep
+    # their precision.
     square = z * (E_ii[:2] * z - 2 * E_iz * p[:2]) + E_ii[2] * p[:2] ** 2
     square -= E_ii[:2] * E_ii[2] - E_iz * E_iz
     half = square.clamp(min=0).sqrt() / q_zz.abs()
     low, high = middle - half, middle + half
-    # Discs that reach behind the camera: the box around what is before it.
+    # For discs that extend behind the camera: the box around the part before
+    # it.
     is_before = z - reach > 1e-6
     size = E_ii[:2].sqrt()
     box_low, box_high = p[:2] - size, p[:2] + size
@@ -150,7 +152,7 @@ def render(
     rays: Rays,
     sensor: DepthSensor,
 ) -> tuple["Tensor", "NearestPixels"]:
-    """Renders the cameras that any pair names.
+    """Renders the cameras that occur in any pair.
 
     Returns:
         Their numbers, shape (C,), and their nearest pixels.
@@ -185,11 +187,11 @@ def _composite(
     bounds: Footprint,
     sensor: DepthSensor,
 ) -> tuple["Tensor", "Tensor"]:
-    """Lets gsplat render which pair holds the median of each pixel.
+    """Renders with gsplat which pair holds the median of each pixel.
 
     Returns:
-        The pair and the accumulated alpha, (C, resolution^2) each; the pair
-        means nothing where alpha is 0.
+        The pair and the accumulated alpha, (C, resolution^2) each; the pair is
+        undefined where alpha is 0.
     """
     import gsplat
     import torch
@@ -219,7 +221,7 @@ def _composite(
         transforms,
         index[:, None],
         opacity,
-        # Normals and gradients, which nobody asks for: any numbers do.
+        # Normals and gradients are unused: any numbers suffice.
         frames_V.view(3, -1, 3)[0],
         frames_V.view(3, -1, 3)[0, :, :2],
         r,
@@ -248,9 +250,9 @@ class NearestPixels(NamedTuple):
         range: Range of the pixel along its ray, shape (C,) [m]; inf where no
             pixel counts.
         pixel: Row-major index of the pixel, shape (C,).
-        open_range: Smallest range of all pixels with a median, whether they
-            count or not, shape (C,) [m]. Where it is smaller, discs farther
-            behind could make that pixel count.
+        open_range: Smallest range of all pixels with a median, including those
+            that do not count, shape (C,) [m]. If it is smaller than `range`,
+            discs farther behind could make that pixel count.
     """
 
     range: "Tensor"
@@ -281,7 +283,7 @@ def nearest_pixels(
     z = height / (n_x * rays.x + n_y * rays.y + n_z)
     if sensor.low_pass_filter:
         z = _filtered_depth(frames_V[median], rays, z, sensor)
-    # A median farther or nearer than these was no fragment to begin with.
+    # A median outside these bounds is not a fragment.
     seen = z >= sensor.near
     z = z - bounds.uncertainty[median] / rays.length
     seen &= z <= sensor.far
@@ -293,7 +295,7 @@ def nearest_pixels(
 
 
 def _filtered_depth(frames_V, rays: Rays, z, sensor: DepthSensor) -> "Tensor":
-    """z, or that of the centre where the screen-space filter wins."""
+    """Returns z, or the centre's depth if the screen-space filter decides."""
     x, y, rows = rays.x, rays.y, frames_V.unbind(-2)
     h_u = x[:, None] * rows[2] - rows[0]
     h_v = y[:, None] * rows[2] - rows[1]

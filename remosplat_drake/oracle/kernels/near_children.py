@@ -1,8 +1,8 @@
-"""Which children of a node are near a point: eight boxes at once (numba).
+"""Finds the children of a node near a point, eight boxes at once (Numba).
 
-Numba makes of a loop over eight children eight times the same, one after the
-other. What stands here says it in vectors, which compilers turn into what the
-processor has: one instruction for eight numbers, or two for four each.
+Numba rarely vectorises a loop over eight children. This module generates vector
+code, which the compiler turns into one instruction for eight numbers, or two
+for four each.
 """
 
 import numpy as np
@@ -18,12 +18,12 @@ _NONE = ir.Constant(_VECTOR, ir.Undefined)
 _FIRST = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
 
 _SLACK = np.float32(1.0 + 1e-5)
-"""More than what single precision can take from a squared distance."""
+"""Bound of the single-precision rounding error of a squared distance."""
 
 
 @helper
 def node_address(wide, node) -> int:
-    """Returns where a node's boxes are.
+    """Returns the address of a node's boxes.
 
     Args:
         wide: Boxes of the hierarchy, as `widen` makes them.
@@ -40,7 +40,7 @@ def around(p):
         p: The coordinates.
 
     Returns:
-        For each a number that is less, and one that is greater.
+        For each coordinate, a number below and one above it.
     """
     down, up = np.float32(-np.inf), np.float32(np.inf)
     x, y, z = np.float32(p[0]), np.float32(p[1]), np.float32(p[2])
@@ -56,7 +56,7 @@ def around(p):
 
 @helper
 def raised(limit):
-    """Rounds the limit of squared distances up by enough.
+    """Rounds a limit of squared distances up.
 
     Args:
         limit: The limit [m^2].
@@ -82,17 +82,17 @@ def near_children(
 
     Args:
         typing: Numba's own.
-        address: Where the node's boxes are, see `node_address`.
+        address: Address of the node's boxes, see `node_address`.
         x: The point's coordinates, a number below and one above each.
         x_above: See above.
         y: See above.
         y_above: See above.
         z: See above.
         z_above: See above.
-        limit: Squared distance that is near, see `raised` [m^2].
-        floor: Height that must be reached, see `lowered` [m].
-        squares: Where the children's squared distances are to be written,
-            eight numbers in single precision.
+        limit: Limit of squared distances, see `raised` [m^2].
+        floor: Least height of a child, see `lowered` [m].
+        squares: Output: the children's squared distances, eight numbers in
+            single precision.
 
     Returns:
         A bit for each child, set where its squared distance is at most the
@@ -118,7 +118,7 @@ def _near_children(context, builder, signature, arguments):
     out = builder.inttoptr(arguments[9], _VECTOR.as_pointer())
     builder.store(square, out).align = 4
     limit, floor = numbers[6:]
-    # What is not a number is no child: ordered comparisons are false of it.
+    # NaN marks a missing child: ordered comparisons are false.
     is_near = builder.fcmp_ordered("<=", square, limit)
     is_high = builder.fcmp_ordered(">=", _row(builder, rows, 6), floor)
     bits = builder.bitcast(builder.and_(is_near, is_high), ir.IntType(WIDTH))
@@ -133,7 +133,7 @@ def _row(builder, rows, number):
 
 
 def _in_all(builder, number):
-    """Puts a number into all places of a vector."""
+    """Broadcasts a number to all elements of a vector."""
     zero = ir.Constant(ir.IntType(32), 0)
     vector = builder.insert_element(_NONE, number, zero)
     return builder.shuffle_vector(vector, _NONE, _FIRST)

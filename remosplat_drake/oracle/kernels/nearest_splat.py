@@ -1,12 +1,12 @@
-"""Nearest splat of many points: branch and bound in the hierarchy (numba).
+"""Finds the nearest splat of many points by branch and bound (Numba).
 
-All kernels here work on plain arrays. The splats stand in leaf order, packed
-into 48 bytes each, see `pack_solids`, or maps of buildings would not fit into
-memory. Those that may be the nearest are opened, see `solid`.
+All kernels here work on plain arrays. The splats are in leaf order, packed into
+48 bytes each, see `pack_solids`, so that maps of buildings fit into memory.
+Splats that may be the nearest are unpacked, see `solid`.
 
-Uncertainty makes a splat that much nearer: what is looked for is the least
-distance minus uncertainty. The hierarchy's boxes are wider by it on all sides,
-so that what is outside of a box is as far from the answer as from the box.
+A splat's uncertainty is subtracted from its distance; the query finds the least
+difference. The hierarchy's boxes are enlarged by the uncertainty on all sides,
+so the distance to a box is a lower bound for the splats in it.
 """
 
 import math
@@ -44,10 +44,10 @@ _SLACK = 1.0 + 1e-12
 """Bounds are compared with this margin: rounding never hides a splat."""
 
 _ROUNDED_UP = 1.0 + 1e-15
-"""Makes an uncertainty as large as rounding can make it."""
+"""Factor that covers the rounding of an uncertainty."""
 
 _CHUNK = 8
-"""Neighbouring spheres that one thread answers in a row."""
+"""Number of consecutive spheres that one thread processes."""
 
 
 class SplatTree(NamedTuple):
@@ -79,7 +79,7 @@ def query(tree, spheres, answer):
     Args:
         tree: A `SplatTree`.
         spheres: (n, 5): centre p_WS, the distance from the centre that an
-            answer must undercut, the height below which splats are unseen.
+            answer must undercut, the height below which splats are ignored.
         answer: (n, 8), filled: place of the splat in the records or -1, signed
             distance from the centre less the splat's uncertainty, p_WC, n_W.
     """
@@ -105,9 +105,8 @@ def query_parallel(tree, spheres, answer):
 def query_every_splat(records, is_surfel, steps, spheres, answer):
     """Finds the nearest splat of every sphere by trying all pairs.
 
-    It is what `query` must equal. The records are those of `open_solids`,
-    sorted by splat index: of several nearest splats the first has the lowest
-    one.
+    The reference for `query`. The records are those of `open_solids`, sorted by
+    splat index: of several nearest splats the first has the lowest one.
     """
     for i in range(len(answer)):
         p = (spheres[i, 0], spheres[i, 1], spheres[i, 2])
@@ -202,9 +201,9 @@ def _descend(tree, p, floor, best, work):
 
 @helper
 def _limit(distance) -> float:
-    """Squared distance beyond which no box holds anything as near.
+    """Returns the squared distance beyond which no box can hold a nearer splat.
 
-    A negative distance is met only inside boxes that hold the point.
+    A negative distance occurs only in boxes that contain the point.
     """
     reach = max(distance, 0.0)
     return reach * reach * _SLACK
@@ -212,9 +211,9 @@ def _limit(distance) -> float:
 
 @helper
 def _nearer(tree, place, p, floor, best):
-    """The better of the best splat so far and another.
+    """Returns the nearer of the best splat so far and another.
 
-    Of the best its distance less its uncertainty, its place, and the closest
+    `best` holds its distance minus its uncertainty, its place, and the closest
     point in its frame.
     """
     packed = tree.records[place]
@@ -222,9 +221,9 @@ def _nearer(tree, place, p, floor, best):
         return best
     d = p[0] - packed[0], p[1] - packed[1], p[2] - packed[2]
     e, uncertainty = semi_axes(packed, tree.n_sigma), np.float64(packed[10])
-    # Beside a large uncertainty, small distances are rounded to its digits.
+    # A large uncertainty limits the precision of small differences.
     reach = max(best[0] + uncertainty * _ROUNDED_UP, 0.0)
-    # A ball tells most of those that are too far away, without being opened.
+    # A bounding ball excludes most distant splats without unpacking.
     ball = reach + tree.n_sigma * np.float64(packed[11])
     if d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > _limit(ball):
         return best
@@ -237,7 +236,7 @@ def _nearer(tree, place, p, floor, best):
     distance -= uncertainty
     if distance < best[0]:
         return distance, place, x
-    # A tie goes to the lowest index, whatever the order of the visits.
+    # A tie goes to the lowest index, in any order of the visits.
     tie = distance == best[0] and best[1] >= 0
     if tie and tree.order[place] < tree.order[best[1]]:
         return distance, place, x
@@ -246,7 +245,7 @@ def _nearer(tree, place, p, floor, best):
 
 @helper
 def _along(axes, d):
-    """The parts of a vector along three axes."""
+    """Returns the components of a vector along three axes."""
     u, v, w = axes
     return (
         u[0] * d[0] + u[1] * d[1] + u[2] * d[2],
@@ -257,7 +256,7 @@ def _along(axes, d):
 
 @helper
 def _in_splat_frame(splat, p):
-    """The point p_W in the splat's frame, and the semi-axes."""
+    """Returns the point p_W in the splat's frame, and the semi-axes."""
     x, y, z = p[0] - splat[0], p[1] - splat[1], p[2] - splat[2]
     return (
         splat[3] * x + splat[4] * y + splat[5] * z,
@@ -275,7 +274,7 @@ def _closest_on_splat(y, e, is_surfel, steps):
 
 @helper
 def _write_answer(splat, p, best, answer):
-    """Writes the answer of which `best` holds what `_nearer` says."""
+    """Writes the answer for `best`, the result of `_nearer`."""
     y, e = _in_splat_frame(splat, p)
     x = best[2]
     n = _direction(y, x, e)
@@ -312,7 +311,7 @@ def _direction(y, x, e):
         largest = max(abs(u), max(abs(v), abs(w)))
     elif is_inside(y, e):
         largest = -largest
-    # Scaled first: squares of denormal numbers are nothing.
+    # Scaled first: squares of denormal numbers underflow.
     u, v, w = u / largest, v / largest, w / largest
     length = math.sqrt(u * u + v * v + w * w)
     return u / length, v / length, w / length

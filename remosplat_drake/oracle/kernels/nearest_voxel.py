@@ -1,7 +1,7 @@
-"""Nearest voxel of a wanted kind to many points: down an octree.
+"""Finds the nearest voxel of a kind to many points, in an octree.
 
-Nodes are visited from the nearest child on, depth first, and only those that
-hold a voxel of the kind and are nearer than what was found.
+Nodes are visited depth first, nearest child first. Nodes without a voxel of the
+kind, or farther than the best voxel, are skipped.
 """
 
 import math
@@ -20,10 +20,10 @@ def query(grid, spheres, answer):
     Args:
         grid: The grid, a `VoxelOctree`.
         spheres: (n, 5): centre p_WS, the distance from the centre that an
-            answer must undercut, the height below which voxels with their
-            centres there are seen.
-        answer: (n, 8), filled: 1 or, for none, -1; signed distance from the
-            centre, p_WC, n_W.
+            answer must undercut, the height below which voxels, by their
+            centres, count as seen.
+        answer: (n, 8), filled: 1, or -1 if there is none; signed distance from
+            the centre, p_WC, n_W.
     """
     nx, ny, nz = grid.unseen.shape
     # Each level leaves at most seven nodes for later.
@@ -38,7 +38,8 @@ def query(grid, spheres, answer):
         j = _level(p[1], grid.lower[1], grid.voxel, ny)
         k = _level(p[2], grid.lower[2], grid.voxel, nz)
         if k >= first and grid.unseen[i, j, k]:
-            # The way down to what is ignored is a way out, too.
+            # Ignored space below counts as seen, so it bounds unseen space,
+            # too.
             start = np.inf, (-1, -1, -1)
             if first > 0:
                 start = _square(grid, p, i, j, first - 1), (i, j, first - 1)
@@ -55,13 +56,13 @@ answers(VoxelOctree, query)
 
 @helper
 def _level(x, lower, voxel, count):
-    """The voxel of a coordinate along an axis; outside, the outermost."""
+    """Returns the voxel at a coordinate along an axis, clamped to the grid."""
     return int(min(max(math.floor((x - lower) / voxel), 0.0), count - 1.0))
 
 
 @helper
 def _first_level(grid, floor):
-    """The lowest level whose centres are not below the floor."""
+    """Returns the lowest layer whose centres are not below the floor."""
     count = grid.unseen.shape[2]
     level = math.ceil((floor - grid.lower[2]) / grid.voxel - 0.5)
     return int(min(max(level, 0.0), float(count)))
@@ -69,18 +70,18 @@ def _first_level(grid, floor):
 
 @helper
 def _nearest(grid, p, first, kind, best, nodes, squares):
-    """The nearest voxel of a kind, from a z index on.
+    """Returns the nearest voxel of a kind, from a z index on.
 
     Args:
         grid: The grid.
         p: The point.
         first: Voxels below this index along z do not count.
         kind: The kind.
-        best: Squared distance to undercut, and the voxel if none does.
-        nodes: Memory for nodes that are left: level and three indices.
+        best: Squared distance to improve on, and the voxel if none does.
+        nodes: Memory for nodes to visit: level and three indices.
         squares: Memory for the squared distances to their boxes.
     """
-    # Looked up once: inside the loop that takes a third of the time.
+    # Read once: inside the loop, this read takes a third of the time.
     children, levels, voxel = grid.children, grid.levels, grid.voxel
     x, y, z = p[0] - grid.lower[0], p[1] - grid.lower[1], p[2] - grid.lower[2]
     least_z = max(first * voxel - z, 0.0) ** 2
@@ -101,7 +102,7 @@ def _nearest(grid, p, first, kind, best, nodes, squares):
         b, y0, y1 = _halves(y - j * half, half)
         c, z0, z1 = _halves(z - k * half, half)
         z0, z1 = max(z0, least_z), max(z1, least_z)
-        # What is put down last, the child nearest to p, is taken up first.
+        # The child nearest to p is pushed last and popped first.
         for turn in range(7, -1, -1):
             square = (x1 if turn & 4 else x0) + (y1 if turn & 2 else y0)
             square += z1 if turn & 1 else z0
@@ -123,7 +124,7 @@ def _nearest(grid, p, first, kind, best, nodes, squares):
 
 @helper
 def _halves(x, half):
-    """Which half of [0, 2 half] is nearer to x, and both squared distances.
+    """Returns which half of [0, 2 half] is nearer, and both squared distances.
 
     The first distance is that of the nearer half.
     """
@@ -141,7 +142,7 @@ def _square(grid, p, i, j, k):
 
 @helper
 def _gap(grid, p, axis, index):
-    """From a coordinate to a voxel along an axis, 0 inside it [m]."""
+    """Returns the distance to a voxel along an axis, 0 inside it [m]."""
     low = grid.lower[axis] + index * grid.voxel
     high = grid.lower[axis] + (index + 1) * grid.voxel
     return max(low - p[axis], p[axis] - high, 0.0)
@@ -151,8 +152,8 @@ def _gap(grid, p, axis, index):
 def _write_answer(grid, p, found, sign, limit, answer):
     """Writes the point of a voxel that is nearest to p.
 
-    On the boundary itself, where a direction is not defined, the voxel's
-    centre tells it.
+    On the boundary, where the direction is undefined, it follows from the
+    voxel's centre.
     """
     if found[0] < 0:
         return

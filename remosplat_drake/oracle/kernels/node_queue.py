@@ -1,7 +1,7 @@
-"""A queue of tree nodes that come roughly by their keys (numba).
+"""A queue of tree nodes, approximately ordered by key (Numba).
 
-Keys are sorted into buckets of equal width. Of one bucket the node that came
-last comes first, so that what is looked at together is near in memory.
+Keys are sorted into buckets of equal width. Within a bucket, the latest node
+comes first, so that successive nodes are near in memory.
 """
 
 from typing import NamedTuple
@@ -12,23 +12,23 @@ from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.lanes import greatest, least
 
 BUCKETS = 64
-"""Number of buckets. With few, nodes come too far out of order; with many,
-empty ones cost more than nodes that come in vain."""
+"""Number of buckets. With few, the order is too coarse; with many, empty
+buckets cost more than needless visits of nodes."""
 
 _SIZE, _BUCKET = range(2)
 
 
 class NodeQueue(NamedTuple):
-    """Nodes that wait, with room for all that ever come.
+    """The queued nodes, with a fixed capacity.
 
     Attributes:
         keys: Key of each node.
-        items: Number of each node, and whatever goes with it.
+        items: Number of each node, with data of the caller.
         links: Place of the next node in the same bucket, -1 at the end.
         first: Place of the first node of each bucket, -1 without one.
         scale: Buckets per unit of the key, shape (1,).
-        count: Number of nodes that have come, and the first bucket that may
-            not be empty.
+        count: Number of nodes pushed so far, and the first bucket that may be
+            non-empty.
     """
 
     keys: np.ndarray
@@ -62,7 +62,7 @@ def clear(queue, limit):
 
 @helper
 def push(queue, key, item) -> bool:
-    """Adds a node; one that is late comes next.
+    """Adds a node; a key that has already been passed comes next.
 
     Returns:
         Whether there was room for it.

@@ -1,8 +1,8 @@
-"""Outlines of projected splats: where in a view their fragments are (numba).
+"""Outlines of projected splats: bounds of their fragments in a view (Numba).
 
 An outline is a quadratic form of the ray (x, y, 1), <= 0 inside, with entries
-xx, xy, xz, yy, yz, zz; its rows and columns bound the pixels that need to be
-looked at. Splats and rows may be several in lanes.
+xx, xy, xz, yy, yz, zz; its rows and columns bound the pixels that must be
+tested. Splats and rows may be lanes.
 """
 
 from remosplat_drake.base.lanes import greatest, magnitude, root, where
@@ -21,8 +21,8 @@ def outline(s, rules, cut):
             s[1] * s[2] + s[4] * s[5] - cut * (s[7] * s[8]),
             s[2] * s[2] + s[5] * s[5] - cut * (s[8] * s[8]),
         )
-    # A line is as far from the origin as |center x ray| / |ray|. The same from
-    # inner products would be lost in rounding where an ellipsoid is thin.
+    # A line is as far from the origin as |center x ray| / |ray|. With inner
+    # products, rounding would dominate for thin ellipsoids.
     n = (
         s[10] * s[6] - s[11] * s[3],
         s[10] * s[7] - s[11] * s[4],
@@ -46,13 +46,13 @@ def outline(s, rules, cut):
 
 @inlined
 def _product(s, i, j):
-    """The inner product of what becomes of a ray's i-th and j-th coordinate."""
+    """Returns the inner product of the images of ray coordinates i and j."""
     return s[i] * s[j] + s[3 + i] * s[3 + j] + s[6 + i] * s[6 + j]
 
 
 @inlined
 def near_outline(s, reach):
-    """Returns where a disc's plane is nearer than `reach`, as an outline.
+    """Returns the region in which a disc's plane is nearer than `reach`.
 
     The range of the plane along a ray is height |ray| / C.
     """
@@ -71,7 +71,7 @@ def near_outline(s, reach):
 def row_span(s, rules, conic):
     """Returns the first and last image row y that an outline meets."""
     xx, xy, xz, yy, yz, zz = conic
-    # Where the row's columns have a discriminant >= 0.
+    # Rows whose columns have a discriminant >= 0.
     a, b, c = xx * yy - xy * xy, xx * yz - xy * xz, xx * zz - xz * xz
     if not rules.is_surfel:
         low, high = _quadratic_span(a, b, c, 0.0)
@@ -102,11 +102,11 @@ def column_span(s, rules, conic, y):
 
 @inlined
 def _quadratic_span(tt, t, one, side):
-    """Where tt x^2 + 2 t x + one <= 0, as an interval that holds it all.
+    """Returns an interval that contains all x with tt x^2 + 2 t x + one <= 0.
 
-    Where tt < 0 that is two half-lines: one before and one behind the
-    camera. `side` > 0 selects the upper one, < 0 the lower one; 0 and forms
-    that are linear but for rounding give the whole image.
+    If tt < 0, the solutions are two half-lines: one before and one behind the
+    camera. `side` > 0 selects the upper one, < 0 the lower one; 0, and forms
+    that are linear up to rounding, give the whole image.
     """
     square = t * t - tt * one
     half = root(greatest(square, 0.0))
@@ -117,7 +117,7 @@ def _quadratic_span(tt, t, one, side):
     has_low = is_real & (is_inner | is_upper)
     has_high = is_real & (is_inner | is_lower)
     low, high = where(has_low, low, -1.0), where(has_high, high, 1.0)
-    # Nothing is inside of a form that is positive everywhere.
+    # A form that is positive everywhere has no inside.
     is_empty = is_inner & (square < 0)
     low, high = where(is_empty, 2.0, low), where(is_empty, -2.0, high)
     is_linear = magnitude(tt) <= 1e-9 * (magnitude(t) + magnitude(one))

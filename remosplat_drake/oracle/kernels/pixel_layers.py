@@ -1,7 +1,7 @@
-"""`PixelLayers`: all pixels of a view, and a coarse grid's among them (numba).
+"""`PixelLayers`: all pixels of a view, and those of a coarse grid (Numba).
 
-Each layer's rows and columns are numbered on their own: these numbers are
-places in the layer.
+Each layer numbers its rows and columns separately: these numbers are called
+places.
 """
 
 from typing import NamedTuple
@@ -18,20 +18,19 @@ _SPACING = 5
 
 
 class PixelLayers(NamedTuple):
-    """Both layers of a view with r x r pixels; there is room behind for lanes.
+    """Both layers of a view with r x r pixels; arrays are padded for lanes.
 
     Attributes:
         axis: Ray coordinate of each place, shape (2, r + 8).
         index: Row or column of the view at each place, shape (2, r + 8).
-        place: Place of each row or column, shape (2, r); so low that no lane
-            reaches it where the layer has none.
-        place_from: First place that is not before a row or column, shape
-            (2, r + 1).
+        place: Place of each row or column, shape (2, r); very negative, so that
+            no lane reaches it, if the layer has none.
+        place_from: First place at or after a row or column, shape (2, r + 1).
         beside_grid: 1 for columns that are not the grid's, else 0, shape
             (r + 8,).
         length: Length of the ray (x, y, 1) of each pixel, row by row and layer
             after layer.
-        length_from: Where the lengths of the rows begin, shape (2, r).
+        length_from: Start of each row in `length`, shape (2, r).
     """
 
     axis: np.ndarray
@@ -46,7 +45,8 @@ class PixelLayers(NamedTuple):
 def make_layers(resolution: int) -> PixelLayers:
     """Makes the layers of a view with resolution x resolution pixels."""
     every = np.arange(resolution)
-    # Up to the edges, so that no splat of many rows or columns is beside it.
+    # The grid reaches the edges, so that it covers every splat of many rows or
+    # columns.
     grid = np.unique(
         np.linspace(0, resolution - 1, 1 + -(-resolution // _SPACING)).round()
     ).astype(np.int64)
@@ -71,7 +71,7 @@ def make_layers(resolution: int) -> PixelLayers:
 
 
 def _with_room(*rows: np.ndarray) -> np.ndarray:
-    """Stacks rows, of different lengths, with zeros behind."""
+    """Stacks rows of different lengths, padded with zeros."""
     table = np.zeros((len(rows), max(map(len, rows)) + WIDTH))
     for row, numbers in zip(table, rows, strict=True):
         row[: len(numbers)] = numbers

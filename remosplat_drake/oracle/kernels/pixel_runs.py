@@ -1,10 +1,10 @@
-"""Fragments of the pixels of six views, in runs of neighbours (numba).
+"""Fragments of the pixels of six views, in runs of neighbours (Numba).
 
-A run is what one splat leaves in up to four neighbouring pixels of a row, so
-that it is kept by a few instructions. A row's runs are a linked list.
+A run holds the fragments of one splat in up to four neighbouring pixels of a
+row, so that a few instructions store it. A row's runs are a linked list.
 
-A pixel is numbered through all views: view times pixels of a view, plus its
-row-major index there. So are rows: view times rows of a view, plus the row.
+Pixel numbers run through all views: view times pixels of a view, plus the
+row-major index. Row numbers do, too: view times rows of a view, plus the row.
 """
 
 from typing import NamedTuple
@@ -29,10 +29,10 @@ from remosplat_drake.oracle.kernels.pixel_layers import (
 from remosplat_drake.oracle.kernels.wide_tree import MOST_WAITING
 
 ROUNDING = 1e-9
-"""Bound on how much products of equal factors differ by their order."""
+"""Bound on the difference of products of the same factors in another order."""
 
 RUNS, CANDIDATES, DEFERRED = range(3)
-"""What `Canvas.count` counts."""
+"""Indices into `Canvas.count`."""
 
 PROJECTION_SIZE = 34
 """Length of a projected splat, see `splat_drawing`."""
@@ -47,30 +47,31 @@ class Canvas(NamedTuple):
         best: Range of the nearest complete pixel of each view [m]; inf while
             there is none.
         best_pixel: That pixel, -1 while there is none.
-        limit: Range from which on nothing is needed of each view [m].
+        limit: Range limit of each view: fragments beyond it are not needed [m].
         count: Number of runs, of candidates, and of deferred splats.
-        light: Of each pixel the transmittance of all its kept fragments. Where
-            the pixel is known to be opaque enough, that of those nearer than
-            the limit, with its sign changed. Valid in rows that have runs.
+        light: For each pixel, the transmittance of all its kept fragments. If
+            the pixel is known to be opaque enough, the negated transmittance of
+            those nearer than the limit. Valid in rows with runs.
         latest: Latest run of each row, -1 without one.
         runs: Range [m] and alpha of each run's fragments, shape (room, 2, 4);
             alpha 0 where there is none.
         run_heads: The run before in the same row, the run's layer, and the
             place of its first pixel there, shape (room, 3).
-        candidates: Pixels whose light passed the threshold of the median.
+        candidates: Pixels whose transmittance fell below the threshold of the
+            median.
         order: Room to sort the fragments of a pixel.
-        deferred: Splats of which only the grid's pixels are drawn: place in
-            the records times the number of views, plus the view.
+        deferred: Splats with only their grid pixels drawn so far: place in the
+            records times the number of views, plus the view.
         ready: Number of splats that wait for each view.
         places: Their places in the records, shape (6, 8).
-        projections: Those of one view, projected, in lanes.
-        parts: Which of the pixels of each are drawn.
+        projections: The projected splats of one view, in lanes.
+        parts: Which pixels of each are drawn.
         spans: First and last column of their rows, eight at a time, shape
             (8, -, 2, 8).
         met: Which of these rows have any, as bits, shape (8, -).
         pair: Room for two lanes.
         sets: Sets of views that need a leaf's splats, in lanes.
-        queue: The nodes that wait, by lower bounds of their ranges.
+        queue: Queued nodes, by lower bounds of their ranges.
         stack: Room for nodes on a ray.
     """
 
@@ -104,8 +105,7 @@ def new_canvas(resolution: int, room: int) -> Packed[Canvas]:
 
     Args:
         resolution: Number of pixels along a side of a view.
-        room: Number of runs that there is room for, of deferred splats, and of
-            nodes.
+        room: Capacity for runs, for deferred splats, and for nodes.
     """
     n = N_VIEWS * resolution * resolution
     chunks = -(-resolution // WIDTH)
@@ -140,7 +140,7 @@ def new_canvas(resolution: int, room: int) -> Packed[Canvas]:
 
 @lean
 def wipe(canvas, bound):
-    """Begins a drawing of what is nearer than `bound`."""
+    """Clears the canvas for fragments nearer than `bound`."""
     canvas.count[:] = 0
     canvas.latest[:] = -1
     canvas.ready[:] = 0
@@ -170,8 +170,8 @@ def add_run(canvas, rules, row, layer, begin, reach, alpha):
         row: Number of the row, through all views.
         layer: Layer of its pixels.
         begin: Place of the first one there.
-        reach: Ranges, in lanes [m].
-        alpha: Their alphas, in lanes; 0 where there is no fragment.
+        reach: Ranges of the fragments, in lanes [m].
+        alpha: Their alphas, in lanes; 0 for no fragment.
 
     Returns:
         The pixels' light before and after.
@@ -209,8 +209,8 @@ def gather(canvas, rules, pixel, limit):
     """Finds the fragments of a pixel, and puts them into `canvas.order`.
 
     Returns:
-        How many there are, the transmittance of all, and that of those nearer
-        than `limit`.
+        Their number, the transmittance of all, and that of those nearer than
+        `limit`.
     """
     n, all_clear, near_clear = 0, 1.0, 1.0
     row, column = divmod(pixel, rules.resolution)
@@ -249,9 +249,9 @@ def median_range(canvas, rules, n):
 
 @lean
 def settle(canvas, rules, reach, pixel):
-    """Takes a complete pixel for its view's nearest one, if it is.
+    """Records a complete pixel as its view's nearest one, if it is.
 
-    Of pixels at the same range the first one is.
+    Among pixels at the same range, the first one counts.
     """
     view = pixel // (rules.resolution * rules.resolution)
     if reach > canvas.best[view] or (
@@ -259,10 +259,10 @@ def settle(canvas, rules, reach, pixel):
     ):
         return
     canvas.best[view], canvas.best_pixel[view] = reach, pixel
-    # Pixels that are equally near may still come.
+    # Equally near pixels may still follow.
     limit = np.nextafter(reach, np.inf)
     if rules.nearest_only:
-        # Of equal views the first is meant, whichever is met first.
+        # Among equal views the first one counts, in any order of visits.
         for other in range(N_VIEWS):
             canvas.limit[other] = min(canvas.limit[other], limit)
     canvas.limit[view] = min(canvas.limit[view], limit)

@@ -1,6 +1,6 @@
-"""Splats as solids, in the records that `nearest_splat` searches (numba).
+"""Splats as solids, in the records that `nearest_splat` searches (Numba).
 
-`sphere_to_ellipsoid_reference.py` says the same slowly, in NumPy.
+`sphere_to_ellipsoid_reference.py` is the slow reference in NumPy.
 """
 
 import math
@@ -15,12 +15,12 @@ _INFINITE = np.float32(np.inf)
 
 @kernel
 def pack_solids(index, p_WK, quaternions, scales, uncertainty, places, rows):
-    """Packs splats into rows of 12 numbers, in which queries search.
+    """Packs splats into rows of 12 numbers for queries.
 
-    A row holds what the splat's file does, and loses nothing of it: centre
-    p_WK, quaternion wxyz, three standard deviations (the last 0 for a disc)
-    and the uncertainty. Last comes the radius of a ball around all of the
-    splat's box, in standard deviations.
+    A row holds the data of the splat's file without loss: centre p_WK,
+    quaternion wxyz, three standard deviations (the last 0 for a disc) and the
+    uncertainty. Last comes the radius of a ball around all of the splat's box,
+    in standard deviations.
 
     Args:
         index: The splats to pack, shape (n,).
@@ -47,7 +47,7 @@ def pack_solids(index, p_WK, quaternions, scales, uncertainty, places, rows):
 
 @kernel
 def open_solids(packed, n_sigma, rows):
-    """Writes packed splats as rows of 16 numbers, described in `solid`.
+    """Unpacks splats into rows of 16 numbers, described in `solid`.
 
     Args:
         packed: The splats, as `pack_solids` packs them, shape (n, 12).
@@ -62,14 +62,14 @@ def open_solids(packed, n_sigma, rows):
 
 @helper
 def solid(row, n_sigma):
-    """Opens a packed splat in double precision.
+    """Unpacks a splat in double precision.
 
     Args:
         row: A row of `pack_solids`.
         n_sigma: Semi-axes in standard deviations.
 
     Returns:
-        Sixteen numbers: centre p_WK, the columns of R_WK sorted by falling
+        Sixteen numbers: centre p_WK, the columns of R_WK sorted by descending
         semi-axis, the three semi-axes (the last 0 for a disc) and the
         uncertainty.
     """
@@ -84,7 +84,7 @@ def columns(row):
     """The columns of the rotation matrix R_WK of a packed splat."""
     w, x = np.float64(row[3]), np.float64(row[4])
     y, z = np.float64(row[5]), np.float64(row[6])
-    # Unit quaternions of floats are off by 1e-7; rotations should not be.
+    # Unit quaternions of floats have errors of 1e-7; rotations must not.
     s = 2.0 / (w * w + x * x + y * y + z * z)
     xs, ys, zs = s * x, s * y, s * z
     xx, yy, zz = x * xs, y * ys, z * zs
@@ -109,9 +109,9 @@ def semi_axes(row, n_sigma):
 
 @helper
 def falling(e, others):
-    """Sorts semi-axes so that they fall, and what belongs to each with them.
+    """Sorts semi-axes in descending order, together with their data.
 
-    Of equal ones the first stays before the second.
+    The sort is stable.
     """
     a, b, c = e
     x, y, z = others
@@ -128,9 +128,9 @@ def falling(e, others):
 def fill_boxes(rows, solved, boxes):
     """Bounds every possible answer of a splat.
 
-    A converged closest point is on the splat; one from a truncated bisection
-    is somewhere in the box around it that is aligned to its axes. Uncertainty
-    reaches beyond it to all sides.
+    A converged closest point is on the splat; one from a truncated bisection is
+    in the box around it, aligned with its axes. Uncertainty enlarges the bound
+    on all sides.
 
     Args:
         rows: The splats, as `open_solids` writes them, shape (n, 16).
@@ -153,7 +153,7 @@ def _bound(row, solved, box):
         if solved:
             half = math.sqrt(half)
         half += row[15]
-        # Rounding: a splat's box may be too large, never too small.
+        # Rounding may make a splat's box too large, never too small.
         half += 1e-12 * (half + abs(row[j]))
         box[j] = row[j] - half
         box[3 + j] = row[j] + half
@@ -162,13 +162,13 @@ def _bound(row, solved, box):
 
 @kernel
 def are_enclosed(packed, n_sigma, solved, nodes, links, first, end) -> bool:
-    """Returns whether some nodes of a hierarchy hold what is below them.
+    """Returns whether the boxes of some nodes contain everything below them.
 
     Args:
         packed: The splats in leaf order, as `pack_solids` packs them.
         n_sigma: Semi-axes in standard deviations.
         solved: Whether closest points are converged.
-        nodes: Nodes of a sound `BoundingVolumeHierarchy`.
+        nodes: Nodes of a valid `BoundingVolumeHierarchy`.
         links: Its links.
         first: The first node to look at.
         end: The one after the last.
@@ -201,7 +201,7 @@ def _bound_child(node, side, box):
 
 @helper
 def _holds(node, side, box) -> bool:
-    """Whether the box of one child of a node holds another one."""
+    """Whether the box of one child of a node contains another box."""
     holds = node[12 + side] >= box[6]
     for k in range(3):
         holds &= node[6 * side + k] <= box[k]

@@ -1,8 +1,8 @@
-"""Drawing splats into depth views, as far as they matter (numba).
+"""Draws splats into depth views, as far as they matter (Numba).
 
-Splats wait for a view until there are eight, and are then projected at once,
-one a lane. Of each, eight rows of pixels are bounded at once, and of a row four
-pixels are drawn at once.
+Splats are collected for a view until there are eight, which are then projected
+at once, one per lane. For each, eight rows of pixels are bounded at once, and
+four pixels of a row are drawn at once.
 """
 
 from remosplat_drake.base.lanes import (
@@ -53,20 +53,20 @@ from remosplat_drake.oracle.kernels.pixel_runs import (
 from remosplat_drake.oracle.kernels.windows import disc_window
 
 _TALL = 6
-"""Number of rows from which on a splat is deferred; twice as many once the
-view has a nearest pixel, since less is drawn in vain then."""
+"""Number of rows from which on a splat is deferred; twice as many if the view
+has a nearest pixel, since fewer pixels are then drawn needlessly."""
 
 ALL, _COARSE, REST = range(3)
 """Which pixels are drawn: all, those of the grid, or the others."""
 
-# Places in a projected splat: its forms, two outlines, the dot of the low-pass
-# filter, and the first and last row and column of what bounds it.
+# Places in a projected splat: its forms, two outlines, the disc of the low-pass
+# filter, and the first and last row and column of its bounds.
 _FORMS, _OUTLINE, _NEAR, _DOT, _BOUNDS = 0, 15, 21, 27, 30
 
 
 @lean
 def draw(splats, rules, canvas, view, k, part):
-    """Draws a splat into a view, once eight have come.
+    """Adds a splat to a view, and draws when there are eight.
 
     Arguments and result are those of `draw_waiting`; k is its place in the
     records.
@@ -79,15 +79,15 @@ def draw(splats, rules, canvas, view, k, part):
 
 @lean
 def draw_waiting(splats, rules, canvas, view, part):
-    """Draws the splats that wait for a view.
+    """Draws the splats that are collected for a view.
 
     Args:
         splats: The `Footprints`.
         rules: The sensor's.
         canvas: The `Canvas`.
         view: The view.
-        part: ALL or REST. Of splats that span many rows only the pixels of the
-            grid are drawn instead of all, and they are deferred.
+        part: ALL or REST. With ALL, splats that span many rows are deferred,
+            and only their grid pixels are drawn.
 
     Returns:
         Whether the canvas has room for them.
@@ -119,10 +119,10 @@ def draw_waiting(splats, rules, canvas, view, part):
 
 @inlined
 def _project(splats, rules, canvas, view):
-    """Projects the splats that wait, and bounds the pixels of each.
+    """Projects the collected splats, and bounds the pixels of each.
 
     Returns:
-        Which of them may be seen, as bits.
+        Which of them may be visible, as bits.
     """
     p, at = canvas.views.p_WS, canvas.projections
     record = columns_of(splats.records, canvas.places[view])
@@ -167,7 +167,7 @@ def _keep(projections, at, values):
 
 @inlined
 def _three(canvas, at, lane):
-    """Three numbers of one of the projected splats."""
+    """Returns three numbers of one of the projected splats."""
     kept = canvas.projections
     return kept[at, lane], kept[at + 1, lane], kept[at + 2, lane]
 
@@ -194,7 +194,7 @@ def _count_rows(canvas, lane):
 
 @inlined
 def _layer_and_rows(canvas, lane):
-    """The layer that is drawn, the first place of a row, and their end."""
+    """Returns the layer to draw, its first row place, and the end."""
     layer = GRID if canvas.parts[lane] == _COARSE else EVERY
     place_from, kept = canvas.layers.place_from, canvas.projections
     first, last = int(kept[_BOUNDS, lane]), int(kept[_BOUNDS + 1, lane])
@@ -206,7 +206,7 @@ def _find_columns(rules, canvas, lane):
     """Bounds the columns of the rows of a projected splat.
 
     Returns:
-        Whether any of them has one.
+        Whether any row has a column.
     """
     s = _forms(canvas, lane)
     edge, near_edge = _six(canvas, _OUTLINE, lane), _six(canvas, _NEAR, lane)
@@ -240,7 +240,7 @@ def _find_columns(rules, canvas, lane):
 
 @lean
 def _draw_pixels(splats, rules, canvas, view, lane):
-    """Adds a projected splat's fragments in the part that is drawn."""
+    """Adds a projected splat's fragments in the current part."""
     s, k = _forms(canvas, lane), canvas.places[view, lane]
     layer, begin, end = _layer_and_rows(canvas, lane)
     place_from = canvas.layers.place_from
@@ -304,7 +304,7 @@ def _draw_row(splats, rules, canvas, view, k, s, part, layer, row, first, end):
 
 @inlined
 def _judge_run(rules, canvas, row, layer, begin, alpha, light):
-    """Judges pixels whose light has changed, where that may matter."""
+    """Tests pixels whose light has changed, if that may matter."""
     before, after = light
     index, first = canvas.layers.index[layer], row * rules.resolution
     median_at = rules.transmittance + ROUNDING
@@ -316,7 +316,7 @@ def _judge_run(rules, canvas, row, layer, begin, alpha, light):
         canvas.candidates[number] = first + index[begin + lowest_bit(new)]
         canvas.count[CANDIDATES] = number + 1
         new &= new - 1
-    # Only light of pixels that are known to be opaque enough is negative.
+    # Light is negative only for pixels that are known to be opaque enough.
     near = places_of(is_met & (after <= opaque_at) & (after >= -median_at))
     while near:
         _judge(rules, canvas, first + index[begin + lowest_bit(near)])
@@ -325,7 +325,7 @@ def _judge_run(rules, canvas, row, layer, begin, alpha, light):
 
 @lean
 def _judge(rules, canvas, pixel):
-    """Settles a pixel that may be opaque enough with a nearer median."""
+    """Settles a pixel that may be complete and have a nearer median."""
     limit = canvas.limit[pixel // (rules.resolution * rules.resolution)]
     n, all_clear, near_clear = gather(canvas, rules, pixel, limit)
     if 1 - all_clear < rules.alpha_cutoff:
@@ -339,7 +339,7 @@ def _judge(rules, canvas, pixel):
 
 @inlined
 def _with_dot(low, high, center, half):
-    """Intervals, empty if low > high, enlarged by center +- half, if any."""
+    """Extends intervals, empty if low > high, by center +- half, if any."""
     is_empty, has_dot = low > high, half >= 0
     dot_low, dot_high = center - half, center + half
     with_low = where(is_empty, dot_low, least(low, dot_low))

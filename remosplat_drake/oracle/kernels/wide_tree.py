@@ -1,8 +1,8 @@
-"""A hierarchy whose nodes have eight children, looked at all at once (numba).
+"""A hierarchy whose nodes have eight children, tested at once (Numba).
 
-It is made of a `BoundingVolumeHierarchy`: a node takes its children's children
-in until it has eight, the largest first. A query visits less than half as many
-nodes, and processors compare eight numbers in single precision as fast as one.
+It is built from a `BoundingVolumeHierarchy`: a node adopts the children of its
+largest child until it has eight. A query visits less than half as many nodes,
+and processors compare eight numbers in single precision as fast as one.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from remosplat_drake.splat.bvh import LEAF_SIZE, MAX_DEPTH, leaf_range
 from remosplat_drake.splat.bvh_build import leaf_link
 
 MOST_WAITING = MAX_DEPTH * (WIDTH - 1) + 1
-"""Most nodes that wait at a time for their turn in a query."""
+"""Largest number of queued nodes in a query."""
 
 ROWS = 7
 """Numbers of a child: lower corner, upper corner, and height."""
@@ -26,16 +26,15 @@ def widen(nodes, links, leaf_size):
     Args:
         nodes: Nodes of the `BoundingVolumeHierarchy`.
         links: Their links.
-        leaf_size: Number of boxes up to which what is below a child becomes
-            one leaf; below 16.
+        leaf_size: Largest number of boxes in a leaf; below 16.
 
     Returns:
         For each of the nodes the lower and the upper corners of its children's
-        boxes, and the highest height below each, shape (m, 7, 8) [m], of
-        children that there are not NaN; and the children's numbers, or of
-        leaves the links, shape (m, 8). The root is node 0.
+        boxes, and the greatest height below each, shape (m, 7, 8) [m], NaN for
+        missing children; and the children's numbers, or links for leaves, shape
+        (m, 8). The root is node 0.
     """
-    # As many as there usually are: untouched memory is dear.
+    # The usual number: allocating much more would be expensive.
     wide, children = _make_nodes(len(nodes) // 3 + 1)
     # Nodes to fill: their number here and there.
     waiting = np.zeros((MOST_WAITING, 2), np.int64)
@@ -77,7 +76,7 @@ def largest_below(children, values):
         values: A value of each box in leaf order, not negative.
 
     Returns:
-        The largest values, shape (m, 8), 0 where there is no child.
+        The largest values, shape (m, 8), 0 for missing children.
     """
     largest = np.zeros(children.shape)
     # A child is numbered after its parent.
@@ -95,7 +94,7 @@ def largest_below(children, values):
 
 @helper
 def _make_nodes(n):
-    """Makes room for n nodes, and a few more."""
+    """Allocates n nodes, and a few more."""
     wide = np.empty((n + WIDTH, ROWS, WIDTH), np.float32)
     return wide, np.empty((n + WIDTH, WIDTH), np.int32)
 
@@ -129,7 +128,7 @@ def _gather(nodes, links, node, leaf_size, found):
 
 @helper
 def _leaf_or_node(links, link, leaf_size):
-    """A child's link, or that of a leaf of all below if these are few."""
+    """Returns a child's link, or that of one leaf if few boxes are below."""
     if link < 0 or leaf_size <= LEAF_SIZE:
         return link
     left = right = link

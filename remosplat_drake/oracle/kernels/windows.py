@@ -1,24 +1,25 @@
-"""Windows: where in a view a splat is nearer than some range (numba).
+"""Windows: parts of a view in which a splat is nearer than a range (Numba).
 
 A window is the least and the largest x and the least and the largest y in the
 image plane; it is empty if the least x is above the largest. Splats may be
-several in lanes.
+lanes.
 """
 
 from remosplat_drake.base.lanes import greatest, least, magnitude, root, where
 from remosplat_drake.oracle.kernels.footprints import inlined
 
-# Rounding: a window may be too large, never too small.
+# Rounding may make a window too large, never too small.
 _SLACK = 1 + 1e-9
 
 
 @inlined
 def disc_window(s, cut, reach, near):
-    """Bounds where a disc is seen nearer than a range.
+    """Bounds the part of a view in which a disc is nearer than a range.
 
-    What is nearer lies in a rectangle of the disc's plane: around the disc, and
-    around the circle in which the ball of that range cuts the plane. Of most
-    discs near a view nothing is left, or less than a pixel.
+    That part of the disc lies in a rectangle of the disc's plane: in the bounds
+    of the disc, and in those of the circle in which the ball of that range cuts
+    the plane. For most discs near a view, nothing remains, or less than a
+    pixel.
 
     Args:
         s: The whitened disc, see `footprints.whiten`.
@@ -73,7 +74,7 @@ def _window_of_parallelogram(p, a, b, near):
     x2, x3 = (p[0] - a[0] + b[0]) * w2, (p[0] + a[0] + b[0]) * w3
     y0, y1 = (p[1] - a[1] - b[1]) * w0, (p[1] + a[1] - b[1]) * w1
     y2, y3 = (p[1] - a[1] + b[1]) * w2, (p[1] + a[1] + b[1]) * w3
-    # Where a corner may be beside the camera or behind it, anywhere.
+    # If a corner may be beside or behind the camera, the window is unbounded.
     is_ahead = p[2] - depth >= 0.5 * near
     is_behind = p[2] + depth < near
     x_low = least(least(x0, x1), least(x2, x3))

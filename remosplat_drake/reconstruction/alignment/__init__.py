@@ -1,1 +1,1 @@
-"""Camera poses, depth scale and offset, refined from what the sensor gave."""
+"""Refinement of camera poses and of the camera's own errors."""

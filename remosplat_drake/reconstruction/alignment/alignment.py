@@ -1,9 +1,9 @@
 """`align`: poses and the camera itself, refined from the depth images.
 
-Views that share surfaces, near and far from each other, must have them in one
-place. All poses, and what all images err by (see `camera_errors`), are refined
-together by Gauss-Newton, point to plane, from coarse to fine, and held by what
-the given poses are: an odometry whose noise and drift the data themselves tell.
+All views of a surface, near or distant, must place it at the same position. All
+poses, and the errors that all images share (see `camera_errors`), are refined
+together by Gauss-Newton, point to plane, from coarse to fine. The prior of the
+given poses is an odometry, whose noise and drift are estimated from the data.
 """
 
 import dataclasses as dc
@@ -67,16 +67,16 @@ COARSE = (
     Level(0.05, 0.008, 0.8, 3),
 )
 FINE = (Level(0.03, 0.003, 0.85, 4), Level(0.03, 0.0, 0.85, 5))
-"""From coarse to fine; the fine levels estimate what noise the poses have."""
+"""Levels from coarse to fine; the fine ones estimate the noise of the poses."""
 
 _CORRELATION = 10.0
-"""Residuals that say as much as one, until the data tell better."""
+"""Initial number of residuals with the information of one."""
 
 _HELD_OUT = 7
-"""Every so many pairs, in order of their distance, only judge."""
+"""Step between held-out pairs, in order of their distance."""
 
 _ROUNDS = 3
-"""Most times that images are corrected and all is refined anew."""
+"""Largest number of rounds of correction and refinement."""
 
 _UNTOLD = np.array(
     [0.003, 0.003, 0.002, 0.002, 0.002, 0.003, 0.003, 0.01, 0.03]
@@ -84,16 +84,16 @@ _UNTOLD = np.array(
     + 3 * [np.deg2rad(0.1)]
     + 3 * [0.002]
 )
-"""Errors of the camera that are not told from none: noise hides that surfaces
-are curved, and the planes in their place lie too deep. In the order of
+"""Errors of the camera that cannot be distinguished from zero: noise hides the
+curvature of surfaces, and the fitted planes lie too deep. In the order of
 `camera_errors`."""
 
 _UNEXPLAINED = 0.2
-"""A delay is believed that leaves less than this part of the squares of all
-poses' errors."""
+"""A delay is accepted if it leaves less than this fraction of the squared
+errors of all poses."""
 
 _SIGNIFICANT = 3.0
-"""Standard deviations within which an error is not told from none."""
+"""Number of standard deviations within which an error is not significant."""
 
 _CONVERGED = 2e-6
 """Steps below end a level [rad, m]."""
@@ -104,13 +104,13 @@ _EXACT = 1e-7
 
 @dc.dataclass(frozen=True)
 class AlignmentConfig:
-    """What is known before, and how much is compared.
+    """Prior knowledge, and the amount of data.
 
     Attributes:
-        camera: What is known of the camera.
+        camera: Prior of the camera's errors.
         odometry: Noise of the given poses; None: estimated.
         lengths: Measured lengths.
-        partners: Views that each view is compared with, about.
+        partners: Approximate number of views that each view is compared with.
         samples: Points of each view that are compared.
         seed: Seed of the choice of points.
     """
@@ -125,7 +125,7 @@ class AlignmentConfig:
 
 @dc.dataclass(frozen=True, eq=False)
 class Alignment:
-    """A capture whose views agree, and how well its cameras are known.
+    """An aligned capture, with the uncertainty of its cameras.
 
     The unknowns are theta_W [rad] and t_W [m] of each view, one after the
     other, then the k errors that all images share: the true pose is
@@ -134,12 +134,13 @@ class Alignment:
 
     Attributes:
         capture: The refined capture, or the given one if it was not accepted.
-        undone: The errors of the camera that it was freed of, shape (k,).
-        error: Expected value of the unknowns: 0 if accepted, else the
-            refinement that was not made, shape (6n + k,).
+        undone: The corrected errors of the camera, shape (k,).
+        error: Expected value of the unknowns: 0 if accepted, else the rejected
+            refinement, shape (6n + k,).
         covariance: Their covariance, shape (6n + k, 6n + k).
         noise: Noise of the given poses.
-        shared: How many residuals said as much as an independent one.
+        shared: Number of residuals with the information of one independent
+            residual.
         rows: Residuals before and after by distance of the views; the same
             twice if the refinement was not accepted.
         groups: Number of groups of views that share no surface.
@@ -188,7 +189,7 @@ def align(
     config: AlignmentConfig | None = None,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> Alignment:
-    """Refines the poses of a capture and what all its images err by.
+    """Refines the poses of a capture and the errors that all images share.
 
     Args:
         capture: Posed RGB-D images; the order is that in which they were taken.
@@ -196,7 +197,7 @@ def align(
         report: Called with the steps done and the steps in all.
 
     Raises:
-        FieldError: A measured length names no pixel with a depth.
+        FieldError: A measured length refers to a pixel without depth.
     """
     config = config or AlignmentConfig()
     refinement = _Refinement(capture, config)
@@ -229,7 +230,7 @@ def align(
 
 
 class _Refinement:
-    """The rounds and levels from coarse to fine, and what they carry along."""
+    """State of the rounds and levels from coarse to fine."""
 
     def __init__(self, capture: Capture, config: AlignmentConfig):
         self.capture, self.config = capture, config
@@ -244,7 +245,7 @@ class _Refinement:
 
     @property
     def given(self) -> np.ndarray:
-        """Given poses, freed of what is known of the camera, (n, 4, 4)."""
+        """Given poses, corrected by known camera errors, (n, 4, 4)."""
         return self.image.X_WC
 
     def run(
@@ -264,10 +265,10 @@ class _Refinement:
         return self._doubted(result, state, FINE[-1]), state
 
     def _taken_delay(self, state: State) -> float:
-        """The delay of the images that the poses have taken on [s].
+        """Returns the images' delay that appears as motion of the poses [s].
 
-        A smooth walk makes a delay look like a smooth drift, and a drift is
-        cheap. But no drift follows the camera's velocity.
+        On a smooth walk, a delay looks like a smooth drift, which costs little.
+        But a drift does not follow the camera's velocity.
         """
         if not self._prior[DELAY]:
             return 0.0
@@ -310,11 +311,11 @@ class _Refinement:
         return result, state
 
     def freed(self, state: State, delay: float = 0.0) -> State:
-        """Frees the images of what is known of them, and returns the state.
+        """Corrects the images by their known errors, and returns the state.
 
         Args:
             state: The state.
-            delay: What its poses have taken on of the images' delay [s].
+            delay: The part of the images' delay that appears in its poses [s].
         """
         errors = state.errors.copy()
         errors[DELAY] += delay
@@ -330,10 +331,10 @@ class _Refinement:
         return State(perturbed(self.given, motion), errors, errors.copy())
 
     def _simplest(self, result: Posterior, state: State) -> State:
-        """The state, without errors of the camera that are next to none.
+        """Returns the state without insignificant errors of the camera.
 
-        The rest is what goes with them at zero, by the joint normal
-        distribution of all unknowns.
+        The other unknowns are conditioned on these being zero, by the joint
+        normal distribution.
         """
         if self.config.lengths:
             return state
@@ -386,7 +387,7 @@ class _Refinement:
         )
 
     def _known(self, x: np.ndarray, state: State) -> tuple:
-        """Matrix and gradient of what is known of the camera, and lengths."""
+        """Returns matrix and gradient of the camera's prior and of lengths."""
         H, g = np.zeros((len(x), len(x))), np.zeros(len(x))
         own = np.arange(len(x) - COUNT, len(x))
         H[own, own] = np.maximum(self._prior, _EXACT) ** -2
@@ -418,7 +419,7 @@ class _Refinement:
 
 
 def _held_out(state: State, pairs: np.ndarray) -> np.ndarray:
-    """Which pairs only judge: some of all distances, if there are enough."""
+    """Selects held-out pairs of all distances, if there are enough."""
     held_out = np.zeros(len(pairs), bool)
     if len(pairs) >= 3 * _HELD_OUT:
         p_WC = state.X_WC[:, :3, 3]

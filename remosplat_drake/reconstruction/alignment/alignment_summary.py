@@ -1,4 +1,4 @@
-"""`AlignmentSummary`: what a quality report says of the cameras."""
+"""`AlignmentSummary`: the section of a quality report on the cameras."""
 
 import dataclasses as dc
 from typing import Annotated
@@ -13,7 +13,7 @@ _SIGNED = Annotated[float, Interval(ge=-1e6, le=1e6)]
 _COUNT = Annotated[int, Interval(ge=0, le=10**12)]
 
 _MOST_DIGITS = 4
-"""Most decimals that a value is told with."""
+"""Largest number of decimals of a value."""
 
 
 @dc.dataclass
@@ -40,21 +40,21 @@ class ResidualRow(Config):
 
 @dc.dataclass
 class CameraError(Config):
-    """A number by which all images of a camera err alike."""
+    """An error that all images of a camera share."""
 
     # What errs, in words.
     name: str = ""
-    # By how much: what was undone, or else what was found [unit].
+    # Its size: as corrected, or else as estimated [unit].
     value: _SIGNED = 0.0
     # Its standard deviation [unit].
     deviation: _SIZE = 0.0
     # Unit of both; empty for a plain number.
     unit: str = ""
-    # Whether the capture was freed of it; what is next to none is left.
+    # Whether the capture was corrected; insignificant errors are not.
     undone: bool = False
 
     def __str__(self) -> str:
-        """Words value, deviation and unit, such as "3.09 ± 0.01 %"."""
+        """Formats value, deviation and unit, such as "3.09 ± 0.01 %"."""
         return (
             f"{self.value:+z.{digits(self.deviation)}f}"
             f" {doubt(self.deviation, self.unit)}"
@@ -62,12 +62,12 @@ class CameraError(Config):
 
 
 def doubt(deviation: float, unit: str) -> str:
-    """Words a standard deviation, such as "± 0.02 %"."""
+    """Formats a standard deviation, such as "± 0.02 %"."""
     return f"± {deviation:.{digits(deviation)}f} {unit}".rstrip()
 
 
 def digits(deviation: float) -> int:
-    """Returns how many decimals of a value say something."""
+    """Returns the number of significant decimals of a value."""
     if deviation <= 0:
         return _MOST_DIGITS
     return int(np.clip(np.ceil(-np.log10(deviation)), 0, _MOST_DIGITS))
@@ -75,7 +75,7 @@ def digits(deviation: float) -> int:
 
 @dc.dataclass
 class AlignmentSummary(Config):
-    """How poses and what all images err by were refined."""
+    """Results of the refinement of poses and of shared errors."""
 
     # Whether the refinement was kept: only if other views agree better.
     accepted: bool = False
@@ -97,7 +97,7 @@ class AlignmentSummary(Config):
     groups: Annotated[int, Interval(ge=0, le=10**9)] = 1
     # Residuals before and after, by the distance of the views.
     rows: list[ResidualRow] = dc.field(default_factory=list)
-    # What all images of the camera err by; none in reports of older versions.
+    # Errors that all images share; none in reports of older versions.
     camera: list[CameraError] = dc.field(default_factory=list)
-    # What was done and what is not known, in words.
+    # Corrections and unknowns, in words.
     words: str = ""

@@ -26,24 +26,24 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
 from remosplat_drake.reconstruction.alignment.perturbation import perturbed
 
 _ROUNDS = 4
-"""Where a pixel of the new image was in the old one is found by so many fixed
-point iterations: a row's motion depends on the depth that is found there."""
+"""Number of fixed-point iterations to find a new pixel's position in the old
+image, since a row's motion depends on the depth there."""
 
 _JUMP = 0.05
-"""Neighbours whose inverse depths differ by more than this part of them are of
-two surfaces."""
+"""Relative difference of inverse depths above which neighbours belong to two
+surfaces."""
 
 _APART = 1.5
-"""A pixel that was found lies within so much of where its depth puts it, or
-nothing is known there: something hid it [pixels]."""
+"""Largest distance of a found pixel from the position that its depth implies;
+beyond it, the pixel is occluded and unknown [pixels]."""
 
 
 def corrected(capture: Capture, errors: np.ndarray) -> Capture:
-    """Undoes what all images of a capture err by.
+    """Corrects the errors that all images of a capture share.
 
     Focal lengths and principal points change, poses move by the delay and with
     the camera on its carrier, depths follow their polynomial. Distortion and
-    read-out need new images: their pixels are picked from the old ones.
+    read-out need new images, which are resampled from the old ones.
 
     Args:
         capture: Posed RGB-D images.
@@ -63,7 +63,7 @@ def corrected(capture: Capture, errors: np.ndarray) -> Capture:
 
 
 def _carried(capture: Capture, errors: np.ndarray) -> Capture:
-    """The capture at the time of its images, on the right mount."""
+    """Returns the capture with corrected delay and mount."""
     delay = errors[DELAY]
     moved, X_WC = capture, capture.X_WC.copy()
     if capture.velocity_W is not None:
@@ -85,7 +85,7 @@ def delay_of_motion(
 ) -> tuple[float, float]:
     """Finds the delay of the images that explains errors of poses best.
 
-    Rigid motions of the world and its scale say nothing of the camera.
+    Rigid motions of the world and its scale are ignored.
 
     Args:
         capture: Posed RGB-D images.
@@ -135,7 +135,7 @@ def _resampled(capture: Capture, errors: np.ndarray) -> Capture:
 def _sources(
     K: np.ndarray, depth: np.ndarray, velocity: np.ndarray, errors: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Where a new image's pixels were in the old one.
+    """Finds the positions of a new image's pixels in the old one.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].
@@ -155,7 +155,7 @@ def _sources(
     ray = np.concatenate([xy, np.ones((height, width, 1))], axis=-1)
 
     def place(z: np.ndarray, row: np.ndarray):
-        """Pixels of points in the old image, and how far these have moved."""
+        """Returns pixels of points in the old image, and the points' motion."""
         # A point stands still while the camera moves: in C it goes back.
         p = z[..., None] * ray
         motion = _row_motion(p, row, height, velocity, errors)
@@ -196,10 +196,11 @@ def _with_nearer(
     errors: np.ndarray,
     found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What `_sources` found, with all that lands before it.
+    """Adds nearer points to the result of `_sources`.
 
-    Of a cable before a wall, both may be where a pixel looks. The nearer one is
-    seen: each old pixel is moved to where it belongs, and nothing thin is lost.
+    If a cable is before a wall, both may match a pixel. The nearer one is
+    visible: each old pixel is moved to its corrected position, so nothing thin
+    is lost.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].

@@ -1,4 +1,4 @@
-r"""What all images of one camera err by alike, as displacements of points.
+r"""Errors that all images of a camera share, as displacements of points.
 
 A pixel's point in C lies at p = z r on its ray r = (x, y, 1). Each error e_k of
 the camera moves it by e_k b_k(p), to first order:
@@ -12,8 +12,8 @@ the camera moves it by e_k b_k(p), to first order:
     read-out, from top to bottom      b = (row / height - 1/2) (v + omega x p)
     the camera's pose on its carrier  b = e_i x p, e_i
 
-with the camera's own velocity v, omega in C. Where two views measure one
-surface, they must have it in one place: that is what tells the errors.
+with the camera's own velocity v, omega in C. Two views of one surface must
+place it at the same position, which determines the errors.
 """
 
 import dataclasses as dc
@@ -32,10 +32,10 @@ COUNT = 17
 """Indices of the errors in arrays; TURN and SHIFT are three numbers each."""
 
 CARRIED = np.array([DELAY, *range(TURN, COUNT)])
-"""Those errors that are of where the camera was, and not of its images."""
+"""Errors of the camera's poses, and not of its images."""
 
 NO_ERRORS = np.zeros(0)
-"""Of a camera that is taken as exact."""
+"""Errors of a camera that is assumed exact."""
 
 
 _Part = Annotated[float, Interval(ge=0, le=1)]
@@ -45,9 +45,9 @@ _Time = Annotated[float, Interval(ge=0, le=10)]
 
 @dc.dataclass(frozen=True)
 class CameraPrior(Config):
-    """Standard deviations of a camera's errors before its images are seen.
+    """Prior standard deviations of a camera's errors.
 
-    Zero takes a number as exact. A value out of range is a FieldError.
+    Zero means that a number is exact. A value out of range is a FieldError.
 
     Attributes:
         scale: Scale of the depth, as the sensor's specification has it.
@@ -77,7 +77,7 @@ class CameraPrior(Config):
 
     @classmethod
     def exact(cls, scale: float) -> Self:
-        """Returns what is known if all but the depth's scale and offset is.
+        """Returns the prior with all but the depth's scale and offset exact.
 
         Args:
             scale: Standard deviation of the depth's scale.

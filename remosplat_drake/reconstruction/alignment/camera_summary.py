@@ -1,4 +1,4 @@
-"""What a report says of the errors that all images of a camera share."""
+"""Report sentences on the errors that all images of a camera share."""
 
 from typing import NamedTuple
 
@@ -29,14 +29,14 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
 
 
 class _Kind(NamedTuple):
-    """How an error is told.
+    """How an error is reported.
 
     Attributes:
         name: What errs.
-        factor: Its value in units that people read, as a multiple.
+        factor: Factor to display units.
         unit: That unit; empty for a plain number.
         words: A sentence with room for its size and its direction; empty if
-            `_words_together` tells it.
+            `_words_together` reports it.
         directions: What a positive error means, and a negative one.
     """
 
@@ -114,13 +114,13 @@ _KINDS = {
         for i, axis in enumerate("xyz")
     },
 }  # fmt: skip
-"""How each error is told, in the order in which reports list them."""
+"""How each error is reported, in the order of reports."""
 
 
 def camera_errors(alignment: Alignment) -> list[CameraError]:
-    """Lists what all images of a capture err by."""
+    """Lists the errors that all images of a capture share."""
     factors = _factors(alignment)
-    # An error that was undone is told as it was undone.
+    # A corrected error is reported as it was corrected.
     found = alignment.undone + alignment.error[-COUNT:]
     values = np.where(alignment.undone != 0, alignment.undone, found)
     return [
@@ -136,7 +136,7 @@ def camera_errors(alignment: Alignment) -> list[CameraError]:
 
 
 def words_of_camera(alignment: Alignment) -> list[str]:
-    """Words what a capture was freed of, a sentence each."""
+    """Describes the corrected errors of a capture, one sentence each."""
     sentences = [
         kind.words.format(
             size=_size(abs(error.value), error.deviation, error.unit),
@@ -163,7 +163,7 @@ def words_of_camera(alignment: Alignment) -> list[str]:
 
 
 def _length_of(alignment: Alignment, first: int) -> tuple[str, str]:
-    """Words the length of three errors together, and its deviation."""
+    """Formats the length of three errors together, and its deviation."""
     kind, three = _KINDS[first], slice(first, first + 3)
     vector = alignment.undone[three]
     size = float(np.linalg.norm(vector))
@@ -189,5 +189,5 @@ def _factors(alignment: Alignment) -> np.ndarray:
 
 
 def _size(value: float, deviation: float, unit: str) -> str:
-    """Words a size with as many decimals as say something."""
+    """Formats a size with its significant decimals."""
     return f"{value:.{digits(deviation)}f} {unit}".rstrip()

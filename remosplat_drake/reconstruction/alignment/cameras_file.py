@@ -25,14 +25,14 @@ def write_cameras(
     refined_W: Capture | None,
     undone: Sequence[np.ndarray] = (),
 ):
-    """Keeps refined cameras beside a splat; removes what is out of date.
+    """Writes refined cameras beside a splat; removes outdated ones.
 
     Args:
         splat: Path of the splat's file.
         refined_W: The capture with refined cameras, in its own frame W; None
             leaves the capture's own cameras.
-        undone: Errors of the camera that it was freed of, one correction after
-            the other, shape (`COUNT`,) each; see `camera_errors`.
+        undone: Corrected errors of the camera, one correction after the other,
+            shape (`COUNT`,) each; see `camera_errors`.
     """
     path = cameras_path(splat)
     if refined_W is None:
@@ -72,7 +72,7 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
 
 
 def undone_errors(splat: Path) -> np.ndarray:
-    """Returns what the cameras beside a splat were freed of, (m, `COUNT`).
+    """Returns the corrections of the cameras beside a splat, (m, `COUNT`).
 
     Returns:
         One correction after the other, see `camera_errors`; none if there are

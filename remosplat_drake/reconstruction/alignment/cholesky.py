@@ -1,4 +1,4 @@
-"""Factors of matrices that are positive definite but for rounding."""
+"""Factors of matrices that are positive definite up to rounding."""
 
 import numpy as np
 from scipy.linalg import LinAlgError, cholesky
@@ -16,7 +16,7 @@ def lower_factor(H: np.ndarray) -> np.ndarray:
         H: Symmetric matrix with a positive diagonal, shape (n, n).
 
     Raises:
-        LinAlgError: The matrix is indefinite, and not by rounding.
+        LinAlgError: The matrix is indefinite, beyond rounding.
     """
     size = np.sqrt(np.diag(H))
     scaled = H / np.outer(size, size)

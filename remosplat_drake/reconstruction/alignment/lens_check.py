@@ -1,4 +1,4 @@
-"""Judges whether a lens is what its capture says, once that was refined."""
+"""Judges whether a refined lens model fits the images."""
 
 import numpy as np
 
@@ -18,9 +18,8 @@ def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:
     Two coefficients describe a fisheye lens in the middle of its images only.
 
     Args:
-        wide: What refined views say about each other.
-        undone: Errors of the camera that they were freed of, see
-            `camera_errors`.
+        wide: Comparison of the refined views.
+        undone: Corrected errors of the camera, see `camera_errors`.
     """
     found = disagreement(wide)
     strange = np.abs(undone[[K1, K2]]).max() > _IMPLAUSIBLE

@@ -1,4 +1,4 @@
-"""`Length`: a distance that a person has measured, which tells the scale."""
+"""`Length`: a manually measured distance, which determines the scale."""
 
 import dataclasses as dc
 
@@ -78,7 +78,7 @@ def add_length(
         H: Matrix of all unknowns, shape (6n + k, 6n + k).
         g: Gradient, shape (6n + k,).
     """
-    # The delay and the mount are in the poses, as far as they are undone.
+    # Poses already include the corrected delay and mount.
     errors = state.errors.copy()
     errors[CARRIED] = state.left[CARRIED]
     shared = POSE * len(state.X_WC)

@@ -1,4 +1,4 @@
-r"""What is known of given poses: an odometry with noise and drift.
+r"""The prior of given poses: an odometry with noise and drift.
 
 The error of the pose at time tau, from 0 at the capture's first view to 1 at
 its last one, is white noise, a random walk, a steady drift and a smooth one,
@@ -11,7 +11,7 @@ Its covariance between views i and j is, for each coordinate,
 with m and M the smaller and the larger of tau_i and tau_j.
 
 So white noise ties W to the mean of all cameras, and drift to the first ones.
-How large they are is told by the data: the data's equations H x = h and the
+Their sizes are estimated from the data: the data's equations H x = h and the
 covariance C give the evidence (MacKay, "Bayesian interpolation", 1992)
 
     2 ln p = -ln |I + C H| + h^T (H + C^-1)^-1 h,
@@ -36,7 +36,7 @@ MOST = np.repeat([0.5, 1.0], _KINDS)
 """Range of the eight deviations [rad, m]."""
 
 _REFUTED = 3.0
-"""What makes the data e^3 times less likely is refuted."""
+"""Deviations that make the data e^3 times less likely are refuted."""
 
 
 @dc.dataclass(frozen=True)
@@ -134,8 +134,8 @@ def estimate_noise(
 ) -> OdometryNoise:
     """Maximises the evidence over the deviations of given poses.
 
-    There may be several maxima: what the camera errs by explains some motions
-    of all poses at once, and noise that is thought to be large hides that.
+    There may be several maxima: errors of the camera explain some common
+    motions of all poses, and a large assumed noise hides that.
 
     Args:
         H: Matrix of the data and of what is known of the camera, shape
@@ -165,10 +165,10 @@ def plausible_noise(
 ) -> OdometryNoise:
     """Returns the largest deviations that the evidence does not refute.
 
-    The likeliest noise of few or weakly seen poses is often none at all, and
-    doubt that rests on it is too small: least of all do the directions that
-    the data see tell of those along which views slide. Each kind is doubled
-    for as long as the evidence stays within `_REFUTED`.
+    The most likely noise of few or weakly constrained poses is often zero, and
+    the resulting uncertainty is too small: the observed directions say little
+    about those along which views can slide. Each kind is doubled as long as the
+    evidence stays within `_REFUTED`.
 
     Args:
         H: Matrix of the data and of what is known of the camera, shape

@@ -1,4 +1,4 @@
-"""One new view, aligned to others whose poses are held."""
+"""Alignment of one new view to others with fixed poses."""
 
 from typing import NamedTuple
 
@@ -24,11 +24,11 @@ LEVELS = (
 """From coarse to fine."""
 
 _CORRELATION = 10.0
-"""Residuals of a pair that say as much as an independent one."""
+"""Number of residuals of a pair with the information of one."""
 
 
 class AlignedView(NamedTuple):
-    """A view's pose from others' surfaces and what was known before.
+    """A view's pose from others' surfaces and its prior.
 
     Attributes:
         X_WC: The pose, shape (4, 4).
@@ -50,7 +50,7 @@ def align_view(
     others: np.ndarray,
     covariance: np.ndarray,
 ) -> AlignedView:
-    """Aligns one view to others, whose poses stay as they are.
+    """Aligns one view to others with fixed poses.
 
     Args:
         stack: All views.

@@ -1,7 +1,7 @@
 r"""Point-to-plane residuals of pairs of views, and their normal equations.
 
-A sampled point p of view a lies on the plane n . q = d that view b has at the
-pixel where it sees p. What all images err by, e_k, moves both by B e, see
+A sampled point p of view a lies on the plane n . q = d of view b at the pixel
+to which p projects. The shared errors e_k move both by B e, see
 `camera_errors`, and the first of them is the depths' scale, s = 1 + e_1:
 
     s e = n_W . (p_W - p_WB) - (d + n . B_B e),
@@ -16,11 +16,11 @@ its own centre and a translation t_W of it, so
     de/dtheta_B = -de/dtheta_A + (p_WB - p_WA) x de/dt_A,
     s de/de_k = n_W . (R_WA b_Ak - R_WB b_Bk), less e for the scale:
 
-a pair knows of its relative pose only. So an equation has 6 + k numbers, the
+a pair constrains only its relative pose. So an equation has 6 + k numbers, the
 derivatives by theta_A, t_A and the shared errors; `pair_expansion` has the
 others. Each is n_W . g_j with a vector g_j of its own.
 
-`pair_reference` computes the same slowly and readably.
+`pair_reference` is the slow, readable reference.
 """
 
 import numpy as np
@@ -45,10 +45,10 @@ NEAR = 0.02
 """Least depth at which a view sees a point [m]."""
 
 FLOOR = 1e-4
-"""Least standard deviation of a residual: what no model of noise has [m]."""
+"""Least standard deviation of a residual, for unmodelled noise [m]."""
 
 _TREMBLING = 4
-"""Every so many equations tell what trembling normals add to all of them."""
+"""Step between equations that estimate the effect of noisy normals."""
 
 
 @numpy_helper

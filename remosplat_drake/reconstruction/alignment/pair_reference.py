@@ -1,4 +1,4 @@
-"""What `pair_kernel` computes, slowly and readably."""
+"""Slow, readable reference of `pair_kernel`."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 
 class Camera(NamedTuple):
-    """What the displacements of a view's points depend on.
+    """Inputs of the displacements of a view's points.
 
     Attributes:
         focal: f_x and f_y, shape (2,) [pixels].
@@ -27,7 +27,7 @@ class Camera(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """A point of view a on the plane that view b has there.
+    """A point of view a, and the plane of view b there.
 
     Attributes:
         point: The point in a's camera, as measured, shape (3,) [m].

@@ -1,8 +1,8 @@
-"""Which pairs of views are compared: those that share surfaces.
+"""Selects pairs of views that share surfaces.
 
-Neighbours alone let drift grow unseen. So each view is paired with those that
-share most of what it sees in each of several bins of distance, near to far;
-loop closures are among them.
+Pairs of neighbours alone would not reveal drift. So in each of several bins of
+distance, near to far, each view is paired with those that share most of its
+surfaces; these pairs include loop closures.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from remosplat_drake.reconstruction.alignment.pair_kernel import (
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 _POINTS = 60
-"""Points of a view that look for partners."""
+"""Number of points of a view to find partners."""
 
 _LEAST_SHARED = 0.08
 """Partners have at least this fraction of each other's points."""

@@ -1,4 +1,4 @@
-"""Depth images as maps of small planes: what alignment looks up and samples.
+"""Depth images as maps of small planes, for lookup and sampling.
 
 The inverse depth of a plane is linear in the image: n . p = d at the point
 p = z (x, y, 1) gives 1/z = (n_x x + n_y y + n_z) / d. So a window of pixels is
@@ -31,7 +31,7 @@ and half a thousandth of the inverse depth: creases, which noise hides, bias
 poses by millimetres."""
 
 _LEAST_COSINE = 0.17
-"""Surfaces seen more slantingly (80 degrees) are not measured but guessed."""
+"""Least cosine of incidence (80 degrees) of usable measurements."""
 
 
 class PlaneMap(NamedTuple):
@@ -47,8 +47,8 @@ class PlaneMap(NamedTuple):
             centres, as the image's noise has it [1/m].
         tilt: Standard deviation of the normals' direction, as the image's
             noise has it [rad].
-        independent: Number of windows that share no pixel: what the image
-            says is not said more often than that.
+        independent: Number of disjoint windows, the limit of independent
+            information.
     """
 
     plane: np.ndarray

@@ -1,4 +1,4 @@
-"""`PoseErrors`: draws of what an alignment does not know."""
+"""`PoseErrors`: samples of the remaining errors of an alignment."""
 
 import dataclasses as dc
 
@@ -11,8 +11,8 @@ from remosplat_drake.reconstruction.alignment.camera_errors import COUNT
 class PoseErrors:
     """k draws of the errors of n cameras' poses and of the camera.
 
-    The true place of what camera v measured at p_W is p_W + theta x (p_W -
-    p_WC) + t + the sum of e_k b_k, see `camera_errors`.
+    The true position of a point that camera v measured at p_W is p_W + theta x
+    (p_W - p_WC) + t + the sum of e_k b_k, see `camera_errors`.
 
     Attributes:
         theta_W: Rotation vectors, shape (k, n, 3) [rad].
@@ -44,6 +44,6 @@ class PoseErrors:
 
     @staticmethod
     def none(views: int) -> "PoseErrors":
-        """Makes one draw of no error, for poses that are taken as exact."""
+        """Makes one sample of zero error, for exact poses."""
         nothing = np.zeros((1, views, 3))
         return PoseErrors(nothing, nothing, np.zeros((1, COUNT)))

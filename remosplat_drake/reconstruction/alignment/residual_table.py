@@ -1,4 +1,4 @@
-"""How far the surfaces of views are apart, by the distance of the views."""
+"""Distances between surfaces of views, by the distance of the views."""
 
 import itertools
 
@@ -18,13 +18,13 @@ GATE, LEAST_COSINE = 0.15, 0.7
 """Surfaces farther apart or turned more are not the same [m]."""
 
 _MOST = 0.02
-"""Most that one distance counts when two solutions are compared [m]."""
+"""Limit of one distance in the comparison of two solutions [m]."""
 
 _LEAST_POINTS = 20
-"""Pairs with fewer points do not judge."""
+"""Least number of points of a pair that counts."""
 
 _KEPT = 0.9
-"""Fewer points with a surface than this part are a loss, however near."""
+"""Least fraction of points that must still have a surface."""
 
 
 def distances_of_pairs(
@@ -89,10 +89,9 @@ def residual_rows(
 def is_better(before: np.ndarray, after: np.ndarray) -> bool:
     """Whether pairs of views that the solution did not use agree better.
 
-    Nearly as many points must have a surface as did; a distance counts up to
-    2 cm. Few pairs see what contradicts a drift along a table, so there is no
-    test of the mean: what pairs gain must be a hundredth of their distances,
-    and three times what others lose.
+    Nearly as many points as before must have a surface; a distance counts up to
+    2 cm. Few pairs contradict a drift along a table, so the mean is not tested:
+    gains must be a hundredth of the distances, and three times the losses.
 
     Args:
         before: Distances of points of m held-out pairs, shape (m, k) [m].

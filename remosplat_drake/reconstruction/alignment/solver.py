@@ -1,4 +1,4 @@
-"""Joint Gauss-Newton refinement of poses and of what all images err by."""
+"""Joint Gauss-Newton refinement of poses and of shared errors."""
 
 import dataclasses as dc
 
@@ -23,16 +23,16 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 _STRIDE = 7
-"""Every so many residuals tell how they spread."""
+"""Step between residuals that estimate their spread."""
 
 
 _SYSTEMATIC = 10.0
-"""Factor of variances for what pairs of views err by alike, such as creases
-that noise has hidden; rendered captures with known truth ask for it."""
+"""Factor of variances for common errors of pairs of views, such as creases
+hidden by noise; determined on rendered captures with known truth."""
 
 
 _KNOWN = 2.0
-"""A direction is known if its information is twice what noise pretends."""
+"""A direction is constrained if its information is twice that from noise."""
 
 
 @dc.dataclass(frozen=True)
@@ -54,13 +54,13 @@ class Level:
 
 @dc.dataclass(eq=False)
 class State:
-    """Where the refinement stands.
+    """State of the refinement.
 
     Attributes:
         X_WC: Poses, shape (n, 4, 4).
         errors: What all images err by, see `camera_errors`, shape (k,); none
-            are known of a camera that is taken as exact.
-        undone: Which part of these the images are free of, shape (k,).
+            for a camera that is assumed exact.
+        undone: The part that has been corrected in the images, shape (k,).
     """
 
     X_WC: np.ndarray
@@ -74,7 +74,7 @@ class State:
 
     @property
     def left(self) -> np.ndarray:
-        """What is left to be undone of the images' errors, (k,)."""
+        """The remaining errors of the images, (k,)."""
         return self.errors - self.undone
 
     def unknowns(self, given: np.ndarray) -> np.ndarray:
@@ -101,8 +101,8 @@ class Equations:
         pair_H: Matrices of the pairs, shape (m, 6 + k, 6 + k).
         pair_g: Gradients of the pairs, shape (m, 6 + k).
         count: Numbers of residuals, shape (m,).
-        shared: How many residuals of a pair say as much as an independent
-            one, shape (m,); H and g have been divided by it.
+        shared: Number of residuals of a pair with the information of one, shape
+            (m,); H and g have been divided by it.
     """
 
     H: np.ndarray
@@ -143,8 +143,8 @@ def equations(
         state: Their poses and errors.
         pairs: Indices of views (a, b), shape (m, 2).
         level: What counts.
-        spread: What `residual_spread` says.
-        correlation: What `estimate_correlation` says.
+        spread: The result of `residual_spread`.
+        correlation: The result of `estimate_correlation`.
     """
     m, unknowns = len(pairs), POSE + len(state.errors)
     H, g = np.empty((m, unknowns, unknowns)), np.empty((m, unknowns))
@@ -174,11 +174,11 @@ def equations(
 def _without_tilts(
     H: np.ndarray, g: np.ndarray, tilts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Equations of pairs less what noise of normals pretends to know.
+    """Subtracts the apparent information from noise of normals.
 
-    On a wall, normals that tremble seem to hold a view that slides: noise in
-    J adds its variance to H = sum of J J^T. Directions of which most is that
-    are left out.
+    On a wall, noisy normals seem to constrain a view that can slide: noise in J
+    adds its variance to H = sum of J J^T. Directions dominated by it are
+    ignored.
     """
     values, vectors = np.linalg.eigh(H)
     pretended = np.einsum("mia,mij,mja->ma", vectors, tilts, vectors)
@@ -194,10 +194,10 @@ def _without_tilts(
 def _reuse(
     stack: ViewStack, pairs: np.ndarray, count: np.ndarray
 ) -> np.ndarray:
-    """How often each pair's residuals say what others have said, (m,).
+    """Returns how often each pair's residuals repeat others' information, (m,).
 
-    A view's noise is in all residuals that it takes part in, as one of two;
-    its pose is not known better than its own independent windows tell.
+    A view's noise is in all residuals that it takes part in, as one of two; its
+    pose cannot be more certain than its own independent windows allow.
     """
     total = np.zeros(len(stack.count))
     np.add.at(total, pairs.ravel(), np.repeat(count, 2))
@@ -234,7 +234,7 @@ def posterior(
         x: Deviation from the given poses and an exact camera, (6n + k,).
         views: Number n of views.
         noise: Noise of the given poses.
-        known: Matrix and gradient of what else is known, at x.
+        known: Matrix and gradient of other prior knowledge, at x.
     """
     H = data.H + known[0]
     h = H @ x - data.g - known[1]
@@ -248,19 +248,19 @@ def posterior(
 def estimate_correlation(
     data: Equations, result: Posterior, *, default: float, weight: float = 20
 ) -> float:
-    """Tells how many residuals of a pair say as much as an independent one.
+    """Estimates how many residuals of a pair have the information of one.
 
-    Neighbouring pixels err alike, and so do all residuals of a pair whose
-    images are bent. Were they independent, the pairs' own solutions would
-    miss the joint one by chi^2 = sum of g^T H^-1 g, which is the number of
-    what all pairs know by themselves less that of all unknowns that the data
+    Errors of neighbouring pixels are correlated, and so are all residuals of a
+    pair of distorted images. If they were independent, the pairs' own solutions
+    would differ from the joint one by chi^2 = sum of g^T H^-1 g, with as many
+    degrees of freedom as all pairs constrain, minus the unknowns that the data
     determine.
 
     Args:
         data: Equations at the solution.
         result: The solution.
-        default: What is expected of few pairs.
-        weight: How many degrees of freedom the default counts for.
+        default: The prior value, for few pairs.
+        weight: Weight of the default, in degrees of freedom.
     """
     values, vectors = np.linalg.eigh(data.pair_H)
     along = np.einsum("mji,mj->mi", vectors, data.pair_g)

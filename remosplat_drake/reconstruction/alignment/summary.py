@@ -1,4 +1,4 @@
-"""What a quality report says of an alignment."""
+"""Summarises an alignment for a quality report."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""`ViewStack`: everything that alignment needs of many views, prepared once."""
+"""`ViewStack`: prepared arrays of many views for alignment."""
 
 from typing import NamedTuple
 
@@ -105,9 +105,9 @@ def _spread(
 ) -> np.ndarray:
     """Draws indices whose normals are spread over all directions.
 
-    Directions that few points have hold what others let slide (Rusinkiewicz
-    and Levoy, "Efficient variants of the ICP algorithm", 2001); each of the
-    kinds of directions counts with the square root of its number.
+    Rare directions constrain motions that others do not (Rusinkiewicz and
+    Levoy, "Efficient variants of the ICP algorithm", 2001); each of the kinds
+    of directions counts with the square root of its number.
     """
     if len(normal) <= samples:
         return np.arange(len(normal))

@@ -1,1 +1,1 @@
-"""Reports on how far a splat can be trusted: measured, drawn and told."""
+"""Reports on the reliability of a splat, with measurements and pictures."""

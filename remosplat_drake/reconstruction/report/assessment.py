@@ -1,4 +1,4 @@
-"""`assess`: measures how far a splat can be trusted, against its capture."""
+"""`assess`: measures the errors of a splat, relative to its capture."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -53,17 +53,15 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 FARTHEST = 0.5
-"""Largest distance at which fields are compared [m]: the controller looks no
-farther."""
+"""Largest distance at which fields are compared [m]: the controller's range."""
 
 _SINGLE = 2
-"""So many points may err more than is believed of all: they may be pixels that
-flew."""
+"""Number of outliers that are ignored, since they may be flying pixels."""
 
 _Errors = dict[str, dict[str, np.ndarray]]
 """Measured minus expected distances [m], by reference and by oracle."""
 
-_NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
+_NOTHING = 1.0  # Distance of an oracle without a surface in range [m].
 _LISTED_FLOATERS = 100
 
 
@@ -106,17 +104,18 @@ def assess(
 
     Args:
         splat_W: The splat, in the capture's world frame.
-        capture: All views, those that training used too.
+        capture: All views, including those used for training.
         compared: Indices of the views whose images are compared.
-        truth: The true geometry; None where it is not known.
+        truth: The true geometry; None if unknown.
         workspace: Box in which distances matter; None: where most was captured.
         method: How the splat was made, in words.
         held_out: Whether the compared views were not trained on.
         count: Largest number of points at which distances are compared.
         seed: Seed of the random points.
         warnings: What is wrong with the capture, in words.
-        validations: How a map without some of the views foretold these, see
-            `cross_validate`; they judge unless the truth is known.
+        validations: Errors at views that a map was made without, see
+            `cross_validate`; they determine the verdict unless the truth is
+            known.
         progress: Called with what is done next.
 
     Raises:
@@ -203,7 +202,7 @@ def _references(
 
 
 def _without(capture: Capture, held_out: Sequence[int]) -> Capture:
-    """What the splat was made from: of the rest it cannot know."""
+    """Returns the views that the splat was made from."""
     used = np.ones(len(capture), bool)
     used[list(held_out)] = False
     return capture.select(used)
@@ -233,7 +232,7 @@ def _compare_distances(
         raise RemoSplatError("the capture shows no free space near a surface")
     spheres = Spheres.at(p_W[near])
     expected = {name: distance[near] for name, distance in expected.items()}
-    # How wrong the surfaces are, whatever they say of themselves.
+    # Errors of the surfaces, without their own uncertainty.
     errors = _errors(splat_W.with_uncertainty(None), spheres, expected)
     careful = errors
     if splat_W.uncertainty is not None:
@@ -253,9 +252,9 @@ def _compare_distances(
 
 
 def _rest(reference: str, careful: np.ndarray) -> float:
-    """What uncertainty leaves of over-estimates, 0 for nothing [m].
+    """Returns over-estimates beyond the uncertainty, 0 for none [m].
 
-    Of a capture's own depth, single points are not believed.
+    For a capture's own depth, single points are ignored.
     """
     largest = np.sort(careful)[::-1]
     single = 0 if reference == TRUTH else min(_SINGLE, len(largest) - 1)

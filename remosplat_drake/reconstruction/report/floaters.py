@@ -1,4 +1,4 @@
-"""Floaters: splats that hang in space through which cameras have looked."""
+"""Floaters: splats in space that cameras have looked through."""
 
 import dataclasses as dc
 
@@ -19,7 +19,7 @@ class Floaters:
         index: Indices in the splat, shape (n,).
         p_WK: Centres, shape (n, 3) [m].
         height: Distance from the centre to the nearest real surface, shape (n,)
-            [m]: by so much a robot there is told to be too near.
+            [m]: the under-estimate of distances there.
     """
 
     index: np.ndarray
@@ -41,7 +41,7 @@ def find_floaters(
     min_views: int = 2,
     margin: float = 0.03,
 ) -> Floaters:
-    """Finds splats that hang where some views have looked through.
+    """Finds splats in space that some views have looked through.
 
     Args:
         splat_W: The splat in W.

@@ -17,7 +17,7 @@ from remosplat_drake.reconstruction.report.splat_image import (
 )
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
-_BEST_PSNR = 99.0  # Of equal images; JSON knows no infinity [dB].
+_BEST_PSNR = 99.0  # Of equal images; JSON has no infinity [dB].
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""`QualityReport`: how far a splat can be trusted, as a file beside it."""
+"""`QualityReport`: errors and verdict of a splat, as a file beside it."""
 
 import dataclasses as dc
 import hashlib
@@ -22,8 +22,8 @@ MAP_ERROR_MARGIN = 0.002
 """Least length by which a stopping distance must exceed the map's error [m]."""
 
 CAPTURE, HELD_OUT, TRUTH = "capture", "held-out views", "truth"
-"""References of distances: measured depth, that of views which a map was made
-without, or known geometry."""
+"""References of distances: measured depth, depth of held-out views, or known
+geometry."""
 
 ELLIPSOIDS, DEPTH_VIEWS = "sphere-to-ellipsoid", "depth rasterisation"
 """Names of the oracles that are judged."""
@@ -55,8 +55,8 @@ class DistanceErrors(Config):
     over: Length = 0.0
     # Largest under-estimate, which invents an obstacle [m].
     under: Length = 0.0
-    # What is left of over-estimates where the splats' own uncertainty is
-    # subtracted [m]; None: not measured.
+    # Over-estimates after subtraction of the splats' uncertainty [m]; None: not
+    # measured.
     remaining: Length | None = None
     # Fraction of the points at which no distance is too large then.
     covered: Share = 0.0
@@ -136,14 +136,13 @@ class QualityReport(Config):
     coverage: CoverageSummary = dc.field(default_factory=CoverageSummary)
     # How the cameras were refined; None: they were not.
     alignment: AlignmentSummary | None = None
-    # Largest over-estimate of a distance by any oracle: as measured by the best
-    # reference there is, or what the splats' own uncertainty allows for, if
-    # that is more [m].
+    # Largest over-estimate of a distance by any oracle: as measured with the
+    # best available reference, or the splats' own uncertainty, if that is
+    # larger [m].
     map_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
-    # What is wrong with the capture and was accepted, or only warned of.
+    # Problems of the capture that were accepted or only warned of.
     warnings: list[str] = dc.field(default_factory=list)
-    # Largest uncertainty that a splat in the workspace has of itself; 0: they
-    # have none [m].
+    # Largest uncertainty of a splat in the workspace; 0: they have none [m].
     uncertainty: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # What is left of `map_error` where ellipsoids subtract that [m]; what is
     # left with depth views is in `distances`.
@@ -165,7 +164,7 @@ def page_path(splat: Path) -> Path:
 def pose_path(splat: Path) -> Path:
     """Returns the path of the pose of the capture's world in the splat's frame.
 
-    There is no such file where the two frames are the same.
+    There is no such file if the two frames are the same.
     """
     return splat.with_suffix(".pose.txt")
 
@@ -226,7 +225,7 @@ def file_digest(path: Path) -> str:
 
 
 def judge(report: QualityReport) -> str:
-    """Words a verdict: which distances may be relied on, and where."""
+    """Formats the verdict: reliable distances, and their limits."""
     reference = reference_of(report)
     judged = [d for d in report.distances if d.reference == reference]
     usual = max(d.percentile_99 for d in judged)
@@ -286,10 +285,10 @@ def reference_of(report: QualityReport) -> str:
 
 
 def remaining_of(report: QualityReport, oracle: str) -> float:
-    """Returns what an oracle's distances leave of the map's error [m].
+    """Returns the remaining map error of an oracle's distances [m].
 
     Args:
-        report: What was measured of a map.
+        report: The report of a map.
         oracle: Name of the oracle, which subtracts the splats' uncertainty.
     """
     best = reference_of(report)
@@ -301,7 +300,7 @@ def remaining_of(report: QualityReport, oracle: str) -> float:
 
 
 def rounded_up(length: float) -> str:
-    """Words a length, rounded up: in tenths of a millimetre below 1 cm."""
+    """Formats a length, rounded up: in tenths of a millimetre below 1 cm."""
     # Whole micrometres first: what is 6 mm but for rounding stays 6 mm.
     tenths = -(-round(1e6 * length) // 100)
     return f"{tenths / 10:.1f} mm" if tenths < 100 else f"{-(-tenths // 10)} mm"

@@ -1,6 +1,6 @@
 """Colour and depth images of a splat through any pinhole camera (numba).
 
-No GPU and no training framework is needed to look at a reconstruction. Pixel
+Neither a GPU nor a training framework is needed to view a reconstruction. Pixel
 for pixel these images equal those of `splat_image_reference.render`.
 """
 
@@ -56,7 +56,7 @@ class _Camera(NamedTuple):
     """A pinhole camera C, for the kernels.
 
     R_WN maps a point (x, y, 1) of the image square [-1, 1]^2 to the ray
-    through it with unit depth z; the kernels of the depth views know no
+    through it with unit depth z; the kernels of the depth views support no
     other camera.
     """
 

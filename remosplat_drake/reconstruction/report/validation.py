@@ -1,11 +1,10 @@
-"""Cross-validation: what a map is worth at surfaces that it was made without.
+"""Cross-validation: errors of a map at surfaces of held-out views.
 
-Blocks of views that follow each other are left out, a map is made of the rest,
-and the surfaces that those views measured judge it. A field that changes by at
-most s when the query moves by s is nowhere too large, because of a surface
-point, by more than what it says at that point. So a distance at a measured
-point is an over-estimate. Less the discs' uncertainty, it is what no distance
-allows for.
+Blocks of consecutive views are held out, a map is made from the rest, and is
+compared with the surfaces in the held-out views. A field that changes by at
+most s when the query moves by s over-estimates nowhere by more than its value
+at a surface point. So any distance at a measured point is an over-estimate.
+After subtraction of the discs' uncertainty, it is the excess.
 """
 
 import dataclasses as dc
@@ -40,27 +39,27 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 BLOCKS = 4
-"""Number of blocks of views that are left out together."""
+"""Number of held-out blocks of views."""
 
 PART = 4
-"""One of so many views is left out."""
+"""Ratio of all views to held-out views."""
 
 LEAST_VIEWS = 24
-"""Captures of fewer views cannot spare any."""
+"""Least number of views of a capture for cross-validation."""
 
 UNFORESEEN = 2.8
-"""Factor of over-estimates, for what no view that judges has seen. It was
+"""Factor of over-estimates, for surfaces that no held-out view has seen. It was
 chosen on 27 captures of the study `true_maps`, split `develop`."""
 
 _LOOKS = 2
-"""A point judges a map if so many of the map's views could have seen it."""
+"""Least number of the map's views that could have seen a point that counts."""
 
 _HIDDEN = 0.02
 """A view could have seen a point that is behind what it measured by no more
 than this [m]."""
 
 NEAREST = 0.03
-"""No robot sphere has its centre nearer to a surface [m]."""
+"""Least distance of a robot sphere's centre from a surface [m]."""
 
 _ASIDE = 0.7
 """How far to the side of the way back a depth view is put, for 1 back."""
@@ -73,8 +72,8 @@ _SWEEPS, _LEAST_DISCS = 4, 1000
 """Of the refinement of a map that is made to be judged, and of its discs."""
 
 _AROUND, _WITNESSES = 0.02, 3
-"""An error counts as large as three measured points within 2 cm have it: one of
-them may be a pixel that flew."""
+"""An error must occur at three measured points within 2 cm, since one may be a
+flying pixel."""
 
 
 _NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
@@ -82,14 +81,14 @@ _NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
 
 @dc.dataclass(frozen=True, eq=False)
 class Validation:
-    """Errors of a map at n points of surfaces that it was made without.
+    """Errors of a map at n points of held-out surfaces.
 
     Attributes:
         oracle: Name of the oracle whose distances they are.
         p_W: The points, shape (n, 3) [m].
         over: Over-estimates of distances there, shape (n,) [m].
-        excess: What is left of them where the discs' uncertainty is
-            subtracted, shape (n,) [m]; negative where that is too much.
+        excess: Over-estimates minus the discs' uncertainty, shape (n,) [m];
+            negative if that is larger.
     """
 
     oracle: str
@@ -102,22 +101,22 @@ class Validation:
 
     @property
     def tells(self) -> bool:
-        """Whether several points bear anything out: fewer prove nothing."""
+        """Whether there are enough points for a result."""
         return bool(np.isfinite(self.largest_over))
 
     @property
     def largest_over(self) -> float:
-        """Largest over-estimate that several points bear out [m]."""
+        """Largest over-estimate that several points confirm [m]."""
         return borne_out(self.p_W, self.over)
 
     @property
     def verdict(self) -> float:
-        """What a distance of the map may lack, at most [m].
+        """Bound on over-estimates of the map [m].
 
         It is `UNFORESEEN` times the largest over-estimate: a quarter of the
-        views judges at its own surfaces only. The discs' uncertainty does not
-        count, or else a worse capture, whose discs know less, would be
-        believed more; but what exceeds it does.
+        views measures only its own surfaces. The discs' uncertainty is not
+        subtracted, since otherwise a worse capture with less certain discs
+        would get a better verdict; but the excess over it counts.
         """
         least = UNFORESEEN * max(self.largest_over, 0.0)
         return max(borne_out(self.p_W, self.excess), least)
@@ -148,10 +147,10 @@ class Validations:
 
 
 def left_out(views: int) -> np.ndarray:
-    """Chooses the views that judge: blocks of views that follow each other.
+    """Selects held-out views: blocks of consecutive views.
 
-    Neighbours in time share what their poses err by, and see the same from the
-    same side. A view among its neighbours would judge too kindly.
+    Consecutive views share pose errors and viewing directions. A single view
+    among its neighbours would underestimate the errors.
 
     Args:
         views: Number of views of the capture.
@@ -176,10 +175,10 @@ def cross_validate(
     initialisation: InitialisationConfig | None = None,
     report: Report = lambda stage, done, total: None,
 ) -> Validations:
-    """Makes a map without some of the views, and judges it by these.
+    """Makes a map without some of the views, and measures its errors there.
 
-    It is made on the CPU, of half as many discs and in fewer sweeps than the
-    map that it stands for: it is not better.
+    It is made on the CPU, with half as many discs and fewer sweeps than the
+    real map, so it is not better.
 
     Args:
         capture: All views, refined.
@@ -216,7 +215,7 @@ def validate(
     judges: np.ndarray,
     workspace: Workspace,
 ) -> Validations:
-    """Judges a map by views that it was made without.
+    """Measures errors of a map at held-out views.
 
     Args:
         splat_W: The map, with its discs' uncertainty, in W.
@@ -258,7 +257,7 @@ def validate(
 def _chosen(over: np.ndarray) -> np.ndarray:
     """Indices of points at which depth views are judged: some, and the worst.
 
-    They take much longer than ellipsoids, and err at the same places.
+    They take much longer than ellipsoids, and have errors at the same places.
     """
     worst = np.argsort(-over, kind="stable")[:_WORST]
     spread = np.arange(0, len(over), max(1, len(over) // _SPREAD))
@@ -270,8 +269,9 @@ def _before(
 ) -> np.ndarray:
     """Over-estimates of distances in front of surface points, (n,) [m].
 
-    A depth view cannot be put onto a surface. So it is put before it, towards
-    the cameras that saw it and to the sides, and the largest counts.
+    A depth view cannot be put onto a surface. So it is placed in front of it,
+    towards the cameras that saw it and to the sides, and the largest error
+    counts.
 
     Args:
         field: The map.

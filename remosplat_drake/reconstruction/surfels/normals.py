@@ -1,7 +1,7 @@
 """Surface normals from a depth image.
 
-Depth comes in millimetres, and near neighbours turn its steps into slopes. So
-a normal is spanned by neighbours as far apart as the surface is smooth.
+Depth has steps of a millimetre, which near neighbours turn into slopes. So a
+normal is spanned by neighbours as far apart as the surface is smooth.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""What `normals.depth_normals` computes, written to be read."""
+"""Readable reference of `normals.depth_normals`."""
 
 import numpy as np
 

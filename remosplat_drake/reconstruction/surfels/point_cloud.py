@@ -144,7 +144,7 @@ def surfels_from_voxels(
 def random_surfels(
     lower: np.ndarray, upper: np.ndarray, count: int, seed: int = 0
 ) -> Surfels:
-    """Draws surfels uniformly in a box, which stand for nothing: floaters.
+    """Draws surfels uniformly in a box, as floaters.
 
     The paper's third experiment adds 1,000 of them before training.
 

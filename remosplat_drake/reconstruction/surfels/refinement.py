@@ -3,8 +3,8 @@
 Depth images measure surfaces directly, so a splat for distances needs no
 rendering to be optimised. Sweeps over the views move every surfel along its
 normal onto the plane that fits the depth of all views best (moving least
-squares with robust weights); then its disc is cut where views look past it,
-and what views look through is dropped. Colours are robust means.
+squares with robust weights); then its disc is cut where views look past it, and
+discs that views look through are removed. Colours are robust means.
 """
 
 import dataclasses as dc
@@ -49,7 +49,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.quaternions import rotation_matrices
 
 _LEAST_NOISE = 1e-4
-"""No depth is taken to be better than this [m]."""
+"""Least assumed standard deviation of depth [m]."""
 
 _CHUNK = 30_000
 """Surfels whose votes are in memory at a time: 47 MB."""
@@ -66,8 +66,8 @@ class RefinementConfig:
     sweeps: int = 8
     # Sweeps end when 99 % of the surfels move by less than this [m].
     converged: float = 2e-4
-    # Heights over a surface that belong to it whatever the noise, in the first
-    # sweep and in the last [m]; each sweep halves it.
+    # Heights over a surface that belong to it independent of noise, in the
+    # first sweep and in the last [m]; each sweep halves it.
     tolerance: tuple[float, float] = (0.012, 0.0015)
     # Radius of the window around a surfel, as a multiple of its spacing.
     window: float = 1.6
@@ -95,8 +95,8 @@ def refine(
 ) -> GaussianSplat:
     """Fits discs to all depth images of a capture, on the CPU.
 
-    The answer is the same on every run. 60,000 surfels and 30 views of
-    480 x 360 take a few seconds.
+    The result is deterministic. 60,000 surfels and 30 views of 480 x 360 take a
+    few seconds.
 
     Args:
         capture: Posed RGB-D images.
@@ -132,7 +132,7 @@ def refine(
 
 
 class _Progress:
-    """Tells how many of the passes over a view are done."""
+    """Reports how many of the passes over a view are done."""
 
     def __init__(self, capture, count, config, report):
         chunks = -(-count // _CHUNK)
@@ -157,8 +157,8 @@ def _sweep(
     """Moves the surfels onto the planes of their surroundings.
 
     Returns:
-        The surfels; how far each moved, (n,) [m]; how many times larger the
-        noise is than was thought; how well each is known, (n,).
+        The surfels; how far each moved, (n,) [m]; the ratio of actual to
+        assumed noise; the weight of each, (n,).
     """
     patches = _patches(surfels, config)
     planes = np.zeros((len(surfels), PLANE_SUMS))

@@ -8,11 +8,11 @@ from remosplat_drake.reconstruction.measured_space import times_looked_through
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _HOLE = 1.6
-"""Where a disc was, and none has its centre within so many of its standard
-deviations, there is a hole."""
+"""Distance in standard deviations of a former disc within which another centre
+must be; otherwise there is a hole."""
 
 _ENOUGH_VIEWS = 2
-"""So many views must have looked through a disc for it to be gone."""
+"""Number of views that must look through a disc to remove it."""
 
 _FREE = 0.03
 """A disc that views looked through is a floater where no other disc is nearer
@@ -20,7 +20,7 @@ than this; else views only disagree by a little about one surface [m]."""
 
 
 def drop_floaters(capture: Capture, splat: GaussianSplat) -> GaussianSplat:
-    """Drops discs that hang in space that views have looked through.
+    """Removes discs in space that views have looked through.
 
     Args:
         capture: Posed RGB-D images.
@@ -40,9 +40,9 @@ def fill_holes(
 ) -> GaussianSplat:
     """Puts back discs where an optimisation lost a surface.
 
-    What only one slanted view has seen, or what views with wrong poses see in
-    different places, may fade or be merged away. A hole hides an obstacle, so
-    such discs are put back as they were, unless views looked through them.
+    Surfaces seen only at a grazing angle, or at different positions by views
+    with wrong poses, may fade or be merged. A hole hides an obstacle, so such
+    discs are put back as they were, unless views looked through them.
 
     Args:
         capture: Posed RGB-D images.

@@ -20,7 +20,7 @@ _BAND = 0.35
 fraction of the grid's."""
 
 _MIN_VOTES = 0.3
-"""An edge with fewer votes beyond it is not believed."""
+"""Least number of votes beyond an edge."""
 
 _CELL = 2 / GRID
 

@@ -1,6 +1,6 @@
 """Evidence of depth images around each surfel: planes, colours, votes (numba).
 
-`surfel_gathering_reference` computes the same slowly and readably.
+`surfel_gathering_reference` is the slow, readable reference.
 """
 
 from typing import NamedTuple
@@ -26,7 +26,7 @@ GRID = 14
 
 
 class DepthView(NamedTuple):
-    """One image of a `Capture`, as the kernels take it.
+    """One image of a `Capture`, as arrays for kernels.
 
     Attributes:
         depth: Depth z in C, shape (h, w) [m]; 0 where unknown.

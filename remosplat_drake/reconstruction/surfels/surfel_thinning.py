@@ -14,8 +14,8 @@ def uncrowded(
 ) -> np.ndarray:
     """Selects the best known of crowded surfels (non-maximum suppression).
 
-    A faint one, about which the views say next to nothing, goes when a
-    well-known one is within its spacing: its normal is not to be trusted.
+    A faint one, with little information from views, is removed if a well-known
+    one is within its spacing, since its normal is unreliable.
 
     Args:
         surfels: The n surfels.

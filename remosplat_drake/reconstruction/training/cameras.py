@@ -31,7 +31,7 @@ from remosplat_drake.reconstruction.training.views import Views
 
 @dc.dataclass(frozen=True)
 class CameraDeviations:
-    """Standard deviations of cameras' errors before the images are seen.
+    """Prior standard deviations of cameras' errors.
 
     Zero takes a number as exact.
 
@@ -94,7 +94,7 @@ class Cameras(nn.Module):
 
     @property
     def L(self) -> Tensor:
-        """What the lens does to rays before K makes pixels of them, (3, 3)."""
+        """The lens matrix, applied to rays before K, (3, 3)."""
         fx, fy, x, y = (self.lens * self._lens_units).unbind()
         zero, one = torch.zeros_like(fx), torch.ones_like(fx)
         rows = (fx.exp(), zero, x), (zero, fy.exp(), y), (zero, zero, one)
@@ -102,7 +102,7 @@ class Cameras(nn.Module):
 
     @property
     def errors(self) -> np.ndarray:
-        """What all images err by, see `camera_errors`, shape (`COUNT`,)."""
+        """Errors that all images share, see `camera_errors`, (`COUNT`,)."""
         fx, fy, x, y = (self.lens * self._lens_units).tolist()
         errors = np.zeros(COUNT)
         errors[[SCALE, OFFSET, GROWTH]] = self._depth_errors().tolist()
@@ -145,11 +145,11 @@ class Cameras(nn.Module):
 
     @torch.no_grad()
     def hold_frame(self):
-        """Takes from the poses what turns, moves or scales all trained views.
+        """Removes the common rotation, translation and scale of trained views.
 
-        Discs that do the same fit as well, so no image tells it. The scale of
-        the given positions is that of the map: a smaller world would have
-        smaller losses.
+        Discs that move together with them fit equally well, so images do not
+        determine it. The scale of the given positions is that of the map: a
+        smaller world would have smaller losses.
         """
         self.poses -= self.poses[self._trained].mean(dim=0)
         arms, t_W = self._arms[self._trained], self.poses[self._trained, 3:]

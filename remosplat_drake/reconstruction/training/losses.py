@@ -1,10 +1,9 @@
 """Losses of training: images, surfaces, free space, opaque discs.
 
-Images alone leave depth vague. So geometry is tied to the depth images twice.
-Seen from the discs: each one that a view can see must lie on the measured
-surface and face along its normal, and none may stand in space that the view
-looked through. Seen from the pixels: the disc that a ray ends at must pass
-through the point that was measured there.
+Images alone leave depth uncertain. So two kinds of losses use the depth images.
+For discs: each visible one must lie on the measured surface and have its
+normal, and none may lie in space that the view looked through. For pixels: the
+disc at which a ray ends must contain the measured point.
 """
 
 import torch

@@ -1,8 +1,8 @@
 """Training a 2DGS splat from an RGB-D capture.
 
-The number of discs is fixed: depth already says where the surfaces are, so
-nothing has to be grown, and what the images or the depth contradict fades
-and is dropped at the end.
+The number of discs is fixed: depth already gives the surfaces, so no discs are
+added, and discs that contradict images or depth fade and are removed at the
+end.
 """
 
 import dataclasses as dc
@@ -48,8 +48,8 @@ class TrainingConfig:
     # A disc's standard deviations stay within these factors of the first ones.
     # Discs that shrink at an edge hide it: distances become too large.
     scale_limits: tuple[float, float] = (0.85, 1.2)
-    # Learning rate of the centres [m a step]. Discs start where all depth
-    # images together have put them, and shall stay near.
+    # Learning rate of the centres [m a step]. Discs start at the joint result
+    # of all depth images, and should stay near.
     center_rate: float = 2e-5
     # Learning rate of the quaternions.
     rotation_rate: float = 1e-4
@@ -90,11 +90,12 @@ class TrainingConfig:
     margin: float = 0.02
     # Opacity below which discs are dropped at the end.
     min_opacity: float = 0.2
-    # Number of steps between two looks at the held-out views.
+    # Number of steps between two evaluations of the held-out views.
     check_every: int = 100
-    # Number of looks in a row without progress after which training stops.
+    # Number of consecutive evaluations without progress after which training
+    # stops.
     patience: int = 3
-    # Fraction by which a look must lower the held-out loss to be progress.
+    # Least relative decrease of the held-out loss that counts as progress.
     least_gain: float = 0.01
 
 
@@ -105,7 +106,7 @@ the cameras' errors are in the discs, which have to move with them."""
 
 @dc.dataclass(frozen=True)
 class Progress:
-    """How far training has come.
+    """Progress of training.
 
     Attributes:
         step: Number of steps done.
@@ -230,7 +231,7 @@ class _Training:
 
     @property
     def is_finished(self) -> bool:
-        """All steps are done, or the last ones were in vain."""
+        """Whether all steps are done, or the last ones made no progress."""
         return (
             self.progress.step >= self._config.steps
             or self._idle >= self._config.patience
@@ -258,7 +259,7 @@ class _Training:
     def _follow(self):
         """Lets the pose of a held-out view follow the discs.
 
-        It moves neither them nor the lens: they must not know its image.
+        It moves neither them nor the lens, which must not depend on its image.
         """
         poses = self.cameras.poses
         loss = self._loss(self._choose(self._held_out, 1))
@@ -335,17 +336,17 @@ class _Training:
             file.write(buffer.getvalue())
 
     def load(self, path: Path):
-        """Goes on where `save` was called."""
+        """Restores the state at the call of `save`."""
         try:
             state = torch.load(path, map_location="cpu", weights_only=True)
             identity = state["identity"]
         except Exception as error:  # torch raises many kinds.
-            raise FileError(path, "is no training checkpoint") from error
+            raise FileError(path, "is not a training checkpoint") from error
         if identity != self._identity:
             raise FileError(
                 path,
                 "is the checkpoint of another capture or other settings;"
-                " remove it to start afresh",
+                " remove it to start again",
             )
         self.discs.load_state_dict(state["discs"])
         self.cameras.load_state_dict(state["cameras"])

@@ -1,1 +1,1 @@
-"""How wrong the discs of a splat may be, and where no disc is."""
+"""Error bounds of a splat's discs, and gaps between discs."""

@@ -35,16 +35,17 @@ LARGEST_PITCH = 0.002
 """Limit of a: many views see an edge with different pixels [m]."""
 
 LARGEST_EDGE = 0.008
-"""Limit of e: an edge goes on along its surface, and a bound that counts in all
-directions alike would cost more room than edges take [m]."""
+"""Limit of e: an edge goes on along its surface, and a larger bound, which
+applies in all directions, would cost more space than edges occupy [m]."""
 
 LARGEST_SIGMA = 0.005
-"""What is known worse than this makes no disc, and counts as not seen [m]."""
+"""Largest standard deviation of a disc; less certain points count as unseen
+[m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Bounds:
-    """What the bounds of a splat's n discs are made of.
+    """The terms of the bounds of a splat's n discs.
 
     Attributes:
         splat_W: The splat with discs on all gaps.
@@ -111,7 +112,7 @@ def bound_splat(
         capture: The posed RGB-D images that the splat was made of.
         splat_W: Discs, in W.
         errors: Draws of the errors of poses and of the depth's scale; None
-            takes them as exact.
+            assumes that they are exact.
     """
     noise = estimate_noise(capture, splat_W)
     measured = measured_voxels(capture, noise)

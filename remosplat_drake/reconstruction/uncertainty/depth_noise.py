@@ -1,4 +1,4 @@
-"""The noise of a capture's depth, as it scatters around a splat of it."""
+"""Estimates the depth noise of a capture from residuals to its splat."""
 
 import numpy as np
 from scipy.optimize import nnls
@@ -13,7 +13,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 _SAMPLES = 100_000
 _BINS = 12
 _LEAST_NOISE = 1e-4
-"""No depth is taken to be better than this [m]."""
+"""Least assumed standard deviation of depth [m]."""
 
 _STEEPEST = 0.3
 """Surfaces seen more slantingly than this cosine tell little of depths."""

@@ -1,9 +1,8 @@
-"""How errors of poses and of the camera move the discs of a splat.
+"""Propagates errors of poses and of the camera to the discs of a splat.
 
-A disc lies at the weighted mean of what its views measured. So it moves by the
-weighted mean of how these move, each as its camera's error has it. Errors are
-given as draws of a joint distribution: those of views whose poses hang
-together do not average out.
+A disc lies at the weighted mean of its views' measurements. So it moves by the
+weighted mean of their displacements, each due to its camera's error. Errors are
+samples of a joint distribution: correlated errors of views do not average out.
 """
 
 import numpy as np
@@ -20,7 +19,7 @@ from remosplat_drake.reconstruction.surfels.surfel_gathering import DepthNoise
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _AGREE = 0.01
-"""Difference of depths up to which a view sees a disc, whatever the noise
+"""Difference of depths up to which a view sees a disc, independent of noise
 [m]."""
 
 _STEEPEST = 0.1

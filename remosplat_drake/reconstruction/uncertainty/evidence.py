@@ -1,4 +1,4 @@
-"""How well depth images together know the place of each disc of a splat."""
+"""Computes the uncertainty of discs from the noise of all depth images."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ _WINDOW = (0.006, 0.05)
 """Least and largest radius of the window around a disc [m]."""
 
 _TOLERANCE = 0.004
-"""Heights over a disc that belong to it whatever the noise [m]."""
+"""Heights over a disc that belong to it, independent of noise [m]."""
 
 
 def noise_of_means(

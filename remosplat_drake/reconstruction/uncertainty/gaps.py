@@ -1,9 +1,9 @@
 """Gaps: measured surfaces that no disc of a splat covers.
 
-A distance field that is 1-Lipschitz and says g at a point of a surface is
-nowhere too large by more than g because of that point. So what it says at the
-measured points bounds what it hides, whatever made the discs; and where that
-is too much, more discs help.
+A 1-Lipschitz distance field with the value g at a surface point over-estimates
+nowhere by more than g because of that point. So its values at the measured
+points bound its over-estimates, independent of how the discs were made; where
+they are too large, discs are added.
 """
 
 import numpy as np
@@ -22,14 +22,14 @@ from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 LARGEST_GAP = 0.0015
-"""Gap that is left as it is [m]."""
+"""Largest gap that remains [m]."""
 
 _TINY = 0.0005
 """Distances up to this are none [m]."""
 
 _SIGNIFICANT, _STEPS = 4.0, 13
-"""Noise is believed to move points by up to so many standard deviations; in
-how many steps that is tried."""
+"""Number of standard deviations by which noise may move points, and number of
+steps in which this is tried."""
 
 _VOXEL = 0.008
 """Points nearer to each other than about this share a disc [m]."""
@@ -75,15 +75,15 @@ def close_gaps(
     measured: MeasuredVoxels,
     largest: float = LARGEST_GAP,
 ) -> GaussianSplat:
-    """Lays discs on measured points that are farther away from all others.
+    """Adds discs at measured points that are farther from all discs.
 
-    Thin things, edges, and what was seen at a grazing angle may have lost
-    theirs, or never had one.
+    Thin things, edges, and surfaces at grazing angles may have lost their
+    discs, or never had one.
 
     Args:
         splat_W: Discs, in W.
         measured: What was measured.
-        largest: Gap that is left as it is [m].
+        largest: Largest gap that remains [m].
 
     Returns:
         The splat, with more discs at its end.

@@ -1,4 +1,4 @@
-"""`MeasuredVoxels`: what all depth images together measured, voxel by voxel."""
+"""`MeasuredVoxels`: pooled measurements of all depth images, by voxel."""
 
 import dataclasses as dc
 
@@ -19,7 +19,7 @@ _PAST = 0.012
 """How far behind a point a view must see to have looked through it [m]."""
 
 _NEARLY_EXACT = 5e-4
-"""What is known as well as this needs no other view [m]."""
+"""Standard deviation below which one view suffices [m]."""
 
 _MAX_SAMPLES = 6_000_000
 """More pixels than this are thinned out evenly, for the sake of memory."""
@@ -47,13 +47,13 @@ class MeasuredVoxels:
         return len(self.p_W)
 
     def is_confirmed(self, largest_sigma: float) -> np.ndarray:
-        """Returns which voxels tell of a surface, shape (n,), bool.
+        """Returns which voxels contain a confirmed surface, shape (n,), bool.
 
         Noise and silhouettes make single pixels that no other view has: of
         noisy depth, two views must agree.
 
         Args:
-            largest_sigma: What is known worse than this tells nothing [m].
+            largest_sigma: Largest standard deviation of a confirmed point [m].
         """
         agreed = (self.views > 1) | (self.sigma < _NEARLY_EXACT)
         return agreed & (self.sigma < largest_sigma)
@@ -71,8 +71,8 @@ class MeasuredVoxels:
 def measured_voxels(capture: Capture, noise: DepthNoise) -> MeasuredVoxels:
     """Pools the measured points of all views in voxels.
 
-    Points that as many views looked through as measured them are left out:
-    depth cameras invent such points at silhouettes.
+    Points are removed if as many views looked through as measured them: depth
+    cameras create such false points at silhouettes.
 
     Args:
         capture: Posed RGB-D images.

@@ -1,9 +1,9 @@
 """A run as an MCAP file, which Foxglove and others open (extra `record`).
 
-It is written by a process of its own. A `McapRecorder` hands it one
-`TickRecord` after the other and never waits for it; `recording_process` turns
-these into `messages`, described by `schemas`, and adds the images that it
-hears on the camera's wire. `McapFile` puts them on the disk.
+A separate process writes it. A `McapRecorder` sends one `TickRecord` after the
+other and never waits for the process; `recording_process` converts these to
+`messages`, described by `schemas`, and adds the images that it receives from
+the camera. `McapFile` writes them to disk.
 
-A tick is put together once, by `TrajectoryLog`, whoever writes it.
+`TrajectoryLog` assembles each tick once, for all writers.
 """

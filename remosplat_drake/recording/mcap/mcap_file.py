@@ -1,8 +1,8 @@
-"""`McapFile`: messages on the disk, readable after whatever ends the program.
+"""`McapFile`: messages on disk, readable even after a crash.
 
-Every second a chunk is finished and handed to the operating system. A file
-whose writer was killed has no index at its end; readers scan it instead. The
-file has a name that says so until it is complete.
+Every second, a chunk is finished and passed to the operating system. A file
+whose writer was killed has no index at its end; readers scan it instead. Until
+it is complete, the file has another name, see `partial_path`.
 """
 
 import contextlib
@@ -23,16 +23,16 @@ _HELD = 1.0
 
 
 def partial_path(path: Path) -> Path:
-    """Returns where a file is while it is not complete.
+    """Returns the path of a file before it is complete.
 
     Args:
-        path: Where it is once it is.
+        path: Its final path.
     """
     return path.with_name(f"{path.stem}.partial{path.suffix}")
 
 
 class McapFile:
-    """Writes messages until the file is as large as it may be.
+    """Writes messages up to a largest size of the file.
 
     It is at `partial_path` until it is closed without trouble.
 
@@ -45,7 +45,7 @@ class McapFile:
 
         Args:
             path: The file; neither it nor its `partial_path` may exist.
-            limit: Size from which on nothing is added [bytes].
+            limit: Size limit, beyond which nothing is added [bytes].
 
         Raises:
             FileError: The file exists or cannot be made.
@@ -77,24 +77,22 @@ class McapFile:
             raise FileError(path, f"cannot be written: {self.trouble}")
 
     def add(self, message: Message) -> None:
-        """Adds a message; where that fails, `trouble` says why."""
+        """Adds a message; if that fails, `trouble` states why."""
         if self.trouble:
             return
-        content = message.content
-        at = content.get("timestamp") or content["transforms"][0]["timestamp"]
-        nanoseconds = at["sec"] * 10**9 + at["nsec"]
+        nanoseconds = message.nanoseconds
         try:
             self._writer.add_message(
                 channel_id=self._channel(message),
                 log_time=nanoseconds,
                 publish_time=nanoseconds,
-                data=json.dumps(content, allow_nan=False).encode(),
+                data=json.dumps(message.content, allow_nan=False).encode(),
             )
         except OSError as error:
             self._break(error)
 
     def flush(self, *, at_once: bool = False) -> None:
-        """Hands what is in memory to the operating system, once a second.
+        """Passes data in memory to the operating system, once a second.
 
         Args:
             at_once: Whether to do so in any case.
@@ -114,7 +112,7 @@ class McapFile:
     def close(self) -> None:
         """Writes the index and closes the file; only a whole one is renamed.
 
-        Where something fails, `trouble` says why.
+        If something fails, `trouble` states why.
         """
         try:
             if not self._is_broken:

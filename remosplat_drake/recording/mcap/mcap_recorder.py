@@ -1,4 +1,4 @@
-"""`McapRecorder`: hands ticks to the recording process, and never waits."""
+"""`McapRecorder`: sends ticks to the recording process, and never waits."""
 
 import contextlib
 import pickle
@@ -22,7 +22,7 @@ LIMIT = 4 << 30
 """Largest size of a file [bytes]."""
 
 WAITING = 1000
-"""Number of ticks that wait for the process at most; more are left out."""
+"""Largest number of queued ticks; more are dropped."""
 
 _NICENESS = 10
 _BUFFER = 1 << 22
@@ -33,13 +33,13 @@ _START, _END = 120.0, 120.0
 class McapRecorder:
     """Sends ticks to a process that writes an MCAP file.
 
-    What the process has not taken waits in a queue; where that is full, a
-    tick is left out and counted. In a simulation, where nobody is late,
-    `append` waits instead. A recording that fails ends there: the robot goes
-    on, `trouble` says why, and the file keeps the name of its `partial_path`.
+    Ticks wait for the process in a queue; if it is full, a tick is dropped and
+    counted. In a simulation, where no deadline exists, `append` waits instead.
+    If the recording fails, it ends: the robot continues, `trouble` states why,
+    and the file keeps the name of its `partial_path`.
 
     Attributes:
-        left_out: Number of ticks that were left out.
+        left_out: Number of dropped ticks.
     """
 
     def __init__(
@@ -50,15 +50,19 @@ class McapRecorder:
         camera: HardwareConfig | None = None,
         may_wait: bool = False,
         limit: int = LIMIT,
+        live: int | None = None,
+        rviz: bool = False,
     ):
         """Starts the process and waits until it has begun the file.
 
         Args:
             path: The file; it must not exist.
             robot: The robot that is recorded.
-            camera: Where the wrist camera's images are heard; None for none.
-            may_wait: Whether `append` waits rather than leave a tick out.
+            camera: Source of the wrist camera's images; None for none.
+            may_wait: Whether `append` waits instead of dropping a tick.
             limit: Largest size of the file [bytes].
+            live: TCP port at which Foxglove may watch; None for none.
+            rviz: Whether RViz is shown targets and clearances on ROS 2.
 
         Raises:
             RemoSplatError: The file cannot be begun.
@@ -74,7 +78,7 @@ class McapRecorder:
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER)
         self._socket.setblocking(False)
         self._child = ChildProcess(serve, "recording", _NICENESS)
-        job = RecordingJob(path.absolute(), limit, robot, camera)
+        job = RecordingJob(path.absolute(), limit, robot, camera, live, rviz)
         self._child.start(theirs, job)
         self._child.wait_until_started()
         theirs.close()
@@ -91,7 +95,7 @@ class McapRecorder:
 
     @property
     def trouble(self) -> str:
-        """Says what the file lacks; empty while it lacks nothing."""
+        """Returns what the file lacks; empty if nothing."""
         with contextlib.suppress(EOFError, OSError):
             while self._child.connection is not None and self._child.has_news():
                 self._trouble = self._news()
@@ -110,7 +114,7 @@ class McapRecorder:
         return self._child.connection.recv()
 
     def append(self, record: TickRecord) -> None:
-        """Hands a tick over.
+        """Queues a tick.
 
         Args:
             record: The tick.
@@ -126,7 +130,7 @@ class McapRecorder:
         self._send()
 
     def _send(self) -> None:
-        """Sends what waits, as far as the process has room for it."""
+        """Sends queued ticks, as far as the process accepts them."""
         try:
             while self._waiting:
                 self._socket.send(self._waiting[0])
@@ -134,12 +138,12 @@ class McapRecorder:
         except BlockingIOError:
             return
         except OSError as error:
-            # The process has died; the robot goes on.
+            # The process has died; the robot continues.
             self._waiting.clear()
             self._trouble = self._trouble or error.strerror or str(error)
 
     def close(self) -> None:
-        """Sends what waits, and waits until the file is complete."""
+        """Sends queued ticks, and waits until the file is complete."""
         self._socket.settimeout(_END)
         with contextlib.suppress(OSError):
             self._send()

@@ -1,4 +1,4 @@
-"""What is in a tick, as messages of the schemas in `schemas`."""
+"""Converts a tick to messages of the schemas in `schemas`."""
 
 import base64
 import dataclasses as dc
@@ -27,7 +27,7 @@ _QUALITY = 80
 """Quality of JPEG, of 100."""
 
 _FARTHEST = 65.0
-"""Depths beyond are left out of the file [m]: they do not fit in 16 bits."""
+"""Larger depths are omitted from the file [m]: they do not fit in 16 bits."""
 
 
 @dc.dataclass(frozen=True)
@@ -43,6 +43,13 @@ class Message:
     topic: str
     schema: str
     content: dict
+
+    @property
+    def nanoseconds(self) -> int:
+        """Its time since the Unix epoch [ns]."""
+        content = self.content
+        at = content.get("timestamp") or content["transforms"][0]["timestamp"]
+        return at["sec"] * 10**9 + at["nsec"]
 
 
 def stamp(time: float) -> dict:
@@ -149,7 +156,7 @@ def log(event: Event) -> Message:
 
 
 def transforms(record: TickRecord, robot: RobotModel) -> Message | None:
-    """Returns where all links and the targets are in the world.
+    """Returns the poses of all links and targets in the world.
 
     Args:
         record: The tick.

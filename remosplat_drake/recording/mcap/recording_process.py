@@ -1,4 +1,4 @@
-"""The process that writes an MCAP file: `serve` is all that runs in it."""
+"""The process that writes an MCAP file, run by `serve`."""
 
 import contextlib
 import dataclasses as dc
@@ -16,6 +16,7 @@ from remosplat_drake.hardware.wire.images import decode_images
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.recording.events import TROUBLE, Event
+from remosplat_drake.recording.mcap.live_server import LiveServer
 from remosplat_drake.recording.mcap.mcap_file import McapFile
 from remosplat_drake.recording.mcap.messages import (
     Message,
@@ -25,6 +26,7 @@ from remosplat_drake.recording.mcap.messages import (
     tick_messages,
     transforms,
 )
+from remosplat_drake.recording.mcap.ros2_view import Ros2View
 from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.robot.robot_model import RobotModel
 
@@ -32,7 +34,7 @@ LARGEST = 1 << 20
 """Size of the largest packet with a tick [bytes]."""
 
 _ROUND = 0.02
-"""Time between two looks at the camera's wire [s]."""
+"""Time between two polls of the camera's channel [s]."""
 
 _TRANSFORMS, _IMAGES = 1 / 30, 1 / 5
 """Least time between two transforms, and between two images, in a file [s]."""
@@ -46,13 +48,17 @@ class RecordingJob:
         path: The file.
         limit: Size from which on nothing is added [bytes].
         robot: The robot.
-        camera: Where the wrist camera's images are heard; None for none.
+        camera: Source of the wrist camera's images; None for none.
+        live: TCP port of the live server for Foxglove; None for none.
+        rviz: Whether RViz is shown targets and clearances on ROS 2.
     """
 
     path: Path
     limit: int
     robot: RobotModel
     camera: HardwareConfig | None = None
+    live: int | None = None
+    rviz: bool = False
 
 
 def serve(
@@ -61,19 +67,23 @@ def serve(
     """Writes ticks and images until the other end of `ticks` is closed.
 
     Args:
-        connection: Tells the parent that the file was begun, with an empty
-            text, or why it was not; and then each new trouble.
+        connection: Sends the parent an empty text when the file was started, or
+            the reason why not; and then each new problem.
         ticks: Pairs of a number of ticks left out so far and a `TickRecord`,
             pickled, one a packet; an empty packet is the end.
         job: What to write.
     """
+    server, view = None, None
     try:
+        # A port that is taken leaves no file behind.
+        server = None if job.live is None else LiveServer(job.live)
+        view = Ros2View() if job.rviz else None
         file = McapFile(job.path, job.limit)
     except RemoSplatError as error:
         connection.send(str(error))
         return
     connection.send("")
-    recording = _Recording(job, file)
+    recording = _Recording(job, file, server, view)
     told = ""
     try:
         while recording.round(ticks):
@@ -87,16 +97,25 @@ def serve(
         raise
     finally:
         file.close()
+        if server is not None:
+            server.close()
         if file.trouble != told:
             with contextlib.suppress(OSError):
                 connection.send(file.trouble)
 
 
 class _Recording:
-    """Sorts what comes into the file."""
+    """Writes received data to the file, and shows it to live viewers."""
 
-    def __init__(self, job: RecordingJob, file: McapFile):
+    def __init__(
+        self,
+        job: RecordingJob,
+        file: McapFile,
+        server: LiveServer | None,
+        view: Ros2View | None,
+    ):
         self._job, self._file = job, file
+        self._server, self._view = server, view
         self._left_out = 0
         self._complaint = ""
         self._transformed = self._pictured = float("-inf")
@@ -106,7 +125,7 @@ class _Recording:
             self._inbox = Inbox(job.camera.open_camera_lcm(), names)
 
     def round(self, ticks: socket.socket) -> bool:
-        """Writes what has come; returns whether more may come."""
+        """Writes received data; returns whether more may follow."""
         if self._inbox is not None:
             for _, packet in self._inbox.fetch():
                 self._picture(packet)
@@ -118,8 +137,13 @@ class _Recording:
         self._file.flush()
         return True
 
+    def _add(self, message: Message) -> None:
+        self._file.add(message)
+        if self._server is not None:
+            self._server.add(message)
+
     def _tick(self, left_out: int, record: TickRecord) -> None:
-        add, robot = self._file.add, self._job.robot
+        add, robot = self._add, self._job.robot
         for message in tick_messages(record, robot):
             add(message)
         if not 0 <= record.time - self._transformed < _TRANSFORMS:
@@ -127,16 +151,18 @@ class _Recording:
             message = transforms(record, robot)
             if message is not None:
                 add(message)
+            if self._view is not None:
+                self._view.show(record, robot)
         if left_out > self._left_out:
             self._left_out = left_out
             content = {"timestamp": stamp(record.time), "left_out": left_out}
             add(Message("/recorder", "remosplat.Recorder", content))
 
     def _complain(self, text: str) -> None:
-        """Notes a broken image, unless the latest one broke likewise."""
+        """Records a broken image, unless the previous one broke likewise."""
         if text != self._complaint:
             self._complaint = text
-            self._file.add(log(Event(time.time(), TROUBLE, text)))
+            self._add(log(Event(time.time(), TROUBLE, text)))
 
     def _picture(self, packet: bytes) -> None:
         try:
@@ -147,4 +173,4 @@ class _Recording:
         if not 0 <= images.stamp - self._pictured < _IMAGES:
             self._pictured = images.stamp
             for message in image_messages(images):
-                self._file.add(message)
+                self._add(message)

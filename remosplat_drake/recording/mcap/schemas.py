@@ -1,7 +1,7 @@
 """JSON schemas of the messages in an MCAP file, by their names.
 
-Those that begin with `foxglove.` say no more than Foxglove's own of the same
-names, so that its panels show the messages without a plugin.
+Those that begin with `foxglove.` are subsets of Foxglove's own schemas, so that
+its panels show the messages without a plugin.
 """
 
 NUMBER = {"type": "number"}

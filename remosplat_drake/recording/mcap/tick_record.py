@@ -1,4 +1,4 @@
-"""`TickRecord`: what a control tick saw and did, small enough to send away."""
+"""`TickRecord`: a compact record of a control tick, for another process."""
 
 import dataclasses as dc
 
@@ -20,16 +20,16 @@ class TickRecord:
         q: Measured configuration, shape (n_q,) [m, rad].
         commanded: The controller's command u, shape (n_u,) [m/s, rad/s].
         executed: The command that the station got, shape (n_u,).
-        aim: What the end effectors should reach.
+        aim: The targets of the end effectors.
         status: Status of the controller, one of `STATUSES`.
         reason: Why the status is not the best one.
-        scale: How far verification let the command go, 0 to 1.
+        scale: Scale of the command after verification, 0 to 1.
         duration: How long the tick took [s].
         sphere: Sphere of each clearance, shape (m,).
         distance: The clearances, shape (m,) [m].
         mode: Mode of the supervisor; empty without one.
         stop_reason: Why the supervisor stopped the robot.
-        station: Status of the station; None where none is connected.
+        station: Status of the station; None if none is connected.
         events: What happened since the tick before.
     """
 
@@ -61,7 +61,7 @@ class TickRecord:
         Args:
             report: The controller's report.
             executed: The command as the robot got it, shape (n_u,).
-            signals: What else was found at the tick.
+            signals: Other signals at the tick.
             events: What happened since the tick before.
         """
         supervision = signals.supervision

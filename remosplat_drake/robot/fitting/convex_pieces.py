@@ -185,7 +185,7 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
 
     Args:
         p: Points, shape (n, 3) [m].
-        tolerance: How far a point may be outside [m].
+        tolerance: How far a point may be outside [m]; 0 keeps all corners.
 
     Raises:
         RemoSplatError: The points are flat, or too few.
@@ -193,6 +193,8 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
     whole = _hull(p)
     if whole is None:
         raise RemoSplatError("its points are flat, or too few for a solid")
+    if tolerance <= 0.0:
+        return _oriented(whole)
     p = p[whole.vertices]
     heights = p @ np.vstack([np.eye(3), -np.eye(3), _DIAGONALS]).T
     chosen = list(dict.fromkeys(heights.argmax(axis=0).tolist()))
@@ -204,6 +206,34 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
         if above[farthest] <= tolerance or farthest in chosen:
             return _oriented(hull)
         chosen.append(farthest)
+
+
+def stretched(piece: ConvexPiece, p: np.ndarray, slack: float) -> ConvexPiece:
+    """Stretches a piece along its principal axes until it holds all points.
+
+    A box grows by the same length on all sides then, and so does a ball; a
+    piece keeps its number of corners.
+
+    Args:
+        piece: The piece.
+        p: Points that it is to hold, shape (n, 3) [m].
+        slack: How deep in the piece they lie then at least [m].
+    """
+    p = p[ConvexHull(p).vertices]
+    center = piece.vertices.mean(axis=0)
+    axes = np.linalg.svd(piece.vertices - center, full_matrices=False)[2]
+    along = (piece.vertices - center) @ axes.T
+    middle = 0.5 * (along.min(axis=0) + along.max(axis=0))
+    half = 0.5 * np.ptp(along, axis=0)
+    growth = 0.0
+    while True:
+        vertices = (middle + (along - middle) * (1 + growth / half)) @ axes
+        hull = ConvexHull(center + vertices)
+        planes = hull.equations
+        lack = float((p @ planes[:, :3].T + planes[:, 3]).max()) + slack
+        if lack <= 0.0:
+            return _oriented(hull)
+        growth += 1.1 * lack + 1e-9
 
 
 def _oriented(hull: ConvexHull) -> ConvexPiece:

@@ -9,27 +9,42 @@ collision shape is nearer to anything than the spheres are: a distance that
 the controller keeps for the spheres, every station keeps for the robot.
 """
 
-import numpy as np
+from typing import Protocol
 
-from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
+import numpy as np
 
 # Triangles that are looked at together.
 _CHUNK = 4096
 
 
+class ConvexBodies(Protocol):
+    """Convex bodies, such as spheres or pieces of a mesh."""
+
+    def outside_each(self, p: np.ndarray) -> np.ndarray:
+        """Computes how far points are outside each body.
+
+        Args:
+            p: Points, shape (n, 3) [m].
+
+        Returns:
+            Shape (n, k) [m], negative inside, a convex function of the point.
+        """
+        ...
+
+
 def standing_out(
-    triangles: np.ndarray, spheres: LinkSpheres, resolution: float = 5e-5
+    triangles: np.ndarray, bodies: ConvexBodies, resolution: float = 5e-5
 ) -> float:
-    """Bounds how far a surface stands out of the union of spheres [m].
+    """Bounds how far a surface stands out of a union of convex bodies [m].
 
     This is a bound for the whole surface, not for samples of it: the point of a
-    triangle that is farthest from a sphere is a corner. A triangle whose
-    corners are in no common sphere is cut in four until they are, or until the
+    triangle that is farthest from a convex body is a corner. A triangle whose
+    corners are in no common body is cut in four until they are, or until the
     bound is sharp.
 
     Args:
         triangles: Corners in the link frame, shape (t, 3, 3) [m].
-        spheres: The spheres of the link.
+        bodies: The bodies, such as the spheres of the link, in its frame.
         resolution: How much too large the result may be [m]. A surface that is
             enclosed with so much to spare has a result of at most 0.
     """
@@ -37,19 +52,26 @@ def standing_out(
     todo = [triangles[i : i + _CHUNK] for i in range(0, len(triangles), _CHUNK)]
     while todo:
         chunk = todo.pop()
-        outside = spheres.outside_each(chunk.reshape(-1, 3))
+        outside = bodies.outside_each(chunk.reshape(-1, 3))
         lower = max(lower, float(outside.min(axis=1).max()))
         bound = outside.reshape(len(chunk), 3, -1).max(axis=1).min(axis=1)
         settled = bound <= max(0.0, lower + resolution)
         if settled.any():
             worst = max(worst, float(bound[settled].max()))
         if not settled.all():
-            todo.append(_in_four(chunk[~settled]))
+            todo.append(in_four(chunk[~settled]))
     return worst
 
 
-def _in_four(triangles: np.ndarray) -> np.ndarray:
-    """Cuts triangles at the middles of their edges, (t, 3, 3) to (4t, 3, 3)."""
+def in_four(triangles: np.ndarray) -> np.ndarray:
+    """Cuts triangles at the middles of their edges.
+
+    Args:
+        triangles: Corners, shape (t, 3, 3) [m].
+
+    Returns:
+        Shape (4t, 3, 3) [m].
+    """
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]

@@ -2,13 +2,14 @@
 
 import dataclasses as dc
 import math
-import re
+from collections.abc import Mapping
 
 from remosplat_drake.base.errors import unknown_name
 from remosplat_drake.robot.importing.findings import Findings, listed
+from remosplat_drake.robot.importing.joint_roles import is_finger, side_names
 from remosplat_drake.robot.importing.srdf import Srdf
+from remosplat_drake.robot.importing.tools import Tool, find_tools
 from remosplat_drake.robot.importing.urdf import (
-    CONTINUOUS,
     FIXED,
     PRISMATIC,
     REVOLUTE,
@@ -16,133 +17,90 @@ from remosplat_drake.robot.importing.urdf import (
     UrdfJoint,
 )
 
-TOOLS = (
-    r"(.*_)?tcp",
-    r"(.*_)?tool0",
-    r"(.*_)?grasping_frame",
-    r"(.*_)?(ee|eef|end_effector)(_?link|_?frame|_?site)?",
-    r"(.*_)?tool(_?link|_?frame)?",
-    r"(.*_)?(gripper|grasp|hand)_?(frame|center|centre)(_?link)?",
-    r"(.*_)?(attachment|grip|grasp|pinch)_?site",
-)
-"""What frames at a tool are called, the likeliest first."""
-
-_FINGER = re.compile(
-    r"finger|gripper|jaw|knuckle|thumb|claw|pinch|"
-    r"(^|_)(index|middle|ring|little|pinky)(_|$)"
-)
-_WHEEL = re.compile(r"wheel|caster")
-
 
 @dc.dataclass(frozen=True)
 class ArmChoice:
     """What of a robot is driven.
 
     Attributes:
-        end_effector: Name of the link whose frame is driven to targets.
-        joints: The arm's joints, the inmost first.
+        end_effectors: Names of the links whose frames are driven to targets,
+            by what these are called; an only one is called nothing.
+        joints: The arms' joints, each behind those that carry it.
         locked: Positions at which all other moving joints stay, by name [rad,
             m].
     """
 
-    end_effector: str
+    end_effectors: dict[str, str]
     joints: tuple[UrdfJoint, ...]
     locked: dict[str, float]
 
 
 def choose_arm(
-    urdf: Urdf, srdf: Srdf, wanted: str | None, findings: Findings
+    urdf: Urdf, srdf: Srdf, wanted: Mapping[str, str], findings: Findings
 ) -> ArmChoice:
-    """Chooses the end effector, and with it the joints of the arm.
+    """Chooses the end effectors, and with them the joints of the arms.
 
     Args:
         urdf: The robot.
         srdf: What its SRDF says; may be empty.
-        wanted: Name of the end effector's frame; None guesses it.
+        wanted: Names of the end effectors' links by what these are called, or
+            by their own names; empty: they are found or guessed.
         findings: Where choices are noted.
 
     Raises:
-        FieldError: There is no such frame, no joint moves it, or joints of
-            the arm carry others with them.
+        FieldError: There is no such link, no joint moves it, joints of the
+            arm carry others with them, or frames are as good as each other.
     """
-    tip = wanted or _guessed_tip(urdf, srdf, findings)
-    if tip not in urdf.links:
-        problem = unknown_name("link", tip, urdf.links)
-        raise urdf.fail("--end-effector", problem)
-    joints = tuple(joint for joint in urdf.chain(tip) if joint.moves)
-    if not joints:
-        problem = "is moved by no joint; name another one with --end-effector"
-        raise urdf.fail(f"link {tip!r}", problem)
+    tips = dict(wanted) or _found_tips(urdf, srdf, findings)
+    joints: dict[str, UrdfJoint] = {}
+    for tip in tips.values():
+        if tip not in urdf.links:
+            problem = unknown_name("link", tip, urdf.links)
+            raise urdf.fail("--end-effector", problem)
+        moving = [joint for joint in urdf.chain(tip) if joint.moves]
+        if not moving:
+            raise urdf.fail(
+                f"link {tip!r}",
+                f"is moved by no joint: it is fixed to {urdf.base!r}; name"
+                " another one with --end-effector",
+            )
+        joints |= {joint.name: joint for joint in moving}
+    arm = tuple(joints.values())
     for joint in urdf.joints.values():
         if joint.mimics:
-            _check_follower(urdf, joint, joints)
-    _check_loops(urdf, joints, findings)
+            _check_follower(urdf, joint, arm)
+    _check_loops(urdf, arm, findings)
     findings.find(
-        "arm", f"{len(joints)} joints: {listed([j.name for j in joints], 8)}"
+        "arm" if len(tips) == 1 else "arms",
+        f"{len(arm)} joints: {listed(list(joints), 8)}",
     )
-    return ArmChoice(tip, joints, _locked(urdf, joints, findings))
+    return ArmChoice(tips, arm, _locked(urdf, srdf, arm, findings))
 
 
-def has_wheels(urdf: Urdf) -> bool:
-    """Tells whether a robot has at least two joints that look like wheels'."""
-    return (
-        sum(
-            joint.kind == CONTINUOUS and bool(_WHEEL.search(joint.name.lower()))
-            for joint in urdf.joints.values()
+def _found_tips(urdf: Urdf, srdf: Srdf, findings: Findings) -> dict[str, str]:
+    tools = find_tools(urdf, srdf)
+    links = [tool.link for tool in tools]
+    names = [""]
+    if len(tools) > 1:
+        moved_by = [
+            [joint.name for joint in urdf.chain(link) if joint.moves][-1]
+            for link in links
+        ]
+        pairs = zip(moved_by, links, strict=True)
+        names = side_names([" ".join(pair) for pair in pairs])
+    for name, tool in zip(names, tools, strict=True):
+        _note(name, tool, findings)
+    return dict(zip(names, links, strict=True))
+
+
+def _note(name: str, tool: Tool, findings: Findings) -> None:
+    what = f"end effector {name}".rstrip()
+    if tool.is_said:
+        findings.find(what, f"{tool.link}, {tool.why}")
+    else:
+        findings.guess(
+            what, f"{tool.link}, {tool.why}; --end-effector names another"
         )
-        >= 2
-    )
-
-
-def is_wheel(joint: UrdfJoint) -> bool:
-    """Tells whether a joint turns or steers a wheel, by its name."""
-    return bool(_WHEEL.search(joint.name.lower()))
-
-
-def _is_finger(joint: UrdfJoint) -> bool:
-    names = joint.name.lower(), joint.child.lower()
-    return any(_FINGER.search(name) for name in names)
-
-
-def _before_fingers(urdf: Urdf, link: str) -> str:
-    """The link that carries the fingers, where a chain goes on through one."""
-    for joint in urdf.chain(link):
-        if joint.moves and _is_finger(joint):
-            return joint.parent
-    return link
-
-
-def _guessed_tip(urdf: Urdf, srdf: Srdf, findings: Findings) -> str:
-    tips = {_before_fingers(urdf, tip) for tip in srdf.tips}
-    if len(tips) == 1:
-        (tip,) = tips
-        findings.find("end effector", f"{tip} (SRDF)")
-        return tip
-
-    def drives(link: str) -> int:
-        chain = urdf.chain(link)
-        if any(_is_finger(joint) and joint.moves for joint in chain):
-            return 0
-        return sum(joint.moves and not is_wheel(joint) for joint in chain)
-
-    most = max(map(drives, urdf.links))
-    ends = [link for link in urdf.links if drives(link) == most]
-    for pattern in TOOLS:
-        for link in ends:
-            if re.fullmatch(pattern, link.lower()):
-                findings.guess(
-                    "end effector",
-                    f"{link}, by its name; --end-effector names another",
-                )
-                return link
-    # The last link that moves: further ones are fixed to it.
-    moved = [joint.child for joint in urdf.chain(ends[-1]) if joint.moves]
-    tip = moved[-1] if moved else ends[0]
-    findings.guess(
-        "end effector",
-        f"{tip}, the last link that moves; --end-effector names another",
-    )
-    return tip
 
 
 def _check_follower(
@@ -186,29 +144,40 @@ def _check_loops(
 
 
 def _locked(
-    urdf: Urdf, arm: tuple[UrdfJoint, ...], findings: Findings
+    urdf: Urdf, srdf: Srdf, arm: tuple[UrdfJoint, ...], findings: Findings
 ) -> dict[str, float]:
-    """Positions at which all joints stay that are not the arm's."""
+    """Positions at which all joints stay that are not the arm's.
+
+    That is where the likeliest of the named states has them, or zero; fingers
+    that slide are open.
+    """
     locked: dict[str, float] = {}
-    opened = []
+    opened, named = [], []
+    name, positions = next(iter(srdf.homes()), ("", {}))
     for joint in urdf.joints.values():
         if joint.moves and joint not in arm:
             lower, upper = (
                 0.0 if math.isnan(limit) else limit
                 for limit in (joint.lower, joint.upper)
             )
-            locked[joint.name] = 0.0
-            if joint.kind == PRISMATIC and _is_finger(joint):
+            locked[joint.name] = positions.get(joint.name, 0.0)
+            if joint.kind == PRISMATIC and is_finger(urdf, joint):
                 locked[joint.name] = upper
                 opened.append(joint.name)
-            elif joint.kind == REVOLUTE and lower < upper:
-                locked[joint.name] = min(max(0.0, lower), upper)
+                continue
+            if joint.kind == REVOLUTE and lower < upper:
+                held = min(max(locked[joint.name], lower), upper)
+                locked[joint.name] = held
+            if positions.get(joint.name):
+                named.append(joint.name)
     for joint in urdf.joints.values():
         if joint.mimics and joint.kind != FIXED:
             locked[joint.name] = _followed(urdf, joint, locked)
-    still = [name for name in locked if name not in opened]
+    still = [x for x in locked if x not in (*opened, *named)]
     if still:
         findings.guess("joints that stay at zero", listed(still))
+    if named:
+        findings.guess(f"joints that stay as in {name!r}", listed(named))
     if opened:
         findings.guess("fingers that stay open", listed(opened))
     return locked

@@ -9,6 +9,7 @@ import numpy as np
 from remosplat_drake.robot.importing.findings import Findings, listed
 from remosplat_drake.robot.importing.urdf import (
     CONTINUOUS,
+    FIXED,
     PRISMATIC,
     Urdf,
     UrdfJoint,
@@ -147,28 +148,42 @@ def _write_limits(joint: UrdfJoint, limits: JointLimits) -> None:
 
 
 def complete_inertias(urdf: Urdf, findings: Findings) -> None:
-    """Gives links a mass that have geometry and none, or one that cannot be.
+    """Gives a mass to what has none, or one that cannot be.
+
+    Links that are fixed to each other are one body, which needs one mass: so
+    frames, and links whose carrier is heavy, get none.
 
     Args:
         urdf: The robot; its links' elements are changed.
         findings: Where guesses are noted.
     """
-    missing = []
+    bodies: dict[str, list[str]] = {}
     for name, link in urdf.links.items():
         inertial = link.find("inertial")
-        if inertial is None:
-            if link.find("collision") is None:
-                continue
-        elif _is_physical(inertial):
-            continue
-        else:
+        if inertial is not None and not _is_physical(inertial):
             link.remove(inertial)
-        link.append(_ball())
-        missing.append(name)
+        bodies.setdefault(urdf.rigid_root(name), []).append(name)
+    missing = []
+    for root, links in bodies.items():
+        shown = [
+            x for x in links if urdf.links[x].find("collision") is not None
+        ]
+        heavy = any(urdf.links[x].find("inertial") is not None for x in links)
+        if heavy or not (shown or _is_last(urdf, links)):
+            continue
+        missing.append(shown[0] if shown else root)
+        urdf.links[missing[-1]].append(_ball())
     if missing:
         findings.guess(
             "mass", f"1 kg, as of a small ball, of {listed(missing)}"
         )
+
+
+def _is_last(urdf: Urdf, links: list[str]) -> bool:
+    """Whether links are a body that a joint moves and that carries no other."""
+    outboard = [joint for link in links for joint in urdf.outboard(link)]
+    is_moved = any(link in urdf.inboard for link in links)
+    return is_moved and all(joint.kind == FIXED for joint in outboard)
 
 
 def _ball() -> Element:

@@ -42,6 +42,7 @@ def description_text(
         "base": section,
         "arm": {"name": arm.name, "joints": arm.joints, "mount": arm.mount},
         "end_effector_frame": description.end_effector_frame,
+        "end_effectors": description.end_effectors,
         "velocity_limits": description.velocity_limits,
         "acceleration_limits": description.acceleration_limits,
         "home": description.home,

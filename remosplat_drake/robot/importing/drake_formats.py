@@ -16,6 +16,7 @@ from pydrake.multibody.tree import ModelInstanceIndex
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.robot.importing.dialects import DIRECTIVES, MJCF, Dialect
 from remosplat_drake.robot.importing.findings import Findings, listed
+from remosplat_drake.robot.importing.missing_meshes import note_replaced
 from remosplat_drake.robot.importing.packages import Packages
 from remosplat_drake.robot.importing.plant_urdf import PlantUrdf
 from remosplat_drake.robot.importing.srdf import Srdf
@@ -24,6 +25,11 @@ from remosplat_drake.robot.importing.urdf import Urdf
 from remosplat_drake.robot.model_file import in_one_line
 
 _UNKNOWN_TAG = re.compile(r"The (?:tag|attribute) '([^']+)'")
+
+_STRANGE_ELEMENT = re.compile(
+    r"XML Element\[(\w+)\], child of element\[(\w+)\], not defined in SDF"
+)
+"""How Drake refuses an element that SDFormat does not have there."""
 
 _PLACE = re.compile(r"^\S+:(\d+): (?:error|warning): ")
 
@@ -50,16 +56,11 @@ def read_by_drake(
     with tempfile.TemporaryDirectory(prefix="import-") as folder:
         staging = Staging(packages, Path(folder).resolve())
         copy = staging.stage(path)
-        scene_graph = SceneGraph()
-        plant = MultibodyPlant(time_step=0.0)
-        plant.RegisterAsSourceForSceneGraph(scene_graph)
-        with _warnings() as warnings:
-            try:
-                models = Parser(plant).AddModels(str(copy))
-            # Where C++ would abort, Python is asked to exit.
-            except (RuntimeError, ValueError, SystemExit) as error:
-                problem = _with_line(staging.in_originals(in_one_line(error)))
-                raise FileError(path, problem) from error
+        dropped: list[str] = []
+        parsed = None
+        while parsed is None:
+            parsed = _parsed(path, copy, staging, dropped)
+        plant, scene_graph, models, warnings = parsed
         if plant.num_bodies() == 1:
             raise FileError(path, "has no links")
         writer = PlantUrdf(
@@ -73,17 +74,53 @@ def read_by_drake(
             raise FieldError(
                 str(path),
                 f"body {writer.roots[0]!r} <freejoint>",
-                "floats, which cannot be driven; remove it, and say how the"
-                " robot moves with --base",
+                "floats, as others do, and cannot be driven; remove what is"
+                " not the robot, and say how that moves with --base",
             )
         name = _name(path, dialect, plant, models)
         root = writer.document(name, findings)
         said = Srdf(states=staging.states, allowed_collisions=writer.may_touch)
     findings.find("format", f"{dialect.title}, as Drake reads it")
+    note_replaced(staging.replaced, findings)
+    if staging.floating:
+        findings.guess(
+            "floating base",
+            f"{staging.floating[0]} is fixed; --base says how it moves",
+        )
+    if dropped:
+        findings.guess("left out, being no SDFormat", listed(dropped))
     if warnings:
         findings.guess("passed over by Drake", _summary(warnings))
     text = ElementTree.tostring(root, encoding="unicode")
     return Urdf(path, text, dialect, tuple(staging.loops)), said
+
+
+def _parsed(
+    path: Path, copy: Path, staging: Staging, dropped: list[str]
+) -> (
+    tuple[MultibodyPlant, SceneGraph, list[ModelInstanceIndex], list[str]]
+    | None
+):
+    """The plant of a copy, with what Drake warns of.
+
+    None if an element that SDFormat does not have is dropped from the copy, as
+    it is refused otherwise; then it is worth another try.
+    """
+    scene_graph = SceneGraph()
+    plant = MultibodyPlant(time_step=0.0)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    with _warnings() as warnings:
+        try:
+            models = Parser(plant).AddModels(str(copy))
+        # Where C++ would abort, Python is asked to exit.
+        except (RuntimeError, ValueError, SystemExit) as error:
+            strange = _STRANGE_ELEMENT.search(str(error))
+            if strange and staging.drop_elements(strange[2], strange[1]):
+                dropped.append(f"<{strange[1]}> in <{strange[2]}>")
+                return None
+            problem = _with_line(staging.in_originals(in_one_line(error)))
+            raise FileError(path, problem) from error
+    return plant, scene_graph, models, warnings
 
 
 def _name(

@@ -6,8 +6,11 @@ import numpy as np
 
 from remosplat_drake.robot.robot_model import RobotModel
 
-SAMPLES = 3000
+SAMPLES = 2000
 """Number of configurations that are looked at."""
+
+_CLOSER_LOOKS = 500
+"""Number of the best of them whose links' distances are looked at."""
 
 _CLEAR = 0.03
 """Distance between two links beyond which more does not matter [m]."""
@@ -15,13 +18,17 @@ _CLEAR = 0.03
 _WITHIN = 0.15
 """Least distance from both joint limits, as a share of the range."""
 
+_TWISTED = 0.05
+"""What joints cost that are half a turn from zero, as manipulability."""
+
 
 def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
     """Draws arm configurations, and takes the most able of the clearest.
 
     Clear is where links that are two joints or more apart keep away from each
     other, and where nothing is lower than the arm's foot. Able is a large
-    manipulability (Yoshikawa 1985) with the hand in front.
+    manipulability (Yoshikawa 1985) with the hand in front, and with joints that
+    are not twisted without need; of several arms each.
 
     Args:
         robot: The robot; of a mobile one only the arm moves.
@@ -40,9 +47,10 @@ def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
     lower, upper = np.where(wide, -np.pi, lower), np.where(wide, np.pi, upper)
     draws = rng.uniform(lower, upper, (SAMPLES, len(lower)))
     pairs, foot = _watched(robot), _foot(robot)
-    scores = [_score(robot, q, pairs, foot) for q in draws]
-    home = draws[int(np.argmax(scores))]
-    return home.round(3)
+    scores = np.array([_ability(robot, q, foot) for q in draws])
+    best = np.argsort(-scores)[:_CLOSER_LOOKS]
+    scores = [scores[i] + _clearness(robot, draws[i], pairs) for i in best]
+    return draws[best[int(np.argmax(scores))]].round(3)
 
 
 def tightness(robot: RobotModel, q_arm: np.ndarray) -> float:
@@ -73,25 +81,36 @@ def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
     return bool((_gaps(robot, q, pairs) >= least).all())
 
 
-def _score(
+def _ability(robot: RobotModel, q_arm: np.ndarray, foot: float) -> float:
+    """How well the hands can move there, how far ahead and how high."""
+    q = np.concatenate([np.zeros(robot.n_q - len(q_arm)), q_arm])
+    state = robot.state(q)
+    turns = robot.arm_turns
+    low = np.minimum(state.spheres.p_WS[:, 2] - state.spheres.radius, foot)
+    below = foot - low[robot.moved_by_arm].min(initial=foot)
+    score = -10.0 * below - _TWISTED * abs(q_arm[turns] / np.pi).mean()
+    for i, X_WE in enumerate(state.X_WEs):
+        J = state.J_WE(i)[:, robot.n_base :]
+        J = J[:, turns] if turns.any() else J
+        J = J[:, np.abs(J).any(axis=0)]
+        singular = np.linalg.svd(J, compute_uv=False)
+        able = float(np.prod(singular)) ** (1 / max(len(singular), 1))
+        x, y, z = X_WE[:3, 3] - state.X_WB[:3, 3]
+        ahead = x / max(np.linalg.norm([x, y, z]), 1e-9)
+        # Of several hands each has a side of its own.
+        aside = abs(np.arctan2(y, x)) if len(state.X_WEs) == 1 else 0.0
+        score += (able + 0.1 * (ahead - aside)) / len(state.X_WEs)
+    return score
+
+
+def _clearness(
     robot: RobotModel,
     q_arm: np.ndarray,
     pairs: list[tuple[np.ndarray, np.ndarray]],
-    foot: float,
 ) -> float:
+    """How far links are apart in all, up to where more does not matter."""
     q = np.concatenate([np.zeros(robot.n_q - len(q_arm)), q_arm])
-    state = robot.state(q)
-    J = np.concatenate([state.Jv_WE, state.Jw_WE])[:, robot.n_base :]
-    turns = robot.arm_turns
-    J = J[:, turns] if turns.any() else J
-    singular = np.linalg.svd(J, compute_uv=False)
-    able = float(np.prod(singular)) ** (1 / max(len(singular), 1))
-    gaps = np.minimum(_gaps(robot, q, pairs), _CLEAR)
-    low = np.minimum(state.spheres.p_WS[:, 2] - state.spheres.radius, foot)
-    below = foot - low[robot.moved_by_arm].min(initial=foot)
-    x, y, z = state.X_WE[:3, 3] - state.X_WB[:3, 3]
-    ahead = x / max(np.linalg.norm([x, y, z]), 1e-9) - abs(np.arctan2(y, x))
-    return able + 0.1 * ahead + 10.0 * float(gaps.sum()) - 10.0 * below
+    return 10.0 * float(np.minimum(_gaps(robot, q, pairs), _CLEAR).sum())
 
 
 def _watched(robot: RobotModel) -> list[tuple[np.ndarray, np.ndarray]]:

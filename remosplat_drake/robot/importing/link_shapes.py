@@ -1,23 +1,25 @@
 """The meshes of a URDF's links, converted to what Drake draws and collides.
 
 Visual meshes become .gltf files, which carry their colours. Collision meshes
-are cut into slabs and become their hulls: Drake would take the hull of the
-whole, in which there is much air.
+become convex pieces, one a mesh at first: as Drake takes them.
 """
 
 import hashlib
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.base.atomic_file import write_atomically
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.system_libraries import import_optional
-from remosplat_drake.robot.fitting.slabs import convex_slabs
+from remosplat_drake.robot.fitting.convex_pieces import ConvexPiece
+from remosplat_drake.robot.fitting.decomposition import decompose
 from remosplat_drake.robot.importing.findings import Findings, listed
 from remosplat_drake.robot.importing.mesh_files import load_mesh
 from remosplat_drake.robot.importing.packages import Packages
@@ -27,8 +29,8 @@ from remosplat_drake.robot.meshes import drawable
 if TYPE_CHECKING:
     import trimesh
 
-_HULL_TOLERANCE = 2e-4
-"""How far a mesh may stand out of its hull, which saves corners [m]."""
+_PIECES = "meshes/collision"
+"""Where convex pieces lie in the folder, and by what they are told apart."""
 
 _LARGEST = 20.0
 """Size from which on a mesh is taken to be in another unit [m]."""
@@ -42,7 +44,7 @@ def convert_shapes(
     folder: Path,
     findings: Findings,
     on_mesh: Callable[[], None] = lambda: None,
-) -> None:
+) -> dict[str, list[np.ndarray]]:
     """Converts all meshes of a URDF, and names the new files in its elements.
 
     Links without collision meshes get the hulls of what is seen of them,
@@ -55,8 +57,13 @@ def convert_shapes(
         findings: Where it is noted what was made up.
         on_mesh: Called after each mesh.
 
+    Returns:
+        The triangles of the collision meshes of each link that has some, in its
+        frame, shape (t, 3, 3) each [m].
+
     Raises:
-        FieldError: A mesh is missing, unreadable or has an unusable scale.
+        FieldError: A mesh is missing, flat, unreadable or has an unusable
+            scale.
         MissingExtraError: The packages that convert meshes are not installed.
     """
     if next(urdf.root.iter("mesh"), None) is not None:
@@ -79,8 +86,17 @@ def convert_shapes(
             covered += [name] * bool(seen)
         for kind in ("visual", "collision"):
             for i, element in enumerate(link.findall(kind)):
-                where = f"link {name!r} <{kind}>"
-                converter.convert(link, element, where, f"{name}_{i}")
+                converter.convert(name, element, i)
+    hulls = {}
+    for name, meshes in converter.surfaces.items():
+        try:
+            hulls[name] = [
+                piece for mesh in meshes for piece in decompose(mesh, np.inf)
+            ]
+        except RemoSplatError as error:
+            where = f"link {name!r} <collision> <mesh>"
+            raise urdf.fail(where, str(error)) from error
+    write_pieces(urdf, folder, hulls)
     if converter.count:
         findings.find("meshes", f"{converter.count} converted")
     if covered:
@@ -89,6 +105,34 @@ def convert_shapes(
             "hulls of what is seen, besides primitives if any, of"
             f" {listed(covered)}",
         )
+    return converter.surfaces
+
+
+def write_pieces(
+    urdf: Urdf, folder: Path, pieces: dict[str, list[ConvexPiece]]
+) -> None:
+    """Has links collide as convex pieces, besides the primitives they have.
+
+    Args:
+        urdf: The robot; its links' elements are changed.
+        folder: Folder that gets the pieces' files; those that it had are gone.
+        pieces: The pieces of links by name, in their frames.
+    """
+    for link in urdf.links.values():
+        for collision in link.findall("collision"):
+            mesh = collision.find("geometry/mesh")
+            if mesh is not None and _PIECES in mesh.get("filename", ""):
+                link.remove(collision)
+    shutil.rmtree(folder / _PIECES, ignore_errors=True)
+    for name, own in pieces.items():
+        for i, piece in enumerate(own):
+            file = f"{_PIECES}/{_plain(name)}_{i}.obj"
+            text = piece.to_obj("A convex part of a link.")
+            write_atomically(folder / file, text)
+            collision = SubElement(urdf.links[name], "collision")
+            geometry = SubElement(collision, "geometry")
+            mesh = SubElement(geometry, "mesh", filename=file)
+            SubElement(mesh, "{http://drake.mit.edu}declare_convex")
 
 
 def _as_collision(visual: Element) -> Element:
@@ -106,7 +150,11 @@ def _copy(element: Element) -> Element:
 
 
 class _Converter:
-    """Converts meshes, each file once."""
+    """Converts meshes, each file once.
+
+    Attributes:
+        surfaces: What `convert_shapes` returns.
+    """
 
     def __init__(
         self,
@@ -115,51 +163,86 @@ class _Converter:
         folder: Path,
         on_mesh: Callable[[], None],
     ):
+        self.surfaces: dict[str, list[np.ndarray]] = {}
         self._urdf = urdf
         self._packages = packages
         self._folder = folder
         self._on_mesh = on_mesh
-        self._written: dict[tuple, list[str]] = {}
+        self._drawn: dict[tuple, str] = {}
+        self._triangles: dict[tuple, np.ndarray] = {}
 
     @property
     def count(self) -> int:
-        return len(self._written)
+        return len(self._drawn) + len(self._triangles)
 
-    def convert(
-        self,
-        link: Element,
-        element: Element,
-        where: str,
-        name: str,
-    ) -> None:
+    def convert(self, link: str, element: Element, i: int) -> None:
         """Converts the mesh of one <visual> or <collision>, if it has one."""
         geometry = element.find("geometry")
         mesh = None if geometry is None else geometry.find("mesh")
         if mesh is None:
             return
+        where = f"link {link!r} <{element.tag}> <mesh>"
         uri = mesh.get("filename")
         if not uri:
-            raise self._urdf.fail(f"{where} <mesh>", "has no filename=...")
-        source = self._packages.resolve(uri, f"{where} <mesh>")
-        scale, visual = self._scale(mesh, where), element.tag == "visual"
-        colour = _rgba(element.find("material")) if visual else None
-        key = (element.tag, source, scale.tobytes(), colour)
-        if key not in self._written:
-            try:
-                scene = load_mesh(source, scale)
-            except RemoSplatError as error:
-                raise self._urdf.fail(f"{where} <mesh>", str(error)) from error
-            self._check_size(scene, source, scale, where)
-            files = _drawn(scene, source, colour) if visual else _cut(scene)
-            self._written[key] = []
-            for ending, data in files.items():
-                file = f"meshes/{element.tag}/{_plain(name)}{ending}"
-                write_atomically(self._folder / file, data)
-                self._written[key].append(file)
+            raise self._urdf.fail(where, "has no filename=...")
+        source = self._packages.resolve(uri, where)
+        scale = self._scale(mesh, where)
+        parent = self._urdf.links[link]
+        parent.remove(element)
+        try:
+            if element.tag == "visual":
+                name = f"meshes/visual/{_plain(f'{link}_{i}')}.gltf"
+                file = self._draw(source, scale, element, name, where)
+                parent.append(_naming(element, file))
+            else:
+                surface = self._surface(source, scale, where)
+                X_LG = _pose(element).GetAsMatrix4()
+                surface = surface @ X_LG[:3, :3].T + X_LG[:3, 3]
+                self.surfaces.setdefault(link, []).append(surface)
+        except FieldError:
+            raise
+        except RemoSplatError as error:
+            raise self._urdf.fail(where, str(error)) from error
+
+    def _draw(
+        self,
+        source: Path,
+        scale: np.ndarray,
+        visual: Element,
+        name: str,
+        where: str,
+    ) -> str:
+        """Returns the file that is drawn, which is written if it is new."""
+        colour = _rgba(visual.find("material"))
+        key = source, scale.tobytes(), colour
+        if key not in self._drawn:
+            scene = self._load(source, scale, where)
+            if colour is None and source.suffix.lower() == ".stl":
+                colour = _GREY
+            write_atomically(self._folder / name, drawable(scene, colour))
+            self._drawn[key] = name
             self._on_mesh()
-        link.remove(element)
-        for file in self._written[key]:
-            link.append(_naming(element, file))
+        return self._drawn[key]
+
+    def _surface(
+        self, source: Path, scale: np.ndarray, where: str
+    ) -> np.ndarray:
+        """Returns the triangles of a mesh file in its own frame."""
+        key = source, scale.tobytes()
+        if key not in self._triangles:
+            parts = self._load(source, scale, where).dump()
+            self._triangles[key] = np.concatenate(
+                [np.array(part.triangles) for part in parts]
+            )
+            self._on_mesh()
+        return self._triangles[key]
+
+    def _load(
+        self, source: Path, scale: np.ndarray, where: str
+    ) -> "trimesh.Scene":
+        scene = load_mesh(source, scale)
+        self._check_size(scene, source, scale, where)
+        return scene
 
     def _scale(self, mesh: Element, where: str) -> np.ndarray:
         text = mesh.get("scale", "1 1 1")
@@ -169,7 +252,7 @@ class _Converter:
             scale = np.zeros(0)
         if scale.shape != (3,) or not (np.isfinite(scale) & (scale != 0)).all():
             problem = f"expected three numbers that are not 0, got {text!r}"
-            raise self._urdf.fail(f"{where} <mesh> scale", problem)
+            raise self._urdf.fail(f"{where} scale", problem)
         return scale
 
     def _check_size(
@@ -182,49 +265,33 @@ class _Converter:
         size = scene.extents.max()
         if size > _LARGEST:
             raise self._urdf.fail(
-                f"{where} <mesh> scale",
+                f"{where} scale",
                 f"{source.name} is {size:.3g} m large with"
                 f" {' '.join(f'{x:g}' for x in scale)}; 0.001 0.001 0.001"
                 " turns mm into m",
             )
 
 
-def _drawn(
-    scene: "trimesh.Scene", source: Path, colour: tuple[float, ...] | None
-) -> dict[str, bytes | str]:
-    """The file that is drawn, by its ending."""
-    if colour is None and source.suffix.lower() == ".stl":
-        colour = _GREY
-    return {".gltf": drawable(scene, colour)}
-
-
-def _cut(scene: "trimesh.Scene") -> dict[str, bytes | str]:
-    """The files of the convex parts, by their endings."""
-    import trimesh
-
-    surface = np.concatenate(
-        [
-            part.triangles
-            for part in scene.dump()
-            if isinstance(part, trimesh.Trimesh)
-        ]
+def _pose(element: Element) -> RigidTransform:
+    """The pose X_LG that the <origin> of a <collision> says."""
+    origin = element.find("origin")
+    xyz, rpy = (
+        [0.0] * 3
+        if origin is None
+        else [float(x) for x in origin.get(key, "0 0 0").split()]
+        for key in ("xyz", "rpy")
     )
-    return {
-        f"_{i}.obj": piece.to_obj("A convex part of a link.")
-        for i, piece in enumerate(convex_slabs(surface, _HULL_TOLERANCE))
-    }
+    return RigidTransform(RollPitchYaw(rpy), xyz)
 
 
 def _naming(element: Element, file: str) -> Element:
-    """A twin of a <visual> or <collision> whose mesh is another file."""
+    """A twin of a <visual> whose mesh is another file."""
     twin = _copy(element)
     twin.attrib.clear()
     mesh = twin.find("geometry/mesh")
     assert mesh is not None
     mesh.attrib.clear()
     mesh.set("filename", file)
-    if twin.tag == "collision":
-        SubElement(mesh, "{http://drake.mit.edu}declare_convex")
     return twin
 
 

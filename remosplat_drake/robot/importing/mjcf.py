@@ -28,11 +28,13 @@ class SaidOfJoints:
         mimics: Joints that follow others, by name.
         loops: What closes loops of links.
         states: Positions of joints by name, for each keyframe [rad, m].
+        floating: Name of the only body that floats, and is fixed now.
     """
 
     mimics: dict[str, Mimic] = dc.field(default_factory=dict)
     loops: list[Loop] = dc.field(default_factory=list)
     states: dict[str, dict[str, float]] = dc.field(default_factory=dict)
+    floating: list[str] = dc.field(default_factory=list)
 
 
 def prepare_mjcf(
@@ -70,11 +72,13 @@ def prepare_mjcf(
             )
     write_out_defaults(path, root)
     _name_meshes(root, mesh)
+    states = _states(root)
+    floating = _fix_floating(root)
     _sites_as_bodies(root)
     for body in list(root.iter("body")):
         _drop_empty_inertia(body)
         _nest_joints(body)
-    return SaidOfJoints(*_couplings(root), _states(root))
+    return SaidOfJoints(*_couplings(root), states, floating)
 
 
 def _include(path: Path, element: Element, seen: set[Path]) -> None:
@@ -195,19 +199,58 @@ def _couplings(root: Element) -> tuple[dict[str, Mimic], list[Loop]]:
     return mimics, loops
 
 
-def _states(root: Element) -> dict[str, dict[str, float]]:
-    """Positions of all joints in keyframes, where each has one number."""
-    joints = [
-        joint.get("name", "")
+def _fix_floating(root: Element) -> list[str]:
+    """Has the only body that floats stand still, and returns its name.
+
+    Of several, all but one are things, and nothing tells which is the robot.
+    """
+    floating = [
+        (body, joint)
         for body in root.iter("body")
-        for joint in body.findall("joint")
+        for joint in body
+        if _floats_freely(joint)
+    ]
+    if len(floating) != 1:
+        return []
+    (body, joint) = floating[0]
+    body.remove(joint)
+    return [body.get("name", "a body without a name")]
+
+
+def _floats_freely(joint: Element) -> bool:
+    is_joint = joint.tag == "joint" and joint.get("type") == "free"
+    return is_joint or joint.tag == "freejoint"
+
+
+_COORDINATES = {"free": 7, "ball": 4}
+"""Numbers of positions of the kinds of joints that have several."""
+
+
+def _states(root: Element) -> dict[str, dict[str, float]]:
+    """Positions in keyframes of all joints that have one number."""
+    joints = [
+        joint
+        for body in root.iter("body")
+        for joint in body
+        if joint.tag in ("joint", "freejoint")
+    ]
+    counts = [
+        7 if joint.tag == "freejoint" else _COORDINATES.get(kind, 1)
+        for joint in joints
+        for kind in [joint.get("type", "")]
     ]
     states = {}
     for keyframe in root.findall("keyframe"):
         for key in keyframe.findall("key"):
             positions = _floats(key.get("qpos", ""))
-            if len(positions) == len(joints) and np.isfinite(positions).all():
-                named = zip(joints, positions, strict=True)
-                states[key.get("name", "")] = dict(named)
+            if len(positions) == sum(counts) and np.isfinite(positions).all():
+                starts = np.cumsum([0, *counts[:-1]])
+                states[key.get("name", "")] = {
+                    joint.get("name", ""): positions[start]
+                    for joint, start, count in zip(
+                        joints, starts, counts, strict=True
+                    )
+                    if count == 1
+                }
         root.remove(keyframe)
     return states

@@ -36,6 +36,8 @@ class Packages:
         file: The robot's file.
         given: Folders of packages by name, which come before all others.
         variables: The environment; only `PATH_VARIABLES` matter.
+        guessed: Packages and files that were not where they are named, and
+            where they were found.
     """
 
     file: Path
@@ -43,6 +45,7 @@ class Packages:
     variables: dict[str, str] = dc.field(
         default_factory=lambda: dict(os.environ)
     )
+    guessed: dict[str, Path] = dc.field(default_factory=dict)
 
     def resolve(self, uri: str, element: str) -> Path:
         """Returns the file that a URI stands for.
@@ -74,21 +77,40 @@ class Packages:
         for scheme in SCHEMES:
             if uri.startswith(scheme):
                 name, _, rest = uri.removeprefix(scheme).partition("/")
-                return self.folder(name, element) / rest
-        return self.file.parent / uri.removeprefix("file://")
+                return self.folder(name, element, (rest,)) / rest
+        named = Path(uri.removeprefix("file://"))
+        place = self.file.parent / named
+        if not place.exists():
+            # A path on its maker's machine: its end is often here, too.
+            for i in range(1, len(named.parts)):
+                near = self.file.parent.joinpath(*named.parts[i:])
+                if near.is_file():
+                    self.guessed[uri] = near
+                    return near
+        return place
 
-    def folder(self, name: str, element: str) -> Path:
+    def folder(
+        self, name: str, element: str, wanted: tuple[str, ...] = ()
+    ) -> Path:
         """Returns the folder of a package.
+
+        One that is nowhere under its name is taken to be the nearest folder
+        above the file that holds what is wanted of it: makers rename folders.
 
         Args:
             name: Name of the package.
             element: The element that names it, for errors.
+            wanted: Files in it that are known to be wanted.
 
         Raises:
             FieldError: There is no such package.
         """
         for folder in self._candidates(name):
             if folder.is_dir():
+                return folder
+        for folder in self.file.absolute().parents:
+            if any((folder / file).is_file() for file in wanted):
+                self.guessed[name] = folder
                 return folder
         raise FieldError(
             str(self.file),
@@ -101,6 +123,8 @@ class Packages:
         if name in self.given:
             yield self.given[name]
             return
+        if name in self.guessed:
+            yield self.guessed[name]
         above = list(self.file.absolute().parents)
         for folder in above:
             if package_name(folder) == name:

@@ -3,7 +3,6 @@
 import dataclasses as dc
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from remosplat_drake.robot.fitting.model_surfaces import SurfaceOptions
 from remosplat_drake.robot.importing.arm_choice import (
     ArmChoice,
     choose_arm,
-    has_wheels,
 )
 from remosplat_drake.robot.importing.completion import (
     JointLimits,
@@ -25,16 +23,21 @@ from remosplat_drake.robot.importing.description_text import description_text
 from remosplat_drake.robot.importing.findings import Findings, listed
 from remosplat_drake.robot.importing.ground import lowest_points
 from remosplat_drake.robot.importing.home import guess_home, tightness
+from remosplat_drake.robot.importing.joint_roles import has_wheels
 from remosplat_drake.robot.importing.link_gaps import find_link_gaps
+from remosplat_drake.robot.importing.link_pieces import fit_link_pieces
 from remosplat_drake.robot.importing.link_shapes import convert_shapes
+from remosplat_drake.robot.importing.missing_meshes import replace_missing
 from remosplat_drake.robot.importing.mobile_base import (
     DIFFERENTIAL,
     DRIVES,
     FIXED,
     JOINTS,
+    OMNI,
     add_base_joints,
     base_limits,
 )
+from remosplat_drake.robot.importing.overlaps import doubt_overlaps
 from remosplat_drake.robot.importing.packages import Packages
 from remosplat_drake.robot.importing.sources import read_robot
 from remosplat_drake.robot.importing.srdf import Srdf, find_srdf, read_srdf
@@ -47,7 +50,11 @@ from remosplat_drake.robot.robot_description import (
     MobileBase,
     RobotDescription,
 )
-from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.robot.robot_model import (
+    ROUNDING,
+    RobotModel,
+    load_robot,
+)
 
 TOLERANCE = 0.02
 """How far spheres may stand out of links [m]."""
@@ -68,6 +75,9 @@ _SHORTEST, _LONGEST = 0.05, 10.0
 _UNITS = "are all origins right, all lengths in m, and all meshes scaled to m?"
 """What may be wrong with a robot that has odd sizes."""
 
+_OFF_LIMITS = 0.01
+"""How far the home keeps off limits at which a named state is [rad, m]."""
+
 _LEFT_OUT = ("gazebo", "transmission", "ros2_control", "sensor")
 
 
@@ -79,7 +89,8 @@ class ImportRequest:
         source: The robot's file, in any format that `read_robot` reads.
         packages: Folders of packages by name, besides those that are found.
         base: One of `BASES`; None guesses from wheels.
-        end_effector: Name of the end effector's link; None guesses it.
+        end_effectors: Names of the end effectors' links, by what these are
+            called; empty guesses them.
         srdf: The robot's SRDF; None looks for one beside the source.
         arguments: Arguments of a xacro by name.
         tolerance: How far spheres may stand out of links [m].
@@ -89,7 +100,7 @@ class ImportRequest:
     source: Path
     packages: dict[str, Path] = dc.field(default_factory=dict)
     base: str | None = None
-    end_effector: str | None = None
+    end_effectors: dict[str, str] = dc.field(default_factory=dict)
     srdf: Path | None = None
     arguments: dict[str, str] = dc.field(default_factory=dict)
     tolerance: float = TOLERANCE
@@ -129,8 +140,9 @@ def import_robot(
         f"{urdf.name}: {len(urdf.links)} links, {len(urdf.joints)} joints",
     )
     srdf = _srdf(request, urdf, said, findings)
-    arm = choose_arm(urdf, srdf, request.end_effector, findings)
+    arm = choose_arm(urdf, srdf, request.end_effectors, findings)
     limits = complete_limits(urdf, arm.joints, findings)
+    replace_missing(urdf, packages, findings)
     complete_inertias(urdf, findings)
     n_meshes = sum(1 for _ in urdf.root.iter("mesh"))
     done = 0
@@ -140,10 +152,15 @@ def import_robot(
         done += 1
         on_progress("converting meshes", done, n_meshes)
 
-    convert_shapes(urdf, packages, folder, findings, on_mesh)
-    base = request.base or _guessed_base(urdf, findings)
+    meshes = convert_shapes(urdf, packages, folder, findings, on_mesh)
+    for what, place in packages.guessed.items():
+        findings.guess(what, f"is not where it is named; taken: {place}")
+    base = request.base or _guessed_base(urdf, srdf, findings)
     description = _described(urdf, arm, limits, base, folder, findings)
     description = _with_allowed_collisions(description, srdf)
+    fit_link_pieces(
+        urdf, description, meshes, srdf.states, findings, on_progress
+    )
     covering = fit_covering(
         description.model_path,
         _surface_options(urdf, arm, base),
@@ -164,6 +181,8 @@ def import_robot(
     robot = load_robot(path)
     _judge_sizes(urdf, robot, findings)
     description.home = _chosen_home(robot, srdf, findings)
+    write_atomically(path, description_text(description, "", Findings()))
+    doubt_overlaps(load_robot(path), findings)
     write_atomically(
         path, description_text(description, request.made_by, findings)
     )
@@ -184,7 +203,7 @@ def _srdf(
     request: ImportRequest, urdf: Urdf, said: Srdf, findings: Findings
 ) -> Srdf:
     """What the SRDF says, and the robot's own file where there is none."""
-    path = request.srdf or find_srdf(request.source)
+    path = request.srdf or find_srdf(request.source, urdf.name)
     if path is None:
         if said.allowed_collisions:
             pairs = [f"{a} and {b}" for a, b in said.allowed_collisions]
@@ -199,7 +218,12 @@ def _srdf(
     return srdf
 
 
-def _guessed_base(urdf: Urdf, findings: Findings) -> str:
+def _guessed_base(urdf: Urdf, srdf: Srdf, findings: Findings) -> str:
+    if srdf.is_planar:
+        findings.guess(
+            "base", "omni, as its SRDF has it planar; --base says else"
+        )
+        return OMNI
     if has_wheels(urdf):
         findings.guess(
             "base", "differential, as it has wheels; --base says else"
@@ -232,8 +256,8 @@ def _described(
             dynamics.attrib.pop("friction", None)
     joints = [joint.name for joint in arm.joints]
     _add_motors(urdf, joints)
-    _write_model(urdf, model)
-    mount = arm.joints[0].parent
+    urdf.write(model)
+    mount = _mount(urdf, arm)
     drives, floor = None, [mount] if mount != "world" else []
     if base != FIXED:
         lowest = lowest_points(model)
@@ -252,7 +276,7 @@ def _described(
                 f"{-ground:.3f} m below {drives}, where the lowest"
                 " point of the robot is",
             )
-        _write_model(urdf, model)
+        urdf.write(model)
     of_base = base_limits(base, findings)
     all_limits = [*of_base, *limits]
     return RobotDescription(
@@ -262,7 +286,8 @@ def _described(
         if drives is None
         else MobileBase(DRIVES[base], list(JOINTS), drives),
         arm=Arm("arm", joints, mount),
-        end_effector_frame=arm.end_effector,
+        end_effector_frame=arm.end_effectors.get("", ""),
+        end_effectors={k: x for k, x in arm.end_effectors.items() if k},
         velocity_limits=[limit.velocity for limit in all_limits],
         acceleration_limits=[limit.acceleration for limit in all_limits],
         home=[0.0] * len(joints),
@@ -271,6 +296,17 @@ def _described(
         spheres={"covering": "spheres.yaml"},
         source=str(folder / f"{name}.yaml"),
     )
+
+
+def _mount(urdf: Urdf, arm: ArmChoice) -> str:
+    """The link that carries all arms: the last that is on each one's chain."""
+    carriers = [
+        [urdf.base, *(joint.child for joint in urdf.chain(joint.parent))]
+        for joint in arm.joints
+        if not any(other in arm.joints for other in urdf.chain(joint.parent))
+    ]
+    shared = [link for link in carriers[0] if all(link in c for c in carriers)]
+    return shared[-1]
 
 
 def _with_allowed_collisions(
@@ -296,12 +332,6 @@ def _add_motors(urdf: Urdf, joints: Sequence[str]) -> None:
     urdf.root.extend([transmission_element(joint) for joint in joints])
 
 
-def _write_model(urdf: Urdf, path: Path) -> None:
-    ElementTree.indent(urdf.root)
-    text = ElementTree.tostring(urdf.root, encoding="unicode")
-    write_atomically(path, f'<?xml version="1.0"?>\n{text}\n')
-
-
 def _moved_links(urdf: Urdf, arm: ArmChoice) -> set[str]:
     """Names of the links that joints of the arm move."""
     return {
@@ -312,7 +342,11 @@ def _moved_links(urdf: Urdf, arm: ArmChoice) -> set[str]:
 def _surface_options(urdf: Urdf, arm: ArmChoice, base: str) -> SurfaceOptions:
     """All links that have shapes: tight from the wrist on, coarse if still."""
     moved = _moved_links(urdf, arm)
-    wrist = set(arm.joints[-2:])
+    chains = [
+        [joint for joint in urdf.chain(tip) if joint.moves]
+        for tip in arm.end_effectors.values()
+    ]
+    wrist = {joint for chain in chains for joint in chain[-2:]}
     weights = {}
     links = []
     for link in urdf.links:
@@ -329,18 +363,23 @@ def _surface_options(urdf: Urdf, arm: ArmChoice, base: str) -> SurfaceOptions:
 def _chosen_home(
     robot: RobotModel, srdf: Srdf, findings: Findings
 ) -> list[float]:
-    """The home that the SRDF names if it is usable, or a guess."""
+    """The first usable state that the robot's files name, or a guess.
+
+    Usable is what names most of the arm's joints, within their limits or less
+    than rounding beyond, where links overlap hardly more than at the guess.
+    """
     guess = guess_home(robot)
-    named = srdf.home()
-    if named is not None:
-        name, positions = named
-        joints = robot.description.arm.joints
+    joints = robot.description.arm.joints
+    arm = slice(robot.n_q - len(joints), robot.n_q)
+    lower, upper = robot.position_lower[arm], robot.position_upper[arm]
+    for name, positions in srdf.homes():
+        if 2 * sum(joint in positions for joint in joints) <= len(joints):
+            continue
         home = np.array([positions.get(joint, 0.0) for joint in joints])
-        arm = slice(robot.n_q - len(home), robot.n_q)
-        inside = (home > robot.position_lower[arm]) & (
-            home < robot.position_upper[arm]
-        )
-        if inside.all() and tightness(robot, home) <= 1.2 * tightness(
+        is_inside = (home > lower - ROUNDING) & (home < upper + ROUNDING)
+        margin = np.minimum(_OFF_LIMITS, 0.01 * (upper - lower))
+        home = np.clip(home, lower + margin, upper - margin)
+        if is_inside.all() and tightness(robot, home) <= 1.2 * tightness(
             robot, guess
         ):
             findings.find("home", f"{name!r}, a state that its files name")

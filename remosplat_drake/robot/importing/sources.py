@@ -1,13 +1,8 @@
 """A robot's file, whatever it is written in, as a URDF."""
 
-import contextlib
-import importlib
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from remosplat_drake.base.errors import FileError, RemoSplatError
-from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.robot.importing.dialects import URDF
 from remosplat_drake.robot.importing.drake_formats import read_by_drake
 from remosplat_drake.robot.importing.findings import Findings
@@ -18,6 +13,7 @@ from remosplat_drake.robot.importing.staging import (
     read_robot_text,
 )
 from remosplat_drake.robot.importing.urdf import Urdf
+from remosplat_drake.robot.importing.xacro_files import expand_xacro
 
 XACRO = ".xacro"
 """Ending of xacro files, which are told by it; all others by their content."""
@@ -50,45 +46,15 @@ def read_robot(
     """
     text = read_robot_text(path)
     if path.suffix.lower() == XACRO:
-        return Urdf(path, _expanded(path, packages, arguments)), Srdf()
+        return Urdf(
+            path, expand_xacro(path, packages, arguments, findings)
+        ), Srdf()
+    if arguments:
+        name = next(iter(arguments))
+        raise FieldError(
+            str(path), "--arg", f"{name}: only xacro has arguments"
+        )
     dialect = dialect_of(path, text)
     if dialect is URDF:
         return Urdf(path, text), Srdf()
     return read_by_drake(path, dialect, packages, findings)
-
-
-def _expanded(path: Path, packages: Packages, arguments: dict[str, str]) -> str:
-    xacro = import_optional("xacro", "reading xacro", "robots")
-    with _packages_of(packages):
-        try:
-            document = xacro.process_file(str(path), mappings=arguments)
-        # Errors of many kinds, as a file may hold Python.
-        except Exception as error:
-            for cause in _causes(error):
-                if isinstance(cause, RemoSplatError):
-                    raise cause from error
-            problem = " ".join(str(error).split()) or type(error).__name__
-            raise FileError(path, f"xacro: {problem}") from error
-    return document.toxml()
-
-
-def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    """An error and those that it was made of, by Python or by xacro."""
-    while error is not None:
-        yield error
-        wrapped = getattr(error, "exc", None)
-        error = wrapped or error.__cause__ or error.__context__
-
-
-@contextlib.contextmanager
-def _packages_of(packages: Packages) -> Iterator[None]:
-    """Has `$(find NAME)` answered by us, not by a ROS installation."""
-    module: Any = importlib.import_module("xacro.substitution_args")
-    before = module._eval_find
-    module._eval_find = lambda name: str(
-        packages.folder(name, f"$(find {name})").absolute()
-    )
-    try:
-        yield
-    finally:
-        module._eval_find = before

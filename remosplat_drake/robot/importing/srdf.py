@@ -4,12 +4,27 @@ import dataclasses as dc
 import math
 from pathlib import Path
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 from remosplat_drake.base.errors import FieldError, FileError
 from remosplat_drake.robot.importing.urdf import Urdf
 
-HOMES = ("home", "ready", "rest", "default", "up")
+HOMES = (
+    "home",
+    "ready",
+    "rest",
+    "default",
+    "neutral",
+    "nominal",
+    "up",
+    "sitting",
+    "standing",
+    "init",
+)
 """Names of states that a robot may start from, the likeliest first."""
+
+PACKED = ("stow", "tuck", "fold", "park", "transport", "zero")
+"""Names of states that a robot had better not start from."""
 
 
 @dc.dataclass(frozen=True)
@@ -18,28 +33,45 @@ class Srdf:
 
     Attributes:
         tips: Last links of the chains of its groups.
+        tools: Links of the group of each end effector, by the link that
+            carries them; none where that group is the arm's own.
+        is_planar: Whether the robot moves in the plane, to the side, too.
         states: Positions of joints by name, for each named state [rad, m].
         allowed_collisions: Pairs of links that may touch, each sorted.
     """
 
     tips: tuple[str, ...] = ()
+    tools: dict[str, tuple[str, ...]] = dc.field(default_factory=dict)
+    is_planar: bool = False
     states: dict[str, dict[str, float]] = dc.field(default_factory=dict)
     allowed_collisions: tuple[tuple[str, str], ...] = ()
 
-    def home(self) -> tuple[str, dict[str, float]] | None:
-        """Returns the name and positions of the likeliest start, if any."""
-        for wanted in HOMES:
-            for name, positions in self.states.items():
-                if wanted in name.lower():
-                    return name, positions
-        return None
+    def homes(self) -> list[tuple[str, dict[str, float]]]:
+        """Returns names and positions of all states, the likeliest start first.
+
+        Those in which a robot is packed away come last.
+        """
+
+        def rank(state: tuple[str, dict[str, float]]) -> int:
+            name = state[0].lower()
+            for i, wanted in enumerate(HOMES):
+                if wanted in name:
+                    return i
+            packed = any(word in name for word in PACKED)
+            return len(HOMES) + packed
+
+        return sorted(self.states.items(), key=rank)
 
 
-def find_srdf(urdf: Path) -> Path | None:
+def find_srdf(urdf: Path, robot: str = "") -> Path | None:
     """Finds the SRDF of a robot, beside its URDF or in a folder beside it.
+
+    It is called as the file is, as the file begins, or it is the only one
+    there that names the robot.
 
     Args:
         urdf: The URDF's path.
+        robot: The name that the URDF gives the robot.
     """
     stem = urdf.name.partition(".")[0]
     folder = urdf.absolute().parent
@@ -54,7 +86,17 @@ def find_srdf(urdf: Path) -> Path | None:
         related = [p for p in found if stem.startswith(p.stem)]
         if related:
             return max(related, key=lambda path: len(path.stem))
+        named = [p for p in found if robot and _robot_name(p) == robot]
+        if len(named) == 1:
+            return named[0]
     return None
+
+
+def _robot_name(path: Path) -> str | None:
+    try:
+        return ElementTree.parse(path).getroot().get("name")
+    except (OSError, ElementTree.ParseError):
+        return None
 
 
 def read_srdf(path: Path, urdf: Urdf) -> Srdf:
@@ -92,10 +134,45 @@ def read_srdf(path: Path, urdf: Urdf) -> Srdf:
         for chain in group.findall("chain")
     ]
     return Srdf(
-        tuple(tip for tip in tips if tip in urdf.links),
-        states,
-        tuple(sorted(pairs)),
+        tips=tuple(tip for tip in tips if tip in urdf.links),
+        tools=_tools(root, urdf),
+        is_planar=any(
+            joint.get("type") == "planar"
+            for joint in root.findall("virtual_joint")
+        ),
+        states=states,
+        allowed_collisions=tuple(sorted(pairs)),
     )
+
+
+def _tools(root: Element, urdf: Urdf) -> dict[str, tuple[str, ...]]:
+    """The links of grippers, by the links that carry them."""
+    groups = {group.get("name", ""): group for group in root.findall("group")}
+    tools = {}
+    for effector in root.findall("end_effector"):
+        parent = effector.get("parent_link", "")
+        group = groups.get(effector.get("group", ""))
+        if parent not in urdf.links:
+            continue
+        links = [] if group is None else _group_links(group, urdf)
+        # Some name the arm itself, or all of the robot.
+        is_gripper = all(
+            any(joint.parent == parent for joint in urdf.chain(link))
+            for link in links
+        )
+        tools[parent] = tuple(links) if is_gripper else ()
+    return tools
+
+
+def _group_links(group: Element, urdf: Urdf) -> list[str]:
+    """The links that a group names itself or as what its joints move."""
+    links = [link.get("name", "") for link in group.findall("link")]
+    for joint in group.findall("joint"):
+        if joint.get("name") in urdf.joints:
+            links.append(urdf.joints[joint.get("name", "")].child)
+    for chain in group.findall("chain"):
+        links.append(chain.get("tip_link", ""))
+    return [link for link in dict.fromkeys(links) if link in urdf.links]
 
 
 def _position(path: Path, joint: str, text: str) -> float:

@@ -7,6 +7,7 @@ at all, is taken out: joints that follow others, and loops.
 """
 
 import dataclasses as dc
+from collections.abc import Iterable
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -30,6 +31,11 @@ from remosplat_drake.robot.importing.dialects import (
     Dialect,
 )
 from remosplat_drake.robot.importing.mesh_files import load_mesh
+from remosplat_drake.robot.importing.missing_meshes import (
+    COLLISION,
+    VISUAL,
+    replace_by_others,
+)
 from remosplat_drake.robot.importing.mjcf import prepare_mjcf
 from remosplat_drake.robot.importing.packages import Packages
 from remosplat_drake.robot.importing.urdf import Loop, Mimic, parse_xml
@@ -95,6 +101,8 @@ class Staging:
         mimics: Joints that follow others, by their names in their own files.
         loops: What closes loops of links.
         states: Positions of joints by name, for each named state [rad, m].
+        replaced: Names of the links that lacked meshes, by what they lacked.
+        floating: Names of the links that floated, and are fixed now.
     """
 
     def __init__(self, packages: Packages, folder: Path):
@@ -111,6 +119,8 @@ class Staging:
         self.mimics: dict[str, Mimic] = {}
         self.loops: list[Loop] = []
         self.states: dict[str, dict[str, float]] = {}
+        self.replaced: dict[str, list[str]] = {VISUAL: [], COLLISION: []}
+        self.floating: list[str] = []
 
     def stage(self, path: Path) -> Path:
         """Returns the copy of a robot's file, of any format but xacro.
@@ -152,6 +162,28 @@ class Staging:
             text = text.replace(str(copy), str(original))
         return text
 
+    def drop_elements(self, parent: str, tag: str) -> bool:
+        """Removes elements from all copies of SDFormat files.
+
+        Args:
+            parent: Tag of the elements that hold them.
+            tag: Tag of the elements.
+
+        Returns:
+            Whether there were any.
+        """
+        count = 0
+        for copy in self.originals:
+            if copy.suffix != SDFORMAT.suffix:
+                continue
+            tree = ElementTree.parse(copy)
+            for holder in tree.iter(parent):
+                for element in holder.findall(tag):
+                    holder.remove(element)
+                    count += 1
+            tree.write(copy, encoding="unicode")
+        return count > 0
+
     def _new(self, path: Path, suffix: str) -> Path:
         folder = self._folder / str(len(self.originals))
         folder.mkdir()
@@ -180,7 +212,23 @@ class Staging:
             self._copies[source] = copy
         return str(self._copies[source])
 
+    def _replace_missing(self, path: Path, links: Iterable[Element]) -> None:
+        """Has links do without meshes that are not there."""
+
+        def is_there(element: Element) -> bool:
+            for mesh in element.iter("mesh"):
+                uri = mesh.get("filename") or mesh.findtext("uri", "")
+                try:
+                    self._find(path, uri.strip(), "<mesh>")
+                except FieldError:
+                    return False
+            return True
+
+        for tag, names in replace_by_others(links, is_there).items():
+            self.replaced[tag] += names
+
     def _urdf(self, path: Path, root: Element) -> None:
+        self._replace_missing(path, root.iter("link"))
         for mesh in root.iter("mesh"):
             uri = mesh.get("filename", "")
             mesh.set("filename", self._mesh(path, uri, "<mesh> filename"))
@@ -198,6 +246,7 @@ class Staging:
             for uri in include.findall("uri"):
                 model = self._sdf_model(path, (uri.text or "").strip())
                 uri.text = f"file://{self.stage(model)}"
+        self._replace_missing(path, root.iter("link"))
         for mesh in root.iter("mesh"):
             for uri in mesh.findall("uri"):
                 name = (uri.text or "").strip()
@@ -234,6 +283,7 @@ class Staging:
         self.loops += said.loops
         self.states |= said.states
         self.mimics |= said.mimics
+        self.floating += said.floating
 
     def _directives(self, path: Path, text: str) -> str:
         root = compose(text, str(path))

@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
+from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
 from remosplat_drake.robot.importing.dialects import URDF, Dialect
 
@@ -145,6 +146,16 @@ class Urdf:
         """Returns an error about an element of the file."""
         return FieldError(str(self.path), element, problem)
 
+    def write(self, path: Path) -> None:
+        """Writes the document, with what has been changed of it.
+
+        Args:
+            path: The file.
+        """
+        ElementTree.indent(self.root)
+        text = ElementTree.tostring(self.root, encoding="unicode")
+        write_atomically(path, f'<?xml version="1.0"?>\n{text}\n')
+
     def chain(self, link: str) -> list[UrdfJoint]:
         """Returns the joints from the base to a link, the inmost first."""
         joints = []
@@ -156,6 +167,12 @@ class Urdf:
     def outboard(self, link: str) -> list[UrdfJoint]:
         """Returns the joints that a link carries."""
         return [j for j in self.joints.values() if j.parent == link]
+
+    def rigid_root(self, link: str) -> str:
+        """Returns the link nearest to the root that a link is fixed to."""
+        while link in self.inboard and self.inboard[link].kind == FIXED:
+            link = self.inboard[link].parent
+        return link
 
     def _named(self, tag: str) -> dict[str, Element]:
         elements = {}

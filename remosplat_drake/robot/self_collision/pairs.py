@@ -95,14 +95,20 @@ class SelfCollisionPairs:
         X_WL = self.robot.body_poses(q)
         return pair_distances(self.pair_arrays, X_WL, float(enough))
 
-    def near(self, X_WL: np.ndarray, within: float) -> NearPoints:
+    def near(
+        self, X_WL: np.ndarray, within: float, crowded: float = -np.inf
+    ) -> NearPoints:
         """Finds the points at which links are near each other.
 
         Args:
             X_WL: Poses of all bodies of the robot's tree, shape (b, 4, 4).
             within: Links at or beyond this distance are left out [m].
+            crowded: Of two links all pairs of shapes below this distance are
+                noted, not the nearest alone [m].
         """
-        return NearPoints(*near_points(self.pair_arrays, X_WL, float(within)))
+        return NearPoints(
+            *near_points(self.pair_arrays, X_WL, float(within), float(crowded))
+        )
 
 
 def self_collision_pairs(

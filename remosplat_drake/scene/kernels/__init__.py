@@ -1,1 +1,1 @@
-"""Compiled distances to known solids."""
+"""Compiled distances to solids and movers."""

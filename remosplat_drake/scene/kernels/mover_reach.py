@@ -1,15 +1,15 @@
-"""Where movers can be after a while: their prediction, and by how much it errs.
+"""Bounds on future positions of movers: prediction and its error.
 
 Let a point of a mover's core have the speed limit V and the acceleration limit
-A. The prediction keeps the mover's twist: its centre goes on straight and it
-turns on evenly, so that a point of the core that is r from the centre
-accelerates by no more than |w|^2 r. After a time t, the point itself is then
-no farther from its prediction than
+A. The prediction keeps the mover's twist: its centre moves on straight and it
+turns at a constant rate, so that a point of the core that is r from the centre
+accelerates by no more than |w|^2 r. After a time t, the point itself is then no
+farther from its prediction than
 
     e_p + min(e_v t + (A + |w|^2 r) t^2 / 2, (V + |v| + |w| r) t)
 
 where e_p and e_v are the errors of its position and of its velocity. So the
-mover lies within that distance, its reach, of its predicted self.
+mover lies within that distance, its reach, of its prediction.
 """
 
 import math
@@ -23,11 +23,11 @@ from remosplat_drake.base.vectors import norm, rotation
 from remosplat_drake.scene.kernels.solid_distance import box_distance
 
 _ROUNDING = 1e-9
-"""More than any rounding of distances of some metres, and less than matters."""
+"""Bound on rounding errors of distances of some metres [m]."""
 
 
 class MoverArrays(NamedTuple):
-    """k movers as kernels take them.
+    """k movers, as arrays for kernels.
 
     Attributes:
         half_extents: Half side lengths of their cores, shape (k, 3) [m].
@@ -36,7 +36,7 @@ class MoverArrays(NamedTuple):
         p_WM: Origins of their frames at the stamp, shape (k, 3) [m].
         v_WM: Velocities of these, shape (k, 3) [m/s].
         w_WM: Angular velocities, shape (k, 3) [rad/s].
-        bounds: For each its greatest speed [m/s], its greatest acceleration
+        bounds: For each, the largest speed [m/s], the largest acceleration
             [m/s^2], and the errors of its velocity [m/s] and of its position
             [m], shape (k, 4).
         age: Time since the stamp [s].
@@ -61,8 +61,8 @@ class NearMoverArrays(NamedTuple):
         distance: The least distance of their surfaces, shape (m,) [m].
         direction_W: The unit vector from the sphere towards the mover in W,
             shape (m, 3).
-        closing: The speed at which the predicted mover comes nearer by itself,
-            shape (m,) [m/s].
+        closing: The approach speed due to the predicted mover alone, shape (m,)
+            [m/s].
     """
 
     sphere: np.ndarray
@@ -74,11 +74,11 @@ class NearMoverArrays(NamedTuple):
 
 @helper
 def aged(movers, age) -> MoverArrays:
-    """Returns movers as they are seen at another time.
+    """Returns movers at another time.
 
     Args:
         movers: The `MoverArrays`.
-        age: Time since their stamp by then [s].
+        age: Time since their stamp [s].
     """
     return MoverArrays(
         movers.half_extents,
@@ -106,7 +106,7 @@ def predicted_speed(movers, j):
 
 @helper
 def reach(movers, j, time):
-    """Bounds how far a mover is from its predicted self [m].
+    """Bounds the distance of a mover from its prediction [m].
 
     Args:
         movers: The `MoverArrays`.
@@ -121,7 +121,7 @@ def reach(movers, j, time):
 
 @helper
 def relative_acceleration(movers, j):
-    """Bounds how fast points of a core leave their prediction [m/s^2].
+    """Bounds the acceleration of core points against prediction [m/s^2].
 
     Args:
         movers: The `MoverArrays`.
@@ -134,14 +134,14 @@ def relative_acceleration(movers, j):
 
 @helper
 def place_mover(movers, j, time, R_WM, p_WM) -> None:
-    """Predicts where a mover's frame is.
+    """Predicts the pose of a mover's frame.
 
     Args:
         movers: The `MoverArrays`.
         j: Which mover.
         time: Time from now on [s].
-        R_WM: Filled with its orientation, shape (3, 3).
-        p_WM: Filled with its origin, shape (3,) [m].
+        R_WM: Output: its orientation, shape (3, 3).
+        p_WM: Output: its origin, shape (3,) [m].
     """
     t, turn = movers.age + time, norm(movers.w_WM[j])
     for r in range(3):
@@ -192,9 +192,9 @@ def core_distance(movers, j, R_WM, p_WM, p_WS):
 
 @helper
 def center_distance(movers, j, p_WM, p_WS):
-    """Bounds from below how far a point is from a mover's core [m].
+    """Bounds the distance of a point from a mover's core from below [m].
 
-    It is cheaper than `core_distance`, and less by more than rounding errors.
+    It is cheaper than `core_distance`, and smaller by more than rounding.
 
     Args:
         movers: The `MoverArrays`.
@@ -209,7 +209,7 @@ def center_distance(movers, j, p_WM, p_WS):
 
 @helper
 def closing_speed(movers, j, p_WM, p_WS, far, n_W):
-    """Computes how fast a predicted core comes nearer to a point [m/s].
+    """Computes the speed at which a predicted core approaches a point [m/s].
 
     Args:
         movers: The `MoverArrays`.
@@ -221,7 +221,7 @@ def closing_speed(movers, j, p_WM, p_WS, far, n_W):
     """
     v, w = movers.v_WM[j], movers.w_WM[j]
     nx, ny, nz = n_W
-    # The core's nearest point, as seen from its centre.
+    # The core's nearest point, relative to its centre.
     x = p_WS[0] + far * nx - p_WM[0]
     y = p_WS[1] + far * ny - p_WM[1]
     z = p_WS[2] + far * nz - p_WM[2]
@@ -240,7 +240,7 @@ _NEAR = named(
 
 @kernel(returns=_MOVERS)
 def moved_on(movers, time, longest) -> MoverArrays:
-    """Moves the movers on, as they would be measured later.
+    """Advances the movers, as they would be measured later.
 
     They keep their twists for a while, and rest afterwards. What is known of
     them is as old then, and as sure, as it is now.
@@ -248,13 +248,13 @@ def moved_on(movers, time, longest) -> MoverArrays:
     Args:
         movers: The `MoverArrays`.
         time: How much later [s].
-        longest: For how long they move on [s].
+        longest: For how long they move [s].
     """
     k = len(movers.radius)
     R_WM, p_WM = np.empty((k, 3, 3)), np.empty((k, 3))
     v_WM, w_WM = movers.v_WM.copy(), movers.w_WM.copy()
     for j in range(k):
-        # Their age leads them on further whenever they are placed.
+        # Placing them adds the motion of their age.
         then = min(time, longest) - movers.age
         place_mover(movers, j, then, R_WM[j], p_WM[j])
         if time > longest:
@@ -313,19 +313,19 @@ def near_movers(movers, p_WS, radius, within) -> NearMoverArrays:
 
 @helper
 def is_retreat(depth, touching, ahead, aside) -> bool:
-    """Tells whether a sphere moves away from wherever a mover can touch it.
+    """Returns whether a sphere moves away from all contacts with a mover.
 
     The mover's core can be anywhere within its reach of its predicted core: a
     convex set. Let the sphere's centre lie outside of it, by the depth h, and n
     be the direction to it. All points of the core are then at least h away
-    along n. One that touches is at most R away in all, and so at most
-    sqrt(R^2 - h^2) aside of n.
+    along n. A point in contact is at most R away, and so at most sqrt(R^2 -
+    h^2) beside n.
 
     Args:
         depth: h [m].
-        touching: R, the sphere's radius and the mover's together [m].
+        touching: R, the sum of the radii of sphere and mover [m].
         ahead: The sphere's motion along n [m].
-        aside: Its motion aside of n, at least 0 [m].
+        aside: Its motion perpendicular to n, at least 0 [m].
     """
     if depth <= 0.0 or ahead >= 0.0:
         return False

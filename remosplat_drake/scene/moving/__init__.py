@@ -1,1 +1,1 @@
-"""What moves by itself in a simulation, as functions of time."""
+"""Moving objects of a simulation, as functions of time."""

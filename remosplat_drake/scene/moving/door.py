@@ -1,4 +1,4 @@
-"""`SwingingDoor`: a door whose hinge stands still, as a scenario has it."""
+"""`SwingingDoor`: a door with a fixed hinge, as configured in a scenario."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ Side = Annotated[float, Interval(gt=0, le=10)]
 
 @dc.dataclass
 class DoorAngle(Config):
-    """How far a door is open at a time."""
+    """The angle of a door at a time."""
 
     # Time since the run began [s].
     time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
@@ -32,11 +32,11 @@ class DoorAngle(Config):
 class SwingingDoor(Config):
     """A door: a box that turns about an upright hinge at one of its edges.
 
-    It stands at the first angle and at the last, and swings smoothly through
-    those between.
+    It rests at the first and the last angle, and swings smoothly through those
+    in between.
     """
 
-    # What people call it.
+    # Its display name.
     name: str = "door"
     # Foot of the hinge in W [m].
     hinge: Position = dc.field(default_factory=lambda: [0.0] * 3)
@@ -44,21 +44,21 @@ class SwingingDoor(Config):
     width: Side = 0.9
     # From the hinge's foot to the upper edge [m].
     height: Side = 2.0
-    # How thick it is [m].
+    # Thickness [m].
     thickness: Annotated[float, Interval(gt=0, le=1)] = 0.04
-    # Where it is when; a single one: it stays.
+    # Its angles over time; with a single one it does not move.
     angles: Annotated[list[DoorAngle], Len(1, 1000)] = dc.field(
         default_factory=lambda: [DoorAngle()]
     )
-    # No point of it ever moves faster, as far as the robot is told; absent:
-    # its own greatest speed [m/s].
+    # Speed limit of all its points, as reported to the robot; absent: its
+    # largest actual speed [m/s].
     max_speed: Annotated[float, Interval(ge=0, le=100)] | None = None
-    # No point of it ever accelerates more, as far as the robot is told;
-    # absent: its own greatest acceleration [m/s^2].
+    # Acceleration limit of all its points, as reported to the robot; absent:
+    # its largest actual acceleration [m/s^2].
     max_acceleration: Annotated[float, Interval(ge=0, le=1000)] | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that time goes on.
+        """Checks that times increase.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -69,14 +69,14 @@ class SwingingDoor(Config):
         """Makes the door's track.
 
         Args:
-            folder: Not needed: it names no file.
+            folder: Unused, since there are no files.
         """
         del folder
         return DoorTrack(self)
 
 
 class DoorTrack:
-    """Where a door is at any time.
+    """The pose of a door at any time.
 
     Args:
         config: The door.
@@ -92,8 +92,8 @@ class DoorTrack:
         self._angle = scipy.interpolate.CubicSpline(
             self._times, angles, bc_type="clamped"
         )
-        # Of all points the outer edge is the fastest; on a stretch between
-        # two angles, rate and its change are polynomials of low degree.
+        # The outer edge is the fastest part; between two angles, rate and
+        # acceleration are polynomials of low degree.
         looks = np.concatenate(
             [np.linspace(a, b, 50) for a, b in pairwise(self._times)]
         )
@@ -103,7 +103,7 @@ class DoorTrack:
         self._push = SLACK * arm * float(np.hypot(change, rate**2).max())
 
     def movers(self, time: float) -> list[Mover]:
-        """Returns the door as it is at a time.
+        """Returns the door at a time.
 
         Args:
             time: Time since the run began [s].

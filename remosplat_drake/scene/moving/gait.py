@@ -1,8 +1,8 @@
-"""How a person walks and reaches: the ends of limbs, at knots of time.
+"""Walking and reaching of a person: ends of limbs at knots of time.
 
 The proportions are those of Winter, "Biomechanics and motor control of human
 movement": shares of a person's height. Legs swing as straight rods about the
-hips and arms, with bent elbows, against them, once to and fro in a stride.
+hips. Arms, with bent elbows, swing in antiphase. One period is a stride.
 """
 
 import dataclasses as dc
@@ -20,7 +20,7 @@ KNOT_PERIOD = 0.05
 """Time between two knots of a limb's curve [s]."""
 
 STRIDE = 0.8
-"""Way from one step of a foot to its next, as a share of the height."""
+"""Distance between two steps of the same foot, as a share of the height."""
 
 LEG_SWING, ARM_SWING = math.radians(24), math.radians(20)
 """Greatest angles of legs and arms to the vertical, at walking speed [rad]."""
@@ -56,7 +56,7 @@ Time = Annotated[float, Interval(ge=0, le=1e5)]
 
 @dc.dataclass
 class Step(Config):
-    """Where a person is on the floor at a time."""
+    """Position of a person on the floor at a time."""
 
     # Time since the run began [s].
     time: Time = 0.0
@@ -64,7 +64,8 @@ class Step(Config):
     position: Annotated[list[Coordinate], Len(2, 2)] = dc.field(
         default_factory=lambda: [0.0, 0.0]
     )
-    # Whither the person faces, from W's x axis; absent: the way to go [deg].
+    # Direction in which the person faces, from W's x axis; absent: the walking
+    # direction [deg].
     yaw_deg: AngleDeg | None = None
 
 
@@ -74,28 +75,28 @@ class Reach(Config):
 
     # When the hand begins to leave the side [s].
     time: Time = 0.0
-    # How long the hand is there [s].
+    # How long the hand stays there [s].
     duration: Annotated[float, Interval(ge=0, le=1000)] = 1.0
-    # Time to get there, and to come back [s].
+    # Duration of the motion there, and of the motion back [s].
     swing: Annotated[float, Interval(ge=0.2, le=100)] = 1.0
-    # The place in W; beyond arm's length, the hand stretches towards it [m].
+    # The point in W; beyond arm's length, the hand stretches towards it [m].
     point: Position = dc.field(default_factory=lambda: [0.0] * 3)
 
     @property
     def end(self) -> float:
-        """When the hand is at the side again [s]."""
+        """Time at which the hand is back at the side [s]."""
         return self.time + self.duration + 2.0 * self.swing
 
 
 def person_ends(
     height: float, walk: Sequence[Step], reaches: Sequence[Reach]
 ) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
-    """Computes where the ends of a person's parts are.
+    """Computes the positions of the ends of a person's parts.
 
     Args:
         height: The person's height [m].
-        walk: Where the person is when.
-        reaches: What the person reaches for.
+        walk: Positions of the person over time.
+        reaches: The reaching motions.
 
     Returns:
         The knots' times, shape (n,) [s]; the ends of the k parts' axes in W,
@@ -124,7 +125,7 @@ def person_ends(
 def _walk(
     height: float, walk: Sequence[Step], times: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Position, heading, phase of the stride, and how far limbs swing."""
+    """Returns position, heading, phase of the stride, and limb swing."""
     knots = np.array([step.time for step in walk])
     p = np.array([step.position for step in walk])
     if len(knots) == 1:
@@ -137,16 +138,16 @@ def _walk(
     step = np.diff(times, prepend=times[0])
     phase = np.cumsum(2.0 * np.pi * speed * step / (STRIDE * height))
     heading = _smooth_steps(knots, np.unwrap(_headings(walk, p)), now)
-    # Limbs come to rest where the person does.
+    # Limbs come to rest together with the person.
     share = speed**2 / (speed**2 + (0.5 * WALKING_SPEED) ** 2)
     return way(now), heading, phase, share
 
 
 def _headings(walk: Sequence[Step], p: np.ndarray) -> np.ndarray:
-    """Where the person faces at each step: where given, else the way to go."""
+    """Returns headings at each step: as given, else the walking direction."""
     ways = np.diff(p, axis=0)
     ahead = np.arctan2(ways[:, 1], ways[:, 0])
-    # Who stays is turned as before.
+    # A standing person keeps the heading.
     for i in range(len(ahead)):
         if not ways[i].any():
             ahead[i] = ahead[i - 1] if i else 0.0
@@ -161,7 +162,7 @@ def _headings(walk: Sequence[Step], p: np.ndarray) -> np.ndarray:
 
 
 def _parts(height: float, phase: float, share: float) -> np.ndarray:
-    """The ends of all parts in the person's frame P: x ahead, z up."""
+    """Returns the ends of all parts in the person's frame P: x ahead, z up."""
     hip, shoulder = HIP * height, SHOULDER * height
     swing = share * math.sin(phase)
     parts: list = [
@@ -197,7 +198,7 @@ def _reach(
     R_WP: np.ndarray,
     ends: np.ndarray,
 ) -> None:
-    """Moves the right hand to places and back; the elbow follows it always."""
+    """Moves the right hand to points and back; the elbow follows."""
     names = list(RADIUS)
     upper, lower = names.index("right upper arm"), names.index("right forearm")
     hand = ends[:, lower, 1].copy()
@@ -220,10 +221,10 @@ def _bent_arm(
     lower: float,
     R_WP: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Elbow and hand of an arm that reaches, its elbow down and outward."""
+    """Returns elbow and hand of a reaching arm, its elbow down and outward."""
     way = hand - shoulder
     far = float(np.linalg.norm(way))
-    # Nearly as far as the way while that is short, and never a straight arm.
+    # Nearly the full distance while that is short, and never a straight arm.
     most = 0.99 * (upper + lower)
     reached = far / (1.0 + (far / most) ** 8) ** (1.0 / 8.0)
     along = way / far
@@ -239,13 +240,13 @@ def _bent_arm(
 def _smooth_steps(
     knots: np.ndarray, values: np.ndarray, times: np.ndarray
 ) -> np.ndarray:
-    """From value to value, at rest at each."""
+    """Interpolates values, at rest at each."""
     k = np.clip(np.searchsorted(knots, times, "right") - 1, 0, len(knots) - 2)
     x = (times - knots[k]) / (knots[k + 1] - knots[k])
     return values[k] + _smooth(x) * (values[k + 1] - values[k])
 
 
 def _smooth(x: np.ndarray) -> np.ndarray:
-    """From 0 to 1, at rest at both ends, without a jump of acceleration."""
+    """Rises from 0 to 1, at rest at both ends, with continuous acceleration."""
     x = np.clip(x, 0.0, 1.0)
     return x**3 * (10 - 15 * x + 6 * x**2)

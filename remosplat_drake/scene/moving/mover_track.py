@@ -1,4 +1,4 @@
-"""`MoverTrack`: how a mover of a scenario moves, as a smooth curve of time."""
+"""`MoverTrack`: the motion of a scenario's mover, as a smooth curve."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -18,14 +18,14 @@ from remosplat_drake.scene.mover import Mover
 from remosplat_drake.scene.moving.track import SLACK, time_goes_on
 
 _LOOKS = 200
-"""Looks at a stretch between two waypoints, for the greatest of its speeds."""
+"""Number of samples between two waypoints, to find the largest speed."""
 
 Size = Annotated[float, Interval(ge=0, le=100)]
 
 
 @dc.dataclass
 class WaypointConfig(Config):
-    """Where a mover is at a time."""
+    """The pose of a mover at a time."""
 
     # Time since the run began [s].
     time: Annotated[float, Interval(ge=0, le=1e6)] = 0.0
@@ -46,13 +46,13 @@ class WaypointConfig(Config):
 
 @dc.dataclass
 class MoverConfig(Config):
-    """A thing that moves: a rounded box, and where it is when.
+    """A moving object: a rounded box, and its poses over time.
 
-    It comes to rest at the first and at the last waypoint, and passes smoothly
-    through those between; only its turning pauses at each.
+    It rests at the first and the last waypoint, and passes smoothly through
+    those in between; only its rotation pauses at each.
     """
 
-    # What people call it.
+    # Its display name.
     name: str = "mover"
     # Half side lengths of its core, a box; three zeros make a sphere, two a
     # capsule along the third axis [m].
@@ -61,19 +61,19 @@ class MoverConfig(Config):
     )
     # Radius around the core [m].
     radius: Annotated[float, Interval(ge=0, le=10)] = 0.1
-    # Where it is when; a single one: it stays.
+    # Its poses over time; with a single one it does not move.
     waypoints: Annotated[list[WaypointConfig], Len(1, 1000)] = dc.field(
         default_factory=lambda: [WaypointConfig()]
     )
-    # No point of its core ever moves faster, as far as the robot is told;
-    # absent: the track's own greatest speed [m/s].
+    # Speed limit of all points of its core, as reported to the robot; absent:
+    # the track's largest speed [m/s].
     max_speed: Annotated[float, Interval(ge=0, le=100)] | None = None
-    # No point of its core ever accelerates more, as far as the robot is told;
-    # absent: the track's own greatest acceleration [m/s^2].
+    # Acceleration limit of all points of its core, as reported to the robot;
+    # absent: the track's largest acceleration [m/s^2].
     max_acceleration: Annotated[float, Interval(ge=0, le=1000)] | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that there is something, and that time goes on.
+        """Checks that the mover has a size, and that times increase.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -86,14 +86,14 @@ class MoverConfig(Config):
         """Makes the track.
 
         Args:
-            folder: Not needed: it names no file.
+            folder: Unused, since there are no files.
         """
         del folder
         return MoverTrack(self)
 
 
 class MoverTrack:
-    """Where a mover is at any time, and how it moves there.
+    """Pose and velocity of a mover at any time.
 
     Args:
         config: Its shape and its waypoints.
@@ -117,7 +117,7 @@ class MoverTrack:
         ]
 
     def at(self, time: float) -> Mover:
-        """Returns the mover as it is at a time, with its bounds.
+        """Returns the mover at a time, with its bounds.
 
         Args:
             time: Time since the run began [s].
@@ -139,7 +139,7 @@ class MoverTrack:
         )
 
     def movers(self, time: float) -> list[Mover]:
-        """Returns the mover alone, as `Track` wants it.
+        """Returns the mover as the only one, as `Track` requires.
 
         Args:
             time: Time since the run began [s].
@@ -165,8 +165,8 @@ class MoverTrack:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Orientation, angular velocity, and angular acceleration.
 
-        Each stretch is turned through evenly but for a timing of the fifth
-        degree, which begins and ends at rest.
+        Between two waypoints, the axis of rotation is constant, and the angle
+        is a polynomial of degree five that starts and ends at rest.
         """
         k = int(np.searchsorted(self._times, time, side="right")) - 1
         k = min(max(k, 0), len(self._times) - 2)

@@ -1,4 +1,4 @@
-"""`Person`: somebody who walks and reaches for things, in a scenario."""
+"""`Person`: a walking and reaching person in a scenario."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -15,33 +15,34 @@ from remosplat_drake.scene.moving.rods import Rods
 
 @dc.dataclass
 class Person(Config):
-    """A person of capsules: legs and arms swing as far as the person walks.
+    """A person made of capsules, whose legs and arms swing while walking.
 
-    The person stands at the first step and at the last, and walks smoothly
-    through those between.
+    The person stands at the first and the last step, and walks smoothly through
+    those in between.
     """
 
-    # What people call the person.
+    # Display name of the person.
     name: str = "person"
     # From the floor to the top of the head [m].
     height: Annotated[float, Interval(ge=1.0, le=2.2)] = 1.75
-    # Where the person is when; a single one: stands there.
+    # Positions of the person over time; with a single one the person stands
+    # there.
     walk: Annotated[list[Step], Len(1, 1000)] = dc.field(
         default_factory=lambda: [Step()]
     )
-    # What the person reaches for, one after the other.
+    # Reaching motions, one after the other.
     reaches: Annotated[list[Reach], Len(0, 100)] = dc.field(
         default_factory=list
     )
-    # No part ever moves faster, as far as the robot is told; absent: as fast
-    # as each ever does [m/s].
+    # Speed limit of all parts, as reported to the robot; absent: the largest
+    # actual speed of each [m/s].
     max_speed: Annotated[float, Interval(ge=0, le=100)] | None = None
-    # No part ever accelerates more, as far as the robot is told; absent: as
-    # much as each ever does [m/s^2].
+    # Acceleration limit of all parts, as reported to the robot; absent: the
+    # largest actual acceleration of each [m/s^2].
     max_acceleration: Annotated[float, Interval(ge=0, le=1000)] | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that time goes on.
+        """Checks that times increase.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -59,7 +60,7 @@ class Person(Config):
         """Makes the person's track.
 
         Args:
-            folder: Not needed: it names no file.
+            folder: Unused, since there are no files.
         """
         del folder
         times, ends, parts = person_ends(self.height, self.walk, self.reaches)

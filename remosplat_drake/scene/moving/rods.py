@@ -10,28 +10,27 @@ from remosplat_drake.scene.mover import Mover
 from remosplat_drake.scene.moving.track import SLACK
 
 _LOOKS_A_KNOT = 4
-"""Looks at a stretch between two knots, for the greatest of its speeds."""
+"""Number of samples between two knots, to find the largest speed."""
 
 _STEP = 1e-4
-"""Time over which accelerations are looked at [s]."""
+"""Time step for accelerations [s]."""
 
 
 class Rods:
     """k rigid capsules that move together, through knots of time.
 
-    Their axes lead through curves through the knots: a cubic spline each for
-    the centres and for the directions. So the motion is smooth, and what is
-    told of its velocity is its derivative. Before the first knot and after the
-    last one they stand.
+    Cubic splines through the knots give the centres and the directions of their
+    axes. So the motion is smooth, and reported velocities are its derivatives.
+    Before the first knot and after the last one, the rods rest.
 
     Args:
-        names: What people call them, k of them.
-        radius: Their radii, k of them [m].
+        names: Their k display names.
+        radius: Their k radii [m].
         times: The times of n knots, ascending [s].
-        ends: Where their ends are at the knots in W, shape (n, k, 2, 3) [m].
-        max_speed: No point of their axes is ever faster, as far as the robot
-            is told; None: the greatest that occurs [m/s].
-        max_acceleration: Likewise [m/s^2].
+        ends: Positions of their ends at the knots in W, shape (n, k, 2, 3) [m].
+        max_speed: Speed limit of all points of their axes, as reported to the
+            robot; None: the largest actual speed [m/s].
+        max_acceleration: The same for the acceleration [m/s^2].
     """
 
     def __init__(
@@ -59,7 +58,7 @@ class Rods:
             self._push = push * 0.0 + max_acceleration
 
     def movers(self, time: float) -> list[Mover]:
-        """Returns the capsules as they are at a time.
+        """Returns the capsules at a time.
 
         Args:
             time: Time since the run began [s].
@@ -90,7 +89,7 @@ class Rods:
         center, axis = position[..., 0, :, :], position[..., 1, :, :]
         length = np.linalg.norm(axis, axis=-1, keepdims=True)
         z = axis / length
-        # Only the part of the axis' change that is across turns the capsule.
+        # Only the perpendicular part of the axis' change turns the capsule.
         w = np.cross(z, rate[..., 1, :, :] / length)
         return center, z, rate[..., 0, :, :], w
 

@@ -1,4 +1,4 @@
-"""`Track`: where things are at any time, and how they move there."""
+"""`Track`: poses and velocities of moving objects at any time."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, pairwise
@@ -8,14 +8,14 @@ from typing import Protocol
 from remosplat_drake.scene.mover import Mover, Movers
 
 SLACK = 1.02
-"""By how much bounds exceed the greatest that is seen at looks."""
+"""Factor of bounds over the largest sampled value."""
 
 
 class Track(Protocol):
-    """Something that moves by itself, in one part or in several."""
+    """A moving object of one or several parts."""
 
     def movers(self, time: float) -> Sequence[Mover]:
-        """Returns its parts as they are at a time, with their bounds.
+        """Returns its parts at a time, with their bounds.
 
         Args:
             time: Time since the run began [s].
@@ -24,7 +24,7 @@ class Track(Protocol):
 
 
 class TrackMaker(Protocol):
-    """Settings of something that moves, as a scenario has them."""
+    """Settings of a moving object in a scenario."""
 
     def make(self, folder: Path) -> Track:
         """Makes the track.
@@ -33,16 +33,16 @@ class TrackMaker(Protocol):
             folder: The folder that relative file names refer to.
 
         Raises:
-            RemoSplatError: A file that it names cannot be used.
+            RemoSplatError: A named file cannot be used.
         """
         ...
 
 
 def movers_at(tracks: Iterable[Track], time: float) -> Movers:
-    """Returns all that moves, as it is at a time.
+    """Returns all movers at a time.
 
     Args:
-        tracks: How each moves.
+        tracks: Their tracks.
         time: Time since the run began [s].
     """
     return Movers(time, list(chain(*(t.movers(time) for t in tracks))))

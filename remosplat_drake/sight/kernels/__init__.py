@@ -1,1 +1,1 @@
-"""Compiled loops of this room."""
+"""Compiled loops of detection."""

@@ -1,4 +1,4 @@
-"""What a depth image shows in the direction of points."""
+"""Looks up a depth image in the direction of points."""
 
 import math
 
@@ -15,13 +15,13 @@ def depth_lookup(depth, K, X_WC, far, p_W):
         depth: Depth image, shape (h, w), float32 [m]; 0 where it is unknown.
         K: Intrinsic matrix, shape (3, 3) [pixels].
         X_WC: Camera pose, shape (4, 4).
-        far: Greatest depth that the camera sees [m].
+        far: Greatest depth of the camera's range [m].
         p_W: Points in W, shape (n, 3) [m].
 
     Returns:
-        The points in C, shape (n, 3) [m], and what is measured at their
-        pixels, up to `far`, shape (n,) [m]; NaN where nothing is, or where a
-        point is outside of the image.
+        The points in C, shape (n, 3) [m], and the measured depths at their
+        pixels, up to `far`, shape (n,) [m]; NaN where nothing was measured, or
+        if a point is outside the image.
     """
     height, width = depth.shape
     n = len(p_W)

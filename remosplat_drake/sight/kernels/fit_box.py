@@ -1,4 +1,4 @@
-"""Fits one rounded box to points; `enclosure_reference.fit` says how."""
+"""Fits one rounded box to points; see `enclosure_reference.fit`."""
 
 import math
 
@@ -7,7 +7,7 @@ import numpy as np
 from remosplat_drake.base.kernels import helper, kernel
 
 _SWEEPS = 12
-"""Most rounds of rotations until a matrix of three rows is diagonal."""
+"""Largest number of Jacobi sweeps to diagonalise a 3 x 3 matrix."""
 
 
 @helper
@@ -20,7 +20,7 @@ def rounded_volume(a, b, c, r):
 
 @helper
 def _rotate(A, R, p, q):
-    """Turns the plane of two axes so that A has no entry between them."""
+    """Applies a Jacobi rotation that makes the entry (p, q) of A zero."""
     if A[p, q] == 0.0:
         return
     angle = 0.5 * math.atan2(2.0 * A[p, q], A[q, q] - A[p, p])
@@ -90,7 +90,7 @@ def fit_box(p_W, padding):
 
     Args:
         p_W: At least one point in W, shape (n, 3) [m].
-        padding: What is added on all sides [m].
+        padding: Margin on all sides [m].
 
     Returns:
         Orientation R_WM, shape (3, 3); centre in W, shape (3,) [m]; half side

@@ -1,4 +1,4 @@
-"""Which points are near others."""
+"""Finds points that are near other points."""
 
 import numpy as np
 
@@ -7,15 +7,15 @@ from remosplat_drake.base.kernels import kernel
 
 @kernel
 def near_any(p, q, reach):
-    """Tells which points are within reach of any of others.
+    """Returns which points are within reach of any other point.
 
     Args:
         p: Points, shape (n, 3) [m].
         q: Others, shape (m, 3) [m].
-        reach: How far each of those reaches, shape (m,), not negative [m].
+        reach: Reach of each other point, shape (m,), not negative [m].
 
     Returns:
-        True where a point is, shape (n,) bool.
+        True for points within reach, shape (n,) bool.
     """
     found = np.zeros(len(p), np.bool_)
     for i in range(len(p)):

@@ -1,4 +1,4 @@
-"""Depth images of rounded boxes and cylinders, by casting a ray a pixel."""
+"""Renders depth images of rounded boxes and cylinders by ray casting."""
 
 import math
 
@@ -8,22 +8,22 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.scene.kernels.solid_distance import box_distance
 
 _STEPS = 1000
-"""Most steps along a ray; each goes as far as nothing can be hit. Rays that
-pass millimetres beside a face take many."""
+"""Largest number of steps along a ray (sphere tracing). Rays that pass
+millimetres beside a face take many."""
 
 _HIT = 2e-4
-"""Distance from a surface at which a ray has hit it [m]."""
+"""Distance from a surface that counts as a hit [m]."""
 
 
 @helper
 def _span(middle, z, radius, center, focal, size):
-    """First and last pixel of a row or column that a ball can be seen at."""
+    """Returns the first and last pixel of a ball in a row or column."""
     distance = math.sqrt(middle * middle + z * z)
     if distance <= radius:
         return 0, size - 1
     angle, half = math.atan2(middle, z), math.asin(radius / distance)
     low, high = angle - half, angle + half
-    edge = 1.55  # Almost at a right angle to where the camera looks.
+    edge = 1.55  # Almost at a right angle to the optical axis.
     if low > edge or high < -edge:
         return 0, -1
     first = 0 if low < -edge else math.floor(focal * math.tan(low) + center)
@@ -35,7 +35,7 @@ def _span(middle, z, radius, center, focal, size):
 
 @helper
 def _slab(px, dx, half, near, far):
-    """Narrows a stretch of a ray to where it is between two planes."""
+    """Clips an interval of a ray to the space between two planes."""
     if abs(dx) < 1e-12:
         if abs(px) > half:
             return 1.0, 0.0
@@ -46,7 +46,7 @@ def _slab(px, dx, half, near, far):
 
 @helper
 def _between(square, along, rest):
-    """Where a square t^2 + 2 along t + rest is not positive: from, to."""
+    """Returns the interval in which square t^2 + 2 along t + rest <= 0."""
     if square < 1e-12:
         if rest > 0.0:
             return math.inf, -math.inf
@@ -60,7 +60,7 @@ def _between(square, along, rest):
 
 @helper
 def _ball(o, d, height, radius):
-    """Where a ray is within a ball around (0, 0, height)."""
+    """Returns the interval of a ray within a ball around (0, 0, height)."""
     z = o[2] - height
     return _between(
         d[0] * d[0] + d[1] * d[1] + d[2] * d[2],
@@ -71,7 +71,7 @@ def _ball(o, d, height, radius):
 
 @helper
 def _cylinder(o, d, half_height, radius):
-    """Where a ray is within an upright cylinder."""
+    """Returns the interval of a ray within an upright cylinder."""
     near, far = _between(
         d[0] * d[0] + d[1] * d[1],
         o[0] * d[0] + o[1] * d[1],
@@ -85,7 +85,7 @@ def _cylinder(o, d, half_height, radius):
 
 @helper
 def _capsule(o, d, half_height, radius):
-    """Where a ray is within an upright capsule, which is one stretch."""
+    """Returns the interval of a ray within an upright capsule."""
     near, far = _cylinder(o, d, half_height, radius)
     for height in (-half_height, half_height):
         first, last = _ball(o, d, height, radius)
@@ -95,7 +95,7 @@ def _capsule(o, d, half_height, radius):
 
 @helper
 def _march(size, radius, o, d, length, near, far):
-    """Goes along a ray until it hits a rounded box; -1 if it does not.
+    """Returns where a ray hits a rounded box, by sphere tracing; -1 if nowhere.
 
     `o` and `d` are the ray's origin and direction in the solid's frame, and
     `length` is that of the direction.
@@ -115,7 +115,7 @@ def _march(size, radius, o, d, length, near, far):
 
 @helper
 def _enter(solids, s, o, d, length, near, far):
-    """Depth at which a ray enters a solid within a stretch; -1 if nowhere."""
+    """Returns the depth where a ray enters a solid in an interval, or -1."""
     size, radius = solids.half_extents[s], solids.radius[s]
     first, last = near, far
     if not solids.is_box[s]:
@@ -142,10 +142,10 @@ def ray_cast(K, X_WC, solids, first_label, nearest, depth, label) -> None:
         X_WC: Camera pose, shape (4, 4).
         solids: The `CastSolids`.
         first_label: Label of the first solid; those of the others follow.
-        nearest: Least depth that is seen [m].
-        depth: Depths of what has been drawn so far, shape (h, w), float32 [m];
-            inf for nothing. What is nearer takes its place.
-        label: Labels of that, shape (h, w), int32.
+        nearest: Least depth of the camera's range [m].
+        depth: Depths drawn so far, shape (h, w), float32 [m]; inf for nothing.
+            Nearer surfaces replace them.
+        label: Labels drawn so far, shape (h, w), int32.
     """
     height, width = depth.shape
     R_WG, R_GC = solids.R_WG, np.empty((3, 3))

@@ -1,4 +1,4 @@
-"""Which pixels of a depth image may show the robot."""
+"""Finds the pixels of a depth image that may show the robot."""
 
 import math
 
@@ -9,10 +9,10 @@ from remosplat_drake.base.kernels import helper, kernel
 
 @helper
 def is_robot(x, y, z, slack, balls_C, margin) -> bool:
-    """Whether the ray (x, y, 1) may meet a sphere before the depth z ends.
+    """Returns whether the ray (x, y, 1) may meet a sphere before the depth z.
 
-    Where it passes is known but for the margin; the depth, which noise is in,
-    but for the slack.
+    The ray's position has an error up to the margin; the depth, up to the
+    slack.
     """
     square = x * x + y * y + 1.0
     for s in range(len(balls_C)):
@@ -25,7 +25,7 @@ def is_robot(x, y, z, slack, balls_C, margin) -> bool:
             continue
         root = math.sqrt(discriminant)
         if offset <= 0.0:
-            # The camera is within: it looks out of the sphere.
+            # The camera is inside the sphere and looks out.
             if (z - slack) * square <= middle + root:
                 return True
         elif middle > 0.0 and middle - root <= (z + slack) * square:
@@ -35,12 +35,12 @@ def is_robot(x, y, z, slack, balls_C, margin) -> bool:
 
 @kernel
 def robot_mask(p_C, depth, slack, balls_C, margin):
-    """Tells at which points' pixels the robot may be what is seen.
+    """Returns at which points' pixels the robot may be seen.
 
     Args:
         p_C: Points before the camera in C, shape (n, 3) [m].
-        depth: What is measured at their pixels, shape (n,) [m].
-        slack: By how much that may be wrong, shape (n,) [m].
+        depth: Measured depths at their pixels, shape (n,) [m].
+        slack: Bounds of their errors, shape (n,) [m].
         balls_C: The robot's spheres: centres in C and radii, shape (m, 4) [m].
         margin: Margin around them [m].
 

@@ -1,9 +1,9 @@
-"""Finds the points of a depth image that neither map nor robot explain.
+"""Finds points of a depth image that belong to neither map nor robot.
 
-Distances to the map are kept at the nodes of a grid, in steps of `STEP`, and
-interpolated between. The distance to a thin surface has a kink there, which
-interpolation cuts off by up to half the distance between nodes: that much is
-allowed for, so that what the map shows is not taken for new.
+Distances to the map are stored at the nodes of a grid, in steps of `STEP`, and
+interpolated. The distance to a thin surface has a kink there, which
+interpolation cuts off by up to half the distance between nodes. A margin of
+that size prevents false detections on the map's surfaces.
 """
 
 import math
@@ -12,16 +12,16 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.sight.kernels.robot_mask import is_robot
 
 STEP = 0.002
-"""Unit of the distances that are kept at nodes [m]."""
+"""Unit of the distances that are stored at nodes [m]."""
 
 FAR = 250
-"""Kept at nodes that are at least `FAR` steps from the map."""
+"""Value of nodes that are at least `FAR` steps from the map."""
 
 UNASKED = 255
-"""Kept at nodes whose distance nobody has asked for."""
+"""Value of nodes whose distance has not been requested."""
 
 ASKED = 254
-"""Kept at nodes whose distance is being asked for."""
+"""Value of nodes whose distance has just been requested."""
 
 
 @helper
@@ -39,7 +39,7 @@ def _distance(nodes, i, j, k, fi, fj, fk):
 
 @helper
 def _ask(nodes, i, j, k, asked, count):
-    """Notes the nodes of a cell that nobody has asked for."""
+    """Requests the distances of the nodes of a cell that are still unknown."""
     for corner in range(8):
         a, b, c = i + (corner & 1), j + ((corner >> 1) & 1), k + (corner >> 2)
         if nodes[a, b, c] == UNASKED and count < len(asked):
@@ -60,7 +60,7 @@ def _is_unasked(nodes, i, j, k) -> bool:
 
 @helper
 def _agreeing(depth, row, column, z, allowed):
-    """Number of the eight neighbours that show the same surface."""
+    """Returns the number of the eight neighbours that show the same surface."""
     count = 0
     for r in range(max(row - 1, 0), min(row + 2, depth.shape[0])):
         for c in range(max(column - 1, 0), min(column + 2, depth.shape[1])):
@@ -73,28 +73,29 @@ def _agreeing(depth, row, column, z, allowed):
 def scan(
     depth, K, X_WC, stride, nodes, lower, node, rules, balls_C, asked, found
 ):
-    """Scans an image for what is new.
+    """Scans an image for new points.
 
     Args:
         depth: Depth image, shape (h, w), float32 [m].
         K: Intrinsic matrix, shape (3, 3) [pixels].
         X_WC: Camera pose, shape (4, 4).
-        stride: Every so manieth pixel of every so manieth row is looked at.
+        stride: Step between examined pixels, and between examined rows.
         nodes: Distances to the map at the nodes of a grid, shape (nx, ny, nz),
-            uint8; those that are asked for are marked.
+            uint8; requested ones are marked.
         lower: Position of the first node in W, shape (3,) [m].
         node: Distance between nodes [m].
         rules: Range [m], standard deviation of a depth [m] and its growth
-            [1/m], how many of them count, error of the camera's pose [m],
-            margin around the robot [m], height of the floor [m]; shape (7,).
+            [1/m], number of standard deviations, error of the camera's pose
+            [m], margin around the robot [m], height of the floor [m]; shape
+            (7,).
         balls_C: The robot's spheres: centres in C and radii, shape (n, 4) [m].
-        asked: Filled with flat indices of nodes that must be asked for first.
-        found: Filled with positions in W and depths, shape (h w, 4) [m].
+        asked: Output: flat indices of nodes whose distances are needed first.
+        found: Output: positions in W and depths, shape (h w, 4) [m].
 
     Returns:
-        Number of pixels that show something within the box, of nodes in
-        `asked`, and of points in `found`; the points are all there are if no
-        node is asked for.
+        The number of pixels that show something within the box, of nodes in
+        `asked`, and of points in `found`; the points are complete if no node is
+        requested.
     """
     height, width = depth.shape
     far, floor, growth, sigmas = rules[0], rules[1], rules[2], rules[3]

@@ -1,1 +1,1 @@
-"""Simulated depth cameras of things that move, fast enough for studies."""
+"""Simulated depth cameras to detect movers, fast enough for studies."""

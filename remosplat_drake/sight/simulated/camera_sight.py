@@ -1,4 +1,4 @@
-"""`CameraSight`: movers as the simulated cameras of a scenario see them."""
+"""`CameraSight`: movers detected by a scenario's simulated cameras."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -33,11 +33,11 @@ NOISE = "realsense_d435"
 """The noise of simulated cameras."""
 
 COLUMNS = 80
-"""Pixels in a row of their images, at most: that serves, and is quick."""
+"""Largest number of pixels in a row of their images, for speed."""
 
 
 class CameraSight(LeafSystem):
-    """Looks at what truly moves by simulated depth cameras.
+    """Detects true movers with simulated depth cameras.
 
     .. pydrake_system::
 
@@ -49,16 +49,16 @@ class CameraSight(LeafSystem):
         output_ports:
         - movers
 
-    `configuration` is the robot's q, `truth` the `Movers` that are there, and
-    `distance_field` the map that the controller goes by: what has stayed put
-    leaves the movers when a version of the map has it, and not before. Once a
-    period the cameras that are due take an image, with noise, and `movers`
-    are those that the images show which have had the time to arrive.
+    `configuration` is the robot's q, `truth` the true `Movers`, and
+    `distance_field` the controller's map: a thing at rest leaves the movers
+    when a version of the map contains it. Once per period, the cameras that are
+    due take an image, with noise. `movers` are the detections from the images
+    that have arrived, given their latency.
 
     Args:
         sight: The cameras, and what is known by them at the start.
         n_q: Length of a configuration.
-        period: Time between two looks, the control period [s].
+        period: Time between two updates, the control period [s].
     """
 
     def __init__(self, *, sight: SimulatedSight, n_q: int, period: float):
@@ -71,7 +71,7 @@ class CameraSight(LeafSystem):
         self._field = self.DeclareAbstractInputPort(
             "distance_field", Value[object]()
         )
-        # A copy of a context has cameras of its own, with noise of their own.
+        # A copy of a context has its own cameras, with their own noise.
         self._sight = self.DeclareAbstractState(Value[object](sight))
         self._known = self.DeclareAbstractState(Value[object](Movers(0.0)))
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
@@ -112,9 +112,9 @@ class CameraSight(LeafSystem):
             builder: The builder of the diagram.
             sight: The cameras, and what is known by them at the start.
             configuration: The output port of the robot's q.
-            truth: The output port of the `Movers` that are there.
+            truth: The output port of the true `Movers`.
             distance_field: The output port of the map's `DistanceField`.
-            period: Time between two looks [s].
+            period: Time between two updates [s].
         """
         system = builder.AddSystem(
             CameraSight(sight=sight, n_q=configuration.size(), period=period)
@@ -137,9 +137,9 @@ def simulated_sight(
 
     Args:
         cameras: The cameras; images wider than `COLUMNS` are smaller here.
-        robot: The robot that hides things, and may carry cameras.
+        robot: The robot, which occludes things and may carry cameras.
         truth: What stands still; None for nothing.
-        known: What the map shows of it.
+        known: The map.
         config: Errors, margins and bounds.
         seed: Seed of the cameras' noise.
 
@@ -179,9 +179,9 @@ def placed_cameras(
 
 
 def coarse_noise(share: float) -> SensorNoise:
-    """Returns the noise of images that were made smaller.
+    """Returns the noise of downsampled images.
 
-    Outlines wander by pixels of the large image, and fray there.
+    Errors of outlines are in pixels of the large image.
 
     Args:
         share: Width of the small image as a share of the large one's.

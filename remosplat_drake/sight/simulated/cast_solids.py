@@ -1,4 +1,4 @@
-"""`CastSolids`: solids as the ray caster takes them."""
+"""`CastSolids`: solids as arrays for the ray caster."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -20,8 +20,7 @@ class CastSolids(NamedTuple):
         radius: Radii around these, shape (k,) [m].
         R_WG: Orientations, shape (k, 3, 3).
         p_WG: Centres in W, shape (k, 3) [m].
-        reach: Radii of the balls around their centres that hold them, shape
-            (k,) [m].
+        reach: Radii of bounding balls around their centres, shape (k,) [m].
     """
 
     is_box: np.ndarray
@@ -56,7 +55,7 @@ def scene_solids(scene: PrimitiveScene) -> CastSolids:
 
 
 def mover_solids(movers: Movers) -> CastSolids:
-    """Makes solids of things that move, where they are at their stamp."""
+    """Makes solids of movers, at their stamp."""
     half = [mover.half_extents for mover in movers]
     radius = np.array([mover.radius for mover in movers], float)
     core = [float(np.linalg.norm(extents)) for extents in half]

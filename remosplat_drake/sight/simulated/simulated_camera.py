@@ -21,12 +21,12 @@ from remosplat_drake.sight.simulated.cast_solids import (
 )
 
 NEAREST = 0.05
-"""Least depth that a simulated camera sees, whatever its noise [m]."""
+"""Least depth of a simulated camera, independent of its noise [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class SimulatedImage:
-    """What a simulated camera saw.
+    """An image of a simulated camera, with its true content.
 
     Attributes:
         image: The depth image, with its noise.
@@ -39,9 +39,9 @@ class SimulatedImage:
 
 
 class SimulatedCamera:
-    """Casts a ray a pixel: at 80 x 60 pixels an image takes a millisecond.
+    """Casts one ray per pixel: at 80 x 60 pixels an image takes a millisecond.
 
-    What stands still is drawn once for as long as the camera does, too.
+    The static scene is drawn once for each pose of the camera.
 
     Args:
         name: Name of the camera.
@@ -49,9 +49,9 @@ class SimulatedCamera:
         size: Height and width [pixels].
         scene: What stands still; None for nothing.
         noise: The camera's imperfections.
-        seed: Seed of its noise; that of an image depends on it and on how
-            many were taken before.
-        far: Greatest depth that it sees, whatever its noise [m].
+        seed: Seed of its noise; the noise of an image depends on it and on the
+            number of earlier images.
+        far: Greatest depth of the camera, independent of its noise [m].
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class SimulatedCamera:
         self._still = np.full(size, np.inf, np.float32)
 
     def __deepcopy__(self, memo) -> "SimulatedCamera":
-        return copy.copy(self)  # Arrays are replaced, never written to.
+        return copy.copy(self)  # Arrays are replaced, never modified.
 
     def take(
         self,
@@ -86,9 +86,9 @@ class SimulatedCamera:
 
         Args:
             X_WC: The camera's pose (OpenCV axes), shape (4, 4).
-            time: When [s].
-            movers: What moves, as it is then.
-            spheres: The robot, as it is then.
+            time: Time of the image [s].
+            movers: The movers at that time.
+            spheres: The robot at that time.
         """
         X_WC = np.ascontiguousarray(X_WC, float)
         label = np.full(self.size, -1, np.int32)

@@ -1,4 +1,4 @@
-"""`SimulatedSight`: movers as simulated cameras see them, late and with noise.
+"""`SimulatedSight`: movers from simulated cameras, with latency and noise.
 
 sight = SimulatedSight(cameras, robot, known, config)
 for each control tick:
@@ -25,19 +25,19 @@ from remosplat_drake.sight.simulated.simulated_camera import (
 from remosplat_drake.signals.distance_field import DistanceField
 
 _EARLY = 1e-9
-"""By how much rounding may make a time too early [s]."""
+"""Bound on rounding errors of times [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class PlacedCamera:
-    """A simulated camera, and where it is.
+    """A simulated camera, with its pose and timing.
 
     Attributes:
         camera: The camera.
         pose: Its pose X_WC, shape (4, 4), at a configuration q of the robot;
-            a camera that is fixed in the room does not look at q.
+            for a camera that is fixed in W, q is unused.
         period: Time between two of its images [s].
-        latency: Time from an image to what is known by it [s].
+        latency: Time from an image to its detections [s].
     """
 
     camera: SimulatedCamera
@@ -47,19 +47,19 @@ class PlacedCamera:
 
 
 class SimulatedSight:
-    """Cameras around a simulation, and the pipeline behind them.
+    """The cameras of a simulation, and the detection pipeline.
 
-    Cameras take turns: the first images are spread evenly over a period. An
-    image counts a latency after it was taken.
+    The first images of the cameras are spread evenly over a period. An image
+    takes effect one latency after it was taken.
 
     Args:
         cameras: The cameras.
-        robot: The robot, which hides things and is hidden itself.
+        robot: The robot, which occludes things and may be occluded.
         known: What the map shows.
         config: Errors, margins and bounds.
 
     Attributes:
-        sight: What is known by now.
+        sight: The state of detection.
     """
 
     def __init__(
@@ -78,14 +78,14 @@ class SimulatedSight:
         self.sight = Sight()
 
     def __deepcopy__(self, memo) -> "SimulatedSight":
-        # Drake copies all state at every update of any of it.
+        # Drake copies the whole state at every update of any part.
         other = copy.copy(self)
         other._cameras = copy.deepcopy(self._cameras, memo)
         other._due, other._sent = self._due.copy(), self._sent.copy()
         return other
 
     def learn(self, field: DistanceField) -> None:
-        """Takes another version of the map, if it is one.
+        """Uses another version of the map, if it differs.
 
         Args:
             field: The map.
@@ -95,16 +95,16 @@ class SimulatedSight:
             self._known = KnownScene(field, self._config, surface_W)
 
     def at(self, time: float, q: np.ndarray, truth: Movers) -> Movers:
-        """Goes on to a time, and tells what is known of movers then.
+        """Advances to a time and returns the movers known then.
 
         Args:
-            time: The present time, which never goes back [s].
+            time: The present time, which never decreases [s].
             q: The robot's configuration now, shape (n_q,).
-            truth: What truly moves, as it is now.
+            truth: The true movers now.
 
         Returns:
-            The movers, as of the newest image that has been looked at; before
-            the first, those of the time 0: none.
+            The movers at the time of the newest processed image; none before
+            the first one.
         """
         due = [i for i, t in enumerate(self._due) if t <= time + _EARLY]
         if due:

@@ -1,4 +1,4 @@
-"""`WireCamera`: stands in for a camera in the room, on the LCM wire."""
+"""`WireCamera`: simulates a depth camera that publishes over LCM."""
 
 from collections.abc import Sequence
 from time import sleep
@@ -18,16 +18,16 @@ from remosplat_drake.sight.simulated.simulated_camera import SimulatedCamera
 class WireCamera:
     """Casts depth images of scene, robot and movers, and publishes them.
 
-    Casting one takes longer than real cameras need, but a simulation knows what
-    comes: an image may be stamped in the future, by `lead`, and is then sent at
-    that time.
+    Casting takes longer than a real camera needs, but a simulation can predict
+    motion: an image is computed for a stamp in the future, by `lead`, and is
+    sent at that time.
 
     Args:
         config: The camera.
         robot: The robot, as its spheres.
-        scene: What stands still; None for nothing.
-        tracks: How things move.
-        lcm: Where the images are published.
+        scene: The static scene; None for nothing.
+        tracks: The tracks of moving things.
+        lcm: The LCM network on which images are published.
 
     Attributes:
         lead: Time that it takes to make an image [us].
@@ -58,7 +58,7 @@ class WireCamera:
         Args:
             q: The robot's configuration, shape (n_q,).
             utime: Stamp of the image: wall clock of the Unix epoch [us].
-            time: Time of what moves, since it began to [s].
+            time: Time for the tracks of moving things [s].
         """
         began = wall_utime()
         shot = self._camera.take(

@@ -1,1 +1,1 @@
-"""What does not belong into a splat that another program has trained."""
+"""Removal of artefacts from splats that other programs have trained."""

@@ -14,8 +14,8 @@ NEIGHBOURS = 12
 """Number of neighbours to which a splat may be linked."""
 
 REACH = 3.0
-"""How far a splat counts as being there, in standard deviations: two whose
-reaches meet are linked."""
+"""Extent of a splat in standard deviations: two splats with overlapping extents
+are linked."""
 
 _BLOCK = 1 << 13
 
@@ -25,9 +25,9 @@ class Neighbours:
     """The nearest neighbours of n splats, by their centres, nearest first.
 
     Attributes:
-        index: Their indices, shape (n, k), int32; n where there is none.
-        distance: How far away they are, shape (n, k), single precision; inf
-            where there is none.
+        index: Their indices, shape (n, k), int32; n if there are fewer.
+        distance: Their distances, shape (n, k), single precision; inf if there
+            are fewer.
     """
 
     index: np.ndarray
@@ -48,7 +48,7 @@ def find_neighbours(p_GK: np.ndarray, count: int = NEIGHBOURS) -> Neighbours:
     for rows in blocks(n, _BLOCK):
         found = tree.query(p_GK[rows], count + 1, workers=workers)
         far, near = map(np.asarray, found)
-        # Where points coincide, a point may not be its own first neighbour.
+        # If points coincide, a point may not be its own first neighbour.
         own = near == np.arange(rows.start, rows.stop)[:, None]
         own[~own.any(axis=1), -1] = True
         index[rows] = near[~own].reshape(-1, count)
@@ -58,7 +58,7 @@ def find_neighbours(p_GK: np.ndarray, count: int = NEIGHBOURS) -> Neighbours:
 
 @dc.dataclass(frozen=True, eq=False)
 class Groups:
-    """Which splats hang together.
+    """Connected groups of splats.
 
     Attributes:
         label: Number of the group of each splat, shape (n,).
@@ -70,7 +70,7 @@ class Groups:
 
     @property
     def largest(self) -> int:
-        """Number of the group of most splats."""
+        """Number of the largest group."""
         return int(self.size.argmax())
 
     def least(self, values: np.ndarray) -> np.ndarray:
@@ -92,7 +92,7 @@ def find_groups(
     Two neighbours touch if their shapes of `REACH` standard deviations meet
     along the line between the centres: a needle reaches far along its axis, and
     not at all across. A disc counts as a ball. So a chain of small splats is
-    one group, however these are turned.
+    one group, for any orientations.
 
     Args:
         splat: At least one splat.
@@ -119,7 +119,7 @@ def _touching(
     j, distance = neighbours.index[rows], neighbours.distance[rows]
     size = np.append(splat.scales.max(axis=1), 0.0)
     reach = REACH * (size[rows, None] + size[j])
-    # No splat reaches farther than its largest axis, in any direction.
+    # In any direction, a splat extends no farther than its largest axis.
     row, column = np.nonzero(distance <= reach)
     i, j = rows.start + row, j[row, column]
     d_G = (splat.p_GK[j] - splat.p_GK[i]).astype(float)
@@ -136,8 +136,7 @@ def _extent(
 ) -> np.ndarray:
     """Half the width of some splats along unit vectors, one sigma each.
 
-    It is the second axis at least: of a thin wire, normals are what training
-    finds last.
+    It is at least the second axis, since normals of a thin wire are inaccurate.
     """
     chosen = splat.select(index)
     along = np.einsum("nij,ni->nj", chosen.R_GK, u_G)

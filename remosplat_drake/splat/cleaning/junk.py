@@ -1,10 +1,10 @@
-"""What in a splat is no surface, by what the splat shows itself.
+"""Finds Gaussians that are not surfaces, from the splat itself.
 
-Splats that other programs train show floaters, sky and giants, which hold no
-surface and make distances too small. What is removed by mistake makes them too
-large, and that is worse. So what touches a large part of the scene stays,
-however thin, unless it is nearly transparent or far too large to be a part of
-a surface.
+Splats from other programs contain floaters, sky and giants, which are not
+surfaces and make distances too small. A surface that is removed by mistake
+makes distances too large, which is worse. So splats that touch a large part of
+the scene stay, however thin, unless they are nearly transparent or far too
+large for a surface.
 
 All lengths are relative to the splat's own: the unit of such files is unknown.
 """
@@ -36,32 +36,34 @@ REASONS = {
     BEFORE: "part of a small thing right before a camera",
     UNSEEN: "part of a small thing that no camera looks at",
 }
-"""Why splats are removed, in the order in which it is asked."""
+"""Reasons for removal, in the order of the tests."""
 
 LEAST_OPACITY = 0.05
-"""Splats of less are faint: half of what the distance oracle ignores."""
+"""Splats of lower opacity are faint; half the oracle's threshold."""
 
 _GIANT = 0.3
 """Largest standard deviation of a part of a surface, as a share of the
 scene's radius, or of the splat's distance from its middle if that is more."""
 
 _LARGE = 0.1
-"""The same share, from which on a splat is compared with its neighbours."""
+"""The same share from which on a splat is compared with its neighbours."""
 
 _BESIDE = 12.0
-"""How many times as large as its neighbours' median such a giant is."""
+"""Least ratio of such a giant's size to its neighbours' median."""
 
 _NEEDLE, _LONGER = 15.0, 10.0
 """A needle's length over its width, and over its neighbours' median length."""
 
 _ORDINARY = 20.0
-"""Splats up to so many times the median size tell how large the scene is."""
+"""Splats up to this multiple of the median size determine the size of the
+scene."""
 
 _GAP = 2.0
-"""What is this many times as far away as the scene reaches is beyond it."""
+"""Splats beyond this multiple of the scene's radius are outside it."""
 
 FEW = 30
-"""A group of fewer splats is no part of the scene if it touches nothing."""
+"""A group of fewer splats is not part of the scene if it touches nothing
+else."""
 
 _PART = 0.05
 """Share of the splats of a part that cameras may contradict."""
@@ -69,13 +71,13 @@ _PART = 0.05
 
 @dc.dataclass(frozen=True, eq=False)
 class Junk:
-    """What is to be removed from a splat of N Gaussians.
+    """Gaussians to remove from a splat of N.
 
     Attributes:
         reason: Index into `names` for each splat, shape (N,), uint8; 0 is
             `KEPT`.
         middle: Middle of what is kept, in G, shape (3,).
-        radius: How far that reaches from there, but for a hundredth.
+        radius: Radius around it that contains all but a hundredth of them.
         has_views: Whether the cameras were known.
     """
 
@@ -88,13 +90,13 @@ class Junk:
 
     @property
     def is_kept(self) -> np.ndarray:
-        """Which splats are no junk, shape (N,)."""
+        """Which splats are kept, shape (N,)."""
         return self.reason == 0
 
     def counts(self) -> dict[str, int]:
         """Returns how many splats are removed for each reason.
 
-        What only cameras tell is left out where they are not known.
+        Reasons that need cameras are omitted if these are unknown.
         """
         counts = np.bincount(self.reason, minlength=len(self.names)).tolist()
         asked = dict(zip(REASONS, counts[1:], strict=True))
@@ -110,19 +112,19 @@ def find_junk(
 ) -> Junk:
     """Finds faint splats, giants, needles, sky and floaters.
 
-    With views also what stands right before a camera, and what no camera looks
-    at, as far as it touches nothing large.
+    With views, it also finds splats right before a camera and splats outside
+    all views, unless they touch something large.
 
     Args:
-        splat: At least one splat in G, in any unit. Of fewer than `FEW` that
-            are not faint nothing can be told.
+        splat: At least one splat in G, in any unit. Fewer than `FEW` that are
+            not faint are all kept.
         views: The cameras that the splat was trained from, if they are known.
-        on_stage: Called with what is done next.
+        on_stage: Called with the name of the next stage.
     """
     reason = np.zeros(len(splat), np.uint8)
 
     def mark(index: np.ndarray, which: np.ndarray, name: str) -> np.ndarray:
-        """Marks some of the splats that are left, and returns the others."""
+        """Marks some of the remaining splats, and returns the others."""
         reason[index[which]] = Junk.names.index(name)
         return index[~which]
 
@@ -142,7 +144,7 @@ def find_junk(
 
 
 def _mark_shapes(splat: GaussianSplat, left: np.ndarray, mark) -> np.ndarray:
-    """Marks giants and needles; returns what is left."""
+    """Marks giants and needles; returns the rest."""
     part = splat.select(left)
     size = part.scales.max(axis=1)
     middle, reach = _extent(part, size)
@@ -150,8 +152,8 @@ def _mark_shapes(splat: GaussianSplat, left: np.ndarray, mark) -> np.ndarray:
     beside = _beside(size, neighbours)
     distance = np.linalg.norm(part.p_GK - middle, axis=1)
     least = np.maximum(reach, distance)
-    # What lies amid its neighbours is large beside them, and what lies apart
-    # from them may be all that there is of a wall.
+    # A giant lies among smaller neighbours; a splat apart from others may be
+    # the only one of a wall.
     is_amid = neighbours.distance[:, -1] <= size
     is_huge = size > _GIANT * least
     is_thin = size > _NEEDLE * np.sort(part.scales, axis=1)[:, -2]
@@ -163,7 +165,7 @@ def _mark_shapes(splat: GaussianSplat, left: np.ndarray, mark) -> np.ndarray:
 
 
 def _extent(part: GaussianSplat, size: np.ndarray) -> tuple[np.ndarray, float]:
-    """Middle and reach of the scene, as splats of ordinary size tell them."""
+    """Returns middle and radius of the scene, from splats of ordinary size."""
     ordinary = part.select(size <= _ORDINARY * np.median(size))
     groups = find_groups(ordinary)
     p_GK = ordinary.p_GK.astype(float)
@@ -215,11 +217,11 @@ def _from_middle(
 
 
 def _scene(groups: Groups, distance: np.ndarray) -> tuple[np.ndarray, float]:
-    """Which groups lie this side of the gap around the scene, and its reach.
+    """Returns which groups lie within the gap around the scene, and its radius.
 
-    From the largest group outwards: what begins within `_GAP` times the reach
-    of all before belongs to the scene. Small groups do not extend it, or a few
-    strays would lead to the sky.
+    From the largest group outwards, a group that starts within `_GAP` times the
+    radius so far belongs to the scene. Small groups do not extend the radius;
+    otherwise a few strays would connect to the sky.
     """
     nearest, farthest = groups.least(distance), groups.greatest(distance)
     is_large = groups.size >= FEW
@@ -235,7 +237,7 @@ def _scene(groups: Groups, distance: np.ndarray) -> tuple[np.ndarray, float]:
 def _contradicted(
     p_GK: np.ndarray, groups: Groups, asked: np.ndarray, views: Views
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Which splats lie in parts before a camera, and in parts unseen."""
+    """Returns which splats lie in parts before a camera or in unseen parts."""
     n, label = len(p_GK), groups.label[asked]
     scene_G = p_GK[groups.label == groups.largest]
     is_seen, is_before = views.look(p_GK[asked], scene_G)

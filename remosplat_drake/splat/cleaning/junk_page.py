@@ -1,4 +1,4 @@
-"""What was removed from a splat, as one page of HTML with two views of it."""
+"""Page of HTML with the removed splats in two views."""
 
 import html
 from pathlib import Path
@@ -20,10 +20,11 @@ from remosplat_drake.splat.cleaning.junk import (
 )
 
 UNBOUNDED = (
-    "Nothing bounds the error of what is left: what training left out is still"
-    " missing, and only a capture of the place tells how wrong distances are."
+    "The error of the remaining splat has no bound: surfaces that training "
+    "missed are still missing, and only a capture of the place can measure "
+    "errors of distances."
 )
-"""What cleaning cannot promise."""
+"""The limits of cleaning."""
 
 _COLORS = {
     KEPT: "#9aa5b1",
@@ -37,13 +38,13 @@ _COLORS = {
 _OTHER = "#c2255c"
 
 _MOST = 20_000
-"""Greatest number of points of one colour in a view: a browser draws them."""
+"""Largest number of points of one colour in a view, for the browser."""
 
 _SIDE = 620
 """Length of a view's side [px]."""
 
 _RADII = 2.5
-"""Half of what a view shows, in radii of what is kept; what is farther away is
+"""Half size of a view, in radii of the kept splats; splats farther away are
 drawn at the border."""
 
 _STYLE = """
@@ -60,7 +61,7 @@ def page_path(splat: Path) -> Path:
 
 
 def junk_table(junk: Junk) -> Table:
-    """Makes the table of how many splats are removed, and why.
+    """Makes the table of the numbers of removed splats, by reason.
 
     Args:
         junk: What is removed.
@@ -109,8 +110,8 @@ def junk_page(junk: Junk, p_FK: np.ndarray, title: str, upright: bool) -> str:
         f'<p class="trust">{html.escape(UNBOUNDED)}</p>\n'
         f"{junk_table(junk).to_html()}\n<p>{legend}</p>\n"
         f'<div class="views">{drawn}</div>\n'
-        "<p>What lies farther away than the pictures reach is drawn at their"
-        f" border; of each colour {_MOST:,} splats are drawn at most.</p>"
+        "<p>Splats outside the pictures are drawn at their border; at most "
+        f"{_MOST:,} splats of each colour are drawn.</p>"
     )
     return make_page(f"Cleaned: {title}", body, _STYLE)
 

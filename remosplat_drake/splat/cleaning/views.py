@@ -1,7 +1,7 @@
-"""`Views`: where the cameras of a splat stood, and what they looked at.
+"""`Views`: the training cameras of a splat, with poses and fields of view.
 
-They are read from a `transforms.json` (nerfstudio, instant-ngp), of which only
-the cameras count: images need not be there.
+They are read from a `transforms.json` (nerfstudio, instant-ngp), from which
+only the cameras are used: images need not exist.
 """
 
 import dataclasses as dc
@@ -17,8 +17,8 @@ TRANSFORMS = "transforms.json"
 """Name of the file that is looked for beside a splat."""
 
 _BEFORE = 0.1
-"""What stands nearer to a camera than this is right before it, as a share of
-the median depth of the scene there."""
+"""Points nearer to a camera than this share of the scene's median depth are
+right before it."""
 
 _MOST, _SKEW = 1e7, 1e-3
 """Bounds on numbers of cameras [pixels], and on how far from a rotation they
@@ -46,14 +46,14 @@ class Views:
     def look(
         self, p_GK: np.ndarray, scene_G: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Finds which points cameras look at, and which are right before one.
+        """Finds which points cameras see, and which are right before one.
 
-        A point counts as looked at where it is inside an image, even if
-        something stands before it.
+        A point is in view if it is inside an image, even if it is occluded.
 
         Args:
             p_GK: The points, shape (n, 3).
-            scene_G: Points of the scene, which tell what is near, shape (m, 3).
+            scene_G: Points of the scene, which determine what is near, shape
+                (m, 3).
 
         Returns:
             Both as bool, shape (n,).
@@ -88,15 +88,15 @@ class Views:
 def read_views(path: Path) -> Views:
     """Reads the cameras of a `transforms.json`.
 
-    Poses are taken as they stand, in the unit and the frame that a splat has
-    which was trained from them. What lenses distort is not allowed for.
+    Poses are used unchanged, in unit and frame of a splat that was trained from
+    them. Lens distortion is ignored.
 
     Args:
         path: The file.
 
     Raises:
-        FileError: The file is missing or no JSON.
-        FieldError: A field is missing or unusable; the error names it.
+        FileError: The file is missing or not JSON.
+        FieldError: A field is missing or invalid; the error names it.
     """
     document = read_json_object(path)
     frames = document.get("frames")
@@ -148,6 +148,6 @@ def _pose(path: Path, name: str, frame: dict[str, Any]) -> np.ndarray:
         raise FieldError(str(path), field, problem)
     R_GC = X_GC[:3, :3]
     if np.abs(R_GC @ R_GC.T - np.eye(3)).max() > _SKEW:
-        raise FieldError(str(path), field, "is no rotation and translation")
+        raise FieldError(str(path), field, "is not a rotation and translation")
     X_GC[:3, 1:3] *= -1
     return X_GC

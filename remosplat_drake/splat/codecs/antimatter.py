@@ -30,15 +30,15 @@ def read_antimatter(path: Path) -> GaussianSplat:
     """Reads a `.splat` file, which always holds three scales.
 
     Raises:
-        FileError: The file is unreadable, truncated, or holds a value that
-            no splat can have. There is no mark by which to know the format.
+        FileError: The file is unreadable, truncated, or holds a value that no
+            splat can have. The format has no magic number.
     """
     data = read_whole(path)
     if len(data) % _ROW.itemsize:
         raise FileError(
             path,
-            f"no .splat, or truncated: {len(data)} bytes are no multiple of"
-            f" {_ROW.itemsize}",
+            f"not a .splat, or truncated: {len(data)} bytes are not a "
+            f"multiple of {_ROW.itemsize}",
         )
     rows = np.frombuffer(data, _ROW)
     check_count(path, len(rows))

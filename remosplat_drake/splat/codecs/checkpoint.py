@@ -1,7 +1,7 @@
 """Checkpoints of gsplat's trainers, and of ours: `.pt` files of raw tensors.
 
 A 2DGS checkpoint has three scales, too; its trainer never uses the third. So
-the tensors alone do not tell whether it holds discs or ellipsoids.
+the tensors alone do not determine whether it holds discs or ellipsoids.
 """
 
 import io
@@ -46,18 +46,18 @@ def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
             dictionary alone.
         surfel: Whether the first two scales span 2DGS discs. None decides: two
             scales, or third scales that are tiny and all the same, are discs;
-            else the name tells, as gsplat's trainers give it: `ckpt_999.pt` is
-            2DGS and `ckpt_999_rank0.pt` is 3DGS.
+            otherwise the name decides, as gsplat's trainers choose it:
+            `ckpt_999.pt` is 2DGS and `ckpt_999_rank0.pt` is 3DGS.
 
     Raises:
         FileError: The file is unreadable, no checkpoint, holds a value that no
-            splat can have, or nothing tells 2DGS from 3DGS.
+            splat can have, or 2DGS and 3DGS cannot be distinguished.
         MissingExtraError: torch is not installed.
     """
     tensors = _load_tensors(path)
     n = _check_shapes(path, tensors)
     rest = tensors.get("shN", np.zeros((n, 0, 3)))
-    with np.errstate(invalid="ignore"):  # What is not finite is named below.
+    with np.errstate(invalid="ignore"):  # Reported below.
         colors = 0.5 + SH_C0 * tensors["sh0"][:, 0]
     splat = checked_splat(
         path,
@@ -78,7 +78,7 @@ def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
 def write_checkpoint(path: Path, splat: GaussianSplat) -> None:
     """Writes a checkpoint that gsplat's trainers and viewers can load.
 
-    Discs get a third scale, the same for all, by which they are known again.
+    Discs get a third scale, the same for all, by which they are recognised.
 
     Raises:
         FileError: The file cannot be written.
@@ -118,17 +118,17 @@ def _load_tensors(path: Path) -> dict[str, np.ndarray]:
         )
     except Exception as error:  # torch raises anything on damaged files.
         raise FileError(
-            path, "no checkpoint of tensors alone, or damaged"
+            path, "not a checkpoint of tensors alone, or damaged"
         ) from error
     splats: Any = content
     if isinstance(content, dict) and "splats" in content:
         splats = content["splats"]
     if not isinstance(splats, dict):
-        raise FileError(path, "no checkpoint of splats: it holds no dictionary")
+        raise FileError(path, "not a checkpoint of splats: no dictionary")
     missing = [key for key in _KEYS if key not in splats]
     if missing:
         raise FileError(
-            path, f"no checkpoint of splats: {', '.join(missing)} is missing"
+            path, f"not a checkpoint of splats: {', '.join(missing)} is missing"
         )
     return {
         key: _array(path, key, splats[key], len(data))
@@ -138,7 +138,7 @@ def _load_tensors(path: Path) -> dict[str, np.ndarray]:
 
 
 def _check_archive(path: Path, data: bytes) -> None:
-    """Checks what a zipped file announces; torch's old format is no zip."""
+    """Checks the sizes declared by a zip; torch's old format is not a zip."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             sizes = [entry.file_size for entry in archive.infolist()]
@@ -200,7 +200,7 @@ def _name_tells_surfels(path: Path) -> bool:
         return True
     raise FileError(
         path,
-        "nothing tells whether it holds 2DGS or 3DGS: convert it with"
+        "cannot determine whether it holds 2DGS or 3DGS: convert it with"
         " `remosplat convert --model 2dgs` or `3dgs`, or keep the trainer's"
         " name, ckpt_N.pt or ckpt_N_rankR.pt",
     )

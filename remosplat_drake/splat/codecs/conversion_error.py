@@ -1,4 +1,4 @@
-"""`ConversionError`: how much writing and reading has changed a splat."""
+"""`ConversionError`: changes of a splat by writing and reading it."""
 
 import dataclasses as dc
 

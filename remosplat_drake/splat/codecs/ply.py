@@ -1,8 +1,8 @@
 """Gaussian splats as PLY files: INRIA 3DGS, 2DGS and their dialects.
 
 A splat's PLY holds raw network parameters: log scales, logit opacities,
-quaternions wxyz of any length and spherical-harmonics coefficients. This
-module is the border: outside it only activated values exist.
+quaternions wxyz of any length and spherical-harmonics coefficients. This module
+converts them: all other modules use activated values.
 """
 
 import dataclasses as dc
@@ -87,13 +87,13 @@ def read_ply(path: str | Path, harmonics: bool = True) -> GaussianSplat:
 
 @dc.dataclass(frozen=True)
 class _Layout:
-    """Which properties a file has besides those of all splats.
+    """Optional properties of a file.
 
     Attributes:
         scales: The scales.
         rest: The higher harmonics.
-        keeps_rest: Whether these are wanted.
-        has_uncertainty: Whether there is our own property.
+        keeps_rest: Whether these are returned.
+        has_uncertainty: Whether the file has the property `uncertainty`.
     """
 
     scales: tuple[str, ...]
@@ -132,9 +132,9 @@ def write_ply(
 ) -> None:
     """Writes a splat in INRIA's property order, binary little-endian.
 
-    The file appears whole or not at all. A surfel splat keeps its two scales,
-    as the 2DGS reference code writes it. A known uncertainty follows as a last
-    property, which other programs pass over.
+    The file is written completely or not at all. A surfel splat keeps its two
+    scales, as in the 2DGS reference code. A known uncertainty is the last
+    property, which other programs ignore.
 
     Args:
         path: The file to write or replace.
@@ -196,7 +196,7 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
     """
     try:
         _check_header(path)
-        # What overflows in a text file is found not to be finite later.
+        # Values that overflow in a text file are found later as not finite.
         with _open_ply(path) as stream, np.errstate(over="ignore"):
             document = PlyData.read(stream)
             trailing = bool(stream.read().strip())
@@ -216,9 +216,9 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
 
 
 def _check_header(path: Path) -> None:
-    """Checks what the header announces, before any memory is asked for.
+    """Checks the sizes in the header before memory is allocated.
 
-    What is no header at all is left to plyfile's own words.
+    If there is no header, plyfile reports the error.
     """
     with path.open("rb") as stream:
         header = stream.read(_LONGEST_HEADER).partition(b"end_header")[0]
@@ -246,10 +246,10 @@ def _read_vertices(path: Path) -> np.ndarray:
 
 
 def _read(path: Path, vertices: np.ndarray, rows: slice) -> np.ndarray:
-    """Some rows of the file's vertices.
+    """Returns some rows of the file's vertices.
 
-    Where these are mapped into memory, the rows are read from the file after
-    all: pages that were looked at stay, and would be all of it in the end.
+    If these are mapped into memory, the rows are read from the file instead:
+    touched pages stay in memory, and would be the whole file in the end.
     """
     if not isinstance(vertices, np.memmap):
         return vertices[rows]
@@ -259,7 +259,7 @@ def _read(path: Path, vertices: np.ndarray, rows: slice) -> np.ndarray:
 
 
 def _open_ply(path: Path) -> IO:
-    """Opens the file as its format line asks: plyfile closes what it wraps."""
+    """Opens the file as text or binary: plyfile closes what it wraps."""
     with path.open("rb") as stream:
         is_text = b"format ascii" in stream.read(64)
     return path.open(encoding="ascii") if is_text else path.open("rb")

@@ -41,7 +41,7 @@ class SogBundle:
             version: The version that its meta.json must have.
 
         Raises:
-            FileError: There is no such bundle, or none of that version.
+            FileError: There is no such bundle, or it has another version.
         """
         self._path = path
         self._folder = path.parent if path.name == META else path
@@ -178,7 +178,7 @@ class SogBundle:
         try:
             with image_module.open(io.BytesIO(data), formats=["WEBP"]) as image:
                 width, height = image.size
-                # Writers fill up rows and tiles; nobody doubles the size.
+                # Writers pad rows and tiles, but never double the size.
                 if width * height > 2 * needed + 2**16:
                     raise FileError(
                         self._path,
@@ -237,7 +237,7 @@ def _webp(rows: np.ndarray) -> bytes:
     pixels[: len(rows)] = rows
     image = _pillow().fromarray(pixels.reshape(height, width, 4), "RGBA")
     content = io.BytesIO()
-    # exact: or colours are dropped where alpha, here a number, is zero.
+    # `exact`, since otherwise colours are lost where alpha, here data, is zero.
     image.save(content, "WEBP", lossless=True, exact=True, quality=50)
     return content.getvalue()
 

@@ -3,7 +3,7 @@
 A header and six sections of quantised values, section by section: gzipped as
 one stream up to version 3, one zstandard stream a section in version 4. SPZ's
 axes are right, up, back; those of a PLY are right, down, front. So y and z
-change sign here, and nobody outside needs to know.
+change sign in this module, and other modules are not affected.
 """
 
 from pathlib import Path
@@ -54,8 +54,8 @@ def read_spz(path: Path) -> GaussianSplat:
     """Reads an SPZ file of version 1 to 4; it always holds three scales.
 
     Raises:
-        FileError: The file is unreadable, no SPZ, damaged, truncated, or
-            would unpack to more than it announces or a memory holds.
+        FileError: The file is unreadable, no SPZ, damaged, truncated, or would
+            unpack to more than it declares or than fits into memory.
         MissingExtraError: Version 4 needs the package zstandard.
     """
     header, sections = read_sections(path)

@@ -1,7 +1,7 @@
 """Limits on what a compressed splat file may unpack to.
 
-A file of a kilobyte can announce, and even hold, gigabytes. So every reader
-of a compressed format asks here before it unpacks anything.
+A file of a kilobyte can unpack to gigabytes. So every reader of a compressed
+format checks sizes with this module before it unpacks anything.
 """
 
 import struct
@@ -60,7 +60,7 @@ def check_count(path: Path, count: int) -> None:
 
 
 def check_unpacked_size(path: Path, packed: int, unpacked: int) -> None:
-    """Checks how much larger a part of a file becomes by unpacking it.
+    """Checks the compression ratio of a part of a file.
 
     Args:
         path: The file, for the error.

@@ -11,7 +11,6 @@ import pytest
 from runs import complaint
 from wire_messages import arm_message
 
-from remosplat_drake.app.identification.drive import Reading, robot_stop
 from remosplat_drake.app.identification.excitation import (
     CRAWLS,
     Stroke,
@@ -19,6 +18,7 @@ from remosplat_drake.app.identification.excitation import (
     find_stroke,
 )
 from remosplat_drake.app.identification.fit import Recording, fit_axis
+from remosplat_drake.app.identification.reading import Reading, robot_stop
 from remosplat_drake.app.identification.record import (
     with_actuators,
     write_actuators,
@@ -247,4 +247,4 @@ def test_an_arm_that_does_not_obey_is_not_measured(mode, reason):
     status = arm_message(utime=round(1e6 * now), robot_mode=mode)
     told = with_arm_status(Measurement(), status, now, 7, config)
     reading = Reading(told, np.full(7, now), panda.q_home, panda.q_home)
-    assert robot_stop(reading, panda, config)[1] == reason
+    assert robot_stop(reading, panda, config) == reason

@@ -12,7 +12,6 @@ from pydrake.systems.analysis import Simulator
 
 from remosplat_drake.controller.prediction.history import (
     History,
-    base_way,
 )
 from remosplat_drake.controller.prediction.kernels.append_command import (
     append_command,
@@ -29,6 +28,7 @@ from remosplat_drake.controller.prediction.predict import (
 )
 from remosplat_drake.controller.prediction.station_ramp import StationRamp
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
+from remosplat_drake.robot.base_motion import base_way
 from remosplat_drake.signals.station_status import StationStatus
 
 DT = 0.01

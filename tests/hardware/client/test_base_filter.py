@@ -18,7 +18,7 @@ from remosplat_drake.robot.planar_pose import composed, relative
 
 CONFIG = LocalizationConfig()
 X_WO = np.array([2.0, -1.0, 0.7])
-U = np.array([0.4, 0.3])
+U = np.array([0.4, 0.0, 0.3])
 PERIOD = 0.03
 COVARIANCE = np.diag(np.square([0.002, 0.002, 0.001]))
 
@@ -151,11 +151,11 @@ def test_errors_stay_within_their_bounds():
     for _ in range(20):
         X_OB = X_WB = np.zeros(3)
         known = BaseFilter(CONFIG)
-        u = U * random.normal(size=2)
+        u = U * random.normal(size=3)
         for i in range(200):
             t = i * PERIOD
             X_WB = extrapolated_pose(X_WB, u, PERIOD)
-            wheels = u * (1 + 0.02 * random.normal(size=2))
+            wheels = u * (1 + 0.02 * random.normal(size=3))
             X_OB = extrapolated_pose(X_OB, wheels, PERIOD)
             known = with_odometry(known, t, X_OB)
             if i % 10 == 0:

@@ -38,9 +38,9 @@ def gathered(samples: Iterable[BaseSample]) -> BaseSamples:
 def test_the_kernel_says_what_the_reference_says(seed):
     random = np.random.default_rng(seed)
     n, k = random.integers(1, 4), random.integers(1, 40)
-    rows = random.normal(0, 0.5, (k, random.choice([6, 10])))
+    rows = random.normal(0, 0.5, (k, random.choice([7, 11])))
     rows[:, 0] = np.sort(random.uniform(0, 2, k))
-    rows[:, 4:6] *= random.random() < 0.9  # Some stand.
+    rows[:, 4:7] *= random.random() < 0.9  # Some stand.
     start = random.uniform(-0.5, 2.5, n)
     end = start + random.uniform(0, 2, n)
     moved = random.normal(0, 0.3, (n, 3))
@@ -69,7 +69,7 @@ def test_the_kernel_says_what_the_reference_says(seed):
 def test_the_commanded_path_is_made_of_arcs():
     path = CommandedPath()
     for i in range(101):
-        path.append(10 + 0.01 * i, np.array([0.5, 1.0]))
+        path.append(10 + 0.01 * i, np.array([0.5, 0.0, 1.0]))
     motion = path.arcs.motions(np.array([10.0]), np.array([11.0]))[0]
     expected = [0.5 * np.sin(1.0), 0.5 * (1 - np.cos(1.0)), 1.0]
     np.testing.assert_allclose(motion, expected, atol=1e-9)
@@ -78,10 +78,21 @@ def test_the_commanded_path_is_made_of_arcs():
     assert np.hypot(*late[:2]) == pytest.approx(0.05, rel=0.01)
 
 
+def test_a_base_goes_sideways_along_its_arc():
+    """As ahead, a quarter turn to the left."""
+    ahead, aside = CommandedPath(), CommandedPath()
+    for i in range(101):
+        ahead.append(0.01 * i, np.array([0.5, 0.0, 1.0]))
+        aside.append(0.01 * i, np.array([0.0, 0.5, 1.0]))
+    span = np.array([0.0]), np.array([1.0])
+    x, y, yaw = ahead.arcs.motions(*span)[0]
+    np.testing.assert_allclose(aside.arcs.motions(*span)[0], [-y, x, yaw])
+
+
 def test_a_path_forgets_and_goes_on():
     path = CommandedPath()
     for i in range(20_000):
-        path.append(0.001 * i, np.array([1.0, 0.0]))
+        path.append(0.001 * i, np.array([1.0, 0.0, 0.0]))
     motion = path.arcs.motions(np.array([18.0]), np.array([19.0]))[0]
     np.testing.assert_allclose(motion, [1.0, 0.0, 0.0], atol=1e-9)
 
@@ -106,7 +117,7 @@ def test_the_station_asks_as_the_study_does():
     base = Base(0.1, 0.03, np.ones(2))
     drive = driven(random, base, commands, stops_at=5.0)
     samples = gathered(
-        BaseSample(t, t, pose, np.zeros(2))
+        BaseSample(t, t, pose, np.zeros(3))
         for t, pose in zip(drive.stamp, drive.pose, strict=True)
     )
     found = [
@@ -124,7 +135,7 @@ def test_a_pose_is_held_against_speeds_that_are_told_late(seed, drifts):
     random = np.random.default_rng(seed)
     commands = 0.3 * random_commands(random, 3000)
     drive = driven(random, Base(0.1, 0.05, np.ones(2)), commands)
-    sample = BaseSample(0.0, 0.0, np.zeros(3), np.zeros(2))
+    sample = BaseSample(0.0, 0.0, np.zeros(3), np.zeros(3))
     samples, found = gathered([sample]), []
     heard = zip(drive.stamp, drive.pose, drive.speed, strict=True)
     for t, pose, speed in heard:
@@ -141,8 +152,8 @@ def test_a_pose_is_held_against_speeds_that_are_told_late(seed, drifts):
 def test_what_others_had_the_base_do_before_is_no_fault():
     path = CommandedPath()
     moved = gathered(
-        BaseSample(t, t, np.array([0.3 * t, 0, 0]), np.array([0.3, 0]))
+        BaseSample(t, t, np.array([0.3 * t, 0, 0]), np.array([0.3, 0, 0]))
         for t in np.arange(0, 2, 0.03)
     )
-    path.append(1.99, np.zeros(2))
+    path.append(1.99, np.zeros(3))
     assert follow_problem(path, moved, DELAY) == ""

@@ -28,7 +28,7 @@ from remosplat_drake.hardware.wire.localization import (
 
 ODOMETRY = HardwareConfig()
 LOCALIZED = HardwareConfig(localization=LocalizationConfig())
-U = np.array([0.2, 0.1])
+U = np.array([0.2, 0.0, 0.1])
 PERIOD = 0.03
 
 
@@ -65,7 +65,8 @@ class Drive:
             utime=round(1e6 * (self.t - self.late)),
             pose=pose.tolist(),
             forward=u[0],
-            yaw_rate=u[1],
+            left=u[1],
+            yaw_rate=u[2],
         )
         self.track = with_base_sample(
             self.track, decode_base_status(data), self.t, self.path, self.config
@@ -110,7 +111,7 @@ def test_a_jump_of_the_odometry_counts_until_it_is_undone(off, wait):
 def test_a_base_that_stands_though_it_is_told_to_drive():
     drive = Drive()
     drive.go_on(1.0)
-    assert "by its commands" in drive.go_on(0.3, np.zeros(2))
+    assert "by its commands" in drive.go_on(0.3, np.zeros(3))
 
 
 def test_a_drift_of_the_odometry():
@@ -164,8 +165,10 @@ def test_what_the_stamps_are_late_makes_the_pose_uncertain():
     drive = Drive()
     drive.late = 0.1
     assert drive.go_on(1.0) == ""
-    np.testing.assert_allclose(drive.track.uncertainty, 0.1 * U, rtol=1e-3)
-    drive.hear(np.zeros(2))
+    np.testing.assert_allclose(
+        drive.track.uncertainty, 0.1 * U[[0, 2]], rtol=1e-3
+    )
+    drive.hear(np.zeros(3))
     assert (drive.track.uncertainty == 0.0).all()
 
 

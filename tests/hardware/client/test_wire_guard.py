@@ -112,6 +112,18 @@ def test_a_driver_that_was_restarted_takes_the_place_of_the_old_one():
     assert again.drivers(3.0) == (OTHER.session,)
 
 
+def test_a_driver_is_known_after_many_restarts():
+    """In hours on end it may have had hundreds of addresses."""
+    guard = watch()
+    for k in range(300):
+        now, address = 61.0 * k, f"c:{1000 + k}"
+        who = Identity(1000 + k, 50, "rt", "panda-driver")
+        guard.hear(Packet(STATUS, b"", address), now)
+        guard.hear(Packet(*report(who, address)), now)
+        guard.tidy(now)
+        assert guard.drivers(now) == (who.session,)
+
+
 def test_a_shadow_minds_two_robots_only():
     shadow = watch((COMMAND, b"", THEIR), (STATUS, b"", ARM))
     assert shadow.problem(0.0, listens_only=True) == ""

@@ -18,10 +18,12 @@ from remosplat_drake.hardware.doctor.doctor_report import (
     LONGEST_AGE,
     DoctorReport,
     check_doctor,
+    needed_checks,
     objection,
     read_report,
     this_host,
 )
+from remosplat_drake.hardware.doctor.drills import needed_drills
 from remosplat_drake.hardware.doctor.finding import (
     ADVICE,
     FAILED,
@@ -46,6 +48,17 @@ def test_chronys_words_are_understood():
     alone = TRACKING.replace("Normal", "Not synchronised")
     assert host_checks.clock_offset(alone) is None
     assert host_checks.clock_offset("506 Cannot talk to daemon") is None
+
+
+def test_a_clock_is_looked_at_without_chrony_too(monkeypatch):
+    monkeypatch.setattr(host_checks.shutil, "which", lambda _: None)
+    for follows, result in ((True, PASSED), (False, ADVICE)):
+        monkeypatch.setattr(
+            host_checks, "kernel_clock_follows", lambda says=follows: says
+        )
+        assert host_checks.check_clock().result == result
+    monkeypatch.undo()
+    assert host_checks.kernel_clock_follows() in (True, False)
 
 
 def test_an_image_wants_a_larger_buffer_than_a_status():
@@ -220,16 +233,30 @@ def test_a_report_holds_for_its_place_and_day(host, url, now, problem):
     assert said.startswith(problem) and bool(said) == bool(problem)
 
 
-def test_what_is_needed_must_have_passed(tmp_path):
+def test_what_is_needed_must_have_been_looked_at(tmp_path):
+    """Advice may be left alone; what was skipped or never done may not."""
     skipped = Finding("c", SKIPPED, "nobody agreed", "y", "z")
     report = dc.replace(REPORT, findings=(*REPORT.findings, skipped))
     report.save(tmp_path / "doctor.json")
     check_doctor(tmp_path / "doctor.json", URL, 1000.0, ["a"])
-    lacking = re.escape("not passed: b (x), c (nobody agreed), d (not done);")
+    lacking = re.escape("lacks checks: c (nobody agreed), d (not done);")
     with pytest.raises(RemoSplatError, match=lacking):
         check_doctor(
             tmp_path / "doctor.json", URL, 1000.0, ["a", "b", "c", "d"]
         )
+
+
+def test_no_needed_check_may_be_skipped():
+    """Each of them alone keeps the gate shut."""
+    needed = needed_checks(has_base=True)
+    assert {"clock", "clock of the arm", "clock of the base"} < set(needed)
+    assert set(needed) > set(needed_drills(True))
+    assert set(needed_checks(has_base=False)) < set(needed)
+    passed = {name: Finding(name, PASSED, "x", "y", "z") for name in needed}
+    for name in needed:
+        found = passed | {name: Finding(name, SKIPPED, "--skip", "y", "z")}
+        report = dc.replace(REPORT, findings=tuple(found.values()))
+        assert report.lacking(needed) == [f"{name} (--skip)"]
 
 
 def test_a_failure_is_named(tmp_path):

@@ -80,7 +80,7 @@ def test_all_drills_pass_with_the_stand_in(lone_robot, tmp_path):
 @pytest.mark.slow
 def test_a_doctor_that_skips_drills_opens_no_run(lone_robot, tmp_path):
     path, url = tmp_path / "doctor.json", free_url()
-    lacking = "not passed: base-step (--skip), user-stop (--skip), emergency"
+    lacking = "base-step (--skip), user-stop (--skip), emergency-stop (--skip)"
     with robot_process(url, "TableReach"):
         Client(url).wait_for_robot()
         flags = ("--lcm-url", url, "--report", path, "--skip", "all")

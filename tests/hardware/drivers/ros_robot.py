@@ -98,12 +98,25 @@ def check_bridge(
     commands.clear()
 
 
-SENSES = (
-    *("--emergency-stop-topic", "/e_stop", "--stop-expiry", "5"),
-    *("--localization-topic", "/amcl_pose"),
-    *("--localization-tf", "map", "odom"),
-)
-"""Arguments of a bridge that listens to more than odometry."""
+SENSES = """emergency_stop: /e_stop, stop_expiry: 5,
+localization: /amcl_pose, transform: [map, odom]"""
+"""Fields of a base that tells more than odometry."""
+
+
+def bridge_to(kind: str, url: str, fields: str = "") -> list[str]:
+    """The command line of a bridge to Frankie's base.
+
+    Args:
+        kind: Name of the base's driver.
+        url: LCM URL of the other end.
+        fields: Fields of the driver besides its topics.
+    """
+    topics = "commands: /frankie/cmd_vel, odometry: /frankie/odom"
+    driver = f"!{kind} {{{topics}, {fields}}}"
+    bounds = "base_forward_upper: 1.0, base_forward_lower: -0.25"
+    text = f"{{hardware: {{{bounds}, base_driver: {driver}}}}}"
+    line = ["base-driver", "TableReach", "--scenario-text", text]
+    return [*line, "--lcm-url", url]
 
 
 def check_senses(

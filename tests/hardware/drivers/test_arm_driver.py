@@ -50,64 +50,75 @@ def test_commands_expire_and_statuses_tell_what_the_arm_does():
     wire, arm = DrakeLcm("memq://"), Arm()
     client = Client(wire, lambda: NOW)
     driver = ArmDriver(wire, arm, joints=6)
-    driver.step(NOW)
+    driver.step(NOW, 0.0)
     assert not arm.asked, "nothing is asked before a command comes"
     client.send_arm(RATES)
-    driver.step(NOW)
+    driver.step(NOW, 0.01)
     np.testing.assert_array_equal(arm.asked[-1], RATES)
-    driver.step(NOW + 200_000)
+    driver.step(NOW + 200_000, 0.015)
+    assert len(arm.asked) == 1, "a dialogue takes a while"
+    driver.step(NOW + 200_000, 0.02)
     assert not arm.asked[-1].any()
     client.listen()
     np.testing.assert_array_equal(client.arm[1].joint_velocity, RATES)
     assert client.latest.robot_mode == RobotMode.MOVE
     assert client.time == 2.0
     client.send_arm(np.ones(7))
-    driver.step(NOW)
+    driver.step(NOW, 0.03)
     assert not arm.asked[-1].any(), "seven rates are no command to six joints"
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("robot", "driver", "message"),
     [
-        (["ur", "--robot", "ur5e"], "host: ur wants the controller's"),
-        (["ur", "h", "--robot", "panda"], "panda has 7 joints, a UR has 6"),
-        (["ros2", "h", "--robot", "panda"], "ros2 has topics, no host"),
-        (["ur", "h", "--robot", "ur5"], "did you mean 'ur5e'"),
+        ("ur5e", "null", "hardware.arm_driver: is absent: name the arm's"),
+        ("panda", "!UrArm {host: h}", "panda has 7 joints, a Universal"),
+        ("ur5", "!UrArm {host: h}", "did you mean 'ur5e'"),
+        ("ur5e", "!UrArm {host: ''}", "arm_driver.host: must"),
+        ("ur5e", "!Ur {}", "unknown tag 'Ur'"),
+        ("ur5e", "!nowhere:Arm {}", "cannot import nowhere"),
+        ("ur5e", "!Ros2Arm {mode: /m}", "running_modes: belongs with `mode`"),
         (
-            ["ur", "h", "--robot", "ur5e", "--mode-topic", "/m"],
-            "--mode-topic: only with ros2",
+            "ur5e",
+            "!Ros2Arm {running_modes: [RUNNING]}",
+            "running_modes: belongs with `mode`",
         ),
         (
-            ["ros2", "--robot", "ur5e", "--mode-topic", "/m"],
-            "--running-mode: belongs with --mode-topic",
-        ),
-        (
-            ["ros2", "--robot", "ur5e", "--running-mode", "RUNNING"],
-            "--running-mode: belongs with --mode-topic",
-        ),
-        (
-            [
-                *("ros2", "--robot", "ur5e", "--mode-topic", "/m"),
-                *("--mode-type", "Int32", "--running-mode", "7.0"),
-            ],
+            "ur5e",
+            "!Ros2Arm {mode: /m, mode_type: Int32, running_modes: ['7.0']}",
             "'7.0': an Int32 is a whole number",
         ),
         (
-            [
-                *("ros2", "--robot", "ur5e", "--mode-topic", "/m"),
-                *("--mode-type", "Bool", "--running-mode", "yes"),
-            ],
+            "ur5e",
+            "!Ros2Arm {mode: /m, mode_type: Bool, running_modes: ['yes']}",
             "'yes': a Bool is true or false",
         ),
+        ("ur5e", "!Ros2Arm {stop_expiry: 0}", "stop_expiry: must"),
         (
-            ["ros2", "--robot", "ur5e", "--stop-expiry", "nan"],
-            "--stop-expiry: must be positive",
+            "ur5e",
+            "!Ros2Arm {controllers: [{joints: [wrist_4_joint]}]}",
+            "unknown joint 'wrist_4_joint'",
+        ),
+        (
+            "ur5e",
+            "!Ros2Arm {controllers: [{joints: [elbow_joint]}]}",
+            "shoulder_pan_joint of ur5e has no controller",
+        ),
+        (
+            "ur5e",
+            "!Ros2Arm {controllers: [{}, {joints: [elbow_joint]}]}",
+            "elbow_joint of ur5e has 2 controllers",
         ),
     ],
 )
-def test_what_makes_no_sense_is_told_in_one_line(arguments, message, capsys):
-    assert main(["arm-driver", *arguments]) == 2
-    assert message in capsys.readouterr().err
+def test_what_makes_no_sense_is_told_in_one_line(
+    robot, driver, message, capsys
+):
+    text = f"{{robot: {{model: {robot}}}, hardware: {{arm_driver: {driver}}}}}"
+    line = ["arm-driver", "Ur5eReach", "--scenario-text", text]
+    assert main([*line, "--lcm-url", free_url()]) == 2
+    (said,) = capsys.readouterr().err.splitlines()[-1:]
+    assert message in said
 
 
 ROBOT = Path(__file__).with_name("rtde_robot.py")
@@ -138,8 +149,14 @@ def test_a_universal_robots_arm_is_driven_and_always_comes_to_rest(
     pytest.importorskip("rtde_control", reason="needs the extra ur")
     url, record = free_url(), tmp_path / "motion.npy"
     with controller(record) as (address, robot):
+        arm = f"arm_status_rate: 125, arm_driver: !UrArm {{host: {address}}}"
         with running(
-            *("arm-driver", "ur", address, "--robot", "ur5e"),
+            *(
+                "arm-driver",
+                "Ur5eReach",
+                "--scenario-text",
+                f"{{hardware: {{{arm}}}}}",
+            ),
             *("--lcm-url", url),
         ) as driver:
             client = Client(url)

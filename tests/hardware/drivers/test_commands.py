@@ -16,6 +16,7 @@ from remosplat_drake.hardware.drivers.base_commands import (
 from remosplat_drake.hardware.drivers.panda_commands import (
     ArmCommands,
 )
+from remosplat_drake.hardware.wire.base import base_velocity
 from remosplat_drake.hardware.wire.channels import (
     BASE_COMMAND,
     COMMAND_RAMP,
@@ -187,24 +188,44 @@ def test_without_its_own_ramp_a_command_expires(ramp):
     ],
 )
 def test_a_base_command_is_scaled_to_the_maxima(asked, done):
-    assert clamped(*asked, BaseMaxima()) == pytest.approx(done)
+    done = base_velocity(np.array(done))
+    np.testing.assert_allclose(
+        clamped(base_velocity(np.array(asked)), BaseMaxima()), done
+    )
+
+
+@pytest.mark.parametrize(
+    ("sideways", "done"), [(0.2, [0.2, 0.2, 0.1]), (0.0, [0.0, 0.0, 0.0])]
+)
+def test_a_base_goes_aside_as_far_as_it_can(sideways, done):
+    """Half of the command at 0.2 m/s; nothing of it where that is missing."""
+    asked = np.array([0.4, 0.4, 0.2])
+    np.testing.assert_allclose(
+        clamped(asked, BaseMaxima(sideways=sideways)), done
+    )
 
 
 def test_a_clamped_turn_is_one_that_the_robots_node_accepts():
     # qcr/ros_omron_agv rejects what exceeds its 50 degrees a second.
-    _, yaw_rate = clamped(0.0, 3.0, BaseMaxima())
+    _, _, yaw_rate = clamped(np.array([0.0, 0.0, 3.0]), BaseMaxima())
     assert 0.8 < yaw_rate < math.radians(50)
 
 
 @settings(max_examples=100)
-@given(st.floats(), st.floats())
-def test_no_command_exceeds_the_maxima(forward, yaw_rate):
-    v, omega = clamped(forward, yaw_rate, BaseMaxima())
-    assert -0.25 <= v <= 1.0
-    assert abs(omega) <= 0.872
-    if math.isfinite(forward) and math.isfinite(yaw_rate):
-        assert v * forward >= 0
-        assert omega * yaw_rate >= 0
+@given(st.lists(st.floats(), min_size=3, max_size=3))
+def test_no_command_exceeds_the_maxima(asked):
+    done = clamped(np.array(asked), BaseMaxima(sideways=0.3))
+    assert (done >= [-0.25, -0.3, -0.872]).all()
+    assert (done <= [1.0, 0.3, 0.872]).all()
+    if np.isfinite(asked).all():
+        assert (np.sign(done) * np.sign(asked) >= 0).all()
+
+
+def velocity(commands: BaseCommands, now: int, t: float) -> tuple:
+    """Speed forward and turning rate; the base never goes aside."""
+    forward, left, yaw_rate = commands.velocity(now, t).tolist()
+    assert left == 0
+    return forward, yaw_rate
 
 
 @pytest.mark.parametrize("direction", [-1, 1])
@@ -212,17 +233,17 @@ def test_a_base_command_counts_until_it_expires(direction):
     commands = BaseCommands()
     commands.receive(base_message(), 5.0)
     edge = NOW + direction * EXPIRY
-    assert commands.velocity(NOW, 5.0) == (0.5, 0.2)
-    assert commands.velocity(edge, 5.1) == (0.5, 0.2)
-    assert commands.velocity(edge + direction, 5.1) == (0.0, 0.0)
-    assert commands.velocity(NOW, 5.1) == (0.0, 0.0)
+    assert velocity(commands, NOW, 5.0) == (0.5, 0.2)
+    assert velocity(commands, edge, 5.1) == (0.5, 0.2)
+    assert velocity(commands, edge + direction, 5.1) == (0.0, 0.0)
+    assert velocity(commands, NOW, 5.1) == (0.0, 0.0)
 
 
 def test_silence_stops_the_base_whatever_the_clock_says():
     commands = BaseCommands()
     commands.receive(base_message(), 5.0)
-    assert commands.velocity(NOW, 5.199) == (0.5, 0.2)
-    assert commands.velocity(NOW, 5.201) == (0.0, 0.0)
+    assert velocity(commands, NOW, 5.199) == (0.5, 0.2)
+    assert velocity(commands, NOW, 5.201) == (0.0, 0.0)
 
 
 def test_a_ramp_leads_the_base_to_rest_beyond_its_watchdog():
@@ -230,13 +251,13 @@ def test_a_ramp_leads_the_base_to_rest_beyond_its_watchdog():
     commands.hear(COMMAND_RAMP, ramp_message(length=1.0), 5.0)
     commands.hear(BASE_COMMAND, base_message(), 5.0)
     for age, share in ((0.0, 1.0), (0.0149, 1.0), (0.3, 1 - 0.29), (1.1, 0.0)):
-        found = commands.velocity(NOW + round(1e6 * age), 5.0 + age)
+        found = velocity(commands, NOW + round(1e6 * age), 5.0 + age)
         assert found == pytest.approx((0.5 * share, 0.2 * share))
     # The wall clock may jump; the ramp goes by one that does not.
     commands.hear(COMMAND_RAMP, ramp_message(length=1.0), 6.0)
     commands.hear(BASE_COMMAND, base_message(), 6.0)
-    assert commands.velocity(NOW, 6.0) == (0.5, 0.2)
-    assert commands.velocity(0, 6.01) == (0.5, 0.2)
+    assert velocity(commands, NOW, 6.0) == (0.5, 0.2)
+    assert velocity(commands, 0, 6.01) == (0.5, 0.2)
 
 
 def test_a_base_command_that_comes_late_has_no_ramp():
@@ -244,8 +265,8 @@ def test_a_base_command_that_comes_late_has_no_ramp():
     late = NOW - EXPIRY - 1
     commands.hear(COMMAND_RAMP, ramp_message(late, length=1.0), 5.0)
     commands.hear(BASE_COMMAND, base_message(late), 5.0)
-    assert commands.velocity(NOW, 5.0) == (0.0, 0.0)
-    assert commands.velocity(late, 5.0) == (0.0, 0.0)
+    assert velocity(commands, NOW, 5.0) == (0.0, 0.0)
+    assert velocity(commands, late, 5.0) == (0.0, 0.0)
 
 
 def test_bytes_that_are_no_base_command_are_ignored():
@@ -253,4 +274,4 @@ def test_bytes_that_are_no_base_command_are_ignored():
     for data in (b"", b"nonsense", base_message()[:-3]):
         commands.receive(data, 0.0)
     assert commands.received == 0
-    assert commands.velocity(NOW, 0.0) == (0.0, 0.0)
+    assert velocity(commands, NOW, 0.0) == (0.0, 0.0)

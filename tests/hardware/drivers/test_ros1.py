@@ -13,7 +13,13 @@ import pytest
 from patience import PATIENCE
 from robot_process import running
 from ros1_packages import Unavailable, unpacked
-from ros_robot import SENSES, Station, check_bridge, check_senses
+from ros_robot import (
+    SENSES,
+    Station,
+    bridge_to,
+    check_bridge,
+    check_senses,
+)
 from runs import assert_one_line, remosplat
 
 from remosplat_drake.acceptance.hardware_processes import free_url
@@ -93,9 +99,7 @@ def test_a_base_is_driven_through_the_bridge(environment):
     with (
         master(environment),
         process([sys.executable, str(BASE)], environment) as base,
-        running(
-            *("base-driver", "ros1", "--lcm-url", url), environment=environment
-        ) as bridge,
+        running(*bridge_to("Ros1Base", url), environment=environment) as bridge,
     ):
 
         def listen() -> None:
@@ -121,7 +125,7 @@ def test_stops_and_localisations_go_through_the_bridge(environment):
         master(environment),
         process([sys.executable, str(SENSING_BASE)], environment) as base,
         running(
-            *("base-driver", "ros1", "--lcm-url", url, *SENSES),
+            *bridge_to("Ros1Base", url, SENSES),
             environment=environment,
         ) as bridge,
     ):
@@ -144,5 +148,5 @@ def test_stops_and_localisations_go_through_the_bridge(environment):
 def test_without_a_master_one_line_says_so(environment, monkeypatch):
     for name in ("PYTHONPATH", "ROS_MASTER_URI"):
         monkeypatch.setenv(name, environment[name])
-    result = remosplat("base-driver", "ros1", "--lcm-url", free_url())
+    result = remosplat(*bridge_to("Ros1Base", free_url()))
     assert_one_line(result, "no ROS master", environment["ROS_MASTER_URI"])

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from patience import PATIENCE
 from robot_process import running
-from ros_robot import SENSES, Station, check_bridge, check_senses
+from ros_robot import (
+    SENSES,
+    Station,
+    bridge_to,
+    check_bridge,
+    check_senses,
+)
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.clock import wall_utime
@@ -34,10 +40,7 @@ def store():
 
 def odometry(x: float = 1.5, forward: float = 0.3) -> ros.Odometry:
     message = ros.Odometry(child_frame_id="base_link")
-    utime = wall_utime()
-    message.header.stamp = ros.Time(
-        utime // 1_000_000, 1000 * (utime % 1_000_000)
-    )
+    message.header.stamp = ros.stamp(wall_utime())
     message.header.frame_id = "map"
     message.pose.pose.position.x = x
     message.pose.covariance = [float(i) for i in range(36)]
@@ -154,9 +157,8 @@ def test_a_base_is_driven_through_the_bridge():
         robot.send(x, forward)
         commands.extend(robot.received())
 
-    with running(
-        "base-driver", "ros2", "--lcm-url", url, "--domain", str(DOMAIN)
-    ) as bridge:
+    line = bridge_to("Ros2Base", url, f"domain: {DOMAIN}")
+    with running(*line) as bridge:
         check_bridge(bridge, Station(url), commands, exchange)
         robot.received()
         bridge.terminate()
@@ -184,10 +186,8 @@ def test_stops_and_localisations_go_through_the_bridge():
         found = ros.TransformStamped(odometry().header, "odom")
         tf.write(ros.TFMessage([found]))
 
-    with running(
-        *("base-driver", "ros2", "--lcm-url", url, "--domain", str(DOMAIN)),
-        *SENSES,
-    ) as bridge:
+    line = bridge_to("Ros2Base", url, f"domain: {DOMAIN}, {SENSES}")
+    with running(*line) as bridge:
         check_senses(bridge, url, tell)
         bridge.terminate()
         assert bridge.wait(PATIENCE) == 0

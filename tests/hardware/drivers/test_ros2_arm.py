@@ -12,14 +12,16 @@ from robot_process import Client, running
 
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.base.clock import wall_utime
+from remosplat_drake.hardware.driver_config import Ros2Arm
 from remosplat_drake.hardware.drivers.arm_driver import ArmDriver
-from remosplat_drake.hardware.drivers.arm_stops import ArmStops, ArmTopics
-from remosplat_drake.hardware.drivers.ros2_arm import Ros2Arm
+from remosplat_drake.hardware.drivers.arm_stops import ArmStops
+from remosplat_drake.hardware.drivers.ros2_arm import Ros2ArmLink
 from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
 from remosplat_drake.robot.robot_description import load_robot_description
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
+from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -28,6 +30,8 @@ from cyclonedds.topic import Topic
 from remosplat_drake.hardware.drivers import ros2_messages as ros
 
 DOMAIN = 79
+ARM = Ros2Arm(domain=DOMAIN)
+UR5E = load_robot_description("ur5e")
 RATES = np.array([0.2, 0.0, 0.0, 0.1, 0.0, -0.3])
 NAMES = [
     *("wrist_3_joint", "shoulder_pan_joint", "shoulder_lift_joint"),
@@ -90,18 +94,17 @@ class Controller:
         message = ros.JointState(name=NAMES)
         message.position = list(self.q if position is None else position)
         message.velocity = list(self.v if velocity is None else velocity)
-        message.header.stamp = ros.Time(
-            utime // 1_000_000, 1000 * (utime % 1_000_000)
-        )
+        message.header.stamp = ros.stamp(utime)
         self._states.write(message)
 
 
 @pytest.mark.slow
 def test_an_arm_behind_ros2_control_is_driven():
     controller, url = Controller(), free_url()
+    arm = f"{{hardware: {{arm_driver: !Ros2Arm {{domain: {DOMAIN}}}}}}}"
     with running(
-        *("arm-driver", "ros2", "--robot", "ur5e", "--lcm-url", url),
-        *("--domain", str(DOMAIN)),
+        *("arm-driver", "Ur5eReach", "--scenario-text", arm),
+        *("--lcm-url", url),
     ) as driver:
         client = Client(url)
 
@@ -126,8 +129,8 @@ def test_an_arm_behind_ros2_control_is_driven():
         assert client.latest.robot_mode == RobotMode.MOVE
         driver.terminate()
         _, said = driver.communicate(timeout=PATIENCE)
-    assert "no --emergency-stop-topic" in said
-    assert "no --mode-topic" in said
+    assert "no `emergency_stop`" in said
+    assert "no `mode`" in said
 
 
 def test_joint_states_are_read_by_another_decoder():
@@ -156,13 +159,14 @@ def test_joint_states_are_read_by_another_decoder():
 class Bench:
     """A driver of the arm in this process; its commands never expire."""
 
-    def __init__(self, topics: ArmTopics):
+    def __init__(self, topics: Ros2Arm):
         self.controller, self.news = Controller(), []
-        joints = load_robot_description("ur5e").arm.joints
-        self._arm = Ros2Arm(topics, joints, DOMAIN, self.news.append)
+        self._arm = Ros2ArmLink(topics, UR5E, self.news.append)
+        self.news.clear()
         self._wire = DrakeLcm("memq://")
         self.client = Client(self._wire, lambda: NOW)
-        self._driver = ArmDriver(self._wire, self._arm, joints=len(joints))
+        self._driver = ArmDriver(self._wire, self._arm, joints=6)
+        self._steps = 0
 
     def run_until(
         self,
@@ -184,7 +188,8 @@ class Bench:
             self.controller.tell()
             if rates is not None:
                 self.client.send_arm(rates)
-            self._driver.step(NOW)
+            self._steps += 1
+            self._driver.step(NOW, 0.01 * self._steps)
             return done()
 
         self.client.wait_for(step)
@@ -202,7 +207,7 @@ class Bench:
 
 def test_a_status_is_as_old_as_its_joint_state():
     """However late it comes."""
-    bench = Bench(ArmTopics())
+    bench = Bench(ARM)
     bench.run_until(lambda: len(bench.client.arm) > 5)
     for status in bench.client.arm:
         assert status.utime in bench.controller.stamps
@@ -221,8 +226,8 @@ def test_a_status_is_as_old_as_its_joint_state():
 def test_joint_states_that_cannot_be_used_are_told(fields, said):
     """None of them is taken for a standstill."""
     controller, news, reports = Controller(), [], []
-    joints = load_robot_description("ur5e").arm.joints
-    arm = Ros2Arm(ArmTopics(), joints, DOMAIN, news.append)
+    arm = Ros2ArmLink(ARM, UR5E, news.append)
+    news.clear()
     end = time.monotonic() + PATIENCE
     while not news:
         assert time.monotonic() < end
@@ -233,10 +238,11 @@ def test_joint_states_that_cannot_be_used_are_told(fields, said):
     assert not any(reports)
 
 
-TOPICS = ArmTopics(
+TOPICS = Ros2Arm(
+    domain=DOMAIN,
     emergency_stop="/e_stop",
     mode="/arm_mode",
-    running_modes=("RUNNING", "SLOW"),
+    running_modes=["RUNNING", "SLOW"],
     stop_expiry=PATIENCE,
 )
 
@@ -302,8 +308,37 @@ def test_named_topics_hold_the_arm():
     ]
 
 
+def test_a_latched_mode_is_heard_by_who_comes_late():
+    """ur_robot_driver tells once, before we are there, that a program runs."""
+    participant = DomainParticipant(DOMAIN)
+    writer = DataWriter(
+        participant,
+        Topic(participant, "rt/program_running", ros.Bool),
+        qos=Qos(
+            Policy.Reliability.Reliable(10_000_000),
+            Policy.Durability.TransientLocal,
+            Policy.History.KeepLast(1),
+        ),
+    )
+    writer.write(ros.Bool(True))
+    bench = Bench(
+        dc.replace(
+            ARM,
+            mode="/program_running",
+            mode_type="Bool",
+            running_modes=["true"],
+            stop_expiry=None,
+        )
+    )
+    bench.run_until_mode(RobotMode.MOVE)
+    writer.write(ros.Bool(False))
+    bench.run_until_mode(RobotMode.OTHER)
+
+
 def test_a_topic_that_falls_silent_holds_the_arm():
-    bench = Bench(dc.replace(TOPICS, mode="", stop_expiry=0.5))
+    bench = Bench(
+        dc.replace(TOPICS, mode="", running_modes=[], stop_expiry=0.5)
+    )
     stop = bench.controller.writer("/e_stop", ros.Bool)
     bench.run_until_mode(RobotMode.MOVE, lambda: stop.write(ros.Bool(False)))
     bench.run_until_mode(RobotMode.OTHER)
@@ -323,7 +358,7 @@ def test_a_topic_that_falls_silent_holds_the_arm():
 def test_a_mode_may_be_a_number_or_a_flag(kind, running, values):
     topic = f"/mode_{kind}"
     bench = Bench(
-        ArmTopics(mode=topic, mode_type=kind, running_modes=(running,))
+        dc.replace(ARM, mode=topic, mode_type=kind, running_modes=[running])
     )
     mode = bench.controller.writer(topic, type(values[0]))
     good, bad = ((lambda v=v: mode.write(v)) for v in values)
@@ -340,9 +375,9 @@ def test_a_pressed_stop_is_told_before_a_silent_mode():
         RobotMode.USER_STOPPED,
         "/e_stop: emergency stop",
     )
-    assert stops.hold(1.5).reason == "/e_stop: nothing came for more than 1 s"
+    assert stops.hold(1.5).reason == "/e_stop: nothing came for more than 1.0 s"
     stops.put("emergency_stop", False, 2.0)
     assert stops.hold(2.0).reason == "/arm_mode: nothing came yet"
     stops.put("mode", "SLOW", 2.0)
     assert stops.hold(2.5) == (RobotMode.MOVE, "")
-    assert ArmStops(ArmTopics()).hold(9.0) == (RobotMode.MOVE, "")
+    assert ArmStops(ARM).hold(9.0) == (RobotMode.MOVE, "")

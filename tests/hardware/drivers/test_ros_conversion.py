@@ -3,15 +3,19 @@
 import math
 from types import SimpleNamespace as Fields
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydrake.lcm import DrakeLcm
 from pydrake.math import RollPitchYaw
 
+from remosplat_drake.hardware.driver_config import RosBase
+from remosplat_drake.hardware.drivers.base_driver import BaseDriver, StopFlags
 from remosplat_drake.hardware.drivers.base_stops import BaseStops, merged
-from remosplat_drake.hardware.drivers.ros_base import RosTopics, StopFlags
 from remosplat_drake.hardware.drivers.ros_conversion import (
     Odometry,
+    odometry_problem,
     read_odometry,
     read_pose,
     read_transforms,
@@ -20,6 +24,8 @@ from remosplat_drake.hardware.drivers.ros_conversion import (
     write_twist,
     yaw_of,
 )
+from remosplat_drake.hardware.wire.channels import BASE_STATUS
+from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 
 
@@ -62,35 +68,51 @@ def test_an_odometry_message_becomes_a_status():
             )
         ),
         twist=Fields(
-            twist=Fields(linear=Fields(x=0.3), angular=Fields(z=-0.2))
+            twist=Fields(linear=Fields(x=0.3, y=0.1), angular=Fields(z=-0.2))
         ),
     )
-    status = status_of(read_odometry(message), now=7)
-    assert status is not None
+    status = status_of(read_odometry(message))
+    assert odometry_problem(read_odometry(message)) == ""
     assert status.utime == 1_000_005
     assert status.pose == pytest.approx([1.0, 2.0, math.pi / 2])
-    assert (status.forward, status.yaw_rate) == (0.3, -0.2)
+    assert (status.forward, status.left, status.yaw_rate) == (0.3, 0.1, -0.2)
     assert status.mode == base_status.MOVING
     assert status.battery < 0
 
 
-def test_odometry_without_a_stamp_is_stamped_on_arrival():
-    status = status_of(Odometry(0, (0.0, 0.0, 0.0), 0.0, 0.0), now=7)
-    assert status is not None
-    assert status.utime == 7
-    assert status.mode == base_status.READY
+def test_a_base_that_stands_is_ready():
+    odometry = Odometry(7, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    assert status_of(odometry).mode == base_status.READY
 
 
-def test_odometry_that_is_not_finite_is_no_status():
-    assert status_of(Odometry(1, (0.0, math.nan, 0.0), 0.0, 0.0), 7) is None
+@pytest.mark.parametrize(
+    ("utime", "y", "problem"),
+    [(0, 0.0, "header.stamp is 0"), (1, math.nan, "not finite")],
+)
+def test_odometry_that_cannot_be_used_is_told_once(utime, y, problem):
+    odometry = Odometry(utime, (0.0, y, 0.0), (0.0, 0.0, 0.0))
+    assert problem in odometry_problem(odometry)
+    wire, news = DrakeLcm("memq://"), []
+    heard = Inbox(wire, [BASE_STATUS])
+    link = Fields(
+        fetch=lambda: [odometry],
+        fetch_fixes=lambda: [],
+        stops=lambda t: BaseStops(),
+    )
+    driver = BaseDriver(wire, link, tell=news.append)
+    driver.step(1, 0.0)
+    driver.step(2, 0.01)
+    assert len(news) == 1
+    assert problem in news[0]
+    assert not heard.fetch()
 
 
 def test_a_twist_has_only_what_a_base_can_do():
     zeros = Fields(x=0.0, y=0.0, z=0.0)
     message = Fields(linear=zeros, angular=Fields(x=0.0, y=0.0, z=0.0))
-    write_twist(message, 0.4, -0.1)
-    assert (message.linear.x, message.angular.z) == (0.4, -0.1)
-    assert (message.linear.y, message.linear.z) == (0.0, 0.0)
+    write_twist(message, np.array([0.4, 0.2, -0.1]))
+    assert (message.linear.x, message.linear.y) == (0.4, 0.2)
+    assert (message.angular.z, message.linear.z) == (-0.1, 0.0)
     assert (message.angular.x, message.angular.y) == (0.0, 0.0)
 
 
@@ -137,12 +159,12 @@ def test_the_wanted_transform_is_found_among_others():
 
 
 def test_stops_are_told_in_the_status():
-    odometry = Odometry(1, (0, 0, 0), 0.3, 0)
-    status = status_of(odometry, 1, BaseStops(emergency=True, battery=0.5))
+    odometry = Odometry(1, (0, 0, 0), (0.3, 0, 0))
+    status = status_of(odometry, BaseStops(emergency=True, battery=0.5))
     assert status is not None
     assert (status.emergency_stop, status.protective_stop) == (1, 0)
     assert (status.mode, status.battery) == (base_status.STOPPED, 0.5)
-    unknown = status_of(odometry, 1, BaseStops(is_unknown=True))
+    unknown = status_of(odometry, BaseStops(is_unknown=True))
     assert unknown is not None
     assert unknown.mode == base_status.FAULT
 
@@ -154,7 +176,7 @@ def test_any_source_stops_the_base():
 
 
 def test_topics_with_flags():
-    topics = RosTopics("", "", emergency_stop="/e", motors_on="/m")
+    topics = RosBase(emergency_stop="/e", motors_on="/m")
     flags = StopFlags(topics)
     assert flags.stops(0.0).is_unknown
     flags.put("emergency_stop", False, 0.0)
@@ -166,4 +188,4 @@ def test_topics_with_flags():
     assert flags.stops(2.0).emergency
     # Nothing was heard of the motors any more.
     assert flags.stops(3.4).is_unknown
-    assert StopFlags(RosTopics("", "")).stops(9.0) == BaseStops()
+    assert StopFlags(RosBase()).stops(9.0) == BaseStops()

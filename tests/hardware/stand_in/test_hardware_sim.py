@@ -13,7 +13,6 @@ from robot_process import Client
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.drivers.panda_limits import (
     AT_REST,
     PANDA,
@@ -160,7 +159,7 @@ def test_after_a_stall_commands_are_heard_when_they_were_sent(lab):
 def test_a_stale_or_future_stamp_moves_nothing(lab, age):
     for _ in range(5):
         lab.send_arm(SLOWLY, age)
-        lab.send_base(0.2, 0.0, age)
+        lab.send_base((0.2, 0.0), age)
         lab.listen_for(0.03)
     assert np.abs(lab.arm_velocities()).max() < STILL
     assert len(lab.base) > 5
@@ -403,7 +402,14 @@ def test_another_robot_obeys_with_what_it_has(name, base, hand):
     assert np.abs(lab.latest.joint_velocity).max() < STILL
 
 
-def test_an_omnidirectional_base_is_refused():
+def test_an_omnidirectional_base_goes_aside():
     world = load_world(load_scenario("RidgebackReach"), blank=True)
-    with pytest.raises(FieldError, match="stand-in's base is differential"):
-        make_lab(world)
+    lab = make_lab(world)
+    lab.wait_for_robot()
+    start = lab.base[-1].pose
+    end = lab.time + 0.5
+    lab.drive(lambda: lab.time >= end, base=(0.0, 0.2, 0.0))
+    assert lab.base[-1].left == pytest.approx(0.2, abs=0.02)
+    x, y, _ = np.subtract(lab.base[-1].pose, start)
+    # 0.2 m/s after a ramp of 0.2 s.
+    assert (x, y) == pytest.approx((0.0, 0.08), abs=0.015)

@@ -101,6 +101,9 @@ def test_the_desired_position_is_the_next_ticks():
 
 # The base
 
+GOES = [0.2, 0.0, 0.4]
+"""The velocity that `driven` commands [m/s, m/s, rad/s]."""
+
 
 def base_message(forward: float, yaw_rate: float) -> bytes:
     message = base_command()
@@ -110,7 +113,7 @@ def base_message(forward: float, yaw_rate: float) -> bytes:
 
 def driven(base: SimulatedBase, t: float, duration: float) -> np.ndarray:
     """The speed after driving from time t, with a command each 10 ms."""
-    velocity = np.zeros(2)
+    velocity = np.zeros(3)
     for i in range(round(duration / 0.001)):
         if i % 10 == 0:
             base.commands.receive(base_message(0.2, 0.4), t)
@@ -122,7 +125,7 @@ def driven(base: SimulatedBase, t: float, duration: float) -> np.ndarray:
 def test_the_base_accelerates_as_it_can():
     """1 m/s^2 for 0.1 s."""
     assert driven(SimulatedBase(), 0.0, 0.1)[0] == pytest.approx(0.1)
-    np.testing.assert_allclose(driven(SimulatedBase(), 0.0, 0.5), [0.2, 0.4])
+    np.testing.assert_allclose(driven(SimulatedBase(), 0.0, 0.5), GOES)
 
 
 def test_a_protective_stop_ends_after_two_seconds():
@@ -130,7 +133,7 @@ def test_a_protective_stop_ends_after_two_seconds():
     driven(base, 0.0, 0.3)
     base.protective_stop(1.0)
     assert not driven(base, 1.0, 1.99).any()
-    np.testing.assert_allclose(driven(base, 3.0, 0.3), [0.2, 0.4])
+    np.testing.assert_allclose(driven(base, 3.0, 0.3), GOES)
 
 
 def test_an_emergency_stop_lasts():
@@ -145,7 +148,7 @@ def test_statuses_come_at_the_pace_of_the_odometry():
     """In a second: 37 poses, 27 ms apart, and 10 speeds."""
     base = SimulatedBase()
     statuses = [
-        base.status(NOW, 1e-3 * i, np.zeros(3), np.array([i, 0.0]))
+        base.status(NOW, 1e-3 * i, np.zeros(3), np.array([i, 0.0, 0.0]))
         for i in range(1000)
     ]
     heard = [status for status in statuses if status is not None]

@@ -35,14 +35,11 @@ def test_python_is_up_to_date(generated, name):
 def test_base_command_survives_the_wire():
     message = base_command()
     message.utime = 1_700_000_000_123_456
-    message.forward, message.yaw_rate = 0.25, -0.5
+    message.forward, message.left, message.yaw_rate = 0.25, 0.125, -0.5
     copy = base_command.decode(message.encode())
-    assert (copy.utime, copy.forward, copy.yaw_rate) == (
-        1_700_000_000_123_456,
-        0.25,
-        -0.5,
-    )
-    assert len(message.encode()) == 8 + 8 + 8 + 8
+    assert copy.utime == 1_700_000_000_123_456
+    assert (copy.forward, copy.left, copy.yaw_rate) == (0.25, 0.125, -0.5)
+    assert len(message.encode()) == 8 + 8 + 8 + 8 + 8
 
 
 def test_base_status_survives_the_wire():

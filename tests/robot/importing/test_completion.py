@@ -133,3 +133,32 @@ def test_a_frame_without_shapes_needs_no_mass():
     findings = Findings()
     complete_inertias(urdf, findings)
     assert not findings.guessed
+
+
+def test_what_is_fixed_to_something_heavy_needs_no_mass():
+    """A tool frame with a mass of zero gets no kilogram of its own."""
+    nothing = f"<inertial><mass value='0'/>{INERTIA.format(0, 0, 0)}</inertial>"
+    mass = f"<inertial><mass value='2'/>{INERTIA.format(1, 1, 1)}</inertial>"
+    joint = (
+        '<joint name="{0}" type="{1}"><parent link="{2}"/><child link="{0}"/>'
+        "</joint>"
+    )
+    text = (
+        '<robot><link name="base"><collision/></link>'
+        f'<link name="arm">{mass}<collision/></link>'
+        f'<link name="tool">{nothing}<collision/></link>'
+        '<link name="bare"/>'
+        f"{joint.format('arm', 'revolute', 'base')}"
+        f"{joint.format('tool', 'fixed', 'arm')}"
+        f"{joint.format('bare', 'revolute', 'tool')}</robot>"
+    )
+    urdf = Urdf(Path("arm.urdf"), text)
+    findings = Findings()
+    complete_inertias(urdf, findings)
+    has_mass = {
+        name: link.find("inertial") is not None
+        for name, link in urdf.links.items()
+    }
+    # The last link that moves cannot weigh nothing.
+    assert has_mass == {"base": True, "arm": True, "tool": False, "bare": True}
+    assert "of base, bare" in dict(findings.guessed)["mass"]

@@ -24,6 +24,11 @@ def read(path: Path) -> tuple[Urdf, Findings]:
     return urdf, findings
 
 
+def only_tool(urdf: Urdf, findings: Findings) -> str:
+    (link,) = choose_arm(urdf, Srdf(), {}, findings).end_effectors.values()
+    return link
+
+
 def written(path: Path, text: str) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text)
@@ -122,7 +127,7 @@ def test_sdformat_with_poses_relative_to_everything(tmp_path):
     assert (reach.lower, reach.upper) == (-0.5, 0.5)
     assert np.isnan(reach.velocity)
     assert turn.kind == "continuous"
-    assert choose_arm(urdf, Srdf(), None, findings).end_effector == "tool"
+    assert only_tool(urdf, findings) == "tool"
     (visual,) = urdf.links["boom"].findall("visual")
     assert visual.find("material/color").get("rgba") == "1 0.5 0 1"
     (capsule,) = visual.find("geometry")
@@ -155,8 +160,8 @@ def test_sdformat_includes_models_by_their_folders(tmp_path):
         "cell_first_swing",
         "cell_second_swing",
     ]
-    arm = choose_arm(urdf, Srdf(), None, findings)
-    assert arm.end_effector == "cell_second_tool"
+    arm = choose_arm(urdf, Srdf(), {}, findings)
+    assert arm.end_effectors[""] == "cell_second_tool"
     assert len(arm.joints) == 6
 
 
@@ -202,7 +207,7 @@ def test_mjcf_with_defaults_includes_and_sites(tmp_path):
     assert pan.upper == pytest.approx(np.pi / 2)
     assert tilt.lower == pytest.approx(-np.pi / 3)
     assert (slide.kind, slide.lower, slide.upper) == ("prismatic", -0.1, 0.2)
-    assert choose_arm(urdf, Srdf(), None, findings).end_effector == "ee_site"
+    assert only_tool(urdf, findings) == "ee_site"
     guessed = dict(findings.guessed)
     assert "<light>" in guessed["passed over by Drake"]
     assert "shapes of the world" in guessed["left out"]
@@ -252,12 +257,41 @@ EXCLUDED = '<contact><exclude body1="base" body2="lower"/></contact>'
 HOME = '<keyframe><key name="home" qpos="0.1 0.2 0.05"/></keyframe>'
 
 
+def test_the_only_body_that_floats_is_fixed(tmp_path):
+    text = (
+        "<mujoco><worldbody><body name='pelvis' pos='0 0 1'><freejoint/>"
+        "<geom size='0.1'/><body name='arm'><joint name='j'/>"
+        "<geom size='0.1'/></body></body></worldbody><keyframe>"
+        "<key name='home' qpos='0 0 1 1 0 0 0 0.5'/></keyframe></mujoco>"
+    )
+    path = written(tmp_path / "arm.xml", text)
+    findings = Findings()
+    urdf, said = read_robot(path, Packages(path), {}, findings)
+    assert urdf.base == "world"
+    assert urdf.inboard["pelvis"].kind == "fixed"
+    # Seven numbers of the keyframe are the floating body's.
+    assert said.states == {"home": {"j": 0.5}}
+    assert "pelvis is fixed" in dict(findings.guessed)["floating base"]
+
+
+def test_what_sdformat_does_not_have_is_left_out(tmp_path):
+    """Some write elements of other formats, which Drake refuses."""
+    contact = "<contact><stiffness value='1'/></contact>"
+    text = sdf(
+        CHAIN.replace('<link name="c"/>', f'<link name="c">{contact}</link>')
+    )
+    urdf, findings = read(written(tmp_path / "arm.sdf", text))
+    assert set(urdf.joints) >= {"j", "k"}
+    said = dict(findings.guessed)["left out, being no SDFormat"]
+    assert said == "<contact> in <link>"
+
+
 def test_what_mjcf_says_as_an_srdf_would(tmp_path):
     text = MJCF.replace("</mujoco>", f"{EXCLUDED}{HOME}</mujoco>")
     path = mjcf(tmp_path, text)
     _, said = read_robot(path, Packages(path, {}, {}), {}, Findings())
     assert said.allowed_collisions == (("base", "lower"),)
-    assert said.home() == ("home", {"pan": 0.1, "tilt": 0.2, "slide": 0.05})
+    assert said.homes() == [("home", {"pan": 0.1, "tilt": 0.2, "slide": 0.05})]
 
 
 def test_meshes_of_mjcf_are_found_and_weigh_what_they_weigh(tmp_path):
@@ -298,7 +332,7 @@ def test_a_finger_follows_and_loops_of_fingers_stay_open(tmp_path):
     loop = '<connect body1="left_finger" body2="right_finger" anchor="0 0 0"/>'
     text = gripper(COUPLED.format("right", "left") + loop)
     urdf, findings = read(mjcf(tmp_path, text))
-    arm = choose_arm(urdf, Srdf(), None, findings)
+    arm = choose_arm(urdf, Srdf(), {}, findings)
     assert arm.locked == {"left": 0.04, "right": 0.01 + 0.5 * 0.04}
     (loops,) = (x for what, x in findings.guessed if what.startswith("loops"))
     assert loops == "left_finger-right_finger"
@@ -348,8 +382,10 @@ def test_directives_weld_models_of_several_files(tmp_path):
     assert (urdf.name, urdf.base) == ("two", "world")
     names = [joint.name for joint in urdf.chain("tcp") if joint.moves]
     assert names == ["right_swing", "right_reach", "right_turn"]
-    arm = choose_arm(urdf, Srdf(), None, findings)
-    assert arm.end_effector == "tcp"
+    arms = choose_arm(urdf, Srdf(), {}, findings)
+    assert arms.end_effectors == {"left": "left_tool", "right": "tcp"}
+    assert not arms.locked
+    arm = choose_arm(urdf, Srdf(), {"": "tcp"}, findings)
     assert set(arm.locked) == {"left_swing", "left_reach", "left_turn"}
     # Worked by hand: the cart is 0.5 m high, the left arm's foot 0.1 m more.
     text = ElementTree.tostring(urdf.root, encoding="unicode")
@@ -470,10 +506,14 @@ BAD = {
         "<launch/>",
         "expected <robot>, <sdf>, <mujoco>, got <launch>",
     ),
-    "a floating base": (
+    "two bodies that float": (
         "arm.xml",
-        body("<freejoint/>"),
-        "body 'b' <freejoint>: floats, .*remove it, .*--base",
+        body("<freejoint/>").replace(
+            "</worldbody>",
+            "<body name='cube'><freejoint/><geom size='0.1'/></body>"
+            "</worldbody>",
+        ),
+        "<freejoint>: floats, as others do, .*remove what is not the robot",
     ),
     "a ball joint of MJCF": (
         "arm.xml",
@@ -549,7 +589,7 @@ def test_what_cannot_be_driven_is_one_line(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(RemoSplatError, match=message) as caught:
         urdf, findings = read(Path(name))
-        arm = choose_arm(urdf, Srdf(), None, findings)
+        arm = choose_arm(urdf, Srdf(), {}, findings)
         complete_limits(urdf, arm.joints, findings)
     assert (
         str(caught.value)

@@ -35,7 +35,10 @@ def test_what_is_about_the_robot_is_read(tmp_path, urdf):
     path.write_text(SRDF)
     srdf = read_srdf(path, urdf)
     assert srdf.tips == ("hand",)
-    assert srdf.home() == ("arm_home", {"joint_1": 0.5, "joint_2": -1.0})
+    assert srdf.homes() == [
+        ("arm_home", {"joint_1": 0.5, "joint_2": -1.0}),
+        ("zero", {"joint_1": 0.0}),
+    ]
     assert srdf.allowed_collisions == (("forearm", "hand"),)
 
 
@@ -70,3 +73,39 @@ def test_one_of_another_robot_is_not_taken(tmp_path):
     (tmp_path / "srdf" / "toy.srdf").write_text(SRDF)
     found = find_srdf(tmp_path / "urdf" / "toy_with_gripper.urdf")
     assert found == tmp_path / "srdf" / "toy.srdf"
+
+
+def test_a_gripper_belongs_to_the_link_that_carries_it(tmp_path, urdf):
+    path = tmp_path / "toy.srdf"
+    gripper = (
+        '<group name="gripper"><link name="tool0"/><joint name="flange"/>'
+        '</group><end_effector name="g" parent_link="hand" group="{}"/>'
+        '<virtual_joint name="v" type="planar" child_link="pedestal"/></robot>'
+    )
+    path.write_text(SRDF.replace("</robot>", gripper.format("gripper")))
+    srdf = read_srdf(path, urdf)
+    assert srdf.tools == {"hand": ("tool0",)}
+    assert srdf.is_planar
+    # The arm's own group is no gripper: its links come before the hand.
+    arm = gripper.format("all") + '<group name="all"><link name="wrist_1"/>'
+    text = arm.replace("</robot>", "") + "</group></robot>"
+    path.write_text(SRDF.replace("</robot>", text))
+    assert read_srdf(path, urdf).tools == {"hand": ()}
+
+
+def test_the_only_one_that_names_the_robot_is_taken(tmp_path):
+    (tmp_path / "srdf").mkdir()
+    path = tmp_path / "srdf" / "baxter_manipulation.srdf"
+    path.write_text(SRDF.replace('"toy"', '"baxter"'))
+    source = tmp_path / "urdf" / "baxter.urdf"
+    assert find_srdf(source) is None
+    assert find_srdf(source, "baxter") == path
+
+
+def test_packed_away_is_no_home(tmp_path, urdf):
+    path = tmp_path / "toy.srdf"
+    state = '<group_state name="{}"><joint name="joint_1" value="1"/>'
+    texts = [state.format(x) + "</group_state>" for x in ("tuck", "pick")]
+    path.write_text(SRDF.replace("</robot>", "".join(texts) + "</robot>"))
+    names = [name for name, _ in read_srdf(path, urdf).homes()]
+    assert names == ["arm_home", "pick", "zero", "tuck"]

@@ -99,6 +99,33 @@ def test_far_links_are_near_at_one_place(plates):
     assert len(near(plates, [0, 0, 0], 0.03)) == 0
 
 
+TWO_SHAPES = PLATES.replace(
+    """<link name="upper">""",
+    """<link name="upper"><collision><origin xyz="0 0 0.025"/><geometry>
+    <box size="0.1 0.1 0.02"/></geometry></collision>""",
+)
+"""The upper link is two plates, the second one 25 mm above the first."""
+
+
+def test_all_shapes_that_are_too_near_are_noted(tmp_path):
+    write_plates(tmp_path, TWO_SHAPES)
+    robot = load_robot(tmp_path / "plates.yaml")
+    pairs = self_collision_pairs(robot, 0.0)
+    X_WL = robot.body_poses(np.zeros(3))
+    nearest = pairs.near(X_WL, 0.2)
+    assert len(set(nearest.pair)) == 1
+    # 30 and 55 mm above the lower plate.
+    for crowded, gaps in ((0.05, {0.03}), (0.06, {0.03, 0.055})):
+        found = pairs.near(X_WL, 0.2, crowded)
+        assert {round(d, 6) for d in found.distance} == gaps
+        of_each = [found.p_WB[found.pair == k] for k in set(found.pair)]
+        assert len(of_each) == len(gaps)
+        for p_WB in of_each:
+            # Each by all of its corners.
+            corners = {tuple(p) for p in np.round(p_WB[:, :2], 9).tolist()}
+            assert len(corners) >= 4
+
+
 @pytest.mark.parametrize("name", shipped_robots())
 def test_the_nearest_is_among_them_for_each_pair_of_links(name):
     robot = load_robot(name)
@@ -124,6 +151,10 @@ def test_the_nearest_is_among_them_for_each_pair_of_links(name):
         )
         seen += len(found)
         gap = np.vecdot(found.p_WB - found.p_WA, found.normal_W)
+        # The points of a ball are its centre.
+        radius = pairs.shapes.radius
+        for ends in (pairs.pairs.first, pairs.pairs.second):
+            gap = gap - radius[ends[found.pair]]
         np.testing.assert_allclose(gap, found.distance, atol=1e-9)
     assert seen > 200
 

@@ -1,4 +1,4 @@
-"""Meshes of what a room holds: table, chairs, floor lamp.
+"""Meshes of furniture: table, chairs, floor lamp.
 
 Each thing is a dictionary of meshes by label, in a frame whose z axis points
 up from the floor.

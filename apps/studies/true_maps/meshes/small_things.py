@@ -1,7 +1,7 @@
-"""Meshes of what stands, lies and hangs: plants, bottles, cables, rods.
+"""Meshes of small things: plants, bottles, cables, rods.
 
 Each is a dictionary of meshes by label, in a frame whose z axis points up from
-what the thing stands on.
+the supporting surface.
 """
 
 import numpy as np

@@ -78,7 +78,7 @@ def rollout_steps(
         given = robot, (compiled, off, line), state, rows, later, moving
         is_known = what_is_unknown(q, rows, aim) == 0
         ramp = next_on_ramp(u, robot.acceleration_limit, law.dt)
-        _, _, _, verdict = settle(
+        _, _, _, verdict, _ = settle(
             law, given, now + ahead, ahead, aim, is_known, u, ramp, guidance
         )
         u = verdict[0]

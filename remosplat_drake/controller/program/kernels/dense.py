@@ -43,7 +43,7 @@ def prune(program) -> None:
     """
     program.count[4] = 0
     for i in range(program.count[0]):
-        least, most = _span(program, program.A[i])
+        least, most = span(program, program.A[i])
         # Written so that a row with NaN is kept, and leaves no command.
         program.kept[i] = not most <= program.b[i]
         if not least <= program.b[i] + HOPELESS:
@@ -51,8 +51,13 @@ def prune(program) -> None:
 
 
 @helper
-def _span(program, a):
-    """The least and the greatest value of a u within the bounds on u."""
+def span(program, a):
+    """Finds the least and the greatest value of a u within the bounds on u.
+
+    Args:
+        program: The `ProgramArrays`.
+        a: Coefficients, shape (n_u,).
+    """
     least, most = 0.0, 0.0
     for j in range(len(a)):
         lower, upper = program.lower[j], program.upper[j]
@@ -155,7 +160,7 @@ def slack_form(program):
         for j in range(n_u):
             J[k, j] = program.J[k, j]
         J[k, n_u + k], Q[n_u + k, n_u + k] = 1.0, program.price[k]
-        least, most = _span(program, program.J[k])
+        least, most = span(program, program.J[k])
         limit, V = program.limit[k], program.V[k]
         if most > limit + V:
             slack_lower[k] = -limit

@@ -59,10 +59,13 @@ class NearQuestion(NamedTuple):
     Attributes:
         pairs: The pairs of shapes.
         reach: How far is looked [m]; negative where nothing is.
+        crowded: Below this distance all shapes of two links are told, not the
+            nearest alone [m].
     """
 
     pairs: PairArrays
     reach: float
+    crowded: float
 
 
 class NearArrays(NamedTuple):
@@ -183,7 +186,7 @@ class ProgramArrays(NamedTuple):
             takes what is too much, and counts for nothing.
         b: Right-hand sides of the rows, shape (most,).
         kept: Which rows the bounds on u do not imply, shape (most,), bool.
-        raised: Of which rows negative right-hand sides were raised to zero,
+        raised: Which rows yield: their negative right-hand sides are raised,
             shape (most,), bool.
         about: What each row is about: the number of a sphere, a joint, ...,
             shape (most,).
@@ -247,7 +250,9 @@ def near_arrays(near, X_WL) -> NearArrays:
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
     pairs = near.pairs
-    pair, distance, normal_W, p_WA, p_WB = near_points(pairs, X_WL, near.reach)
+    pair, distance, normal_W, p_WA, p_WB = near_points(
+        pairs, X_WL, near.reach, near.crowded
+    )
     first, second, body = pairs.first, pairs.second, pairs.shapes.body
     body_A, body_B = np.empty_like(pair), np.empty_like(pair)
     for i in range(len(pair)):

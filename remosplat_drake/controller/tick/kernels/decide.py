@@ -5,16 +5,24 @@ import numpy as np
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 from remosplat_drake.base.python_calls import ask_python
+from remosplat_drake.controller.ingredients import (
+    CollisionDamper,
+    SelfCollisionDamper,
+)
 from remosplat_drake.controller.ingredients.kernels.assemble import (
     OUTSIDE,
+    PARTS,
     YIELD_ORDER,
 )
 from remosplat_drake.controller.program.active_set import OPTIMAL, UNDECIDED
+from remosplat_drake.controller.program.kernels.compiled_terms import NO_PART
 from remosplat_drake.controller.program.kernels.dense import (
     prune,
     slack_form,
     solve_program,
+    span,
 )
+from remosplat_drake.controller.tick.kernels.share import ease, greatest_share
 from remosplat_drake.signals.tick_report import STATUSES
 
 SOLVE = 3
@@ -23,16 +31,37 @@ SOLVE = 3
 _WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
 """Numbers of the statuses in `tick_report.STATUSES`."""
 
+_GENTLE_ORDER = YIELD_ORDER[1:]
+"""Whose rows yield before acceleration bounds do: a retreat from what stands
+still need not be sudden."""
+
+_OF_ALONE = 0.5
+"""Share of the fastest retreat that it alone allows which a row that yields
+demands at most: what hardly moves holds up no other."""
+
+_TASK = 1e-3
+"""What a missed twist costs while rows of `_GENTLE_ORDER` are eased, as a share
+of what it costs else: motion that serves the target alone bends the way out,
+and verification refuses bends."""
+
+_NOTABLE = 2e-3
+"""Speed of the retreat that a row must demand for something to count as too
+near [m/s]: a millimetre inside the scene's stopping distance, by default."""
+
+_SELF, _SCENE = map(PARTS.index, (SelfCollisionDamper, CollisionDamper))
+
 
 @kernel(returns=several(reals(1), WHOLE))
 def decide(program, ramp, strict, is_own_solver, line):
     """Solves the program of a tick, falling back where it has no optimum.
 
-    The program is tried as it stands, then without acceleration bounds, then
-    with negative right-hand sides of its rows raised to zero as well, in
-    `YIELD_ORDER`. Last comes a step of the braking ramp. Where the law is
-    strict, acceleration bounds are never left out. Costs yield to all rows;
-    verification, and with it the joint limits themselves, to nothing.
+    The program is tried as it stands; then with rows eased that demand a
+    retreat, in `_GENTLE_ORDER`; then without acceleration bounds, as it stands
+    and with rows eased in `YIELD_ORDER`. Rows that are eased demand the
+    greatest share of their retreats that all can have; see `greatest_share`.
+    Last comes a step of the braking ramp. Where the law is strict, acceleration
+    bounds are never left out. Costs yield to all rows; verification, and with
+    it the joint limits themselves, to nothing.
 
     Args:
         program: The `ProgramArrays`; falling back changes them.
@@ -48,26 +77,53 @@ def decide(program, ramp, strict, is_own_solver, line):
     u, is_found = _optimum(program, is_own_solver, line)
     if is_found:
         return u, _WHOLE
-    if program.count[2] and not strict:
-        for j in range(len(u)):
-            program.lower[j] = program.free_lower[j]
-            program.upper[j] = program.free_upper[j]
-        prune(program)
-        u, is_found = _optimum(program, is_own_solver, line)
-        if is_found:
-            return u, _DROPPED
-    for k in YIELD_ORDER:
-        is_raised = _raise_to_zero(program, k)
-        if k == YIELD_ORDER[-1]:
-            for other in range(OUTSIDE, len(program.rows)):
-                is_raised |= _raise_to_zero(program, other)
-        if not is_raised:
-            continue
-        prune(program)
-        u, is_found = _optimum(program, is_own_solver, line)
+    if program.count[2]:
+        u, is_found = _eased(program, _GENTLE_ORDER, _TASK, is_own_solver, line)
         if is_found:
             return u, _RELAXED
+        if not strict:
+            for j in range(len(u)):
+                program.lower[j] = program.free_lower[j]
+                program.upper[j] = program.free_upper[j]
+            prune(program)
+            u, is_found = _optimum(program, is_own_solver, line)
+            if is_found:
+                return u, _DROPPED
+    u, is_found = _eased(program, YIELD_ORDER, 1.0, is_own_solver, line)
+    if is_found:
+        return u, _RELAXED
     return ramp, BRAKING
+
+
+@helper
+def _eased(program, order, task, is_own_solver, line):
+    """Finds the optimum with rows eased, of one kind after the other.
+
+    Where there is none, the program is as it was. A missed twist costs `task`
+    times as much.
+    """
+    demanded, price = program.b.copy(), program.price.copy()
+    for k in order:
+        yields = _let_yield(program, k)
+        if k == YIELD_ORDER[-1]:
+            for other in range(OUTSIDE, len(program.rows)):
+                yields |= _let_yield(program, other)
+        if not yields:
+            continue
+        share = greatest_share(program)
+        if share < 0.0:
+            continue
+        eased = program.b.copy()
+        ease(program, share)
+        program.price[:] = task * price
+        u, is_found = _optimum(program, is_own_solver, line)
+        if is_found:
+            return u, True
+        program.b[:] = eased
+    program.b[:], program.price[:] = demanded, price
+    program.raised[:] = False
+    prune(program)
+    return np.zeros(len(program.lower)), False
 
 
 @helper
@@ -90,11 +146,37 @@ def _optimum(program, is_own_solver, line):
 
 
 @helper
-def _raise_to_zero(program, k):
-    """Raises negative right-hand sides of ingredient k, if there are any."""
-    is_raised = False
+def _let_yield(program, k):
+    """Lets the rows of ingredient k yield that demand a retreat, if any do.
+
+    None demands more from now on than it could have by itself.
+    """
+    yields = False
     for i in range(program.rows[k, 0], program.rows[k, 1]):
         if program.b[i] < 0.0:
-            program.b[i] = 0.0
-            program.raised[i] = is_raised = True
-    return is_raised
+            least, _ = span(program, program.A[i])
+            program.b[i] = max(program.b[i], _OF_ALONE * min(least, 0.0))
+            program.raised[i] = yields = True
+    return yields
+
+
+@helper
+def nearest_inside(program):
+    """Finds what is most inside its stopping distance, of the scene and itself.
+
+    Args:
+        program: The `ProgramArrays`, before it is decided on.
+
+    Returns:
+        The number of the ingredient whose row demands the fastest retreat, the
+        row's number among those of the ingredient, and what it is about; the
+        first is NO_PART where nothing is notably too near.
+    """
+    part, index, about, most = NO_PART, 0, 0, -_NOTABLE
+    for k in (_SELF, _SCENE):
+        first, last = program.rows[k]
+        for i in range(first, last):
+            if program.b[i] < most:
+                part, index = k, i - first
+                about, most = program.about[i], program.b[i]
+    return part, index, about

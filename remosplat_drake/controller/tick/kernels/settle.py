@@ -28,7 +28,11 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
     given_or,
     make_program,
 )
-from remosplat_drake.controller.tick.kernels.decide import BRAKING, decide
+from remosplat_drake.controller.tick.kernels.decide import (
+    BRAKING,
+    decide,
+    nearest_inside,
+)
 from remosplat_drake.controller.verification.kernels.verified import (
     NOTHING,
     VERDICT,
@@ -102,6 +106,7 @@ class Settled(NamedTuple):
         binding: What `binding_arrays` returns.
         yielded: Of each row that yielded the number of its ingredient, and
             what it is about, shape (y, 2).
+        inside: What `nearest_inside` returns.
         unknown: Number of what is not known in `UNKNOWN`.
     """
 
@@ -113,6 +118,7 @@ class Settled(NamedTuple):
     tight: np.ndarray
     binding: tuple[np.ndarray, np.ndarray, np.ndarray]
     yielded: np.ndarray
+    inside: tuple[int, int, int]
     unknown: int
 
 
@@ -163,7 +169,7 @@ def settle_tick(
     limit, elapsed = robot.acceleration_limit, periods * law.dt
     executed = held_command(u_previous, limit, law.dt, elapsed)
     ramp = next_on_ramp(u_previous, limit, elapsed)
-    program, u, status, verdict = settle(
+    program, u, status, verdict, inside = settle(
         law, given, now, 0.0, aim, unknown == 0, executed, ramp, guidance
     )
     command, scale, objection = verdict
@@ -187,6 +193,7 @@ def settle_tick(
         tight,
         binding,
         _yielded(program),
+        inside,
         unknown,
     )
 
@@ -209,7 +216,11 @@ def what_is_unknown(q, rows, aim) -> int:
     return 0
 
 
-@kernel(returns=several(PROGRAM, reals(1), WHOLE, VERDICT))
+_INSIDE = several(WHOLE, WHOLE, WHOLE)
+"""Numba's type of what `nearest_inside` returns."""
+
+
+@kernel(returns=several(PROGRAM, reals(1), WHOLE, VERDICT, _INSIDE))
 def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
     """Builds the program of a tick, decides, and verifies what is decided.
 
@@ -228,8 +239,8 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         guidance: The `GuidanceArrays`.
 
     Returns:
-        The `ProgramArrays`, what `decide` returns of them, and in a tuple what
-        `verified` does.
+        The `ProgramArrays`, what `decide` returns of them, and in tuples what
+        `verified` and `nearest_inside` do.
     """
     robot, placed, state, rows, movers, motion = given
     if is_known:
@@ -239,10 +250,11 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
     else:
         program = make_program(robot.velocity_limit, 0, 1, 0)
     if not is_known:
-        return program, ramp, BRAKING, (ramp, 1.0, NOTHING)
+        return program, ramp, BRAKING, (ramp, 1.0, NOTHING), (NO_PART, 0, 0)
+    inside = nearest_inside(program)
     u, status = decide(program, ramp, law.strict, law.is_own_solver, placed[2])
     if not law.verify:
-        return program, u, status, (u, 1.0, NOTHING)
+        return program, u, status, (u, 1.0, NOTHING), inside
     around = surroundings(
         robot,
         placed,
@@ -257,7 +269,7 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         u,
         u_previous,
     )
-    return program, u, status, verified(law.kept, around, u, ramp)
+    return program, u, status, verified(law.kept, around, u, ramp), inside
 
 
 @helper

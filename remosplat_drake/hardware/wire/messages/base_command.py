@@ -10,11 +10,11 @@ import struct
 class base_command(object):
     """ The velocity that a mobile base shall drive at until the next command. """
 
-    __slots__ = ["utime", "forward", "yaw_rate"]
+    __slots__ = ["utime", "forward", "left", "yaw_rate"]
 
-    __typenames__ = ["int64_t", "double", "double"]
+    __typenames__ = ["int64_t", "double", "double", "double"]
 
-    __dimensions__ = [None, None, None]
+    __dimensions__ = [None, None, None, None]
 
     def __init__(self):
         self.utime = 0
@@ -26,6 +26,12 @@ class base_command(object):
         self.forward = 0.0
         """
         Speed along the base's x axis [m/s].
+        LCM Type: double
+        """
+
+        self.left = 0.0
+        """
+        Speed along its y axis [m/s]; 0 for a base that cannot go sideways.
         LCM Type: double
         """
 
@@ -43,7 +49,7 @@ class base_command(object):
         return buf.getvalue()
 
     def _encode_one(self, buf):
-        buf.write(struct.pack(">qdd", self.utime, self.forward, self.yaw_rate))
+        buf.write(struct.pack(">qddd", self.utime, self.forward, self.left, self.yaw_rate))
 
     @staticmethod
     def decode(data: bytes):
@@ -58,13 +64,13 @@ class base_command(object):
     @staticmethod
     def _decode_one(buf):
         self = base_command()
-        self.utime, self.forward, self.yaw_rate = struct.unpack(">qdd", buf.read(24))
+        self.utime, self.forward, self.left, self.yaw_rate = struct.unpack(">qddd", buf.read(32))
         return self
 
     @staticmethod
     def _get_hash_recursive(parents):
         if base_command in parents: return 0
-        tmphash = (0x908545f64ff1df8e) & 0xffffffffffffffff
+        tmphash = (0x48e87db3a4763104) & 0xffffffffffffffff
         tmphash  = (((tmphash<<1)&0xffffffffffffffff) + (tmphash>>63)) & 0xffffffffffffffff
         return tmphash
     _packed_fingerprint = None

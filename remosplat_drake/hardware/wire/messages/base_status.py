@@ -10,11 +10,11 @@ import struct
 class base_status(object):
     """ What a mobile base measures, and whether it may move. """
 
-    __slots__ = ["utime", "pose", "forward", "yaw_rate", "mode", "protective_stop", "emergency_stop", "battery"]
+    __slots__ = ["utime", "pose", "forward", "left", "yaw_rate", "mode", "protective_stop", "emergency_stop", "battery"]
 
-    __typenames__ = ["int64_t", "double", "double", "double", "int8_t", "int8_t", "int8_t", "double"]
+    __typenames__ = ["int64_t", "double", "double", "double", "double", "int8_t", "int8_t", "int8_t", "double"]
 
-    __dimensions__ = [None, [3], None, None, None, None, None, None]
+    __dimensions__ = [None, [3], None, None, None, None, None, None, None]
 
     READY = 0
     MOVING = 1
@@ -37,6 +37,12 @@ class base_status(object):
         self.forward = 0.0
         """
         Measured speed along the base's x axis [m/s].
+        LCM Type: double
+        """
+
+        self.left = 0.0
+        """
+        Measured speed along its y axis [m/s].
         LCM Type: double
         """
 
@@ -80,7 +86,7 @@ class base_status(object):
     def _encode_one(self, buf):
         buf.write(struct.pack(">q", self.utime))
         buf.write(struct.pack('>3d', *self.pose[:3]))
-        buf.write(struct.pack(">ddbbbd", self.forward, self.yaw_rate, self.mode, self.protective_stop, self.emergency_stop, self.battery))
+        buf.write(struct.pack(">dddbbbd", self.forward, self.left, self.yaw_rate, self.mode, self.protective_stop, self.emergency_stop, self.battery))
 
     @staticmethod
     def decode(data: bytes):
@@ -97,13 +103,13 @@ class base_status(object):
         self = base_status()
         self.utime = struct.unpack(">q", buf.read(8))[0]
         self.pose = struct.unpack('>3d', buf.read(24))
-        self.forward, self.yaw_rate, self.mode, self.protective_stop, self.emergency_stop, self.battery = struct.unpack(">ddbbbd", buf.read(27))
+        self.forward, self.left, self.yaw_rate, self.mode, self.protective_stop, self.emergency_stop, self.battery = struct.unpack(">dddbbbd", buf.read(35))
         return self
 
     @staticmethod
     def _get_hash_recursive(parents):
         if base_status in parents: return 0
-        tmphash = (0xfddc96b3e9295a58) & 0xffffffffffffffff
+        tmphash = (0x32a65bb8d9195fc) & 0xffffffffffffffff
         tmphash  = (((tmphash<<1)&0xffffffffffffffff) + (tmphash>>63)) & 0xffffffffffffffff
         return tmphash
     _packed_fingerprint = None

@@ -6,6 +6,10 @@ that knows one of them turns the plates about it, and finds the other too near
 at the next tick. So it gets those, too, that would be the nearest if one link
 were turned a little, either way about two axes across the common normal: what
 physics engines call a contact manifold, found by perturbation.
+
+A link of several shapes that lies inside another one touches it with all of
+them. What one pair of shapes gains the next may lose. So all of those that are
+too near are noted, not the nearest alone.
 """
 
 import numpy as np
@@ -42,15 +46,17 @@ points alone are enough."""
 _BAND = 0.02
 """Shapes that are farther than the nearest by this are left out [m]."""
 
-_SAME = 0.01
-"""Points of a link that are nearer to each other than this count as one [m]."""
+_SAME, _SAME_CROWDED = 0.01, 1e-4
+"""Points of a link that are nearer to each other than this count as one [m]:
+usually, and where shapes are too near. The corners of a round link lie closer
+together than the first, and each of them may not come nearer there."""
 
 _MOST = 5
 """Most pairs of points of two links: as they are, and turned four ways."""
 
 
 @kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), reals(2)))
-def near_points(pairs, X_WL, within):
+def near_points(pairs, X_WL, within, crowded):
     """Finds the points at which links are near each other.
 
     Args:
@@ -59,6 +65,8 @@ def near_points(pairs, X_WL, within):
         X_WL: Poses of all bodies, shape (b, 4, 4).
         within: Links at or beyond this distance are left out [m]; a negative
             one leaves out all.
+        crowded: Of two links all pairs of shapes below this distance are
+            noted [m].
 
     Returns:
         For m pairs of points: the pair of shapes, shape (m,); the distance
@@ -75,7 +83,7 @@ def near_points(pairs, X_WL, within):
     for link in range(len(boxes)):
         most = max(most, start[link + 1] - start[link])
     near = _make_points(most)
-    found = _make_points(_MOST * len(boxes))
+    found = _make_points(_MOST * (len(boxes) + len(allowance)))
     count = 0
     # Where nothing can be near, nothing is looked at.
     for link in range(len(boxes) if within >= 0.0 else 0):
@@ -84,22 +92,28 @@ def near_points(pairs, X_WL, within):
         apart = least_distance(link_boxes, X_WL, p_WL, a, b)
         if apart + allowance[span[0] : span[1]].max() >= within:
             continue
-        size = _find_near(pairs, span, X_WL, p_WC, within, near, work)
+        reach = min(crowded, within), within
+        size = _find_near(pairs, span, X_WL, p_WC, reach, near, work)
         if not size:
             continue
         nearest = near[1][:size].argmin()
-        _copy(near, nearest, found, count)
-        first = count
-        count += 1
-        if near[1][nearest] >= _CLOSE * within:
-            continue
-        axes = across(near[2][nearest], _ASKEW)
-        for turn in range(4):
-            R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
-            _find_turned(pairs, X_WL, (near, size), R, found, count, work)
-            gap = found[1][count]
-            if gap < within and not _is_known(found, first, count):
-                count += 1
+        for i in range(size):
+            if i == nearest or near[1][i] < crowded:
+                # Turned, another pair of shapes may be the nearest; one that is
+                # only crowded stands for itself.
+                known = (near, 0, size) if i == nearest else (near, i, i + 1)
+                same = _SAME_CROWDED if near[1][i] < crowded else _SAME
+                is_close = near[1][i] < _CLOSE * within
+                count = _note(
+                    (pairs, X_WL, within),
+                    known,
+                    i,
+                    is_close,
+                    same,
+                    found,
+                    count,
+                    work,
+                )
     return (
         found[0][:count],
         found[1][:count],
@@ -122,7 +136,7 @@ def _make_points(n):
 
 
 @helper
-def _find_near(pairs, span, X_WL, p_WC, within, near, work):
+def _find_near(pairs, span, X_WL, p_WC, reach, near, work):
     """Finds the nearest points of those shapes of two links that are near.
 
     Those are looked at first that can be nearest.
@@ -141,7 +155,7 @@ def _find_near(pairs, span, X_WL, p_WC, within, near, work):
     size, best = 0, np.inf
     for _ in range(n):
         i = least.argmin()
-        enough = min(best + _BAND, within)
+        enough = min(max(best + _BAND, reach[0]), reach[1])
         if least[i] >= enough:
             break
         least[i] = np.inf
@@ -171,6 +185,37 @@ def _find_near(pairs, span, X_WL, p_WC, within, near, work):
 
 
 @helper
+def _note(given, known, i, is_close, same, found, count, work):
+    """Notes a pair of points, and those that turning makes the nearest.
+
+    Args:
+        given: The pairs, the poses of all bodies, and how far is looked.
+        known: Pairs of points of two links, and which of them are turned.
+        i: Which pair of points is noted.
+        is_close: Whether links are turned.
+        same: Distance below which points count as one [m].
+        found: Takes the pairs of points.
+        count: Number of those that are there.
+        work: Working arrays of GJK.
+
+    Returns:
+        The number of those that are there then.
+    """
+    pairs, X_WL, within = given
+    near, first = known[0], count
+    _copy(near, i, found, count)
+    count += 1
+    axes = across(near[2][i], _ASKEW)
+    for turn in range(4 if is_close else 0):
+        R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
+        _find_turned(pairs, X_WL, known, R, found, count, work)
+        gap = found[1][count]
+        if gap < within and not _is_known(found, first, count, same):
+            count += 1
+    return count
+
+
+@helper
 def _find_turned(pairs, X_WL, known, R, found, row, work):
     """Finds the points that are nearest if the second link is turned by R.
 
@@ -181,12 +226,12 @@ def _find_turned(pairs, X_WL, known, R, found, row, work):
     first, second, allowance = pairs.first, pairs.second, pairs.allowance
     shapes = pairs.shapes
     radius, body = shapes.radius, shapes.body
-    near, size = known
+    near, begin, end = known
     X_turned = np.empty((4, 4))
-    nearest = near[1][:size].argmin()
+    nearest = begin + near[1][begin:end].argmin()
     center = near[4][nearest]
     best, chosen = np.inf, nearest
-    for n in range(size):
+    for n in range(begin, end):
         k = near[0][n]
         if near[1][n] >= near[1][nearest] + _BAND:
             continue
@@ -226,8 +271,8 @@ def _copy(near, i, found, row):
 
 
 @helper
-def _is_known(found, first, row):
-    """Tells whether both points of a pair are near those of one before it."""
+def _is_known(found, first, row, same):
+    """Tells whether both points of a pair are those of one before it."""
     for i in range(first, row):
         far = 0.0
         for p_W in found[3:]:
@@ -236,6 +281,6 @@ def _is_known(found, first, row):
                 step = p_W[i, c] - p_W[row, c]
                 square += step * step
             far = max(far, square)
-        if far < _SAME * _SAME:
+        if far < same * same:
             return True
     return False

@@ -1,6 +1,5 @@
-"""`RosBase`: serves `BASE_COMMAND` with a mobile base that speaks ROS."""
+"""`BaseDriver`: serves `BASE_COMMAND` with any base that takes velocities."""
 
-import dataclasses as dc
 import math
 from collections import deque
 from collections.abc import Sequence
@@ -9,6 +8,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 from pydrake.lcm import DrakeLcmInterface
 
+from remosplat_drake.hardware.driver_config import RosBase, Tell
 from remosplat_drake.hardware.drivers.base_commands import (
     BaseCommands,
     BaseMaxima,
@@ -18,8 +18,15 @@ from remosplat_drake.hardware.drivers.base_stops import (
     StopSource,
     merged,
 )
-from remosplat_drake.hardware.drivers.ros_conversion import Odometry, status_of
-from remosplat_drake.hardware.drivers.topic_values import TopicValues
+from remosplat_drake.hardware.drivers.ros_conversion import (
+    Odometry,
+    odometry_problem,
+    status_of,
+)
+from remosplat_drake.hardware.drivers.topic_values import (
+    TopicValues,
+    expiry_of,
+)
 from remosplat_drake.hardware.wire.channels import (
     BASE_COMMAND,
     BASE_LOCALIZATION,
@@ -40,50 +47,16 @@ FAREWELL = 0.5
 the bridge is silent, so that others, a joystick say, may drive the base."""
 
 
-@dc.dataclass(frozen=True)
-class RosTopics:
-    """The topics of a base; an empty name stands for none.
+class BaseLink(Protocol):
+    """What `BaseDriver` needs of a base: velocities in, odometry out."""
 
-    Attributes:
-        command: Topic of the geometry_msgs/Twist commands.
-        odometry: Topic of the nav_msgs/Odometry measurements.
-        localization: Topic of geometry_msgs/PoseWithCovarianceStamped: the
-            base in the map.
-        base_frame: Name of the base's frame, whose pose that is.
-        transform: Names of the map's frame and of the one that /tf locates in
-            it; None where it is not asked.
-        deviation: Standard deviations of what /tf tells: x, y, yaw [m, m,
-            rad].
-        emergency_stop: Topic of std_msgs/Bool: whether one is latched.
-        protective_stop: Topic of std_msgs/Bool: whether the scanner holds the
-            base.
-        motors_on: Topic of std_msgs/Bool: whether the motors are on.
-        stop_expiry: Age from which on these three say nothing any more [s].
-    """
+    def publish(self, velocity: np.ndarray) -> None:
+        """Asks for a velocity.
 
-    command: str
-    odometry: str
-    localization: str = ""
-    base_frame: str = "base_link"
-    transform: tuple[str, str] | None = None
-    deviation: tuple[float, float, float] = (0.05, 0.05, 0.035)
-    emergency_stop: str = ""
-    protective_stop: str = ""
-    motors_on: str = ""
-    stop_expiry: float = 2.0
-
-    @property
-    def flags(self) -> dict[str, str]:
-        """Names of the fields of topics with flags, by their topics."""
-        fields = ("emergency_stop", "protective_stop", "motors_on")
-        return {getattr(self, f): f for f in fields if getattr(self, f)}
-
-
-class RosLink(Protocol):
-    """What `RosBase` needs of ROS 1 or 2."""
-
-    def publish(self, forward: float, yaw_rate: float) -> None:
-        """Sends a Twist with these speeds [m/s, rad/s]."""
+        Args:
+            velocity: Speeds forward and to the left, and turning rate, shape
+                (3,) [m/s, m/s, rad/s].
+        """
         ...
 
     def fetch(self) -> list[Odometry]:
@@ -99,7 +72,7 @@ class RosLink(Protocol):
         ...
 
     def close(self) -> None:
-        """Leaves the ROS network."""
+        """Leaves the base."""
         ...
 
 
@@ -125,16 +98,16 @@ class Queue(Generic[Message]):
 class StopFlags:
     """The latest values of topics that say whether the base may move."""
 
-    def __init__(self, topics: RosTopics):
+    def __init__(self, topics: RosBase):
         """Starts without a value, which counts as unknown."""
         self._fields = tuple(topics.flags.values())
-        self._values = TopicValues[bool](topics.stop_expiry)
+        self._values = TopicValues[bool](expiry_of(topics.stop_expiry))
 
     def put(self, field: str, value: bool, t: float) -> None:
         """Keeps a value that came at a time t, by a clock that never jumps [s].
 
         Args:
-            field: Name of the topic's field in `RosTopics`.
+            field: Name of the topic's field in `RosBase`.
             value: What it says.
             t: When it came [s].
         """
@@ -151,27 +124,30 @@ class StopFlags:
         )
 
 
-class RosBase:
-    """Passes commands from LCM to ROS; odometry, fixes and stops back."""
+class BaseDriver:
+    """Passes commands from LCM on; odometry, fixes and stops back."""
 
     def __init__(
         self,
         lcm: DrakeLcmInterface,
-        link: RosLink,
+        link: BaseLink,
         maxima: BaseMaxima | None = None,
         sources: Sequence[StopSource] = (),
         inbox: CommandSource | None = None,
+        tell: Tell = lambda news: None,
     ):
         """Subscribes; nothing is sent before a command comes.
 
         Args:
             lcm: The LCM network.
-            link: The connection to the base's ROS topics.
+            link: The connection to the base.
             maxima: Greatest velocities that are asked of the base; None
                 takes the LD-60's.
             sources: What else says whether the base may move.
             inbox: Where commands come from; None obeys everybody.
+            tell: Called with a line for people when odometry cannot be used.
         """
+        self._tell, self._broken = tell, ""
         self._lcm = lcm
         self._link = link
         self._commands = BaseCommands(maxima)
@@ -189,19 +165,23 @@ class RosBase:
         for channel, data in self._inbox.fetch():
             self._commands.hear(channel, data, t)
         velocity = self._commands.velocity(now, t)
-        if any(velocity):
+        if velocity.any():
             self._last_motion = t
         if t - self._last_motion <= FAREWELL:
-            self._link.publish(*velocity)
+            self._link.publish(velocity)
         stops = merged(source.stops(t) for source in self._sources)
         for odometry in self._link.fetch():
-            status = status_of(odometry, now, stops)
-            if status is not None:
+            problem = odometry_problem(odometry)
+            if not problem:
+                status = status_of(odometry, stops)
                 self._lcm.Publish(BASE_STATUS, status.encode())
+            elif problem != self._broken:
+                self._broken = problem
+                self._tell(f"{problem}; no status of the base is sent")
         for fix in self._link.fetch_fixes():
             if np.isfinite(fix.pose).all():
                 self._lcm.Publish(BASE_LOCALIZATION, encode_localization(fix))
 
     def stop(self) -> None:
         """Tells the base to stand still, whatever it heard last."""
-        self._link.publish(0.0, 0.0)
+        self._link.publish(np.zeros(3))

@@ -1,0 +1,60 @@
+"""A search for a way out that knows nothing of the controller.
+
+It climbs: of random steps it takes those on which nothing that is too near
+comes nearer, and nothing else becomes too near.
+"""
+
+import numpy as np
+
+from apps.studies.ways_out.start import Place
+
+_TRIES = 6
+"""Number of climbs."""
+
+_STEPS = 3000
+"""Steps that each climb tries."""
+
+_LONGEST, _SHORTEST = 0.1, 1e-4
+"""Lengths between which steps lie [rad, m]."""
+
+_ROUNDING = 1e-6
+"""By how much a distance may fall that is too small [m]."""
+
+
+def finds_a_way(
+    place: Place, q: np.ndarray, random: np.random.Generator
+) -> bool:
+    """Searches for a way out of a start.
+
+    Args:
+        place: Where the robot starts.
+        q: The start, shape (n_q,) [rad, m].
+        random: Where steps come from.
+    """
+    return any(_climbs(place, q, random) for _ in range(_TRIES))
+
+
+def _climbs(place: Place, q: np.ndarray, random: np.random.Generator) -> bool:
+    robot = place.world.robot
+    lower = np.minimum(robot.position_lower, q)
+    upper = np.maximum(robot.position_upper, q)
+    kept = np.minimum(place.margins(q), 0.0)
+    length, direction = 0.01, random.normal(size=robot.n_u)
+    for _ in range(_STEPS):
+        u = direction / np.linalg.norm(direction) * length
+        after = robot.advance(q, u, 1.0)
+        margins = place.margins(after)
+        inside = ((lower <= after) & (after <= upper)).all()
+        if inside and (margins >= kept - _ROUNDING).all():
+            if (margins >= 0.0).all():
+                return True
+            # What leads on is kept, a little turned.
+            q, kept = after, np.maximum(kept, np.minimum(margins, 0.0))
+            length = min(1.5 * length, _LONGEST)
+            direction = u / length + 0.3 * random.normal(size=robot.n_u)
+        else:
+            length = max(0.7 * length, _SHORTEST)
+            direction = random.normal(size=robot.n_u)
+            direction *= random.random(robot.n_u) < random.uniform(0.2, 1.0)
+            direction[0] += 1e-9
+    return False

@@ -1,0 +1,176 @@
+"""What is wrong with a run's start and targets, said before anything moves."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.target_config import make_target
+from remosplat_drake.app.world import World
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.controller.tick.run_tick import run_tick
+from remosplat_drake.robot.reach import arm_reach, shoulder
+from remosplat_drake.safety.gates import (
+    NO_WAY_OUT,
+    REFUSAL,
+    START_BEYOND_LIMITS,
+    START_TOO_NEAR,
+    TARGET_OUT_OF_REACH,
+    Gate,
+)
+from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.standing.names import name_thing
+
+NOTABLE = 1e-3
+"""How far inside its stopping distance something is at least that is told of
+[m]."""
+
+_FORESEEN = 2.0
+"""Time within which a start must be seen to lead out [s]."""
+
+_GAIN = 1e-4
+"""By how much all that is too near together must part within that time [m]."""
+
+
+def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
+    """Finds what is wrong with a scenario's start and targets.
+
+    Args:
+        scenario: A checked scenario.
+        world: What the scenario's files hold.
+    """
+    law = ReactiveLaw.make(
+        scenario.controller, world.robot, scenario.control_period
+    )
+    gates = [*_beyond_limits(world), *_too_near(scenario, world, law)]
+    if gates and not leads_out(law, world):
+        problem = (
+            f"{gates[0].problem}, and no motion is found that leads out; start"
+            " elsewhere"
+        )
+        gates = [Gate(NO_WAY_OUT, problem, in_simulation=REFUSAL)]
+    return (*gates, *_out_of_reach(scenario, world))
+
+
+def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
+    """Computes what distances lack of their stopping distances [m, rad].
+
+    Args:
+        law: The control law, which keeps them.
+        world: The robot and its map.
+        q: Configuration, shape (n_q,) [rad, m].
+
+    Returns:
+        Zero where nothing is lacking, shape (k + n + n_q,): of the k pairs of
+        the robot's shapes, of its n spheres from the map, and of its joints
+        from their limits.
+    """
+    own, robot, least = law.self_clearance, world.robot, law.collision.stopping
+    scene = _clearances(world, q, least).per_sphere(len(robot.spheres))
+    itself = np.zeros(0)
+    if own is not None:
+        itself = own.stopping - own.distances(q, own.stopping)
+    short = np.concatenate([itself, least - scene, robot.excess(q)])
+    return np.maximum(short, 0.0)
+
+
+def leads_out(law: ReactiveLaw, world: World) -> bool:
+    """Tells whether the law moves the robot out of where it starts.
+
+    It is driven ahead in thought, until all that is too near has parted by a
+    little. A robot that gets stuck later is not foreseen.
+
+    Args:
+        law: The control law.
+        world: The robot, its map and its start.
+    """
+    robot, q, u = world.robot, world.q0, np.zeros(world.robot.n_u)
+    X_WE = robot.end_effector_pose(q)
+    at_start = lacking(law, world, q)
+    for tick in range(round(_FORESEEN / law.dt)):
+        near = world.field.clearances(
+            robot.spheres_at(q), law.collision.influence
+        )
+        time = tick * law.dt
+        u = run_tick(law, time, q, X_WE, near, world.field, u).command
+        q = robot.advance(q, u, law.dt)
+        parted = at_start - lacking(law, world, q)
+        if parted.sum() >= min(_GAIN, 0.5 * at_start.sum()):
+            return True
+    return False
+
+
+def _beyond_limits(world: World) -> Iterator[Gate]:
+    problem = world.robot.beyond_limits(world.q0)
+    if problem:
+        yield Gate(START_BEYOND_LIMITS, f"robot.arm: {problem}")
+
+
+def _too_near(
+    scenario: Scenario, world: World, law: ReactiveLaw
+) -> Iterator[Gate]:
+    """What starts nearer than it may come: to itself and to the scene."""
+    q, called = world.q0, world.robot.description.called
+    own = law.self_clearance
+    if own is not None and len(own.pairs):
+        distance = own.distances(q, own.stopping)
+        i = int(distance.argmin())
+        if distance[i] < own.stopping - NOTABLE:
+            gap = float(distance[i] - own.pairs.allowance[i])
+            one, other = map(called, own.pairs.links(i))
+            yield Gate(
+                START_TOO_NEAR,
+                f"robot.arm: {_relation(one, other, gap)}; the robot keeps"
+                f" {1e3 * own.stopping:.0f} mm from itself",
+            )
+    least = law.collision.stopping
+    near = _clearances(world, q, least)
+    if near.minimum() < least - NOTABLE:
+        i = int(near.distance.argmin())
+        thing = name_thing(
+            world.field, near.p_WC[i], scenario.scene.floor_height
+        )
+        link = called(world.robot.spheres.links[near.sphere[i]])
+        field = "robot.base_pose" if world.robot.n_base else "robot.arm"
+        yield Gate(
+            START_TOO_NEAR,
+            f"{field}: {_relation(link, thing.name, near.minimum())}; the robot"
+            f" keeps {1e3 * least:.0f} mm from the scene",
+        )
+
+
+def _clearances(world: World, q: np.ndarray, within: float) -> Clearances:
+    """Measures clearances of the spheres that some command moves."""
+    robot = world.robot
+    found = world.field.clearances(robot.spheres_at(q), within)
+    moves = np.abs(robot.jacobian_bound[found.sphere]).max(axis=1) > 0
+    return found.select(moves)
+
+
+def _relation(one: str, other: str, gap: float) -> str:
+    """Says how two things are to each other: apart, or overlapping."""
+    if gap < 0:
+        return f"{one} and {other} overlap by {-1e3 * gap:.0f} mm"
+    return f"{one} and {other} are {1e3 * gap:.0f} mm apart"
+
+
+def _out_of_reach(scenario: Scenario, world: World) -> Iterator[Gate]:
+    """Targets that no posture of the arm reaches; a base only drives."""
+    if not isinstance(scenario.targets, list):
+        return
+    robot = world.robot
+    p_WA, reach = shoulder(robot, world.q0), arm_reach(robot)
+    for i, config in enumerate(scenario.targets):
+        if config.effector:
+            continue  # The other arms have shoulders of their own.
+        field = f"targets[{i}]"
+        p_WT = make_target(config, scenario.source, field).X_WT[:3, 3]
+        way = p_WT - p_WA
+        distance = abs(way[2]) if robot.n_base else float(np.linalg.norm(way))
+        if distance > reach:
+            where = "above or below" if robot.n_base else "from"
+            yield Gate(
+                TARGET_OUT_OF_REACH,
+                f"{field}.translation: it lies {distance:.2f} m {where} the"
+                f" shoulder, and the arm reaches {reach:.2f} m",
+            )

@@ -1,0 +1,214 @@
+"""Runs that move a real robot's axes by given velocities, as drills do.
+
+There is one gate to the robot, and these runs go through it, too: the diagram
+of every run with another control law. What that wants is verified against the
+map, the robot itself and the joint limits; the supervisor stands between it
+and the station; and the robot is looked for where the diagram localises it.
+"""
+
+import copy
+import dataclasses as dc
+import time
+from typing import cast
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.hardware_run import run_on_hardware
+from remosplat_drake.app.run_readings import supervision_of
+from remosplat_drake.app.run_result import REACHED
+from remosplat_drake.app.scenario import LONGEST_RUN, Scenario
+from remosplat_drake.app.world import World
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.controller.ingredients import MoverDamper, VelocityLimits
+from remosplat_drake.controller.ingredients.velocity_tracking import (
+    VelocityTracking,
+)
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.hardware.client.hardware_station import HardwareStation
+from remosplat_drake.hardware.client.measurement import Measurement
+from remosplat_drake.robot.actuators import Actuator
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.signals.station_status import StationStatus
+from remosplat_drake.signals.supervisor_state import RUNNING, STOPPED, UNARMED
+from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.task.velocity_profile import ProfileMaker, VelocityProfile
+
+LATEST_BASE = Actuator(delay=0.2, tube=0.25, noise=0.02)
+LATEST_ARM = Actuator(delay=0.1, tube=0.15, noise=0.005)
+"""What is taken to be known of axes that are about to be measured: the tubes
+hold those that follow at once and those that are 0.45 and 0.25 s late."""
+
+_FOLLOW_DWELL = 1.0
+"""Time for which an axis may follow its command otherwise than the models above
+say [s]: how late it is shall be found out."""
+
+LONGEST_GAP = 0.05
+"""Longest pause between two commands that counts as none [s]: longer ones may
+have let a command expire."""
+
+
+class LateError(RemoSplatError):
+    """A computer was late, ours or the robot's: the same may end well again."""
+
+
+class HeldBackError(RemoSplatError):
+    """Verification let the robot go no faster than it went."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Played:
+    """A tick of a profile.
+
+    Attributes:
+        sent: When its command was sent, by our wall clock [s].
+        u: The command, shape (n_u,) [m/s, rad/s].
+        measurement: What the tick rested on.
+    """
+
+    sent: float
+    u: np.ndarray
+    measurement: Measurement
+
+
+def build_velocity_run(
+    scenario: Scenario, world: World, *, hardware: bool = True
+) -> Application:
+    """Wires the diagram of a scenario for profiles in place of its targets.
+
+    Args:
+        scenario: The scenario, prepared for hardware; it is left as it is.
+        world: What its files hold. Its real robot is taken to be as late as
+            `LATEST_BASE` and `LATEST_ARM` say from now on.
+        hardware: Whether the station is the real robot.
+
+    Raises:
+        RemoSplatError: The station cannot be made.
+    """
+    scenario, robot = copy.deepcopy(scenario), world.robot
+    controller = scenario.controller
+    controller.guidance.enabled = controller.rest.enabled = False
+    scenario.targets = ProfileMaker()
+    scenario.time_limit = LONGEST_RUN
+    scenario.supervisor.follow_dwell = _FOLLOW_DWELL
+    if hardware:
+        robot.description.actuators = latest_axes(robot)
+    law = ReactiveLaw(
+        robot,
+        [
+            VelocityTracking(),
+            VelocityLimits(controller.velocity_limits),
+            MoverDamper(controller.movers),
+        ],
+        scenario.control_period,
+        solver=controller.solver,
+        verify=controller.verify,
+        collision=controller.collision,
+        self_collision=controller.self_collision,
+    )
+    return build(scenario, world, hardware=hardware, law=law)
+
+
+def latest_axes(robot: RobotModel) -> list[Actuator]:
+    """Returns what is taken to be known of a robot that nobody has measured.
+
+    Args:
+        robot: The robot.
+    """
+    n_arm = robot.n_u - robot.n_base
+    return [LATEST_BASE] * robot.n_base + [LATEST_ARM] * n_arm
+
+
+def play(application: Application, u: np.ndarray) -> list[Played]:
+    """Plays a profile on the real robot, which a person has agreed to.
+
+    The supervisor is released once the robot may move, and never again: a
+    stop ends it. However it ends, the robot is brought to rest.
+
+    Args:
+        application: What `build_velocity_run` has made.
+        u: Velocities, one row a period, shape (k, n_u) [m/s, rad/s].
+
+    Returns:
+        All ticks.
+
+    Raises:
+        LateError: The robot stopped after a command or a status was late.
+        HeldBackError: Verification did not let the robot go as it shall.
+        RemoSplatError: The robot may not move, or was stopped.
+        KeyboardInterrupt: Somebody has interrupted it.
+    """
+    player = _Player(application, u)
+    done = run_on_hardware(application, between_ticks=player)
+    outcome = done.run.uninterrupted().outcome
+    if outcome == REACHED:
+        return player.ticks
+    raise (LateError if player.was_late() else RemoSplatError)(outcome)
+
+
+class _Player:
+    """Releases the robot, plays the profile, and keeps what comes of it.
+
+    Attributes:
+        ticks: The ticks so far.
+    """
+
+    def __init__(self, application: Application, u: np.ndarray):
+        station, profile = application.station, application.targets
+        assert isinstance(station, HardwareStation)
+        assert isinstance(profile, VelocityProfile)
+        self._application, self._u = application, u
+        self._station, self._profile = station, profile
+        self._hardware = application.scenario.hardware
+        self._deadline = time.monotonic() + self._hardware.connect_timeout
+        self._is_playing = False
+        self._is_late = False
+        self.ticks: list[Played] = []
+
+    def __call__(self, root: Context) -> None:
+        """Looks on between two ticks."""
+        state = supervision_of(self._application, root)
+        assert state is not None
+        if state.mode == RUNNING and not self._is_playing:
+            self._is_playing = True
+            context = self._profile.GetMyMutableContextFromRoot(root)
+            self._profile.play(context, self._u)
+        elif self._is_playing:
+            self._keep(root)
+        elif state.mode == STOPPED and state.reason == UNARMED:
+            self._release(root, state.refusal)
+
+    def _release(self, root: Context, refusal: str) -> None:
+        """Asks again: a localisation tells only after some fixes."""
+        if time.monotonic() > self._deadline:
+            raise RemoSplatError(refusal or UNARMED)
+        supervisor = self._application.supervisor
+        assert supervisor is not None
+        context = supervisor.GetMyMutableContextFromRoot(root)
+        supervisor.request_release(context)
+
+    def _keep(self, root: Context) -> None:
+        link = self._station.link
+        measurement = self._station.measurement(root)
+        self.ticks.append(Played(link.sent, link.u, measurement))
+        context = self._station.GetMyContextFromRoot(root)
+        port = self._station.GetOutputPort(ports.STATUS)
+        status = cast(StationStatus, port.Eval(context))
+        self._is_late |= (
+            status.age > self._hardware.arm_status_limit
+            or status.base_age >= self._hardware.base_status_expiry
+        )
+        report = self._application.recorder.latest
+        if report is not None and _is_held_back(report):
+            raise HeldBackError("verification holds it back")
+
+    def was_late(self) -> bool:
+        """Tells whether statuses or commands came late."""
+        gaps = np.diff([*(tick.sent for tick in self.ticks), time.time()])
+        return self._is_late or bool((gaps[:-1] > LONGEST_GAP).any())
+
+
+def _is_held_back(report: TickReport) -> bool:
+    return report.scale < 1.0

@@ -1,0 +1,147 @@
+"""`remosplat driver-check`: does a robot's driver keep to the wire's rules?"""
+
+import argparse
+import contextlib
+import time
+
+from rich.console import Console
+
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.scenario_robot import load_scenario_robot
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.commands.doctor import show_finding
+from remosplat_drake.commands.json_output import add_json_argument, print_json
+from remosplat_drake.commands.number_flags import positive
+from remosplat_drake.commands.tables import open_console
+from remosplat_drake.hardware.conformance.checks import Seen, judge
+from remosplat_drake.hardware.conformance.robot_record import (
+    RobotRecord,
+    gather,
+)
+from remosplat_drake.hardware.doctor.finding import FAILED, SKIPPED
+from remosplat_drake.hardware.doctor.wire_checks import Heard
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.multicast import MulticastListener
+from remosplat_drake.robot.robot_model import RobotModel
+
+_PERIOD = 0.001
+_LOOK = 2.0
+"""Time between two looks at what is still to be seen [s]."""
+
+_LONGEST = 3600.0
+
+STOP, RESTART = "stop", "restart"
+
+EXAMPLES = """
+remosplat driver-check my_arm.yaml
+remosplat driver-check my_arm.yaml --skip restart --duration 60
+"""
+"""What `--help` ends with."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's flags."""
+    parser.add_argument(
+        "scenario",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the robot"
+        " and its wire",
+    )
+    parser.add_argument(
+        "--lcm-url",
+        metavar="URL",
+        help="the wire (default: the scenario's hardware.lcm_url)",
+    )
+    parser.add_argument(
+        "--duration",
+        type=positive,
+        default=300.0,
+        metavar="S",
+        help="longest time to listen; it ends earlier once everything was seen"
+        " (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--skip",
+        action="append",
+        default=[],
+        choices=(STOP, RESTART),
+        help="do not wait for a stop, or for a restart of a driver; what was"
+        " not seen is not conformant, but for the restart",
+    )
+    add_json_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Listens and judges; returns 1 where something fails or was not seen."""
+    if arguments.duration > _LONGEST:
+        problem = f"must be at most {_LONGEST:g}"
+        raise FieldError("driver-check", "--duration", problem)
+    console = open_console(stderr=arguments.json, soft_wrap=True)
+    scenario = load_scenario(arguments.scenario)
+    config = scenario.hardware
+    if arguments.lcm_url:
+        config.use_url(arguments.lcm_url)
+    robot = load_scenario_robot(scenario)
+    console.print(
+        f"listening on {config.url}; nothing is sent. Meanwhile move every axis"
+        f" (`remosplat identify {arguments.scenario} --fraction 0.2`), press"
+        " and release the stop of each part, and restart a driver; Ctrl-C ends"
+    )
+    record = _listen(config, robot, arguments, console)
+    findings = judge(record, config, robot.assumed_actuators)
+    for finding in findings:
+        show_finding(finding, console)
+    slower = 1e3 * (config.arm_status_period - 1e-3)
+    if slower > 1:
+        console.print(
+            f"at {config.arm_status_rate:g} Hz a silent arm is noticed"
+            f" {slower:.0f} ms later than at 1 kHz: it runs on as long"
+        )
+    if arguments.json:
+        print_json(findings)
+    wrong = [
+        finding
+        for finding in findings
+        if finding.result == FAILED
+        or (finding.result == SKIPPED and finding.check != RESTART)
+    ]
+    return 1 if wrong else 0
+
+
+def _listen(
+    config: HardwareConfig,
+    robot: RobotModel,
+    arguments: argparse.Namespace,
+    console: Console,
+) -> RobotRecord:
+    """Hears the wire until everything was seen."""
+    packets: list[Heard] = []
+    seen, looked, told = Seen(), 0, ""
+    start = time.monotonic()
+    next_look = start + _LOOK
+    listener = MulticastListener(config.url)
+    with contextlib.closing(listener), stop_signals() as request:
+        while True:
+            time.sleep(_PERIOD)
+            now = time.time()
+            packets += [
+                Heard(p.sender, p.channel, p.data, now)
+                for p in listener.fetch()
+            ]
+            passed = time.monotonic() - start
+            ends = passed >= arguments.duration or request.made
+            if not ends and time.monotonic() < next_look:
+                continue
+            next_look = time.monotonic() + _LOOK
+            seen.add(gather(packets[looked:], config, robot, _LOOK))
+            looked = len(packets)
+            still = seen.missing(
+                STOP not in arguments.skip, RESTART not in arguments.skip
+            )
+            if ends or not still:
+                request.is_heeded = True
+                return gather(packets, config, robot, passed)
+            line = "; ".join(still)
+            if line != told:
+                told = line
+                console.print(f"still to be seen: {line}", highlight=False)

@@ -1,0 +1,125 @@
+"""How the axes of a part follow their commands: which, how far and how late.
+
+The commands are led through the description's model of the actuators. What is
+measured is then compared with these ways, at every delay beyond the model's.
+"""
+
+import dataclasses as dc
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.hardware.conformance.robot_record import PartRecord
+from remosplat_drake.robot.actuators import Actuator
+
+_GRID = 0.002
+"""Time between two states of the model [s]."""
+
+_DELAYS = np.arange(-0.1, 0.4, 0.005)
+"""Delays beyond the model's that are tried [s]."""
+
+_WINDOW = 0.1
+"""Time over which ways are compared [s]: drift and rest say nothing."""
+
+_MOVED = 0.02
+"""Way that an axis must have come to be judged [rad, m]."""
+
+_HELD = 0.1
+"""Longest time for which a command counts [s], as drivers have it."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Following:
+    """How n axes follow.
+
+    Attributes:
+        moved: Whether each was commanded to move so far that it can be judged,
+            shape (n,).
+        gains: Way of axis i for that which commands of axis j should make,
+            shape (n, n); zero where j has not moved.
+        late: How much later than its model each follows, shape (n,) [s].
+        velocity: Told velocity of each for that by its positions, shape (n,);
+            NaN where it has not moved.
+    """
+
+    moved: np.ndarray
+    gains: np.ndarray
+    late: np.ndarray
+    velocity: np.ndarray
+
+
+def examine(part: PartRecord, actuators: Sequence[Actuator]) -> Following:
+    """Compares what a part did with what it was told.
+
+    Args:
+        part: What was heard of it.
+        actuators: How its axes should follow, in their order.
+    """
+    n = len(part.axes)
+    gains, late = np.zeros((n, n)), np.full(n, np.nan)
+    velocity = np.full(n, np.nan)
+    if not len(part.sent) or len(part.stamp) < 2:
+        return Following(np.zeros(n, bool), gains, late, velocity)
+    time, way = _model(part, actuators)
+    stamp, first = np.unique(part.stamp, return_index=True)
+    moved = np.ptp(way, axis=0) > _MOVED
+    columns = np.flatnonzero(moved)
+    ends = stamp[(stamp > time[0] + _WINDOW) & (stamp < time[-1])]
+    if not len(columns) or not len(ends):
+        return Following(np.zeros(n, bool), gains, late, velocity)
+
+    def steps(t: np.ndarray, ways: np.ndarray, axis: int, delay: float):
+        at = ends - delay
+        values = np.interp(at, t, ways[:, axis])
+        return values - np.interp(at - _WINDOW, t, ways[:, axis])
+
+    measured = part.way[first]
+    told = [
+        np.column_stack([steps(time, way, int(j), delay) for j in columns])
+        for delay in _DELAYS
+    ]
+    for i in range(n):
+        came = steps(stamp, measured, i, 0.0)
+        fits = [np.linalg.lstsq(A, came, rcond=None)[0] for A in told]
+        errors = [
+            float(np.square(A @ x - came).sum())
+            for A, x in zip(told, fits, strict=True)
+        ]
+        best = int(np.argmin(errors))
+        gains[i, columns] = fits[best]
+        late[i] = _DELAYS[best]
+        velocity[i] = _velocity_share(stamp, measured[:, i], part.v[first, i])
+    return Following(moved, gains, late, velocity)
+
+
+def _model(
+    part: PartRecord, actuators: Sequence[Actuator]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Leads the commands through the model.
+
+    Returns:
+        Times, shape (m,) [s], and ways since the first, shape (m, n).
+    """
+    time = np.arange(part.sent[0], part.sent[-1] + 1.0, _GRID)
+    way = np.zeros((len(time), len(part.axes)))
+    for axis, actuator in enumerate(actuators):
+        at = time - actuator.delay
+        row = np.searchsorted(part.sent, at, "right") - 1
+        target = np.where(row >= 0, part.u[np.maximum(row, 0), axis], 0.0)
+        expired = at - part.sent[np.maximum(row, 0)] > _HELD
+        target[expired] = 0.0
+        v = s = 0.0
+        for k, goal in enumerate(target.tolist()):
+            v, step = actuator.step(v, goal, _GRID)
+            s += step
+            way[k, axis] = s
+    return time, way
+
+
+def _velocity_share(stamp: np.ndarray, way: np.ndarray, v: np.ndarray) -> float:
+    """What was told of a velocity, for that by positions; NaN at rest."""
+    mean = 0.5 * (v[1:] + v[:-1])
+    step = np.diff(stamp)
+    by_way = np.diff(way) / step
+    moving = float(step @ np.square(by_way))
+    return float(step @ (mean * by_way)) / moving if moving > 1e-6 else np.nan

@@ -1,0 +1,244 @@
+"""`RobotRecord`: what a robot was told and what it told, as arrays."""
+
+import collections
+import dataclasses as dc
+import itertools
+from collections.abc import Iterable
+
+import numpy as np
+from drake import lcmt_panda_command
+
+from remosplat_drake.hardware.doctor.wire_checks import Heard
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire import panda as panda_wire
+from remosplat_drake.hardware.wire.base import (
+    MODE_NAMES,
+    base_axes,
+    decode_base_status,
+)
+from remosplat_drake.hardware.wire.lease import DRIVER_REPORT, decode_report
+from remosplat_drake.hardware.wire.messages.base_command import base_command
+from remosplat_drake.hardware.wire.packets import (
+    BrokenMessage,
+    decode,
+    from_utime,
+)
+from remosplat_drake.robot.base_motion import base_way
+from remosplat_drake.robot.robot_model import RobotModel
+
+
+@dc.dataclass(frozen=True, eq=False)
+class PartRecord:
+    """What one part of a robot, of n axes, was told and told.
+
+    Attributes:
+        part: Its name, `arm` or `base`.
+        channel: Channel of its statuses.
+        axes: Names of its axes.
+        sent: When commands were stamped, ascending, shape (c,) [s].
+        u: The commands, shape (c, n) [rad/s, m/s].
+        received: When statuses came, by our clock, shape (k,) [s].
+        stamp: When they were measured, by the driver's clock, shape (k,) [s].
+        way: How far the axes have come since the first, shape (k, n) [rad, m].
+        v: Velocities that were told, shape (k, n) [rad/s, m/s].
+        modes: Modes that were told, in the order of their first.
+        obeys: Those of them in which it obeys.
+        broken: Numbers of statuses that could not be read, by their problem.
+    """
+
+    part: str
+    channel: str
+    axes: tuple[str, ...]
+    sent: np.ndarray
+    u: np.ndarray
+    received: np.ndarray
+    stamp: np.ndarray
+    way: np.ndarray
+    v: np.ndarray
+    modes: tuple[str, ...]
+    obeys: frozenset[str]
+    broken: dict[str, int]
+
+
+@dc.dataclass(frozen=True, eq=False)
+class RobotRecord:
+    """What a robot was told and told.
+
+    Attributes:
+        arm: Its arm.
+        base: Its base; None for a fixed robot.
+        drivers: Names of the drivers that began, by their sessions.
+        duration: How long was listened [s].
+    """
+
+    arm: PartRecord
+    base: PartRecord | None
+    drivers: dict[int, str]
+    duration: float
+
+    @property
+    def parts(self) -> list[PartRecord]:
+        """The parts that the robot has."""
+        return [self.arm] if self.base is None else [self.arm, self.base]
+
+
+def gather(
+    packets: Iterable[Heard],
+    config: HardwareConfig,
+    robot: RobotModel,
+    duration: float,
+) -> RobotRecord:
+    """Sorts what was heard on a wire.
+
+    Args:
+        packets: The messages, in their order.
+        config: Names of the channels.
+        robot: The robot.
+        duration: How long was listened [s].
+    """
+    by_channel = collections.defaultdict(list)
+    for packet in packets:
+        by_channel[packet.channel].append(packet)
+    names = config.channels
+    drivers = {}
+    for packet in by_channel[DRIVER_REPORT]:
+        try:
+            who = decode_report(packet.data).who
+        except BrokenMessage:
+            continue
+        drivers[who.session] = who.name
+    base = None
+    if robot.n_base:
+        base = _base_record(
+            by_channel[names.base_command],
+            by_channel[names.base_status],
+            names.base_status,
+            robot.n_base,
+        )
+    arm = _arm_record(
+        by_channel[names.arm_command],
+        by_channel[names.arm_status],
+        names.arm_status,
+        tuple(robot.description.arm.joints),
+    )
+    return RobotRecord(arm, base, drivers, duration)
+
+
+def _arm_record(
+    commands: list[Heard],
+    statuses: list[Heard],
+    channel: str,
+    joints: tuple[str, ...],
+) -> PartRecord:
+    n, told = len(joints), []
+    for packet in commands:
+        message = _decoded(lcmt_panda_command, packet.data)
+        if message is not None and message.num_joint_velocity == n:
+            told.append((message.utime, message.joint_velocity))
+
+    def read(data: bytes):
+        state = panda_wire.decode_panda_status(data, n)
+        mode = panda_wire.MODE_NAMES[state.robot_mode]
+        return state.stamp, state.q, state.v, mode
+
+    rows, modes, broken = _read(statuses, read)
+    received, stamp, q, v = _columns(rows, n)
+    way = q - q[:1] if len(q) else q
+    sent, u = _told(told, n)
+    return PartRecord(
+        "arm",
+        channel,
+        joints,
+        sent,
+        u,
+        received,
+        stamp,
+        way,
+        v,
+        modes,
+        frozenset(("idle", "move")),
+        broken,
+    )
+
+
+_BASE = ("forward", "left", "yaw")
+_EMERGENCY, _PROTECTIVE = "emergency stop", "protective stop"
+
+
+def _base_record(
+    commands: list[Heard], statuses: list[Heard], channel: str, n: int
+) -> PartRecord:
+    axes, told = base_axes(n), []
+    for packet in commands:
+        message = _decoded(base_command, packet.data)
+        if message is not None:
+            u = np.array([message.forward, message.left, message.yaw_rate])
+            told.append((message.utime, u[axes]))
+
+    def read(data: bytes):
+        state = decode_base_status(data)
+        mode = MODE_NAMES[state.mode]
+        mode = _PROTECTIVE if state.protective_stop else mode
+        mode = _EMERGENCY if state.emergency_stop else mode
+        return state.stamp, state.pose, state.velocity[axes], mode
+
+    rows, modes, broken = _read(statuses, read)
+    received, stamp, pose, v = _columns(rows, 3, n)
+    steps = [base_way(a, b, n) for a, b in itertools.pairwise(pose)]
+    way = np.zeros((len(pose), n))
+    if steps:
+        way[1:] = np.cumsum(steps, axis=0)
+    sent, u = _told(told, n)
+    return PartRecord(
+        "base",
+        channel,
+        tuple(_BASE[i] for i in axes),
+        sent,
+        u,
+        received,
+        stamp,
+        way,
+        v,
+        modes,
+        frozenset(("ready", "moving")),
+        broken,
+    )
+
+
+def _decoded(kind, data: bytes):
+    try:
+        return decode(kind, data)
+    except BrokenMessage:
+        return None
+
+
+def _read(statuses: list[Heard], read):
+    """Reads statuses; returns rows, modes and the problems of broken ones."""
+    rows, modes, broken = [], {}, collections.Counter()
+    for packet in statuses:
+        try:
+            stamp, q, v, mode = read(packet.data)
+        except BrokenMessage as error:
+            broken[str(error)] += 1
+            continue
+        rows.append((packet.received, stamp, q, v))
+        modes[mode] = None
+    return rows, tuple(modes), dict(broken)
+
+
+def _columns(rows: list, n_q: int, n_v: int | None = None):
+    n_v = n_q if n_v is None else n_v
+    received, stamp, q, v = zip(*rows, strict=True) if rows else ((),) * 4
+    return (
+        np.array(received, float),
+        np.array(stamp, float),
+        np.array(q, float).reshape(-1, n_q),
+        np.array(v, float).reshape(-1, n_v),
+    )
+
+
+def _told(told: list, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Commands in the order of their stamps, each once."""
+    by_stamp = dict(sorted((from_utime(utime), u) for utime, u in told))
+    u = np.array(list(by_stamp.values()), float).reshape(-1, n)
+    return np.array(list(by_stamp), float), u

@@ -1,0 +1,174 @@
+"""Commands joint rates of ros2_control's controllers, whichever kind it is."""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.hardware.driver_config import TRAJECTORY, Ros2Controller
+from remosplat_drake.hardware.drivers.ros2_node import Ros2Node
+from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
+from remosplat_drake.robot.robot_description import RobotDescription
+
+HORIZON = COMMAND_EXPIRY
+"""How far a trajectory goes on at its rates before it brakes [s]: where nothing
+newer comes, the controller rests by itself."""
+
+_LEAD = 0.2
+"""How far a trajectory may be ahead of the measured joints, as a time at their
+greatest rates [s]."""
+
+
+class Controllers:
+    """The controllers of an arm, which together move each joint once."""
+
+    def __init__(
+        self,
+        node: Ros2Node,
+        controllers: Sequence[Ros2Controller],
+        description: RobotDescription,
+    ):
+        """Opens their topics.
+
+        Args:
+            node: The participant of the robot's domain.
+            controllers: The controllers.
+            description: The robot.
+
+        Raises:
+            RemoSplatError: A joint is unknown, or has not one controller.
+        """
+        self._writers = [
+            _writer(node, controller, rows, description)
+            for controller, rows in _rows(controllers, description)
+        ]
+
+    def command(self, rates: np.ndarray, q: np.ndarray | None) -> None:
+        """Asks for joint rates.
+
+        Args:
+            rates: Of the whole arm, shape (n,) [rad/s].
+            q: Its joint positions, shape (n,) [rad]; None while they are not
+                known.
+        """
+        for write in self._writers:
+            write(rates, q)
+
+
+Write = Callable[[np.ndarray, np.ndarray | None], None]
+"""Sends rates of the whole arm [rad/s], at its positions if known [rad]."""
+
+
+def _rows(
+    controllers: Sequence[Ros2Controller], description: RobotDescription
+) -> list[tuple[Ros2Controller, list[int]]]:
+    """Finds which joints of the arm each controller moves."""
+    arm, found = list(description.arm.joints), []
+    for controller in controllers:
+        for joint in controller.joints:
+            if joint not in arm:
+                problem = unknown_name("joint", joint, arm)
+                raise RemoSplatError(f"{controller.topic}: {problem}")
+        names = controller.joints or arm
+        found.append((controller, [arm.index(name) for name in names]))
+    for i, joint in enumerate(arm):
+        count = sum(rows.count(i) for _, rows in found)
+        if count != 1:
+            has = "no controller" if not count else f"{count} controllers"
+            raise RemoSplatError(
+                f"controllers: {joint} of {description.name} has {has}; name"
+                " its joints under `joints` of one"
+            )
+    return found
+
+
+def _writer(
+    node: Ros2Node,
+    controller: Ros2Controller,
+    rows: list[int],
+    description: RobotDescription,
+) -> Write:
+    from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+    if controller.takes == TRAJECTORY:
+        writer = node.writer(controller.topic, ros.JointTrajectory)
+        stretch = TrajectoryStretch(description, rows)
+        return lambda rates, q: (
+            None if q is None else writer.write(stretch.message(rates, q))
+        )
+    writer = node.writer(controller.topic, ros.Float64MultiArray)
+    return lambda rates, q: writer.write(
+        ros.Float64MultiArray(data=rates[rows].tolist())
+    )
+
+
+class TrajectoryStretch:
+    """Turns joint rates into short trajectories, each of which ends at rest."""
+
+    def __init__(
+        self,
+        description: RobotDescription,
+        rows: Sequence[int],
+        clock: Callable[[], float] = time.monotonic,
+    ):
+        """Starts at rest.
+
+        Args:
+            description: The robot.
+            rows: The joints, by their places in the arm.
+            clock: A clock that never jumps [s].
+        """
+        n, clock_now = description.n_base, clock()
+        rows = list(rows)
+        self._joints = [description.arm.joints[i] for i in rows]
+        self._rows, self._clock, self._then = rows, clock, clock_now
+        limits = np.array(description.velocity_limits)[n:]
+        self._lead = _LEAD * limits[rows]
+        self._braking = np.array(description.acceleration_limits)[n:][rows]
+        self._q: np.ndarray | None = None
+        self._rates = np.zeros(len(rows))
+
+    def message(self, rates: np.ndarray, q: np.ndarray):
+        """Returns the trajectory of some joint rates from now on.
+
+        It goes on from where the trajectories before have led, which is not
+        where the joints were measured: these are late.
+
+        Args:
+            rates: Of the whole arm, shape (n,) [rad/s].
+            q: Its measured positions, shape (n,) [rad].
+
+        Returns:
+            A trajectory_msgs/JointTrajectory.
+        """
+        from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+        rates, q, now = rates[self._rows], q[self._rows], self._clock()
+        led = q if self._q is None else self._q
+        led = led + min(now - self._then, HORIZON) * self._rates
+        self._q = np.clip(led, q - self._lead, q + self._lead)
+        self._rates, self._then = rates, now
+        brakes = max(float((np.abs(rates) / self._braking).max()), 0.01)
+        ahead = self._q + HORIZON * rates
+        points = [
+            ros.JointTrajectoryPoint(
+                positions=ahead.tolist(),
+                velocities=rates.tolist(),
+                time_from_start=_duration(HORIZON),
+            ),
+            ros.JointTrajectoryPoint(
+                positions=(ahead + 0.5 * brakes * rates).tolist(),
+                velocities=[0.0] * len(rates),
+                time_from_start=_duration(HORIZON + brakes),
+            ),
+        ]
+        return ros.JointTrajectory(joint_names=self._joints, points=points)
+
+
+def _duration(seconds: float):
+    from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+    whole = math.floor(seconds)
+    return ros.Duration(whole, round(1e9 * (seconds - whole)))

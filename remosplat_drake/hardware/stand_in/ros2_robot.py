@@ -1,0 +1,215 @@
+"""`Ros2Robot`: the topics of a robot on ROS 2, in front of the stand-in.
+
+The stand-in is on a wire within this process; what a scenario's `!Ros2Arm` and
+`!Ros2Base` name is on DDS: controllers of ros2_control, a broadcaster of joint
+states, a base.
+"""
+
+import time
+
+import numpy as np
+from drake import lcmt_panda_status
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.hardware.driver_config import (
+    BOOL,
+    TRAJECTORY,
+    Ros2Arm,
+    Ros2Base,
+)
+from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
+from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
+from remosplat_drake.hardware.wire import channels
+from remosplat_drake.hardware.wire.base import encode_base_command
+from remosplat_drake.hardware.wire.inbox import Inbox
+from remosplat_drake.hardware.wire.messages.base_status import base_status
+from remosplat_drake.hardware.wire.panda import encode_panda_command
+from remosplat_drake.robot.robot_description import RobotDescription
+
+_WATCHDOG = 0.1
+"""Time without a command after which the stand-in's controllers rest [s]."""
+
+_MODE_PERIOD = 0.1
+"""Time between two messages of stops and modes [s]."""
+
+_FAULT = "FAULT"
+"""What the mode's topic says while the arm does not obey."""
+
+
+class Ros2Robot:
+    """Passes ROS 2's messages on to a stand-in, and its statuses back."""
+
+    def __init__(
+        self, wire: DrakeLcm, config: HardwareConfig, robot: RobotDescription
+    ):
+        """Joins the robot's domain.
+
+        Args:
+            wire: The wire of the stand-in, within this process.
+            config: The drivers, whose topics it has.
+            robot: The robot.
+
+        Raises:
+            FieldError: The arm's driver or that of its base is not ROS 2's.
+            RemoSplatError: CycloneDDS is not installed, or finds no network.
+        """
+        arm, base = config.arm_driver, config.base_driver
+        if not isinstance(arm, Ros2Arm):
+            problem = "must be !Ros2Arm for a robot on ROS 2"
+            raise FieldError("hardware-sim", "hardware.arm_driver", problem)
+        if robot.base is not None and not isinstance(base, Ros2Base):
+            problem = "must be !Ros2Base for a robot on ROS 2"
+            raise FieldError("hardware-sim", "hardware.base_driver", problem)
+        self._wire, self._robot, self._arm = wire, robot, arm
+        self._inbox = Inbox(wire, [channels.PANDA_STATUS, channels.BASE_STATUS])
+        self._arm_topics = _ArmTopics(arm, robot)
+        self._base_topics = None
+        if robot.base is not None and isinstance(base, Ros2Base):
+            self._base_topics = _BaseTopics(base)
+
+    def step(self) -> None:
+        """Passes on what has come, either way."""
+        now, t = time.time(), time.monotonic()
+        rates = self._arm_topics.rates(t)
+        if rates is not None:
+            command = encode_panda_command(rates, now)
+            self._wire.Publish(channels.PANDA_COMMAND, command)
+        if self._base_topics is not None:
+            velocity = self._base_topics.velocity()
+            if velocity is not None:
+                command = encode_base_command(velocity, now)
+                self._wire.Publish(channels.BASE_COMMAND, command)
+        for channel, data in self._inbox.fetch():
+            if channel == channels.PANDA_STATUS:
+                self._arm_topics.tell(lcmt_panda_status.decode(data), t)
+            elif self._base_topics is not None:
+                self._base_topics.tell(base_status.decode(data), t)
+
+
+class _ArmTopics:
+    """The topics of an arm's controllers, broadcaster and stops."""
+
+    def __init__(self, config: Ros2Arm, robot: RobotDescription):
+        node = Ros2Node(config.domain, "the stand-in of a robot on ROS 2")
+        from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+        self._ros, self._config, arm = ros, config, list(robot.arm.joints)
+        self._names = arm
+        self._controllers = []
+        for controller in config.controllers:
+            rows = [arm.index(name) for name in controller.joints or arm]
+            takes = controller.takes == TRAJECTORY
+            kind = ros.JointTrajectory if takes else ros.Float64MultiArray
+            self._controllers.append(
+                (rows, node.reader(controller.topic, kind))
+            )
+        self._states = node.writer(config.states, ros.JointState)
+        kinds = {
+            "emergency_stop": ros.Bool,
+            "mode": getattr(ros, config.mode_type),
+        }
+        self._stops = {
+            field: node.writer(topic, kinds[field])
+            for field, topic in config.stops.items()
+        }
+        self._rates = np.zeros(len(arm))
+        self._heard, self._told = -np.inf, -np.inf
+
+    def rates(self, t: float) -> np.ndarray | None:
+        """Joint rates that the controllers command; None before the first."""
+        for rows, reader in self._controllers:
+            for sample in taken(reader):
+                self._heard = t
+                points = getattr(sample, "points", None)
+                rates = points[0].velocities if points else sample.data
+                self._rates[rows] = rates
+        if np.isinf(self._heard):
+            return None
+        if t - self._heard > _WATCHDOG:
+            self._rates[:] = 0.0
+        return self._rates
+
+    def tell(self, status: lcmt_panda_status, t: float) -> None:
+        """Tells joint states, and now and then what holds the arm."""
+        ros = self._ros
+        self._states.write(
+            ros.JointState(
+                header=ros.Header(stamp=ros.stamp(status.utime)),
+                name=self._names,
+                position=list(status.joint_position),
+                velocity=list(status.joint_velocity),
+            )
+        )
+        if t - self._told < _MODE_PERIOD:
+            return
+        self._told = t
+        mode = status.robot_mode
+        if "emergency_stop" in self._stops:
+            pressed = mode == RobotMode.USER_STOPPED
+            self._stops["emergency_stop"].write(ros.Bool(pressed))
+        if "mode" in self._stops:
+            obeys = mode == RobotMode.MOVE
+            self._stops["mode"].write(self._mode(obeys))
+
+    def _mode(self, obeys: bool):
+        """The message that tells whether the arm obeys."""
+        kind = getattr(self._ros, self._config.mode_type)
+        running = self._config.running_modes[0]
+        if self._config.mode_type == BOOL:
+            return kind((running == "true") == obeys)
+        if self._config.mode_type == "Int32":
+            return kind(int(running) if obeys else -1)
+        return kind(running if obeys else _FAULT)
+
+
+class _BaseTopics:
+    """The topics of a base: velocities in, odometry and stops out."""
+
+    def __init__(self, config: Ros2Base):
+        node = Ros2Node(config.domain, "the stand-in of a robot on ROS 2")
+        from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+        self._ros, self._config = ros, config
+        kind = ros.TwistStamped if config.stamped else ros.Twist
+        self._commands = node.reader(config.commands, kind)
+        self._odometry = node.writer(config.odometry, ros.Odometry)
+        self._flags = {
+            field: node.writer(topic, ros.Bool)
+            for topic, field in config.flags.items()
+        }
+        self._told = -np.inf
+
+    def velocity(self) -> np.ndarray | None:
+        """The latest velocity that has come, shape (3,); None without one."""
+        velocity = None
+        for sample in taken(self._commands):
+            twist = sample.twist if self._config.stamped else sample
+            velocity = np.array(
+                [twist.linear.x, twist.linear.y, twist.angular.z]
+            )
+        return velocity
+
+    def tell(self, status: base_status, t: float) -> None:
+        """Tells odometry, and now and then what holds the base."""
+        ros = self._ros
+        message = ros.Odometry(child_frame_id=self._config.base_frame)
+        message.header = ros.Header(ros.stamp(status.utime), "odom")
+        pose, twist = message.pose.pose, message.twist.twist
+        pose.position.x, pose.position.y, yaw = status.pose
+        pose.orientation.z = float(np.sin(0.5 * yaw))
+        pose.orientation.w = float(np.cos(0.5 * yaw))
+        twist.linear.x, twist.linear.y = status.forward, status.left
+        twist.angular.z = status.yaw_rate
+        self._odometry.write(message)
+        if t - self._told < _MODE_PERIOD:
+            return
+        self._told = t
+        said = {
+            "emergency_stop": bool(status.emergency_stop),
+            "protective_stop": bool(status.protective_stop),
+            "motors_on": status.mode != base_status.STOPPED,
+        }
+        for field, writer in self._flags.items():
+            writer.write(ros.Bool(said[field]))

@@ -1,0 +1,65 @@
+"""`LiveServer`: the messages of a recording, over Foxglove's websocket.
+
+Foxglove connects to `ws://HOST:PORT` and shows them as they come. A client that
+does not keep up loses messages; nothing waits for it.
+"""
+
+import json
+
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.system_libraries import import_optional
+from remosplat_drake.recording.mcap.messages import Message
+from remosplat_drake.recording.mcap.schemas import SCHEMAS
+
+HOST = "127.0.0.1"
+"""Where the server listens: what others may see goes through a tunnel."""
+
+
+class LiveServer:
+    """Publishes messages to every client, with the channels of the file."""
+
+    def __init__(self, port: int):
+        """Begins to listen.
+
+        Args:
+            port: TCP port of this computer; 0 takes a free one.
+
+        Raises:
+            MissingExtraError: The package `foxglove-sdk` is not installed.
+            RemoSplatError: The port cannot be had.
+        """
+        self._foxglove = import_optional("foxglove", "--live", "live")
+        self._context = self._foxglove.Context()
+        self._channels: dict = {}
+        try:
+            self._server = self._foxglove.start_server(
+                name="remosplat", host=HOST, port=port, context=self._context
+            )
+        except (RuntimeError, OSError) as error:
+            raise RemoSplatError(f"--live: port {port}: {error}") from error
+
+    @property
+    def port(self) -> int:
+        """TCP port at which it listens."""
+        return self._server.port
+
+    def add(self, message: Message) -> None:
+        """Publishes a message."""
+        if message.topic not in self._channels:
+            schema = self._foxglove.Schema(
+                name=message.schema,
+                encoding="jsonschema",
+                data=json.dumps(SCHEMAS[message.schema]).encode(),
+            )
+            self._channels[message.topic] = self._foxglove.Channel(
+                message.topic,
+                schema=schema,
+                message_encoding="json",
+                context=self._context,
+            )
+        data = json.dumps(message.content, allow_nan=False).encode()
+        self._channels[message.topic].log(data, log_time=message.nanoseconds)
+
+    def close(self) -> None:
+        """Ends the connections."""
+        self._server.stop()

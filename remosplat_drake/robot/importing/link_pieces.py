@@ -1,0 +1,109 @@
+"""The convex pieces of an imported robot, as true as its meshes."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from remosplat_drake.base.directions import spread_directions
+from remosplat_drake.robot.fitting.convex_pieces import convex_piece
+from remosplat_drake.robot.fitting.mesh_truth import MeshTruth
+from remosplat_drake.robot.fitting.piece_fitting import ACCURACY, fit_pieces
+from remosplat_drake.robot.importing.findings import Findings
+from remosplat_drake.robot.importing.link_shapes import write_pieces
+from remosplat_drake.robot.importing.urdf import Urdf
+from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.shapes import (
+    CollisionShapes,
+    read_collision_shapes,
+)
+from remosplat_drake.robot.sphere_model import SphereModel
+
+_DIRECTIONS = 1000
+"""Corners of the polyhedron that stands for a ball as a surface."""
+
+POSTURES = 2000
+"""Number of random postures in which distances are looked at."""
+
+
+def fit_link_pieces(
+    urdf: Urdf,
+    description: RobotDescription,
+    meshes: dict[str, list[np.ndarray]],
+    states: Mapping[str, Mapping[str, float]],
+    findings: Findings,
+    on_progress: Callable[[str, int, int], None] = lambda what, i, n: None,
+) -> None:
+    """Writes pieces whose distances are those of the meshes, and the model.
+
+    Args:
+        urdf: The robot; its links' elements are changed.
+        description: The same robot, whose model file is written anew.
+        meshes: What `convert_shapes` has returned.
+        states: Positions of joints by name, for each state that the robot's
+            files name [rad, m].
+        findings: Where it is noted how true the pieces are.
+        on_progress: Called with what is being done, the number of links that
+            are settled, and of all.
+
+    Raises:
+        RemoSplatError: A mesh cannot be covered with convex pieces.
+    """
+    if not meshes:
+        return
+    what = "cutting links into convex pieces"
+    on_progress(what, 0, len(meshes))
+    model, folder = description.model_path, description.model_path.parent
+    write_pieces(urdf, folder, {})
+    urdf.write(model)
+    no_spheres = SphereModel("none", (), np.zeros((0, 3)), np.zeros(0))
+    robot = RobotModel(description, no_spheres)
+    primitives = read_collision_shapes(description, no_spheres)
+    truth = MeshTruth(
+        robot, _surfaces(meshes, primitives), _states(robot, states)
+    )
+    fitted = fit_pieces(
+        meshes, primitives, truth, lambda i, n: on_progress(what, i, n)
+    )
+    write_pieces(urdf, folder, fitted.pieces)
+    urdf.write(model)
+    findings.find(
+        "shapes",
+        f"{len(fitted)} convex pieces of {len(fitted.pieces)} links, looked at"
+        f" in {len(truth.postures)} postures",
+    )
+    for error in fitted.errors:
+        findings.doubt(
+            " and ".join(error.links),
+            f"are {1e3 * error.distance:.0f} mm apart by their meshes, and by"
+            f" their convex pieces {1e3 * error.error:.0f} mm less, in one of"
+            f" {len(truth.postures)} postures; {1e3 * ACCURACY:g} mm was the"
+            " aim",
+        )
+
+
+def _surfaces(
+    meshes: dict[str, list[np.ndarray]], primitives: CollisionShapes
+) -> dict[str, np.ndarray]:
+    """The triangles of all meshes and primitives of each link."""
+    parts = {link: list(own) for link, own in meshes.items()}
+    for link, shape in zip(primitives.links, primitives.shapes, strict=True):
+        around = shape.radius * spread_directions(_DIRECTIONS)
+        corners = (shape.vertices[:, None] + around).reshape(-1, 3)
+        parts.setdefault(link, []).append(convex_piece(corners, 0.0).surface)
+    return {link: np.concatenate(own) for link, own in parts.items()}
+
+
+def _states(
+    robot: RobotModel, named: Mapping[str, Mapping[str, float]]
+) -> np.ndarray:
+    """The named configurations, and random ones; a base stays at the origin."""
+    free = np.isfinite(robot.position_lower) & np.isfinite(robot.position_upper)
+    lower = np.where(free, robot.position_lower, 0.0)
+    upper = np.where(free, robot.position_upper, 0.0)
+    rng = np.random.default_rng(0)
+    states = [rng.uniform(lower, upper, (POSTURES, robot.n_q))]
+    for positions in named.values():
+        state = [positions.get(joint, 0.0) for joint in robot.joint_names]
+        states.append(np.clip([state], lower, upper))
+    return np.vstack(states)

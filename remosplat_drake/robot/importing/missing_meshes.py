@@ -1,0 +1,107 @@
+"""Meshes that a robot's files name and do not have.
+
+Makers leave out pictures, or shapes for collisions. Where a link has the other
+kind, that one serves for both.
+"""
+
+from collections.abc import Callable, Iterable
+from xml.etree.ElementTree import Element
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.robot.importing.findings import Findings, listed
+from remosplat_drake.robot.importing.packages import Packages
+from remosplat_drake.robot.importing.urdf import Urdf
+
+VISUAL, COLLISION = "visual", "collision"
+"""Tags of what is seen of a link, and of what touches."""
+
+_SHARED = ("origin", "pose", "geometry")
+"""Children that both kinds of elements have."""
+
+
+def replace_missing(urdf: Urdf, packages: Packages, findings: Findings) -> None:
+    """Replaces elements of a URDF whose meshes are missing.
+
+    Args:
+        urdf: The robot; its links' elements are changed.
+        packages: Finds the files that it names.
+        findings: Where it is noted which links are drawn by other shapes.
+    """
+
+    def is_there(element: Element) -> bool:
+        for mesh in element.iter("mesh"):
+            try:
+                place = packages.place(mesh.get("filename", ""), element.tag)
+            except FieldError:
+                # A person may know the package: a collision shape is worth
+                # the error that asks for it, a picture is not.
+                return element.tag == COLLISION
+            if not place.is_file():
+                return False
+        return True
+
+    note_replaced(replace_by_others(urdf.links.values(), is_there), findings)
+
+
+def replace_by_others(
+    links: Iterable[Element], is_there: Callable[[Element], bool]
+) -> dict[str, list[str]]:
+    """Has links do without the meshes that they lack.
+
+    What a link lacks of one kind is replaced by all that it has of the other.
+    A link that lacks both stays as it is, for an error that names the mesh.
+
+    Args:
+        links: The links' elements, which are changed.
+        is_there: Tells whether the mesh of an element is there, if it has one.
+
+    Returns:
+        Names of the links by the tag of what they lacked.
+    """
+    replaced: dict[str, list[str]] = {VISUAL: [], COLLISION: []}
+    for link in links:
+        kinds = {tag: link.findall(tag) for tag in (VISUAL, COLLISION)}
+        there = {tag: [x for x in kinds[tag] if is_there(x)] for tag in kinds}
+        for tag, other in ((VISUAL, COLLISION), (COLLISION, VISUAL)):
+            lacking = [x for x in kinds[tag] if x not in there[tag]]
+            if not lacking or not there[other]:
+                continue
+            for element in kinds[tag]:
+                link.remove(element)
+            link.extend(_twin(element, tag) for element in there[other])
+            replaced[tag].append(link.get("name", ""))
+    return replaced
+
+
+def note_replaced(replaced: dict[str, list[str]], findings: Findings) -> None:
+    """Notes which links lacked meshes.
+
+    Args:
+        replaced: Names of the links by the tag of what they lacked.
+        findings: Where it is noted.
+    """
+    if replaced[VISUAL]:
+        findings.doubt(
+            "pictures",
+            f"missing: {listed(replaced[VISUAL])} drawn by collision shapes",
+        )
+    if replaced[COLLISION]:
+        findings.doubt(
+            "collision shapes",
+            f"missing: {listed(replaced[COLLISION])} by what is seen of them",
+        )
+
+
+def _twin(element: Element, tag: str) -> Element:
+    twin = Element(tag, dict(element.attrib))
+    if "name" in twin.attrib:
+        twin.set("name", f"{twin.get('name')}_{tag}")
+    twin.extend(_copy(child) for child in element if child.tag in _SHARED)
+    return twin
+
+
+def _copy(element: Element) -> Element:
+    twin = Element(element.tag, dict(element.attrib))
+    twin.text = element.text
+    twin.extend(_copy(child) for child in element)
+    return twin

@@ -1,0 +1,87 @@
+"""Links whose collision shapes overlap where no real links would.
+
+What overlaps in every pose is not watched: nothing would move otherwise. A
+hull that holds its whole neighbour was made of the wrong mesh, or of one in
+another unit.
+"""
+
+from itertools import product
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from remosplat_drake.robot.importing.findings import Findings, listed
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.link_pairs import (
+    ADJACENT,
+    ALWAYS,
+    find_link_pairs,
+    joints_between,
+)
+from remosplat_drake.robot.self_collision.shape_pairs import LinkPair
+from remosplat_drake.robot.self_collision.shapes import (
+    CollisionShapes,
+    ConvexShape,
+    read_collision_shapes,
+)
+
+
+def doubt_overlaps(robot: RobotModel, findings: Findings) -> None:
+    """Doubts shapes that overlap in every pose, or hold a whole neighbour.
+
+    Args:
+        robot: The robot.
+        findings: Where it is noted.
+    """
+    shapes = read_collision_shapes(robot.description, robot.spheres)
+    left_out = find_link_pairs(robot, shapes).left_out
+    always = [pair for pair, why in left_out.items() if why == ALWAYS]
+    if always:
+        findings.doubt(
+            "self-collision",
+            f"{_worded(always)} overlap in every pose, and are not watched",
+        )
+    held = [
+        held
+        for pair, why in left_out.items()
+        if why == ADJACENT and (held := _held(robot, shapes, pair))
+    ]
+    if held:
+        findings.doubt(
+            "collision shapes",
+            listed([f"that of {a} swallows {b}" for a, b in held], 3)
+            + "; are their meshes, scales and origins right?",
+        )
+
+
+def _worded(pairs: list[LinkPair]) -> str:
+    return listed([f"{a} and {b}" for a, b in pairs], 3)
+
+
+def _held(
+    robot: RobotModel, shapes: CollisionShapes, pair: LinkPair
+) -> LinkPair | None:
+    """The link that holds all of the other, and that one, with all at home."""
+    if joints_between(robot, *pair) == 0:
+        return None  # They are one body, of which one part may hold another.
+    X_WL = robot.body_poses(robot.q_home)
+    for outer, inner in (pair, pair[::-1]):
+        X_OI = np.linalg.solve(
+            X_WL[robot.tree.index(outer)], X_WL[robot.tree.index(inner)]
+        )
+        holders, held = shapes.of(outer), shapes.of(inner)
+        within = [_holds(a, b, X_OI) for a, b in product(holders, held)]
+        if np.reshape(within, (len(holders), len(held))).any(axis=0).all():
+            return outer, inner
+    return None
+
+
+def _holds(outer: ConvexShape, inner: ConvexShape, X_OI: np.ndarray) -> bool:
+    """Whether a shape holds another one; a flat or thin one holds nothing."""
+    try:
+        planes = ConvexHull(outer.vertices).equations
+    except (QhullError, ValueError):
+        return False
+    p_O = inner.vertices @ X_OI[:3, :3].T + X_OI[:3, 3]
+    height = p_O @ planes[:, :3].T + planes[:, 3]
+    return bool(height.max() + inner.radius <= outer.radius)

@@ -1,0 +1,137 @@
+"""`VelocityProfile`: hands out velocities of the axes, one row a period."""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import Context, LeafSystem
+
+from remosplat_drake.base.ranges import Config
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.target import Target
+from remosplat_drake.task.arrival import ArrivalConfig
+from remosplat_drake.task.target_sequence import TargetProgress
+
+_ROUNDING = 1e-6
+"""Errors of times relative to a period."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Playing:
+    """What is played; copying returns itself.
+
+    Attributes:
+        start: When its first row begins [s]; NaN while nothing is played.
+        u: The rows, shape (k, n_u) [m/s, rad/s].
+    """
+
+    start: float
+    u: np.ndarray
+
+    def __deepcopy__(self, memo) -> "_Playing":
+        return self
+
+
+class VelocityProfile(LeafSystem):
+    """Hands out velocities, for a law with `VelocityTracking`.
+
+    .. pydrake_system::
+
+        name: VelocityProfile
+        input_ports:
+        - configuration
+        output_ports:
+        - target
+        - aim
+
+    Before `play` and after the last row it asks for rest. The pose of `target`
+    is where the end effector is: a profile asks for no other. `aim` is that
+    pose with the velocities of the period.
+
+    Args:
+        robot: The robot.
+        period: Time for which a row counts [s].
+    """
+
+    def __init__(self, *, robot: RobotModel, period: float):
+        super().__init__()
+        self.set_name("targets")
+        self._robot, self._period = robot, period
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        nothing = _Playing(math.nan, np.zeros((0, robot.n_u)))
+        self._cell = int(self.DeclareAbstractState(Value[object](nothing)))
+        self.DeclareAbstractOutputPort(
+            "target", Value(RigidTransform()).Clone, self._calc_target
+        )
+        self.DeclareAbstractOutputPort(
+            "aim", Value[object]().Clone, self._calc_aim
+        )
+
+    def play(self, context: Context, u: np.ndarray) -> None:
+        """Begins a profile at the time of the context.
+
+        Args:
+            context: The system's own context, between two steps of a
+                simulation.
+            u: Velocities, one row a period, shape (k, n_u) [m/s, rad/s].
+        """
+        value = context.get_mutable_abstract_state(self._cell)
+        value.set_value(_Playing(context.get_time(), np.array(u, float)))
+
+    def progress(self, context: Context) -> TargetProgress:
+        """Tells whether the profile is over, as the only target that there is.
+
+        Args:
+            context: The system's own context.
+        """
+        playing, row = self._playing(context), self._row(context)
+        return TargetProgress(int(0 < len(playing.u) <= row), 1)
+
+    def error(self, context: Context) -> PoseError:
+        """Returns no error: the end effector is where it shall be.
+
+        Args:
+            context: The system's own context.
+        """
+        X_WE = self._X_WE(context)
+        return Target(X_WE).error(X_WE)
+
+    def _playing(self, context: Context) -> _Playing:
+        return context.get_abstract_state(self._cell).get_value()
+
+    def _row(self, context: Context) -> float:
+        """Number of the row that counts now; NaN while nothing is played."""
+        elapsed = context.get_time() - self._playing(context).start
+        row = elapsed / self._period + _ROUNDING
+        return row if math.isnan(row) else math.floor(row)
+
+    def _X_WE(self, context: Context) -> np.ndarray:
+        q = self._configuration_input.Eval(context)
+        return self._robot.end_effector_poses(q)[0]
+
+    def _calc_target(self, context: Context, output: AbstractValue):
+        output.set_value(RigidTransform(self._X_WE(context)))
+
+    def _calc_aim(self, context: Context, output: AbstractValue):
+        playing, row = self._playing(context), self._row(context)
+        u = np.zeros(self._robot.n_u)
+        if 0 <= row < len(playing.u):
+            u = playing.u[int(row)]
+        output.set_value(Aim((Target.of(self._X_WE(context)),), u))
+
+
+@dc.dataclass
+class ProfileMaker(Config):
+    """Makes the targets of a run that plays profiles; see `TargetsMaker`."""
+
+    def make(
+        self, robot: RobotModel, arrival: ArrivalConfig, period: float
+    ) -> VelocityProfile:
+        """Makes the system; see `TargetsMaker`."""
+        return VelocityProfile(robot=robot, period=period)

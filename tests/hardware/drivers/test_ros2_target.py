@@ -1,0 +1,68 @@
+"""Poses over DDS become targets with the age of their source."""
+
+import time
+
+import numpy as np
+import pytest
+from patience import PATIENCE
+from pydrake.lcm import DrakeLcm
+
+from remosplat_drake.hardware.drivers.ros2_node import Ros2Node
+from remosplat_drake.hardware.drivers.ros2_target import Ros2Target
+from remosplat_drake.teleop.pose_stream import decode_pose_target
+
+pytest.importorskip("cyclonedds", reason="needs the extra ros2")
+typesys = pytest.importorskip("rosbags.typesys")
+
+from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+DOMAIN = 85
+UTIME = 1_700_000_000_250_000
+
+
+def pose(frame: str, utime: int = UTIME, x: float = 1.0) -> ros.PoseStamped:
+    message = ros.PoseStamped(ros.Header(ros.stamp(utime), frame))
+    message.pose.position = ros.Point(x, 2.0, 3.0)
+    # Half a turn about z.
+    message.pose.orientation = ros.Quaternion(0.0, 0.0, 1.0, 0.0)
+    return message
+
+
+def test_a_pose_is_passed_on_and_what_is_none_is_told():
+    wire, packets, news = DrakeLcm("memq://"), [], []
+    wire.Subscribe("POSE_TARGET", packets.append)
+    target = Ros2Target(
+        *(wire, "POSE_TARGET", "/target_pose", "map"),
+        domain=DOMAIN,
+        tell=news.append,
+    )
+    writer = Ros2Node(DOMAIN, "a test").writer("/target_pose", ros.PoseStamped)
+    end = time.monotonic() + PATIENCE
+    for message in (
+        pose("/map"),
+        pose("odom"),
+        pose("map", utime=0),
+        pose("map", x=float("nan")),
+    ):
+        count = len(news)
+        while len(news) == count:
+            assert time.monotonic() < end
+            writer.write(message)
+            target.step()
+            wire.HandleSubscriptions(0)
+    utime, X_WT = decode_pose_target(packets[0])
+    assert utime == UTIME
+    np.testing.assert_allclose(X_WT[:3, 3], [1, 2, 3])
+    np.testing.assert_allclose(X_WT[:3, :3], np.diag([-1, -1, 1]), atol=1e-12)
+    said = [line.removeprefix("/target_pose: ") for line in news]
+    assert said[0] == "poses are passed on"
+    assert said[1].startswith("frame_id is 'odom', not 'map'")
+    assert said[2].startswith("header.stamp is 0")
+    assert said[3].startswith("a number is not finite")
+
+
+def test_a_pose_is_read_by_another_decoder():
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    name = "geometry_msgs/msg/PoseStamped"
+    read = store.deserialize_cdr(pose("map").serialize(), name)
+    assert (read.header.frame_id, read.pose.position.z) == ("map", 3.0)

@@ -1,0 +1,111 @@
+"""Links are cut as finely as their distances need, and no finer.
+
+Worked by hand on the arm of three links: from its upper arm, a bar along x that
+reaches 30 mm to all sides, a post hangs down at x from 80 to 140 mm. With the
+elbow bent by 2.4 rad the wrist, a ball of 30 mm, is 35 mm beside that post, in
+the bend: in the convex hull of the upper arm.
+"""
+
+import numpy as np
+import pytest
+
+from remosplat_drake.robot.fitting.convex_pieces import convex_piece
+from remosplat_drake.robot.fitting.decomposition import decompose
+from remosplat_drake.robot.fitting.mesh_truth import MeshTruth, is_inside
+from remosplat_drake.robot.fitting.piece_fitting import ACCURACY, fit_pieces
+from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.robot.self_collision.shapes import (
+    CollisionShapes,
+    ConvexShape,
+)
+from tests.optional import needs_coacd
+from tests.robot.conftest import THREE_LINK
+
+pytestmark = needs_coacd
+
+LINKS = ("upper_arm", "wrist")
+
+BENT = np.array([0.0, 2.4, 0.0])
+
+BESIDE = 0.5 + 0.4 * np.cos(2.4) - 0.03 - 0.14
+"""How far the wrist is from the post then [m]."""
+
+BALL = ConvexShape(np.zeros((1, 3)), 0.03)
+
+
+def box(lower: tuple, upper: tuple) -> np.ndarray:
+    x, y, z = zip(lower, upper, strict=True)
+    grid = np.stack(np.meshgrid(x, y, z), axis=-1)
+    return convex_piece(grid.reshape(-1, 3), 0.0).surface
+
+
+@pytest.fixture(scope="module")
+def upper_arm() -> np.ndarray:
+    bar = box((0, -0.03, -0.03), (0.5, 0.03, 0.03))
+    post = box((0.08, -0.03, -0.35), (0.14, 0.03, -0.02))
+    return np.concatenate([bar, post])
+
+
+def truth_in(states: np.ndarray, upper_arm: np.ndarray) -> MeshTruth:
+    p = np.random.default_rng(5).standard_normal((2000, 3))
+    ball = 0.03 * p / np.linalg.norm(p, axis=1, keepdims=True)
+    wrist = convex_piece(ball, 0.0).surface
+    surfaces = {"upper_arm": upper_arm, "wrist": wrist}
+    return MeshTruth(load_robot(THREE_LINK), surfaces, states)
+
+
+@pytest.fixture(scope="module")
+def truth(upper_arm) -> MeshTruth:
+    rng = np.random.default_rng(5)
+    drawn = rng.uniform([-2, -2.5, -3], [2, 2.5, 3], (50, 3))
+    return truth_in(np.vstack([BENT, drawn]), upper_arm)
+
+
+def test_a_hull_over_a_bend_is_wrong_by_what_it_bridges(upper_arm):
+    (hull,) = decompose(upper_arm, np.inf)
+    truth = truth_in(BENT[None], upper_arm)
+    shapes = CollisionShapes(LINKS, (ConvexShape(hull.vertices), BALL))
+    error = truth.worst_errors(shapes, ACCURACY)[LINKS]
+    # The nearest samples of two surfaces are a little farther apart.
+    assert error.distance == pytest.approx(BESIDE, abs=1e-3)
+    # The wrist is in the hull, and the middle of the air is far from both bars.
+    assert error.error > BESIDE + 0.03
+    assert error.blame[0] > 0.02 > error.blame[1]
+
+
+def test_true_shapes_have_no_error(upper_arm, truth):
+    bar, post = upper_arm[:12], upper_arm[12:]
+    corners = [part.reshape(-1, 3) for part in (bar, post)]
+    shapes = CollisionShapes(
+        ("upper_arm", *LINKS), (*map(ConvexShape, corners), BALL)
+    )
+    assert not truth.worst_errors(shapes, 2e-3)
+
+
+def test_only_what_is_wrong_is_cut(upper_arm, truth):
+    """Nothing comes near the forearm, whose bend stays filled."""
+    meshes = {"upper_arm": [upper_arm], "forearm": [upper_arm]}
+    primitives = CollisionShapes(("wrist",), (BALL,))
+    fitted = fit_pieces(meshes, primitives, truth)
+    assert not fitted.errors
+    assert len(fitted.pieces["upper_arm"]) >= 2
+    assert len(fitted.pieces["forearm"]) == 1
+
+
+def test_what_cannot_be_mended_is_named(truth):
+    """A box that has come from elsewhere cannot be cut truer than it is."""
+    wrong = box((0, -0.03, -0.36), (0.3, 0.03, 0.03))
+    fitted = fit_pieces(
+        {"upper_arm": [wrong]}, CollisionShapes(("wrist",), (BALL,)), truth
+    )
+    (error,) = fitted.errors
+    assert error.links == LINKS
+    assert error.error > ACCURACY
+
+
+def test_a_point_in_a_box_is_inside():
+    surface = box((0, 0, 0), (1, 2, 3))
+    assert is_inside(np.array([0.5, 1.0, 0.1]), surface)
+    assert not is_inside(np.array([0.5, 1.0, -0.1]), surface)
+    # Without one side of it, too.
+    assert is_inside(np.array([0.5, 1.0, 1.5]), surface[2:])
