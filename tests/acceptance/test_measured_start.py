@@ -1,9 +1,13 @@
 """Where the robot truly stands decides whether it may start."""
 
 import re
+import signal
+import subprocess
+import time
 
 import numpy as np
-from runs import remosplat
+from patience import PATIENCE
+from runs import command_line
 
 from remosplat_drake.acceptance.hardware_processes import end, free_url, robot
 from remosplat_drake.acceptance.motion_judge import CREEP, TrueRun
@@ -18,27 +22,30 @@ TableReach:
 """A finger is 6 mm from the table, where 16 mm are the least."""
 
 
+REASON = re.compile(r"in the map (\w+) starts at a clearance of ([\d.]+)")
+
+
 def test_a_robot_that_stands_too_near_in_the_map_does_not_start(wire, tmp_path):
     scenario, motion = tmp_path / "elsewhere.yaml", tmp_path / "motion.npz"
     scenario.write_text(ELSEWHERE)
     url = free_url()
-    with robot(url, str(scenario), "--record", str(motion)) as process:
-        result = remosplat(
-            *(
-                "run",
-                "TableReach",
-                "--hardware",
-                "--without-doctor",
-                "--headless",
-            ),
-            *("--lcm-url", url, "--output", tmp_path),
-        )
-        end(process)
-    assert result.returncode == 1, result.stderr
-    said = " ".join(result.stderr.split())
-    reason = re.search(
-        r"in the map (\w+) starts at a clearance of ([\d.]+)", said
+    line = command_line(
+        *("run", "TableReach", "--hardware", "--without-doctor", "--headless"),
+        *("--lcm-url", url, "--output", tmp_path),
     )
+    said, heard = "", tmp_path / "said.txt"
+    with (
+        robot(url, str(scenario), "--record", str(motion)) as process,
+        heard.open("w") as file,
+        subprocess.Popen(line, stderr=file) as run,
+    ):
+        while not (reason := REASON.search(said)) and run.poll() is None:
+            time.sleep(0.1)
+            said = " ".join(heard.read_text().split())
+        # It waits for its operator, who might move the robot.
+        run.send_signal(signal.SIGINT)
+        assert run.wait(PATIENCE) == 1, said
+        end(process)
     assert reason, said
     assert reason[1] == "panda_leftfinger"
     assert 4 < float(reason[2]) < 8

@@ -126,7 +126,7 @@ def test_a_folded_arm_is_told_so_and_moves_out(capfd):
     assert run("Ur5eReach", text) == 1
     said = capfd.readouterr().err
     assert (
-        f"warning: {START_TOO_NEAR}: robot.arm: forearm and wrist 3 overlap by"
+        f"warning: {START_TOO_NEAR}: robot.arm: forearm and flange overlap by"
         " 11 mm; the robot keeps 10 mm from itself" in said
     )
     assert "moving out: " in said

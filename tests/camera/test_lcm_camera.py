@@ -65,7 +65,9 @@ def test_an_unheard_motion_is_refused():
     history.hear_arm(arm(np.zeros(7), 2_000_000))
     np.testing.assert_array_equal(history.at(1.5), np.zeros(7))
     history.hear_arm(arm(np.ones(7), 3_000_000))
-    with pytest.raises(RemoSplatError, match="arm moved unheard"):
+    with pytest.raises(
+        RemoSplatError, match="arm moved during a gap of its statuses"
+    ):
         history.at(2.5)
 
 

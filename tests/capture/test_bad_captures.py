@@ -127,7 +127,7 @@ BAD_TUM = [
     (replace("groundtruth.txt", "1 0 0 0 0 0 0 1"), "at least two poses"),
     (
         replace("groundtruth.txt", "1 0 0 0 0 0 0 0\n2 0 0 0 0 0 0 1"),
-        "not a rotation: the quaternion is zero",
+        "a pose has no rotation: a quaternion is zero",
     ),
     (
         replace("groundtruth.txt", "1 nan 0 0 0 0 0 1\n2 0 0 0 0 0 0 1"),

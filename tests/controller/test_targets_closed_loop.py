@@ -157,7 +157,7 @@ def test_beside_an_obstacle_it_slows_down_and_stays_on_the_line(panda):
     """A slanted wall across the way would have the hand slide along it."""
     start = Loop(panda).X_WE
     wall = RigidTransform(
-        AngleAxis(0.7, np.array([0.0, 0, 1])), start[:3, 3] + [0, 0.55, 0]
+        AngleAxis(0.7, np.array([0.0, 0, 1])), start[:3, 3] + [0, 0.6, 0]
     )
     box = Box(wall, np.array([0.5, 0.15, 0.5]))
     field = SignedDistanceField(PrimitiveScene(boxes=(box,)))
@@ -165,7 +165,8 @@ def test_beside_an_obstacle_it_slows_down_and_stays_on_the_line(panda):
     target = line_to(loop, [0.0, 0.4, 0.0], 0.2)
     loop.drive(target, 4.0)
     assert target.error(loop.X_WE).distance > 0.05
-    assert np.linalg.norm(loop.u) < 0.05
+    # The arm may still move in the null space of its task.
+    assert loop.speeds[-1] < 0.01
     assert max(r.line_deviation for r in loop.reports) < 4e-3
     clearances = field.clearances(panda.spheres_at(loop.q))
     assert clearances.minimum() > 0.015

@@ -126,7 +126,9 @@ class MeshTruth:
         radius = shapes.radius
         looks: dict[LinkPair, list[_Look]] = {}
         for i, X_WL in enumerate(self.postures):
-            rows, distance, _, p_WA, p_WB = near_points(arrays, X_WL, NEAR)
+            rows, distance, _, p_WA, p_WB = near_points(
+                arrays, X_WL, NEAR, -np.inf
+            )
             # The nearest points of two links come before further ones.
             found_pairs, first = np.unique(link_pair[rows], return_index=True)
             for k, n in zip(found_pairs, first, strict=True):

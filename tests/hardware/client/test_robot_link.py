@@ -52,7 +52,8 @@ class Drivers:
         self.lcm.Publish(channels.PANDA_STATUS, data)
 
     def tell_base(self, time: float, **fields) -> None:
-        data = base_message(utime=round(time * 1e6), **fields)
+        fields = {"left": 0.0, "utime": round(time * 1e6)} | fields
+        data = base_message(**fields)
         self.lcm.Publish(channels.BASE_STATUS, data)
 
     def hear(self, link: RobotLink) -> dict[str, bytes]:

@@ -22,6 +22,9 @@ CONFIG = HardwareConfig()
 T = 1000.0
 
 
+AT_REST = {"forward": 0.0, "left": 0.0, "yaw_rate": 0.0}
+
+
 def stamped(time: float) -> dict:
     return {"utime": round(time * 1e6)}
 
@@ -45,7 +48,7 @@ def heard(
         measurement = with_base_status(
             measurement,
             base_message(
-                **({"forward": 0.0, "yaw_rate": 0.0} | stamped(t)),
+                **(AT_REST | stamped(t)),
                 **((base or {}) if last else {}),
             ),
             t,

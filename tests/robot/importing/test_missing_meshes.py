@@ -38,7 +38,7 @@ def test_a_missing_picture_is_drawn_from_collision_shapes(tmp_path):
 
 
 def test_missing_collision_shapes_are_what_is_seen(tmp_path):
-    lost = MESH.format("collision", "package://nowhere/lost.stl")
+    lost = MESH.format("collision", "lost.stl")
     urdf, _, findings = replaced(tmp_path, lost, BOX.format("visual"))
     assert urdf.links["a"].find("collision/geometry/box") is not None
     assert "a by what is seen" in dict(findings.doubted)["collision shapes"]
