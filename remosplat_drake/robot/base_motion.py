@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
+from remosplat_drake.base.kernels import kernel
 
-def base_command(
-    before: np.ndarray, after: np.ndarray, n_base: int
-) -> np.ndarray:
+
+@kernel
+def base_command(before, after, n_base):
     """Returns the command that, held for a second, leads to another pose.
 
     A differential base cannot slip: it gets as near as an arc from its heading
@@ -25,9 +26,15 @@ def base_command(
     turn = after[2] - before[2]
     heading = before[2] + 0.5 * turn
     c, s = math.cos(heading), math.sin(heading)
-    x, y = (after - before)[:2] / np.sinc(0.5 * turn / math.pi)
-    ways = [c * x + s * y, c * y - s * x][: n_base - 1]
-    return np.array([*ways, turn])
+    # The chord of an arc is shorter than the arc.
+    chord = math.sin(0.5 * turn) / (0.5 * turn) if turn != 0.0 else 1.0
+    x, y = (after[0] - before[0]) / chord, (after[1] - before[1]) / chord
+    command = np.empty(n_base)
+    command[0] = c * x + s * y
+    if n_base == 3:
+        command[1] = c * y - s * x
+    command[n_base - 1] = turn
+    return command
 
 
 def base_way(before: np.ndarray, after: np.ndarray, n_base: int) -> np.ndarray:

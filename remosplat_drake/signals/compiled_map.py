@@ -349,7 +349,7 @@ def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
         sphere: Indices of the spheres, shape (n,).
         p_WS: Their centres in W, shape (n, 3) [m].
         R_WL: Orientations of their links, shape (n, 3, 3).
-        reach: The reach [m].
+        reach: The reach of all, or of each, shape (n,) [m].
         found: Filled in, shape (n,) [m].
     """
     is_pythons = _is_pythons(placed[0])
@@ -364,10 +364,13 @@ def _sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found):
 
 
 def _clearances_of_python(placed, robot, sphere, p_WS, R_WL, reach, found):
-    question = sphere, p_WS, R_WL, reach, found
+    question = sphere, p_WS, R_WL, _longest(reach), found
     if ask_python(placed[2], LOOK, question) == FAILED:
         for i in range(len(found)):
             found[i] = np.nan
+    for i in range(len(found)):
+        if found[i] > _reach_of(reach, i):
+            found[i] = _reach_of(reach, i)
 
 
 def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
@@ -376,20 +379,43 @@ def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
     question = np.empty((len(sphere), 5))
     answer = np.full((len(sphere), 8), -1.0)
     for row in range(len(sphere)):
-        i = sphere[row]
+        i, far = sphere[row], _reach_of(reach, row)
         for c in range(3):
             question[row, c] = p_WS[row, c]
         # Not at the distance itself: the bound is exclusive.
-        least = scale * np.nextafter(reach, np.inf) + _margin(off, p_WS[row])
+        least = scale * np.nextafter(far, np.inf) + _margin(off, p_WS[row])
         question[row, 3] = robot.radius[i] + least
         question[row, 4] = robot.ignore_below[i]
     ask(compiled, question, answer)
     for row in range(len(sphere)):
-        found[row] = reach
+        far = _reach_of(reach, row)
+        found[row] = far
         if answer[row, 0] >= 0.0:
             clearance = answer[row, 1] - robot.radius[sphere[row]]
             clearance = (clearance - _margin(off, p_WS[row])) / scale
-            found[row] = min(clearance, reach)
+            found[row] = min(clearance, far)
+
+
+def _reach_of(reach, row):
+    return reach[row] if isinstance(reach, np.ndarray) else reach
+
+
+@overload(_reach_of)
+def _reach_of_row(reach, row):
+    if isinstance(reach, types.Array):
+        return lambda reach, row: reach[row]
+    return lambda reach, row: reach
+
+
+def _longest(reach):
+    return np.max(reach)
+
+
+@overload(_longest)
+def _longest_reach(reach):
+    if isinstance(reach, types.Array):
+        return lambda reach: np.max(reach)
+    return lambda reach: reach
 
 
 @helper

@@ -13,7 +13,10 @@ from remosplat_drake.controller.planning.goal_configurations import (
     GoalConfigurations,
     goal_configurations,
 )
-from remosplat_drake.controller.planning.obstructions import StandingMovers
+from remosplat_drake.controller.planning.obstructions import (
+    NOTHING_STANDS,
+    StandingMovers,
+)
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
@@ -194,7 +197,9 @@ class MotionPlanner:
             self._bounds(),
             q,
             self.config.backing,
-            StandingMovers.make(around, separation) if around else None,
+            StandingMovers.make(around, separation)
+            if around
+            else NOTHING_STANDS,
         )
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:

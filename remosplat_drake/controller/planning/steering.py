@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.base_motion import base_command
-from remosplat_drake.robot.robot_model import RobotModel
 
 _NO_WAY = 1e-6
 """Distance below which the base need not drive [m]."""
@@ -21,78 +21,116 @@ _ARC = 0.2
 """Largest turn on an arc of an omnidirectional base: it is off the straight
 line by at most a fortieth of its length [rad]."""
 
+_NO_MOTION = 1e-12
+"""Change of q below which two corners are one [rad, m]."""
 
-def waypoints(
-    robot: RobotModel, a: np.ndarray, b: np.ndarray, backing: float = 0.0
-) -> np.ndarray:
+
+@kernel
+def waypoints(a, b, n_base, backing):
     """Returns the corners of the motion from a to b, both ends included.
 
     Between two corners the robot moves on a straight line through q, on which
     a differential base either turns or drives.
 
     Args:
-        robot: The robot.
         a: Configuration to start from, shape (n_q,) [rad, m].
         b: Configuration to end at, shape (n_q,) [rad, m].
+        n_base: Number of base commands, 3, 2 or 0.
         backing: Longest way that the base may drive backwards [m].
 
     Returns:
         The corners, shape (k, n_q).
     """
-    if not robot.n_base:
-        return np.stack([a, b])
+    if n_base == 0:
+        return _straight(a, b, 1)
+    end = b.copy()
+    end[2] = a[2] + wrapped(b[2] - a[2])
     x, y = b[0] - a[0], b[1] - a[1]
     way = math.hypot(x, y)
-    last = a[2] + wrapped(b[2] - a[2])
-    if robot.is_omnidirectional:
-        pieces = 1 if way < _NO_WAY else math.ceil(abs(last - a[2]) / _ARC)
-        end = b.copy()
-        end[2] = last
-        return np.linspace(a, end, max(pieces, 1) + 1)
+    if n_base == 3:
+        turn = abs(end[2] - a[2])
+        pieces = 1 if way < _NO_WAY else math.ceil(turn / _ARC)
+        return _straight(a, end, max(pieces, 1))
     if way < _NO_WAY:
-        end = b.copy()
-        end[2] = last
-        return np.stack([a, end])
-    heading = math.atan2(y, x)
-    forward = a[2] + wrapped(heading - a[2])
-    headings = [forward]
+        return _straight(a, end, 1)
+    return _turned_and_driven(a, b, x, y, backing)
+
+
+@helper
+def _straight(a, end, pieces):
+    """The corners of a straight line that is cut into equal pieces."""
+    corners = np.empty((pieces + 1, len(a)))
+    for k in range(pieces + 1):
+        for j in range(len(a)):
+            corners[k, j] = a[j] + k / pieces * (end[j] - a[j])
+    for j in range(len(a)):
+        corners[pieces, j] = end[j]
+    return corners
+
+
+@helper
+def _turned_and_driven(a, b, x, y, backing):
+    """The corners of a motion on which a base turns, drives and turns."""
+    way, heading = math.hypot(x, y), math.atan2(y, x)
+    h = a[2] + wrapped(heading - a[2])
     if way <= backing:
-        headings.append(a[2] + wrapped(heading + math.pi - a[2]))
-    turns = [abs(h - a[2]) + abs(wrapped(b[2] - h)) for h in headings]
-    h = headings[int(np.argmin(turns))]
-    last = h + wrapped(b[2] - h)
+        back = a[2] + wrapped(heading + math.pi - a[2])
+        if _turn(a, b, back) < _turn(a, b, h):
+            h = back
     # The share of the whole at which each of the three parts ends.
-    parts = np.array([abs(h - a[2]), way, abs(last - h)])
-    share = np.cumsum(parts) / parts.sum()
+    first, last = abs(h - a[2]), abs(wrapped(b[2] - h))
+    whole = first + way + last
     corners = np.empty((4, len(a)))
-    corners[0] = a
-    for k in range(3):
-        corners[k + 1] = a + share[k] * (b - a)
-    corners[1, :3] = a[0], a[1], h
-    corners[2, :3] = b[0], b[1], h
-    corners[3] = b
-    corners[3, 2] = last
-    moved = np.abs(np.diff(corners, axis=0)).max(axis=1) > 1e-12
-    return corners[np.concatenate([[True], moved])]
+    for j in range(len(a)):
+        corners[0, j] = a[j]
+        corners[1, j] = a[j] + first / whole * (b[j] - a[j])
+        corners[2, j] = a[j] + (first + way) / whole * (b[j] - a[j])
+        corners[3, j] = b[j]
+    corners[1, 0], corners[1, 1], corners[1, 2] = a[0], a[1], h
+    corners[2, 0], corners[2, 1], corners[2, 2] = b[0], b[1], h
+    corners[3, 2] = h + wrapped(b[2] - h)
+    count = 1
+    for k in range(1, 4):
+        change = 0.0
+        for j in range(len(a)):
+            change = max(change, abs(corners[k, j] - corners[k - 1, j]))
+        if change > _NO_MOTION:
+            for j in range(len(a)):
+                corners[count, j] = corners[k, j]
+            count += 1
+    return corners[:count]
 
 
-def held_command(robot: RobotModel, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+@helper
+def _turn(a, b, heading):
+    """How far a base turns that drives on a heading [rad]."""
+    return abs(heading - a[2]) + abs(wrapped(b[2] - heading))
+
+
+@kernel
+def stretch_command(a, b, n_base):
     """Returns the u that, held for one second, leads from corner a to b.
 
     Args:
-        robot: The robot.
         a: A corner of a motion, shape (n_q,) [rad, m].
         b: The next corner, shape (n_q,) [rad, m].
+        n_base: Number of base commands, 3, 2 or 0.
 
     Returns:
         The command, shape (n_u,).
     """
-    if not robot.n_base:
-        return b - a
-    base = base_command(a[:3], b[:3], robot.n_base)
-    return np.concatenate([base, b[3:] - a[3:]])
+    first = 3 if n_base else 0
+    u = np.empty(len(a) - first + n_base)
+    if n_base:
+        base = base_command(a[:3], b[:3], n_base)
+        for j in range(n_base):
+            u[j] = base[j]
+    for j in range(first, len(a)):
+        u[n_base + j - first] = b[j] - a[j]
+    return u
 
 
-def wrapped(angle: float) -> float:
+@kernel(linked=True)
+def wrapped(angle):
     """Returns the angle in [-pi, pi) that points the same way [rad]."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi

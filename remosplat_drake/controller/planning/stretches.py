@@ -26,7 +26,7 @@ def driven_corners(space: FreeSpace, corners: np.ndarray) -> np.ndarray:
     if not space.robot.n_base:
         return corners
     steps = [
-        waypoints(space.robot, a, b, space.backing)
+        waypoints(a, b, space.robot.n_base, space.backing)
         for a, b in pairwise(corners)
     ]
     all_corners = [corners[0]]

@@ -27,6 +27,7 @@ from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.near_movers import NearMovers
 
 DT = 0.02
 BLOCK = np.array([0.3, 0.5, 0.03])
@@ -91,10 +92,9 @@ def drive(
         ).command
         q = robot.advance(q, u, DT)
         if mover:
-            near = StandingMovers.make(Movers(0.0, [mover]), 0.0)
-            found.nearest = min(
-                found.nearest, near.distance(robot.spheres_at(q)).min()
-            )
+            at_rest = StandingMovers.make(Movers(0.0, [mover]), 0.0).movers
+            near = NearMovers.find(at_rest, 0.0, robot.spheres_at(q), np.inf)
+            found.nearest = min(found.nearest, near.distance.min())
         X_WE = robot.end_effector_pose(q)
         if rule.arrived(pose_error(X_WE, maze.X_WT)):
             found.arrived = (k + 1) * DT

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from remosplat_drake.controller.planning.steering import (
-    held_command,
+    stretch_command,
     waypoints,
 )
 
@@ -20,15 +20,15 @@ def configuration(frankie, place) -> np.ndarray:
 
 
 @given(a=PLACES, b=PLACES, backing=st.sampled_from([0.0, 1.0]))
-def test_held_commands_lead_from_corner_to_corner(frankie, a, b, backing):
+def test_commands_lead_from_corner_to_corner(frankie, a, b, backing):
     a, b = configuration(frankie, a), configuration(frankie, b)
-    corners = waypoints(frankie, a, b, backing)
+    corners = waypoints(a, b, 2, backing)
     assert corners[0] == pytest.approx(a)
     assert np.delete(corners[-1], 2) == pytest.approx(np.delete(b, 2))
     turned = corners[-1][2] - b[2]
     assert np.cos(turned) == pytest.approx(1.0)
     for one, other in pairwise(corners):
-        u = held_command(frankie, one, other)
+        u = stretch_command(one, other, 2)
         # The base does not drive for less than a micrometre.
         assert frankie.advance(one, u, 1.0) == pytest.approx(other, abs=1e-6)
         assert u[0] >= -backing - 1e-5
@@ -38,13 +38,13 @@ def test_the_way_back_is_driven_backwards_only_if_it_is_short(frankie):
     a = configuration(frankie, (0.0, 0.0, 0.0))
     near, far = a.copy(), a.copy()
     near[0], far[0] = -0.3, -3.0
-    assert len(waypoints(frankie, a, near, backing=0.5)) == 2
-    corners = waypoints(frankie, a, far, backing=0.5)
+    assert len(waypoints(a, near, 2, 0.5)) == 2
+    corners = waypoints(a, far, 2, 0.5)
     assert len(corners) == 4
     assert abs(corners[1][2]) == pytest.approx(np.pi)
 
 
 def test_an_arm_moves_straight(three_link):
     a, b = np.zeros(3), np.array([0.3, -0.2, 1.0])
-    assert waypoints(three_link, a, b) == pytest.approx(np.array([a, b]))
-    assert held_command(three_link, a, b) == pytest.approx(b)
+    assert waypoints(a, b, 0, 0.0) == pytest.approx(np.array([a, b]))
+    assert stretch_command(a, b, 0) == pytest.approx(b)

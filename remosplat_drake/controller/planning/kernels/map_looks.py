@@ -8,13 +8,19 @@ to fine: where that is too little for some spheres, they are looked at half way.
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import TRUTH
+from remosplat_drake.base.vectors import set_vector
 from remosplat_drake.controller.verification.kernels.between_looks import (
+    TOLERANCE,
     apart,
     bend_of,
     longest_way,
 )
 from remosplat_drake.robot.kinematics import advance, body_poses
-from remosplat_drake.signals.compiled_map import ask
+from remosplat_drake.signals.compiled_map import (
+    is_lipschitz,
+    sphere_clearances,
+)
 
 _HALVES = 10
 """How often the time between two looks is halved; what is unknown then is
@@ -27,44 +33,49 @@ _MARGIN = 1e-6
 """By how much more than is wanted is asked for, against rounding [m]."""
 
 
-@kernel
-def is_off_the_map(robot, q, level, compiled):
+_ROUNDING = 1e-9
+"""Rounding errors of distances [m]."""
+
+
+@kernel(returns=TRUTH)
+def is_off_the_map(space, line, X_WL):
     """Tells whether all spheres keep their clearances at a configuration.
 
     Args:
-        robot: The robot as `RobotModel.arrays`.
-        q: The configuration, shape (n_q,) [rad, m].
-        level: Clearance that each sphere keeps, shape (n,) [m].
-        compiled: The map, as `DistanceField.compiled`.
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        X_WL: Poses of all bodies, shape (b, 4, 4).
     """
-    n = len(level)
-    point = np.empty((n, 3))
-    _place(robot, q, point)
+    n = len(space.level)
+    point, R_WL = np.empty((n, 3)), np.empty((n, 3, 3))
+    place_spheres(space.robot, X_WL, point, R_WL)
     wanted, room = np.zeros(n), np.empty(n)
     # Mostly the hand, whose spheres are the last, is what has no room.
     for end in range(n, 0, -_SOME):
         for i in range(n):
             room[i] = -np.inf if end - _SOME <= i < end else np.inf
-        if _look(robot, point, level, compiled, wanted, room) < 0.0:
+        at = point, R_WL
+        if not _look(space, line, at, wanted, room, -_ROUNDING):
             return False
     return True
 
 
-@kernel
-def keeps_off_the_map(robot, motion, level, compiled, looks, tolerance):
+@kernel(returns=TRUTH)
+def keeps_off_the_map(space, line, q, u, looks):
     """Tells whether all spheres keep their clearances on a motion.
 
+    They keep them less verification's tolerance. Of a map that is not
+    1-Lipschitz only the first looks are known.
+
     Args:
-        robot: The robot as `RobotModel.arrays`.
-        motion: Configuration q, the command u that is held for one second,
-            and the number of base commands.
-        level: Clearance that each sphere keeps, shape (n,) [m].
-        compiled: The map, as `DistanceField.compiled`.
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        q: Configuration at which it starts, shape (n_q,) [rad, m].
+        u: The command, which is held for a second, shape (n_u,).
         looks: Into how many equal parts the first looks cut the motion.
-        tolerance: How far below its level a clearance may fall [m].
     """
-    q, u, n_base = motion
-    n = len(level)
+    robot, n = space.robot, len(space.level)
+    n_base, knows_between = robot.n_base, is_lipschitz(space.map)
     speed = np.abs(u)
     bend, wanted = np.empty(n), np.empty(n)
     for i in range(n):
@@ -72,29 +83,30 @@ def keeps_off_the_map(robot, motion, level, compiled, looks, tolerance):
     # A stack, the end of the motion lowest: most that is not free ends there.
     time = np.zeros(looks + 1 + _HALVES)
     point = np.empty((len(time), n, 3))
-    room = np.empty((len(time), n))
+    R_WL, room = np.empty((looks + 1, n, 3, 3)), np.empty((len(time), n))
     for k in range(looks + 1):
         time[k] = 1.0 - k / looks
-        _place(robot, advance(q, u, n_base, time[k]), point[k])
+        X_WL, _ = body_poses(robot.tree, advance(q, u, n_base, time[k]))
+        place_spheres(robot, X_WL, point[k], R_WL[k])
     for k in range(looks + 1):
         for i in range(n):
             before, way = 0.0, 0.0
             room[k, i] = -np.inf
-            if k > 0:
+            if k > 0 and knows_between:
                 p, p_before = point[k, i], point[k - 1, i]
                 room[k, i] = room[k - 1, i] - apart(p_before, p)
                 before = longest_way(p_before, p, bend[i], 1.0 / looks)
             if k < looks:
                 p, p_after = point[k, i], point[k + 1, i]
                 way = longest_way(p, p_after, bend[i], 1.0 / looks)
-            wanted[i] = max(0.5 * max(way, before) - tolerance, 0.0)
-        least = _look(robot, point[k], level, compiled, wanted, room[k])
-        if least < -tolerance:
+            wanted[i] = max(0.5 * max(way, before) - TOLERANCE, 0.0)
+        at = point[k], R_WL[k]
+        if not _look(space, line, at, wanted, room[k], -TOLERANCE):
             return False
     top = looks
-    while top > 0:
+    while top > 0 and knows_between:
         span = time[top - 1] - time[top]
-        if not _want_more(point, room, top, bend, span, tolerance, wanted):
+        if not _want_more(point, room, top, bend, span, wanted):
             top -= 1
             continue
         if top + 1 == len(time):
@@ -104,18 +116,18 @@ def keeps_off_the_map(robot, motion, level, compiled, looks, tolerance):
         for i in range(n):
             room[top + 1, i] = room[top, i]
             room[top, i] = np.inf if wanted[i] < 0.0 else -np.inf
-            for c in range(3):
-                point[top + 1, i, c] = point[top, i, c]
-        _place(robot, advance(q, u, n_base, time[top]), point[top])
-        least = _look(robot, point[top], level, compiled, wanted, room[top])
-        if least < -tolerance:
+            set_vector(point[top + 1, i], point[top, i])
+        X_WL, _ = body_poses(robot.tree, advance(q, u, n_base, time[top]))
+        place_spheres(robot, X_WL, point[top], R_WL[0])
+        at = point[top], R_WL[0]
+        if not _look(space, line, at, wanted, room[top], -TOLERANCE):
             return False
         top += 1
     return True
 
 
 @helper
-def _want_more(point, room, top, bend, span, tolerance, wanted):
+def _want_more(point, room, top, bend, span, wanted):
     """Tells whether a room may fall too low between the topmost two looks.
 
     Fills in what is wanted half way: -1 of spheres that are known to be clear.
@@ -125,51 +137,61 @@ def _want_more(point, room, top, bend, span, tolerance, wanted):
         p, p_next = point[top, i], point[top - 1, i]
         way = longest_way(p, p_next, bend[i], span)
         wanted[i] = -1.0
-        if not room[top, i] + room[top - 1, i] - way >= -2.0 * tolerance:
-            wanted[i] = max(0.25 * way - tolerance, 0.0)
+        if not room[top, i] + room[top - 1, i] - way >= -2.0 * TOLERANCE:
+            wanted[i] = max(0.25 * way - TOLERANCE, 0.0)
             is_open = True
     return is_open
 
 
 @helper
-def _place(robot, q, point):
-    """Fills in the spheres' centres in W, shape (n, 3) [m]."""
-    X_WB, _ = body_poses(robot.tree, q)
-    body, p_BS = robot.body_S, robot.p_LS
-    for i in range(len(body)):
-        X = X_WB[body[i]]
+def place_spheres(robot, X_WL, p_WS, R_WL):
+    """Fills in where all n spheres are.
+
+    Args:
+        robot: The `RobotArrays`.
+        X_WL: Poses of all bodies, shape (b, 4, 4).
+        p_WS: Their centres in W, shape (n, 3) [m].
+        R_WL: Orientations of their links, shape (n, 3, 3).
+    """
+    for i in range(len(robot.radius)):
+        X = X_WL[robot.body_S[i]]
         for r in range(3):
-            point[i, r] = X[r, 3]
+            p_WS[i, r] = X[r, 3]
             for c in range(3):
-                point[i, r] += X[r, c] * p_BS[i, c]
+                p_WS[i, r] += X[r, c] * robot.p_LS[i, c]
+                R_WL[i, r, c] = X[r, c]
 
 
 @helper
-def _look(robot, point, level, compiled, wanted, room):
+def _look(space, line, at, wanted, room, least):
     """Asks the map where a lower bound of a room is not as large as wanted.
 
-    Puts the answers in, exact up to what is wanted, and returns the least.
+    Puts the answers in, exact up to what is wanted, and tells whether all of
+    them are at least as large as `least` [m].
     """
-    radius, floor = robot.radius, robot.ignore_below
-    n = len(room)
-    asked, count = np.empty(n, np.int64), 0
+    p_WS, R_WL = at
+    n, count = len(room), 0
+    sphere = np.empty(n, np.int64)
     for i in range(n):
         if not room[i] > wanted[i]:
-            asked[count] = i
+            sphere[count] = i
             count += 1
-    question, answer = np.empty((count, 5)), np.empty((count, 8))
+    if count == 0:
+        return True
+    sphere = sphere[:count]
+    p, R = np.empty((count, 3)), np.empty((count, 3, 3))
+    reach, found = np.empty(count), np.empty(count)
     for row in range(count):
-        i = asked[row]
-        for c in range(3):
-            question[row, c] = point[i, c]
-        question[row, 3] = radius[i] + level[i] + wanted[i] + _MARGIN
-        question[row, 4] = floor[i]
-    ask(compiled, question, answer)
-    least = np.inf
+        i = sphere[row]
+        set_vector(p[row], p_WS[i])
+        for r in range(3):
+            set_vector(R[row, r], R_WL[i, r])
+        reach[row] = space.level[i] + wanted[i] + _MARGIN
+    placed = space.map, space.off, line
+    sphere_clearances(placed, space.robot, sphere, p, R, reach, found)
+    is_kept = True
     for row in range(count):
-        i = asked[row]
-        room[i] = wanted[i] + _MARGIN
-        if answer[row, 0] >= 0.0:
-            room[i] = answer[row, 1] - radius[i] - level[i]
-        least = min(least, room[i])
-    return least
+        i = sphere[row]
+        room[i] = found[row] - space.level[i]
+        is_kept &= room[i] >= least
+    return is_kept

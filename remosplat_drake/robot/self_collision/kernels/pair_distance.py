@@ -15,15 +15,21 @@ from remosplat_drake.robot.self_collision.kernels.gjk import hull_distance
 @helper
 def centers_in_world(shapes, X_WL):
     """Places the centres of all shapes in W, shape (s, 3) [m]."""
+    p_WC = np.empty((len(shapes.body), 3))
+    place_centers(shapes, X_WL, p_WC)
+    return p_WC
+
+
+@helper
+def place_centers(shapes, X_WL, p_WC):
+    """Fills in the centres of all shapes in W, shape (s, 3) [m]."""
     center, body = shapes.center, shapes.body
-    p_WC = np.empty((len(body), 3))
     for i in range(len(body)):
         X = X_WL[body[i]]
         for r in range(3):
             p_WC[i, r] = X[r, 3]
             for c in range(3):
                 p_WC[i, r] += X[r, c] * center[i, c]
-    return p_WC
 
 
 @helper

@@ -1,0 +1,146 @@
+"""Whether configurations and motions between them are free.
+
+A motion is looked at as verification looks at commands: nothing slips through
+between two looks but for verification's tolerance, see `map_looks.py` and
+`self_looks.py`.
+"""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import TRUTH
+from remosplat_drake.controller.planning.kernels.map_looks import (
+    is_off_the_map,
+    keeps_off_the_map,
+    place_spheres,
+)
+from remosplat_drake.controller.planning.kernels.self_looks import (
+    is_off_itself,
+    keeps_off_itself,
+)
+from remosplat_drake.controller.planning.steering import (
+    stretch_command,
+    waypoints,
+)
+from remosplat_drake.controller.verification.kernels.between_looks import (
+    TOLERANCE,
+)
+from remosplat_drake.controller.verification.kernels.mover_sweep import (
+    keeps_off_movers,
+)
+from remosplat_drake.controller.verification.kernels.places import held
+from remosplat_drake.robot.kinematics import body_poses
+from remosplat_drake.scene.kernels.mover_reach import near_movers
+
+_LOOK = 0.4
+"""How far a sphere moves between two looks of the first round [m]."""
+
+_MOVER_LOOK = 0.02
+"""How far a sphere moves between two looks at what stands in the way [m]."""
+
+
+@kernel(returns=TRUTH)
+def is_free(space, line, q):
+    """Tells whether a configuration keeps all distances.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        q: The configuration, shape (n_q,) [rad, m].
+    """
+    if not _is_within(space, q):
+        return False
+    X_WL, _ = body_poses(space.robot.tree, q)
+    return (
+        is_off_the_map(space, line, X_WL)
+        and _is_off_movers(space, X_WL)
+        and is_off_itself(space, X_WL)
+    )
+
+
+@helper
+def _is_within(space, q):
+    """Tells whether all joints are within their bounds."""
+    inside = True
+    for j in range(len(q)):
+        inside &= space.lower[j] <= q[j] <= space.upper[j]
+    return inside
+
+
+@kernel(returns=TRUTH)
+def is_free_between(space, line, a, b):
+    """Tells whether the whole motion between two configurations is free.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        a: A free configuration to start from, shape (n_q,) [rad, m].
+        b: Configuration to end at, shape (n_q,) [rad, m].
+    """
+    # Most motions that are not free end in the scene or in the robot.
+    if not is_free(space, line, b):
+        return False
+    n_base = space.robot.n_base
+    corners = waypoints(a, b, n_base, space.backing)
+    for k in range(len(corners) - 1):
+        u = stretch_command(corners[k], corners[k + 1], n_base)
+        if not _is_stretch_free(space, line, corners[k], u):
+            return False
+    return True
+
+
+@helper
+def _is_stretch_free(space, line, q, u):
+    """Tells whether a motion on which one command is held is free.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        q: A free configuration, at which it starts, shape (n_q,) [rad, m].
+        u: The command, which is held for a second, shape (n_u,).
+    """
+    robot, travel = space.robot, 0.0
+    for i in range(len(robot.radius)):
+        way = 0.0
+        for j in range(len(u)):
+            way += robot.jacobian_bound[i, j] * abs(u[j])
+        travel = max(travel, way)
+    looks = max(1, round(travel / _LOOK))
+    return (
+        keeps_off_the_map(space, line, q, u, looks)
+        and _keeps_off_movers(space, q, u, travel)
+        and keeps_off_itself(space, q, u)
+    )
+
+
+@helper
+def _is_off_movers(space, X_WL):
+    """Tells whether spheres keep their distances from what stands there."""
+    movers, robot, n = space.movers, space.robot, len(space.level)
+    if len(movers.radius) == 0:
+        return True
+    p_WS, R_WL = np.empty((n, 3)), np.empty((n, 3, 3))
+    place_spheres(robot, X_WL, p_WS, R_WL)
+    near = near_movers(movers, p_WS, robot.radius, 1e-9)
+    for row in range(len(near.sphere)):
+        if near.distance[row] < space.mover_level[near.sphere[row]]:
+            return False
+    return True
+
+
+@helper
+def _keeps_off_movers(space, q, u, travel):
+    """Tells whether a motion keeps off what stands in the way."""
+    movers, robot, n = space.movers, space.robot, len(space.level)
+    if len(movers.radius) == 0:
+        return True
+    looks = max(1, round(travel / _MOVER_LOOK))
+    times = np.empty(looks)
+    for k in range(looks):
+        times[k] = (k + 1.0) / looks
+    X_WL, _ = body_poses(robot.tree, q)
+    p_WS, R_WL = np.empty((n, 3)), np.empty((n, 3, 3))
+    place_spheres(robot, X_WL, p_WS, R_WL)
+    path = held(q, u, robot.n_base, times, times)
+    tube = np.zeros(n)
+    return keeps_off_movers(robot, path, movers, p_WS, 0.0, tube, TOLERANCE)

@@ -1,0 +1,41 @@
+"""`SpaceArrays`: the free space of a robot, as kernels take it."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from remosplat_drake.controller.verification.kernels.verified import OwnArrays
+from remosplat_drake.robot.robot_arrays import RobotArrays
+from remosplat_drake.scene.kernels.mover_reach import MoverArrays
+from remosplat_drake.signals.compiled_map import Misplacement
+
+
+class SpaceArrays(NamedTuple):
+    """What keeps a robot with n spheres and k pairs of own shapes off.
+
+    Attributes:
+        robot: The robot.
+        map: The map, as `map_for_kernels` returns it.
+        off: Its misplacement.
+        level: Clearance that each sphere keeps from the map, shape (n,) [m].
+        own: The pairs of the robot's own shapes.
+        own_level: Distance that each pair keeps, shape (k,) [m].
+        movers: What stands in the way besides the scene, as large as what it
+            keeps clear of the robot.
+        mover_level: Distance that each sphere keeps from it, shape (n,) [m].
+        lower: Lower bounds of the joints, shape (n_q,) [rad, m].
+        upper: Upper bounds of the joints, shape (n_q,) [rad, m].
+        backing: Longest way that the base may drive backwards [m].
+    """
+
+    robot: RobotArrays
+    map: Any
+    off: Misplacement
+    level: np.ndarray
+    own: OwnArrays
+    own_level: np.ndarray
+    movers: MoverArrays
+    mover_level: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    backing: float
