@@ -22,7 +22,6 @@ from remosplat_drake.commands.driver_flags import (
 )
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import leased_inbox
-from remosplat_drake.hardware.driver_config import Tell
 from remosplat_drake.hardware.drivers.arcl_monitor import (
     ArclMonitor,
     split_address,
@@ -33,6 +32,7 @@ from remosplat_drake.hardware.drivers.base_driver import (
     BaseDriver,
     BaseLink,
 )
+from remosplat_drake.hardware.ros_config import Tell
 from remosplat_drake.hardware.wire.channels import BASE_COMMAND, COMMAND_RAMP
 from remosplat_drake.robot.robot_description import (
     OMNIDIRECTIONAL,

@@ -5,42 +5,22 @@ A driver is a plug-in: beside those below, a file may name one's own, as
 """
 
 import dataclasses as dc
-import re
-from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Annotated, Protocol
 
-from annotated_types import Interval, Len
+from annotated_types import Len
 
-from remosplat_drake.base.ranges import Config, OneOf
+from remosplat_drake.base.ranges import Config
+from remosplat_drake.hardware.ros_config import (
+    Ros2ArmTopics,
+    Ros2BaseTopics,
+    RosBase,
+    Tell,
+)
 from remosplat_drake.robot.robot_description import RobotDescription
 
 if TYPE_CHECKING:
     from remosplat_drake.hardware.drivers.arm_driver import ArmLink
     from remosplat_drake.hardware.drivers.base_driver import BaseLink
-
-Tell = Callable[[str], None]
-"""Prints a line for people."""
-
-STRING, INT32, BOOL = "String", "Int32", "Bool"
-MODE_TYPES = (STRING, INT32, BOOL)
-"""Messages of std_msgs that may tell an arm's mode."""
-
-VELOCITIES, TRAJECTORY = "velocities", "trajectory"
-COMMANDS = (VELOCITIES, TRAJECTORY)
-"""What controllers of ros2_control take: Float64MultiArray, or
-JointTrajectory."""
-
-EMERGENCY_STOP, MODE = "emergency_stop", "mode"
-
-Topic = Annotated[str, Len(1, 256)]
-"""Name of a ROS topic."""
-
-StopExpiry = Annotated[float, Interval(gt=0, le=3600)] | None
-"""Silence after which a topic says nothing any more [s]; None for topics that
-tell changes only."""
-
-Domain = Annotated[int, Interval(ge=0, le=232)] | None
-"""A ROS_DOMAIN_ID; None takes that of the environment, or 0."""
 
 
 class ArmDriverMaker(Protocol):
@@ -87,68 +67,8 @@ class UrArm(Config):
 
 
 @dc.dataclass
-class Ros2Controller(Config):
-    """A controller of ros2_control that moves joints of the arm."""
-
-    # Topic of its commands.
-    topic: Topic = "/velocity_controller/commands"
-    # What it takes: `velocities` is the Float64MultiArray of a
-    # JointGroupVelocityController, `trajectory` the JointTrajectory of a
-    # JointTrajectoryController.
-    takes: Annotated[str, OneOf(COMMANDS)] = VELOCITIES
-    # Its joints in its order; empty: all of the arm in the description's order.
-    joints: list[str] = dc.field(default_factory=list)
-
-
-@dc.dataclass
-class Ros2Arm(Config):
+class Ros2Arm(Ros2ArmTopics):
     """An arm behind ros2_control, over DDS and without ROS (extra `ros2`)."""
-
-    # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
-    domain: Domain = None
-    # The controllers, which together move every joint of the arm once.
-    controllers: Annotated[list[Ros2Controller], Len(1, 16)] = dc.field(
-        default_factory=lambda: [Ros2Controller()]
-    )
-    # Topic of the sensor_msgs/JointState measurements.
-    states: Topic = "/joint_states"
-    # Cutoff frequency of the low pass behind differentiated positions, for
-    # joint states without velocities; absent: these cannot be used [Hz]. Such
-    # velocities lag by 1 / (2 pi cutoff) and half a period of the statuses.
-    differentiate: Annotated[float, Interval(ge=1, le=200)] | None = None
-    # Topic of std_msgs/Bool: whether an emergency stop is latched; empty:
-    # nothing tells.
-    emergency_stop: str = ""
-    # Topic that says in which mode the arm is; empty: nothing tells.
-    mode: str = ""
-    # Its messages in std_msgs: `String`, `Int32` or `Bool`.
-    mode_type: Annotated[str, OneOf(MODE_TYPES)] = STRING
-    # What it says while the arm obeys, as text: `"true"` for a Bool, `"7"` for
-    # an Int32.
-    running_modes: Annotated[list[str], Len(0, 32)] = dc.field(
-        default_factory=list
-    )
-    # Silence after which the last two topics count as a stop [s]; null for
-    # topics that tell changes only.
-    stop_expiry: StopExpiry = 2.0
-
-    def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error for modes that contradict each other."""
-        if bool(self.running_modes) != bool(self.mode):
-            yield "running_modes", "belongs with `mode`: give both, or neither"
-        for i, mode in enumerate(self.running_modes):
-            field = f"running_modes[{i}]"
-            if self.mode_type == BOOL and mode not in ("true", "false"):
-                yield field, f"{mode!r}: a {BOOL} is true or false"
-            whole = re.fullmatch(r"0|-?[1-9]\d*", mode)
-            if self.mode_type == INT32 and not whole:
-                yield field, f"{mode!r}: an {INT32} is a whole number"
-
-    @property
-    def stops(self) -> dict[str, str]:
-        """The topics that say whether the arm may move, by their fields."""
-        topics = {EMERGENCY_STOP: self.emergency_stop, MODE: self.mode}
-        return {field: topic for field, topic in topics.items() if topic}
 
     def connect_arm(
         self, description: RobotDescription, tell: Tell
@@ -157,50 +77,6 @@ class Ros2Arm(Config):
         from remosplat_drake.hardware.drivers.ros2_arm import Ros2ArmLink
 
         return Ros2ArmLink(self, description, tell)
-
-
-@dc.dataclass
-class RosBase(Config):
-    """What bases on ROS 1 and ROS 2 have in common: their topics."""
-
-    # Topic of the velocity commands.
-    commands: Topic = "/cmd_vel"
-    # Topic of the nav_msgs/Odometry measurements.
-    odometry: Topic = "/odom"
-    # Topic of geometry_msgs/PoseWithCovarianceStamped: the base in the map,
-    # such as /amcl_pose; empty: none.
-    localization: str = ""
-    # The frame whose pose that is.
-    base_frame: str = "base_link"
-    # Names of the map's frame and of the one that /tf locates in it, the
-    # odometry's or the base's; empty: /tf is not asked.
-    transform: Annotated[list[str], Len(0, 2)] = dc.field(default_factory=list)
-    # Standard deviation of the position that /tf tells [m].
-    transform_shift: Annotated[float, Interval(gt=0, le=1)] = 0.05
-    # Standard deviation of the heading that /tf tells [deg].
-    transform_turn_deg: Annotated[float, Interval(gt=0, le=45)] = 2.0
-    # Topic of std_msgs/Bool: whether an emergency stop is latched; empty:
-    # nothing tells.
-    emergency_stop: str = ""
-    # Topic of std_msgs/Bool: whether the scanner holds the base; empty:
-    # nothing tells.
-    protective_stop: str = ""
-    # Topic of std_msgs/Bool: whether the motors are on; empty: nothing tells.
-    motors_on: str = ""
-    # Silence after which these three count as a stop [s]; null for topics that
-    # tell changes only.
-    stop_expiry: StopExpiry = 2.0
-
-    def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error where a transform lacks one of its frames."""
-        if len(self.transform) == 1:
-            yield "transform", "wants two frames: the map's, and another"
-
-    @property
-    def flags(self) -> dict[str, str]:
-        """Names of the fields of topics with flags, by their topics."""
-        fields = ("emergency_stop", "protective_stop", "motors_on")
-        return {getattr(self, f): f for f in fields if getattr(self, f)}
 
 
 @dc.dataclass
@@ -215,14 +91,8 @@ class Ros1Base(RosBase):
 
 
 @dc.dataclass
-class Ros2Base(RosBase):
+class Ros2Base(Ros2BaseTopics):
     """A base on ROS 2, over DDS and without ROS (extra `ros2`)."""
-
-    # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
-    domain: Domain = None
-    # Whether commands are geometry_msgs/TwistStamped, as ros2_control's
-    # controllers of bases take them since Jazzy; else Twist.
-    stamped: bool = False
 
     def connect_base(self, tell: Tell) -> "BaseLink":
         """Joins the ROS 2 domain; see `Ros2Link`."""

@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 from drake import lcmt_panda_status
 
-from remosplat_drake.hardware.driver_config import (
-    EMERGENCY_STOP,
-    MODE,
-    Ros2Arm,
-)
 from remosplat_drake.hardware.drivers.topic_values import (
     TopicValues,
     expiry_of,
+)
+from remosplat_drake.hardware.ros_config import (
+    EMERGENCY_STOP,
+    MODE,
+    Ros2ArmTopics,
 )
 
 
@@ -31,7 +31,7 @@ class ArmHold(NamedTuple):
 class ArmStops:
     """The latest values of topics that say whether an arm may move."""
 
-    def __init__(self, topics: Ros2Arm):
+    def __init__(self, topics: Ros2ArmTopics):
         """Starts without values: an arm whose topics are silent is held."""
         self._topics = topics
         self._values = TopicValues[str](expiry_of(topics.stop_expiry))

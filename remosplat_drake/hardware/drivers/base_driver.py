@@ -8,7 +8,6 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 from pydrake.lcm import DrakeLcmInterface
 
-from remosplat_drake.hardware.driver_config import RosBase, Tell
 from remosplat_drake.hardware.drivers.base_commands import (
     BaseCommands,
     BaseMaxima,
@@ -27,6 +26,7 @@ from remosplat_drake.hardware.drivers.topic_values import (
     TopicValues,
     expiry_of,
 )
+from remosplat_drake.hardware.ros_config import RosBase, Tell
 from remosplat_drake.hardware.wire.channels import (
     BASE_COMMAND,
     BASE_LOCALIZATION,

@@ -10,7 +10,6 @@ import time
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.hardware.driver_config import Ros1Base
 from remosplat_drake.hardware.drivers.base_driver import (
     Queue,
     StopFlags,
@@ -24,6 +23,7 @@ from remosplat_drake.hardware.drivers.ros_conversion import (
     transform_deviation,
     write_twist,
 )
+from remosplat_drake.hardware.ros_config import RosBase
 from remosplat_drake.hardware.wire.localization import BaseFix
 
 DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
@@ -33,7 +33,7 @@ DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
 class Ros1Link:
     """A `BaseLink` by rospy: a node that writes cmd_vel and reads odom."""
 
-    def __init__(self, topics: Ros1Base):
+    def __init__(self, topics: RosBase):
         """Joins ROS; the environment says where its master is.
 
         Args:
@@ -81,7 +81,7 @@ class Ros1Link:
             topic, kind, callback, queue_size=10, tcp_nodelay=True
         )
 
-    def _hear_localization(self, topics: Ros1Base) -> None:
+    def _hear_localization(self, topics: RosBase) -> None:
         if topics.localization:
             from geometry_msgs.msg import PoseWithCovarianceStamped
 
@@ -109,7 +109,7 @@ class Ros1Link:
 
             self._hear("/tf", TFMessage, put)
 
-    def _hear_stops(self, topics: Ros1Base) -> None:
+    def _hear_stops(self, topics: RosBase) -> None:
         if not topics.flags:
             return
         from std_msgs.msg import Bool

@@ -10,17 +10,17 @@ import time
 
 import numpy as np
 
-from remosplat_drake.hardware.driver_config import (
-    EMERGENCY_STOP,
-    MODE,
-    Ros2Arm,
-    Tell,
-)
 from remosplat_drake.hardware.drivers.arm_driver import ArmReport
 from remosplat_drake.hardware.drivers.arm_stops import ArmHold, ArmStops
 from remosplat_drake.hardware.drivers.joint_states import JointStates
 from remosplat_drake.hardware.drivers.ros2_controllers import Controllers
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
+from remosplat_drake.hardware.ros_config import (
+    EMERGENCY_STOP,
+    MODE,
+    Ros2ArmTopics,
+    Tell,
+)
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.robot.robot_description import RobotDescription
 
@@ -30,7 +30,7 @@ class Ros2ArmLink:
 
     def __init__(
         self,
-        config: Ros2Arm,
+        config: Ros2ArmTopics,
         description: RobotDescription,
         tell: Tell = lambda news: None,
     ):

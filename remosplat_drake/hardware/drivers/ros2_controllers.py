@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
-from remosplat_drake.hardware.driver_config import TRAJECTORY, Ros2Controller
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node
+from remosplat_drake.hardware.ros_config import TRAJECTORY, Ros2Controller
 from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.robot.robot_description import RobotDescription
 

@@ -5,7 +5,6 @@ import time
 import numpy as np
 
 from remosplat_drake.base.clock import wall_utime
-from remosplat_drake.hardware.driver_config import Ros2Base
 from remosplat_drake.hardware.drivers.base_driver import StopFlags
 from remosplat_drake.hardware.drivers.base_stops import BaseStops
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
@@ -17,13 +16,14 @@ from remosplat_drake.hardware.drivers.ros_conversion import (
     transform_deviation,
     write_twist,
 )
+from remosplat_drake.hardware.ros_config import Ros2BaseTopics
 from remosplat_drake.hardware.wire.localization import BaseFix
 
 
 class Ros2Link:
     """A `BaseLink` by DDS: a participant that writes cmd_vel and reads odom."""
 
-    def __init__(self, topics: Ros2Base):
+    def __init__(self, topics: Ros2BaseTopics):
         """Joins a ROS 2 domain.
 
         Args:

@@ -3,9 +3,9 @@
 import numpy as np
 from pydrake.lcm import DrakeLcmInterface
 
-from remosplat_drake.hardware.driver_config import Tell
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
 from remosplat_drake.hardware.drivers.ros_conversion import stamp_utime
+from remosplat_drake.hardware.ros_config import Tell
 from remosplat_drake.hardware.wire.messages.pose_target import pose_target
 
 

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from remosplat_drake.hardware.driver_config import RosBase
 from remosplat_drake.hardware.drivers.base_stops import FREE, BaseStops, tell
+from remosplat_drake.hardware.ros_config import RosBase
 from remosplat_drake.hardware.wire.localization import BaseFix
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.hardware.wire.packets import from_utime

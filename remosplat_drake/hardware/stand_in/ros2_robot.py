@@ -12,14 +12,10 @@ from drake import lcmt_panda_status
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.hardware.driver_config import (
-    BOOL,
-    TRAJECTORY,
-    Ros2Arm,
-    Ros2Base,
-)
+from remosplat_drake.hardware.driver_config import Ros2Arm, Ros2Base
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.ros_config import BOOL, TRAJECTORY
 from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.base import encode_base_command

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from pydrake.lcm import DrakeLcm
 from pydrake.math import RollPitchYaw
 
-from remosplat_drake.hardware.driver_config import RosBase
 from remosplat_drake.hardware.drivers.base_driver import BaseDriver, StopFlags
 from remosplat_drake.hardware.drivers.base_stops import BaseStops, merged
 from remosplat_drake.hardware.drivers.ros_conversion import (
@@ -24,6 +23,7 @@ from remosplat_drake.hardware.drivers.ros_conversion import (
     write_twist,
     yaw_of,
 )
+from remosplat_drake.hardware.ros_config import RosBase
 from remosplat_drake.hardware.wire.channels import BASE_STATUS
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.messages.base_status import base_status
