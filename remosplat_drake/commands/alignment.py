@@ -11,13 +11,10 @@ from remosplat_drake.base.kept_stages import KeptStages
 from remosplat_drake.base.progress import Progress
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.commands.flags import check_positive
-from remosplat_drake.reconstruction.alignment.alignment import (
-    Alignment,
-    AlignmentConfig,
-    align,
-)
+from remosplat_drake.reconstruction.alignment.alignment import Alignment, align
 from remosplat_drake.reconstruction.alignment.camera_errors import CameraPrior
 from remosplat_drake.reconstruction.alignment.measured_length import Length
+from remosplat_drake.reconstruction.alignment.refinement import AlignmentConfig
 from remosplat_drake.reconstruction.alignment.summary import (
     AlignmentSummary,
     summarize_alignment,

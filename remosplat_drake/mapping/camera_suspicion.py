@@ -14,11 +14,7 @@ from remosplat_drake.capture.checks.overlap import (
     measure_overlap,
     wrong_frames,
 )
-from remosplat_drake.reconstruction.alignment.alignment import (
-    Alignment,
-    AlignmentConfig,
-    align,
-)
+from remosplat_drake.reconstruction.alignment.alignment import Alignment, align
 from remosplat_drake.reconstruction.alignment.camera_correction import corrected
 from remosplat_drake.reconstruction.alignment.camera_errors import (
     COUNT,
@@ -30,6 +26,7 @@ from remosplat_drake.reconstruction.alignment.camera_summary import (
 from remosplat_drake.reconstruction.alignment.odometry_prior import (
     OdometryNoise,
 )
+from remosplat_drake.reconstruction.alignment.refinement import AlignmentConfig
 from remosplat_drake.reconstruction.pipeline import Report
 from remosplat_drake.reconstruction.uncertainty.bound import LARGEST_SIGMA
 

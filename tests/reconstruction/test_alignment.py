@@ -13,7 +13,6 @@ from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.capture.rendering.synthetic import render_capture
 from remosplat_drake.capture.undistortion import Distortion, distort
 from remosplat_drake.reconstruction.alignment import alignment
-from remosplat_drake.reconstruction.alignment.alignment import AlignmentConfig
 from remosplat_drake.reconstruction.alignment.camera_errors import (
     COUNT,
     DELAY,
@@ -41,6 +40,7 @@ from remosplat_drake.reconstruction.alignment.perturbation import (
     difference,
     perturbed,
 )
+from remosplat_drake.reconstruction.alignment.refinement import AlignmentConfig
 from remosplat_drake.reconstruction.alignment.residual_table import is_better
 from remosplat_drake.reconstruction.alignment.summary import (
     summarize_alignment,

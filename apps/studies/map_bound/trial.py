@@ -16,10 +16,7 @@ from apps.studies.rigid_motion import CameraErrors, camera_errors
 from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.rendering.sensor_noise import sensor_noise
 from remosplat_drake.oracle.sphere_to_ellipsoid import SphereToEllipsoidField
-from remosplat_drake.reconstruction.alignment.alignment import (
-    Alignment,
-    align,
-)
+from remosplat_drake.reconstruction.alignment.alignment import Alignment, align
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.pipeline import reconstruct
 from remosplat_drake.splat.gaussian_splat import GaussianSplat

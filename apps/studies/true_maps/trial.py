@@ -14,10 +14,7 @@ from remosplat_drake.capture.capture import Capture
 from remosplat_drake.capture.checks.inspection import inspect_capture
 from remosplat_drake.commands.capture_admission import after_alignment
 from remosplat_drake.controller.ingredients import CollisionDamperConfig
-from remosplat_drake.reconstruction.alignment.alignment import (
-    Alignment,
-    align,
-)
+from remosplat_drake.reconstruction.alignment.alignment import Alignment, align
 from remosplat_drake.reconstruction.alignment.pose_errors import PoseErrors
 from remosplat_drake.reconstruction.pipeline import reconstruct
 from remosplat_drake.reconstruction.report.assessment import assess

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from remosplat_drake.reconstruction.alignment.alignment import COARSE, FINE
 from remosplat_drake.reconstruction.alignment.pair_selection import choose_pairs
+from remosplat_drake.reconstruction.alignment.refinement import COARSE, FINE
 from remosplat_drake.reconstruction.alignment.residual_table import (
     distances_of_pairs,
 )

@@ -14,31 +14,18 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from remosplat_drake.capture.capture import Capture
-from remosplat_drake.reconstruction.alignment.camera_correction import (
-    corrected,
-    delay_of_motion,
-)
 from remosplat_drake.reconstruction.alignment.camera_errors import (
     COUNT,
-    DELAY,
     OFFSET,
     SCALE,
-    CameraPrior,
-)
-from remosplat_drake.reconstruction.alignment.measured_length import (
-    Length,
-    add_length,
 )
 from remosplat_drake.reconstruction.alignment.odometry_prior import (
     OdometryNoise,
-    estimate_noise,
-    plausible_noise,
 )
-from remosplat_drake.reconstruction.alignment.pair_kernel import POSE
-from remosplat_drake.reconstruction.alignment.pair_selection import choose_pairs
-from remosplat_drake.reconstruction.alignment.perturbation import (
-    difference,
-    perturbed,
+from remosplat_drake.reconstruction.alignment.refinement import (
+    AlignmentConfig,
+    Refinement,
+    held_out,
 )
 from remosplat_drake.reconstruction.alignment.residual_table import (
     ResidualRow,
@@ -47,80 +34,8 @@ from remosplat_drake.reconstruction.alignment.residual_table import (
     residual_rows,
 )
 from remosplat_drake.reconstruction.alignment.solver import (
-    Equations,
-    Level,
-    Posterior,
     State,
-    equations,
-    estimate_correlation,
-    posterior,
-    residual_spread,
 )
-from remosplat_drake.reconstruction.alignment.view_stack import (
-    SAMPLES,
-    stack_views,
-)
-
-COARSE = (
-    Level(0.15, 0.05, 0.7, 3),
-    Level(0.10, 0.02, 0.75, 3),
-    Level(0.05, 0.008, 0.8, 3),
-)
-FINE = (Level(0.03, 0.003, 0.85, 4), Level(0.03, 0.0, 0.85, 5))
-"""Levels from coarse to fine; the fine ones estimate the noise of the poses."""
-
-_CORRELATION = 10.0
-"""Initial number of residuals with the information of one."""
-
-_HELD_OUT = 7
-"""Step between held-out pairs, in order of their distance."""
-
-_ROUNDS = 3
-"""Largest number of rounds of correction and refinement."""
-
-_UNTOLD = np.array(
-    [0.003, 0.003, 0.002, 0.002, 0.002, 0.003, 0.003, 0.01, 0.03]
-    + [0.005, 0.004]
-    + 3 * [np.deg2rad(0.1)]
-    + 3 * [0.002]
-)
-"""Errors of the camera that cannot be distinguished from zero: noise hides the
-curvature of surfaces, and the fitted planes lie too deep. In the order of
-`camera_errors`."""
-
-_UNEXPLAINED = 0.2
-"""A delay is accepted if it leaves less than this fraction of the squared
-errors of all poses."""
-
-_SIGNIFICANT = 3.0
-"""Number of standard deviations within which an error is not significant."""
-
-_CONVERGED = 2e-6
-"""Steps below end a level [rad, m]."""
-
-_EXACT = 1e-7
-"""Standard deviation of a number that is taken as exact."""
-
-
-@dc.dataclass(frozen=True)
-class AlignmentConfig:
-    """Prior knowledge, and the amount of data.
-
-    Attributes:
-        camera: Prior of the camera's errors.
-        odometry: Noise of the given poses; None: estimated.
-        lengths: Measured lengths.
-        partners: Approximate number of views that each view is compared with.
-        samples: Points of each view that are compared.
-        seed: Seed of the choice of points.
-    """
-
-    camera: CameraPrior = dc.field(default_factory=CameraPrior)
-    odometry: OdometryNoise | None = None
-    lengths: tuple[Length, ...] = ()
-    partners: int = 16
-    samples: int = SAMPLES
-    seed: int = 0
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -200,18 +115,18 @@ def align(
         FieldError: A measured length refers to a pixel without depth.
     """
     config = config or AlignmentConfig()
-    refinement = _Refinement(capture, config)
+    refinement = Refinement(capture, config)
     before = refinement.stack
     result, state = refinement.run(report)
     pairs = refinement.pairs
-    held_out = _held_out(state, pairs)
-    if not held_out.any():
-        held_out[:] = True
+    judging = held_out(state, pairs)
+    if not judging.any():
+        judging[:] = True
     start = State(capture.X_WC, np.zeros(COUNT), np.zeros(COUNT))
     old = distances_of_pairs(before, start, pairs)
     state = refinement.freed(state)
     new = distances_of_pairs(refinement.stack, state, pairs)
-    accepted = bool(config.lengths) or is_better(old[held_out], new[held_out])
+    accepted = bool(config.lengths) or is_better(old[judging], new[judging])
     error = result.mean
     if accepted:
         error = result.mean - state.unknowns(refinement.given)
@@ -227,207 +142,6 @@ def align(
         groups=_groups(len(capture), pairs),
         accepted=accepted,
     )
-
-
-class _Refinement:
-    """State of the rounds and levels from coarse to fine."""
-
-    def __init__(self, capture: Capture, config: AlignmentConfig):
-        self.capture, self.config = capture, config
-        self.image = capture
-        self.stack = stack_views(capture, config.samples, config.seed)
-        self.pairs = np.zeros((0, 2), np.int64)
-        self.shared = 1.0
-        self._prior = config.camera.deviations()
-        self._expected = np.zeros(COUNT)
-        self._noise = config.odometry or OdometryNoise()
-        self._correlation = _CORRELATION
-
-    @property
-    def given(self) -> np.ndarray:
-        """Given poses, corrected by known camera errors, (n, 4, 4)."""
-        return self.image.X_WC
-
-    def run(
-        self, report: Callable[[int, int], None]
-    ) -> tuple[Posterior, State]:
-        """Returns the solution and the state that it was linearised at."""
-        state = State(self.given, np.zeros(COUNT), np.zeros(COUNT))
-        levels, steps = (*COARSE, *FINE), len(COARSE) + _ROUNDS * len(FINE)
-        done = 0
-        for _ in range(_ROUNDS):
-            result, state = self._refined(state, levels, done, steps, report)
-            state, done = self._simplest(result, state), done + len(levels)
-            delay = self._taken_delay(state)
-            if not delay and (np.abs(state.left) <= 0.5 * _UNTOLD).all():
-                break
-            state, levels = self.freed(state, delay), FINE
-        return self._doubted(result, state, FINE[-1]), state
-
-    def _taken_delay(self, state: State) -> float:
-        """Returns the images' delay that appears as motion of the poses [s].
-
-        On a smooth walk, a delay looks like a smooth drift, which costs little.
-        But a drift does not follow the camera's velocity.
-        """
-        if not self._prior[DELAY]:
-            return 0.0
-        motion = difference(state.X_WC, self.given)
-        delay, left = delay_of_motion(self.capture, motion)
-        if abs(delay) < _UNTOLD[DELAY] or left > _UNEXPLAINED:
-            return 0.0
-        self._expected[DELAY] = state.errors[DELAY] + delay
-        self._prior[DELAY] = _UNTOLD[DELAY]
-        return delay
-
-    def _refined(
-        self,
-        state: State,
-        levels: tuple[Level, ...],
-        done: int,
-        steps: int,
-        report: Callable[[int, int], None],
-    ) -> tuple[Posterior, State]:
-        """The solution for the images as they are now, and its state."""
-        result = None
-        for number, level in enumerate(levels):
-            report(done + number, steps)
-            self._choose(state, level)
-            used = self.pairs[~_held_out(state, self.pairs)]
-            for iteration in range(level.steps):
-                data = self._data(state, used, level)
-                self.shared = (
-                    float(np.median(data.shared)) if len(used) else 1.0
-                )
-                x = state.unknowns(self.given)
-                if level in FINE and iteration > 0:
-                    self._learn(data, x, state, iteration == 2)
-                result = self._solve(data, x, state)
-                step = result.mean - x
-                state = state.moved(step)
-                if np.abs(step).max(initial=0.0) < _CONVERGED:
-                    break
-        assert result is not None
-        return result, state
-
-    def freed(self, state: State, delay: float = 0.0) -> State:
-        """Corrects the images by their known errors, and returns the state.
-
-        Args:
-            state: The state.
-            delay: The part of the images' delay that appears in its poses [s].
-        """
-        errors = state.errors.copy()
-        errors[DELAY] += delay
-        if np.array_equal(errors, state.undone):
-            return state
-        motion = difference(state.X_WC, self.given)
-        if self.capture.velocity_W is not None:
-            motion -= delay * self.capture.velocity_W
-        self.image = corrected(self.capture, errors)
-        self.stack = stack_views(
-            self.image, self.config.samples, self.config.seed
-        )
-        return State(perturbed(self.given, motion), errors, errors.copy())
-
-    def _simplest(self, result: Posterior, state: State) -> State:
-        """Returns the state without insignificant errors of the camera.
-
-        The other unknowns are conditioned on these being zero, by the joint
-        normal distribution.
-        """
-        if self.config.lengths:
-            return state
-        C, shared = result.covariance.copy(), POSE * len(self.given)
-        mean, none = result.mean.copy(), np.zeros(COUNT, bool)
-        while True:
-            deviation = np.sqrt(np.maximum(np.diag(C)[shared:], 0))
-            limit = np.maximum(_UNTOLD, _SIGNIFICANT * deviation)
-            ratio = np.where(none, np.inf, np.abs(mean[shared:]) / limit)
-            least = int(ratio.argmin())
-            if ratio[least] >= 1:
-                break
-            none[least] = True
-            at = shared + least
-            gain = C[:, at] / C[at, at]
-            mean -= gain * mean[at]
-            C -= np.outer(gain, C[at])
-            mean[at] = 0
-        return State(
-            perturbed(self.given, mean[:shared].reshape(-1, POSE)),
-            mean[shared:],
-            state.undone,
-        )
-
-    def _doubted(
-        self, result: Posterior, state: State, level: Level
-    ) -> Posterior:
-        """The solution, with the covariance of the largest likely noise."""
-        if self.config.odometry is not None:
-            return result
-        used = self.pairs[~_held_out(state, self.pairs)]
-        data, x = self._data(state, used, level), state.unknowns(self.given)
-        known = self._known(x, state)
-        H, g = data.H + known[0], data.g + known[1]
-        views = len(self.given)
-        noise = plausible_noise(H, H @ x - g, views, result.noise)
-        doubt = posterior(data, x, views, noise, known).covariance
-        return dc.replace(result, covariance=doubt)
-
-    def _choose(self, state: State, level: Level):
-        self.pairs = choose_pairs(
-            self.stack, state.X_WC, state.left, level.gate,
-            level.least_cosine, self.config.partners,
-        )  # fmt: skip
-
-    def _data(self, state: State, pairs: np.ndarray, level: Level) -> Equations:
-        spread = residual_spread(self.stack, state, pairs, level)
-        return equations(
-            self.stack, state, pairs, level, spread, self._correlation
-        )
-
-    def _known(self, x: np.ndarray, state: State) -> tuple:
-        """Returns matrix and gradient of the camera's prior and of lengths."""
-        H, g = np.zeros((len(x), len(x))), np.zeros(len(x))
-        own = np.arange(len(x) - COUNT, len(x))
-        H[own, own] = np.maximum(self._prior, _EXACT) ** -2
-        g[own] = H[own, own] * (x[own] - self._expected)
-        for length in self.config.lengths:
-            add_length(length, self.capture, state, H, g)
-        return H, g
-
-    def _solve(self, data: Equations, x: np.ndarray, state: State) -> Posterior:
-        known = self._known(x, state)
-        return posterior(data, x, len(self.given), self._noise, known)
-
-    def _learn(
-        self, data: Equations, x: np.ndarray, state: State, noise_too: bool
-    ):
-        """Estimates the data's redundancy and the noise of given poses."""
-        result = self._solve(data, x, state)
-        self._correlation = estimate_correlation(
-            data, result, default=_CORRELATION
-        )
-        if not noise_too or self.config.odometry is not None:
-            return
-        H, g = self._known(x, state)
-        H, g = H + data.H, g + data.g
-        views = len(self.given)
-        motion = result.mean[: POSE * views].reshape(views, POSE)
-        starts = self._noise, OdometryNoise.of_motions(motion)
-        self._noise = estimate_noise(H, H @ x - g, views, starts)
-
-
-def _held_out(state: State, pairs: np.ndarray) -> np.ndarray:
-    """Selects held-out pairs of all distances, if there are enough."""
-    held_out = np.zeros(len(pairs), bool)
-    if len(pairs) >= 3 * _HELD_OUT:
-        p_WC = state.X_WC[:, :3, 3]
-        apart = np.linalg.norm(p_WC[pairs[:, 0]] - p_WC[pairs[:, 1]], axis=1)
-        held_out[
-            np.argsort(apart, kind="stable")[_HELD_OUT - 2 :: _HELD_OUT]
-        ] = True
-    return held_out
 
 
 def _groups(n: int, pairs: np.ndarray) -> int:
