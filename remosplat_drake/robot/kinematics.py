@@ -320,17 +320,30 @@ def sphere_points(X_WB, body, p_BS):
         body: Body of each sphere, shape (n,).
         p_BS: Centres in their body frames, shape (n, 3) [m].
     """
-    n = len(body)
-    p_WS = np.empty((n, 3))
-    R_WL = np.empty((n, 3, 3))
-    for i in range(n):
+    p_WS = np.empty((len(body), 3))
+    R_WL = np.empty((len(body), 3, 3))
+    place_points(X_WB, body, p_BS, p_WS, R_WL)
+    return p_WS, R_WL
+
+
+@helper
+def place_points(X_WB, body, p_BS, p_WS, R_WL):
+    """Fills in what `sphere_points` returns.
+
+    Args:
+        X_WB: Poses of all bodies, shape (b, 4, 4).
+        body: Body of each sphere, shape (n,).
+        p_BS: Centres in their body frames, shape (n, 3) [m].
+        p_WS: Filled with the centres in W, shape (n, 3) [m].
+        R_WL: Filled with the links' orientations, shape (n, 3, 3).
+    """
+    for i in range(len(body)):
         X = X_WB[body[i]]
         for r in range(3):
             p_WS[i, r] = X[r, 3]
             for c in range(3):
                 R_WL[i, r, c] = X[r, c]
                 p_WS[i, r] += X[r, c] * p_BS[i, c]
-    return p_WS, R_WL
 
 
 @kernel

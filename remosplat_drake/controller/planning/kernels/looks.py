@@ -12,7 +12,6 @@ from remosplat_drake.base.kernels.returns import TRUTH
 from remosplat_drake.controller.planning.kernels.map_looks import (
     is_off_the_map,
     keeps_off_the_map,
-    place_spheres,
 )
 from remosplat_drake.controller.planning.kernels.self_looks import (
     is_off_itself,
@@ -29,7 +28,7 @@ from remosplat_drake.controller.verification.kernels.mover_sweep import (
     keeps_off_movers,
 )
 from remosplat_drake.controller.verification.kernels.places import held
-from remosplat_drake.robot.kinematics import body_poses
+from remosplat_drake.robot.kinematics import body_poses, sphere_points
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 
 _LOOK = 0.4
@@ -116,11 +115,10 @@ def _is_stretch_free(space, line, q, u):
 @helper
 def _is_off_movers(space, X_WL):
     """Tells whether spheres keep their distances from what stands there."""
-    movers, robot, n = space.movers, space.robot, len(space.level)
+    movers, robot = space.movers, space.robot
     if len(movers.radius) == 0:
         return True
-    p_WS, R_WL = np.empty((n, 3)), np.empty((n, 3, 3))
-    place_spheres(robot, X_WL, p_WS, R_WL)
+    p_WS, _ = sphere_points(X_WL, robot.body_S, robot.p_LS)
     near = near_movers(movers, p_WS, robot.radius, 1e-9)
     for row in range(len(near.sphere)):
         if near.distance[row] < space.mover_level[near.sphere[row]]:
@@ -131,7 +129,7 @@ def _is_off_movers(space, X_WL):
 @helper
 def _keeps_off_movers(space, q, u, travel):
     """Tells whether a motion keeps off what stands in the way."""
-    movers, robot, n = space.movers, space.robot, len(space.level)
+    movers, robot = space.movers, space.robot
     if len(movers.radius) == 0:
         return True
     looks = max(1, round(travel / _MOVER_LOOK))
@@ -139,8 +137,7 @@ def _keeps_off_movers(space, q, u, travel):
     for k in range(looks):
         times[k] = (k + 1.0) / looks
     X_WL, _ = body_poses(robot.tree, q)
-    p_WS, R_WL = np.empty((n, 3)), np.empty((n, 3, 3))
-    place_spheres(robot, X_WL, p_WS, R_WL)
+    p_WS, _ = sphere_points(X_WL, robot.body_S, robot.p_LS)
     path = held(q, u, robot.n_base, times, times)
-    tube = np.zeros(n)
+    tube = np.zeros(len(p_WS))
     return keeps_off_movers(robot, path, movers, p_WS, 0.0, tube, TOLERANCE)

@@ -16,7 +16,12 @@ from remosplat_drake.controller.verification.kernels.between_looks import (
     bend_of,
     longest_way,
 )
-from remosplat_drake.robot.kinematics import advance, body_poses
+from remosplat_drake.robot.kinematics import (
+    advance,
+    body_poses,
+    place_points,
+    sphere_points,
+)
 from remosplat_drake.signals.compiled_map import (
     is_lipschitz,
     sphere_clearances,
@@ -46,15 +51,13 @@ def is_off_the_map(space, line, X_WL):
         line: Number of the `PythonCalls` of its map.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
-    n = len(space.level)
-    point, R_WL = np.empty((n, 3)), np.empty((n, 3, 3))
-    place_spheres(space.robot, X_WL, point, R_WL)
+    robot, n = space.robot, len(space.level)
+    at = sphere_points(X_WL, robot.body_S, robot.p_LS)
     wanted, room = np.zeros(n), np.empty(n)
     # Mostly the hand, whose spheres are the last, is what has no room.
     for end in range(n, 0, -_SOME):
         for i in range(n):
             room[i] = -np.inf if end - _SOME <= i < end else np.inf
-        at = point, R_WL
         if not _look(space, line, at, wanted, room, -_ROUNDING):
             return False
     return True
@@ -87,7 +90,7 @@ def keeps_off_the_map(space, line, q, u, looks):
     for k in range(looks + 1):
         time[k] = 1.0 - k / looks
         X_WL, _ = body_poses(robot.tree, advance(q, u, n_base, time[k]))
-        place_spheres(robot, X_WL, point[k], R_WL[k])
+        place_points(X_WL, robot.body_S, robot.p_LS, point[k], R_WL[k])
     for k in range(looks + 1):
         for i in range(n):
             before, way = 0.0, 0.0
@@ -118,7 +121,7 @@ def keeps_off_the_map(space, line, q, u, looks):
             room[top, i] = np.inf if wanted[i] < 0.0 else -np.inf
             set_vector(point[top + 1, i], point[top, i])
         X_WL, _ = body_poses(robot.tree, advance(q, u, n_base, time[top]))
-        place_spheres(robot, X_WL, point[top], R_WL[0])
+        place_points(X_WL, robot.body_S, robot.p_LS, point[top], R_WL[0])
         at = point[top], R_WL[0]
         if not _look(space, line, at, wanted, room[top], -TOLERANCE):
             return False
@@ -141,25 +144,6 @@ def _want_more(point, room, top, bend, span, wanted):
             wanted[i] = max(0.25 * way - TOLERANCE, 0.0)
             is_open = True
     return is_open
-
-
-@helper
-def place_spheres(robot, X_WL, p_WS, R_WL):
-    """Fills in where all n spheres are.
-
-    Args:
-        robot: The `RobotArrays`.
-        X_WL: Poses of all bodies, shape (b, 4, 4).
-        p_WS: Their centres in W, shape (n, 3) [m].
-        R_WL: Orientations of their links, shape (n, 3, 3).
-    """
-    for i in range(len(robot.radius)):
-        X = X_WL[robot.body_S[i]]
-        for r in range(3):
-            p_WS[i, r] = X[r, 3]
-            for c in range(3):
-                p_WS[i, r] += X[r, c] * robot.p_LS[i, c]
-                R_WL[i, r, c] = X[r, c]
 
 
 @helper
