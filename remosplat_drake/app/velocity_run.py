@@ -33,7 +33,6 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import RUNNING, STOPPED, UNARMED
-from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.task.velocity_profile import ProfileMaker, VelocityProfile
 
 LATEST_BASE = Actuator(delay=0.2, tube=0.25, noise=0.02)
@@ -112,7 +111,7 @@ def build_velocity_run(
 
 
 def latest_axes(robot: RobotModel) -> list[Actuator]:
-    """Returns what is taken to be known of a robot that nobody has measured.
+    """Returns the models that are assumed of a robot before it is measured.
 
     Args:
         robot: The robot.
@@ -138,7 +137,7 @@ def play(application: Application, u: np.ndarray) -> list[Played]:
         LateError: The robot stopped after a command or a status was late.
         HeldBackError: Verification did not let the robot go as it shall.
         RemoSplatError: The robot may not move, or was stopped.
-        KeyboardInterrupt: Somebody has interrupted it.
+        KeyboardInterrupt: The run was interrupted.
     """
     player = _Player(application, u)
     done = run_on_hardware(application, between_ticks=player)
@@ -201,14 +200,10 @@ class _Player:
             or status.base_age >= self._hardware.base_status_expiry
         )
         report = self._application.recorder.latest
-        if report is not None and _is_held_back(report):
+        if report is not None and report.scale < 1.0:
             raise HeldBackError("verification holds it back")
 
     def was_late(self) -> bool:
         """Tells whether statuses or commands came late."""
         gaps = np.diff([*(tick.sent for tick in self.ticks), time.time()])
         return self._is_late or bool((gaps[:-1] > LONGEST_GAP).any())
-
-
-def _is_held_back(report: TickReport) -> bool:
-    return report.scale < 1.0

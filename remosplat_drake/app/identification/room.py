@@ -49,7 +49,7 @@ class Room:
             return "where the robot is in the map is not known"
         spheres = self.own.robot.spheres_at(q)
         least = self.clearance
-        nearest = self.field.clearances(spheres, self.clearance).minimum()
+        nearest = self.field.clearances(spheres, least).minimum()
         if not nearest >= least:
             return (
                 f"the scene is {1e3 * nearest:.0f} mm away, at least"

@@ -193,7 +193,7 @@ class MeshTruth:
         i = int(away.argmin()) if len(away) else 0
         if not (away[i : i + 1] < np.inf).any():
             return np.inf
-        on_a = a.data[np.asarray(nearest)[i]]
+        on_a = a.data[nearest[i]]
         if is_inside(p_A[i], self._surfaces[links[0]]) or is_inside(
             (on_a - p_AB) @ R_AB, self._surfaces[links[1]]
         ):

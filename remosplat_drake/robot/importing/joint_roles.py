@@ -108,7 +108,7 @@ def is_finger(urdf: Urdf, joint: UrdfJoint) -> bool:
     """Tells whether a joint opens or closes a hand.
 
     Joints of which one follows another on the same link are a pair of fingers,
-    whatever they are called.
+    by any name.
 
     Args:
         urdf: The robot.

@@ -10,7 +10,7 @@ from itertools import product
 
 import numpy as np
 
-from remosplat_drake.robot.importing.urdf import FIXED, PRISMATIC, Urdf
+from remosplat_drake.robot.importing.urdf import PRISMATIC, Urdf
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.kernels.all_distances import (
     pair_distances,
@@ -67,7 +67,7 @@ def find_link_gaps(urdf: Urdf, robot: RobotModel) -> list[LinkGap]:
     shapes = read_collision_shapes(robot.description, robot.spheres)
     parts: dict[str, list[str]] = {}
     for link in dict.fromkeys(shapes.links):
-        parts.setdefault(_rigid_root(urdf, link), []).append(link)
+        parts.setdefault(urdf.rigid_root(link), []).append(link)
     X_WL = robot.body_poses(np.zeros(robot.n_q))
     gaps = []
     for link, links in parts.items():
@@ -85,26 +85,19 @@ def find_link_gaps(urdf: Urdf, robot: RobotModel) -> list[LinkGap]:
     return gaps
 
 
-def _rigid_root(urdf: Urdf, link: str) -> str:
-    """The link nearest to the root that a link is fixed to, maybe itself."""
-    while link in urdf.inboard and urdf.inboard[link].kind == FIXED:
-        link = urdf.inboard[link].parent
-    return link
-
-
 def _carrier(
     urdf: Urdf, link: str, parts: dict[str, list[str]]
 ) -> tuple[str | None, float]:
     """The part that carries a link, and how far slides between them go [m].
 
-    That is nan where a slide has no limits; nobody knows what it can close.
+    That is NaN where a slide has no limits: what it can close is not known.
     """
     travel = 0.0
     while link in urdf.inboard:
         joint = urdf.inboard[link]
         if joint.kind == PRISMATIC:
             travel += max(abs(joint.lower), abs(joint.upper))
-        link = _rigid_root(urdf, joint.parent)
+        link = urdf.rigid_root(joint.parent)
         if link in parts:
             return link, travel
     return None, travel
