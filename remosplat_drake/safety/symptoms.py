@@ -229,7 +229,7 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """Returns the largest clearance since the robot was set going [m].
 
     Of a robot that stands and waits to be, it is the present clearance; of one
-    that was stopped where it touches, more: nobody releases it there.
+    that was stopped where it touches, more: it is not released there.
 
     Args:
         state: The supervisor after the tick before.

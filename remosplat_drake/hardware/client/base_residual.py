@@ -56,7 +56,7 @@ class ArcPath:
 
     Attributes:
         rows: Time, x, y, yaw, speeds forward and to the left and turning rate
-            at each arc's beginning, and whatever else, shape (k, 7 or more),
+            at each arc's beginning, and further columns, shape (k, 7 or more),
             C-contiguous.
         held: Longest time for which a speed counts [s].
     """

@@ -1,6 +1,6 @@
 """Whether a robot's drivers keep to what a controller relies on.
 
 `Heard` messages of a wire become a `RobotRecord`; `checks` judge it, and
-`following` how the axes follow. Nothing here sends anything: whatever moves the
+`following` how the axes follow. Nothing here sends anything: what moves the
 robot has been through verification and supervisor.
 """

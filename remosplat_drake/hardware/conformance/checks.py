@@ -94,7 +94,7 @@ class Seen:
         self._drivers |= record.drivers.keys()
 
     def missing(self, stop: bool, restart: bool) -> list[str]:
-        """Says what has not been seen yet, in words for whoever operates.
+        """Says what has not been seen yet, in words for an operator.
 
         Args:
             stop: Whether stops are waited for.
@@ -196,7 +196,7 @@ def _mode(part: PartRecord) -> Finding:
         bool(obeyed and stopped),
         found=f"{seen} all the time" if len(part.modes) == 1 else seen,
         wanted=_MODE_WORDS,
-        source=f"modes of {part.channel}, while somebody presses the stop",
+        source=f"modes of {part.channel}, while a person presses the stop",
         mend="let the driver read the robot's stop: `emergency_stop` and"
         " `mode` of !Ros2Arm name topics",
     )
