@@ -1,8 +1,9 @@
 """Do robots get out of starts that are too near, and does anything come nearer?
 
-Each robot starts at random, up to 30 mm inside its distances to itself or to
-the scene. Where it does not get out within 10 s, a search that knows nothing of
-the controller says whether there is a way.
+Each robot starts at random, up to 30 mm inside its distances to itself, the
+scene, unseen space or a standing mover, or inside those of its joints to their
+limits. If it does not get out within 10 s, a search that is independent of the
+controller says whether there is a way.
 """
 
 import argparse
@@ -15,7 +16,13 @@ from rich.console import Console
 from apps.studies.command_line import study_main
 from apps.studies.kept_trials import run_missing
 from apps.studies.ways_out.report import summary, table
-from apps.studies.ways_out.start import SCENARIOS, Start
+from apps.studies.ways_out.start import (
+    KINDS,
+    SCENARIOS,
+    UNSEEN,
+    Start,
+    has_unseen_space,
+)
 from apps.studies.ways_out.trial import failed, restored, run_trial
 from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.benchmark.pool import Job
@@ -31,7 +38,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"which of {', '.join(SCENARIOS)} (all)",
     )
     parser.add_argument(
-        "--count", type=int, default=1000, help="starts a robot (1000)"
+        "--kinds",
+        nargs="+",
+        default=list(KINDS),
+        metavar="KIND",
+        help=f"too near to which of {', '.join(KINDS)} (all)",
+    )
+    parser.add_argument(
+        "--count",
+        type=int,
+        default=1000,
+        help="starts of a robot and kind (1000)",
     )
     parser.add_argument(
         "--first", type=int, default=0, help="seed of the first start (0)"
@@ -55,12 +72,19 @@ def run(arguments: argparse.Namespace) -> int:
             raise FieldError(
                 "ways_out", f"--{name}", f"must be at least {least}"
             )
-    for name in arguments.robots:
-        if name not in SCENARIOS:
-            problem = unknown_name("robot", name, SCENARIOS)
-            raise FieldError("ways_out", "--robots", problem)
+    for what, valid in (("robot", SCENARIOS), ("kind", KINDS)):
+        for name in getattr(arguments, f"{what}s"):
+            if name not in valid:
+                problem = unknown_name(what, name, valid)
+                raise FieldError("ways_out", f"--{what}s", problem)
+    groups = [
+        (robot, kind)
+        for kind in arguments.kinds
+        for robot in arguments.robots
+        if kind != UNSEEN or has_unseen_space(robot)
+    ]
     seeds = range(arguments.first, arguments.first + arguments.count)
-    starts = [Start(name, seed) for seed in seeds for name in arguments.robots]
+    starts = [Start(robot, s, kind) for s in seeds for robot, kind in groups]
     results = run_missing(
         [Job(start, run_trial, failed) for start in starts],
         arguments.output / "starts.jsonl",

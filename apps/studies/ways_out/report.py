@@ -14,12 +14,13 @@ def table(results: Sequence[Result]) -> Table:
     Args:
         results: The results of all trials.
     """
-    made = Table("robot", "starts", "out", "of those with a way")
+    made = Table("robot, near", "starts", "out", "of those with a way")
     made.add_column("time, median and worst [s]")
     made.add_column("nearer than at the start, at ticks and between [mm]")
+    made.add_column("joints, nearer to limits [mrad]")
     made.add_column("stopped")
-    for robot in dict.fromkeys(r.robot for r in results):
-        of = [r for r in results if r.robot == robot and not r.error]
+    for group in dict.fromkeys(r.group for r in results):
+        of = [r for r in results if r.group == group and not r.error]
         if not of:
             continue
         times = [r.out_after for r in of if r.out_after is not None]
@@ -28,12 +29,13 @@ def table(results: Sequence[Result]) -> Table:
         between = 1e3 * max(r.nearer_between for r in of)
         spread = f"{np.median(times):.2f}, {max(times):.2f}" if times else ""
         made.add_row(
-            robot,
+            group,
             str(len(of)),
             str(len(times)),
             f"{100 * len(times) / ways:.1f} %" if ways else "",
             spread,
             f"{ticks:.4f}, {between:.4f}",
+            f"{1e3 * max(r.joints_nearer for r in of):.4f}",
             str(sum(bool(r.stopped) for r in of)),
         )
     return made

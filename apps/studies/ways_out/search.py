@@ -6,7 +6,7 @@ comes nearer, and nothing else becomes too near.
 
 import numpy as np
 
-from apps.studies.ways_out.start import Place
+from apps.studies.ways_out.start import Place, Posture
 
 _TRIES = 6
 """Number of climbs."""
@@ -22,28 +22,33 @@ _ROUNDING = 1e-6
 
 
 def finds_a_way(
-    place: Place, q: np.ndarray, random: np.random.Generator
+    place: Place, start: Posture, random: np.random.Generator
 ) -> bool:
     """Searches for a way out of a start.
 
     Args:
         place: Where the robot starts.
-        q: The start, shape (n_q,) [rad, m].
+        start: The start.
         random: Where steps come from.
     """
-    return any(_climbs(place, q, random) for _ in range(_TRIES))
+    return any(_climbs(place, start, random) for _ in range(_TRIES))
 
 
-def _climbs(place: Place, q: np.ndarray, random: np.random.Generator) -> bool:
-    robot = place.world.robot
+def _climbs(place: Place, start: Posture, random: np.random.Generator) -> bool:
+    robot, q = place.world.robot, start.q
+
+    def margins_at(q: np.ndarray) -> np.ndarray:
+        margins = place.margins(q, start.movers)
+        return np.concatenate([margins, place.joint_margins(q)])
+
     lower = np.minimum(robot.position_lower, q)
     upper = np.maximum(robot.position_upper, q)
-    kept = np.minimum(place.margins(q), 0.0)
+    kept = np.minimum(margins_at(q), 0.0)
     length, direction = 0.01, random.normal(size=robot.n_u)
     for _ in range(_STEPS):
         u = direction / np.linalg.norm(direction) * length
         after = robot.advance(q, u, 1.0)
-        margins = place.margins(after)
+        margins = margins_at(after)
         inside = ((lower <= after) & (after <= upper)).all()
         if inside and (margins >= kept - _ROUNDING).all():
             if (margins >= 0.0).all():

@@ -1,4 +1,4 @@
-"""Starts that a robot must get out of: too near to itself or to the scene."""
+"""Starts that a robot must get out of: nearer to something than it may come."""
 
 import dataclasses as dc
 from functools import cache
@@ -6,10 +6,17 @@ from functools import cache
 import numpy as np
 
 from remosplat_drake.app.scenario import Scenario, load_scenario
+from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.world import World, load_world, scenario_targets
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.controller.program.joint_margins import (
+    STOP_SHARE,
+    joint_margins,
+)
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
+from remosplat_drake.scene.mover import Mover, Movers
+from remosplat_drake.signals.near_movers import NearMovers
 from remosplat_drake.signals.target import Target
 
 SCENARIOS = {
@@ -22,6 +29,16 @@ SCENARIOS = {
 }
 """Where each robot starts: a scenario that is shipped."""
 
+SURROUNDINGS, UNSEEN, JOINTS, MOVER = (
+    "surroundings",
+    "unseen",
+    "joints",
+    "mover",
+)
+KINDS = SURROUNDINGS, UNSEEN, JOINTS, MOVER
+"""What a robot may start too near to: itself or the scene, space that no camera
+has seen, limits of its joints, a standing mover."""
+
 DEEPEST = 0.03
 """How far inside its distances a start is at most [m]."""
 
@@ -31,6 +48,9 @@ _AROUND = 0.8
 _DRAWS = 20_000
 """Configurations after which a start is given up."""
 
+_MOVER_RADIUS = 0.08
+"""Radius of a mover, which is a sphere [m]."""
+
 
 @dc.dataclass(frozen=True)
 class Start:
@@ -39,15 +59,17 @@ class Start:
     Attributes:
         robot: Name of the robot, a key of `SCENARIOS`.
         seed: Where its configuration comes from.
+        kind: One of `KINDS`, what it is too near to.
     """
 
     robot: str
     seed: int
+    kind: str = SURROUNDINGS
 
     @property
     def key(self) -> str:
         """Name of the start among all starts."""
-        return f"{self.robot} {self.seed}"
+        return f"{self.robot} {self.kind} {self.seed}"
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -73,33 +95,75 @@ class Place:
         assert own is not None
         return own
 
-    def margins(self, q: np.ndarray) -> np.ndarray:
+    def margins(self, q: np.ndarray, movers: Movers) -> np.ndarray:
         """Computes what distances have above their stopping distances.
 
         Args:
             q: Configuration, shape (n_q,) [rad, m].
+            movers: What moves otherwise, and stands now.
 
         Returns:
-            Those of all pairs of the robot's shapes, then those of all spheres
-            from the map, shape (k + n,) [m]; at most a few centimetres.
+            Those of all pairs of the robot's shapes, of all spheres from the
+            map, and of all spheres from movers, shape (k + 2 n,) [m]; at most
+            a few centimetres.
         """
         own, stopping = self.own, self.law.collision.stopping
         itself = own.distances(q, own.stopping + DEEPEST) - own.stopping
         spheres = self.world.robot.spheres_at(q)
         near = self.world.field.clearances(spheres, stopping + DEEPEST)
         scene = near.per_sphere(len(spheres)) - stopping
-        return np.minimum(np.concatenate([itself, scene]), DEEPEST)
+        apart, separation = np.full(len(spheres), DEEPEST), self.separation
+        found = NearMovers.find(movers, 0.0, spheres, separation + DEEPEST)
+        np.minimum.at(apart, found.sphere, found.distance - separation)
+        return np.minimum(np.concatenate([itself, scene, apart]), DEEPEST)
+
+    def joint_margins(self, q: np.ndarray) -> np.ndarray:
+        """Computes what the arm's joints have above their stopping distances.
+
+        Args:
+            q: Configuration, shape (n_q,) [rad, m].
+
+        Returns:
+            The margins, shape (n_arm,) [rad, m]; zero where there is enough.
+        """
+        robot, config = self.world.robot, self.scenario.controller.joint_limits
+        stop = joint_margins(
+            robot, np.radians(config.stop), config.slide_stop, STOP_SHARE
+        )
+        inside = np.minimum(q - robot.position_lower, robot.position_upper - q)
+        return np.minimum(inside[-len(stop) :] - stop, 0.0)
+
+    @property
+    def separation(self) -> float:
+        """The distance that spheres keep from movers [m]."""
+        return self.law.movers.separation
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Posture:
+    """A start as it was drawn.
+
+    Attributes:
+        q: The configuration, shape (n_q,) [rad, m].
+        movers: What stands beside the robot; none for most kinds.
+    """
+
+    q: np.ndarray
+    movers: Movers
 
 
 @cache
-def place_of(robot: str) -> Place:
+def place_of(robot: str, unseen_is_solid: bool = False) -> Place:
     """Loads where a robot starts.
 
     Args:
         robot: A key of `SCENARIOS`.
+        unseen_is_solid: Whether space that no camera has seen is an obstacle.
     """
     scenario = load_scenario(SCENARIOS[robot])
     scenario.controller.solver = "active_set"
+    if unseen_is_solid:
+        scenario.scene.unknown = OBSTACLE
     world = load_world(scenario)
     law = ReactiveLaw.make(
         scenario.controller, world.robot, scenario.control_period
@@ -109,11 +173,21 @@ def place_of(robot: str) -> Place:
     return Place(scenario, world, law, first)
 
 
-def draw(start: Start) -> np.ndarray:
-    """Draws the configuration of a start, shape (n_q,) [rad, m].
+def has_unseen_space(robot: str) -> bool:
+    """Tells whether the map of a robot's scenario says what was seen.
+
+    Args:
+        robot: A key of `SCENARIOS`.
+    """
+    return place_of(robot, unseen_is_solid=True).world.seen is not None
+
+
+def draw(start: Start) -> Posture:
+    """Draws the posture of a start.
 
     Joints are anywhere within their limits, and a base is near where its
-    scenario begins.
+    scenario begins. What a start is not too near to by its kind keeps its
+    distance; of the other kinds of starts, joints may be near their limits.
 
     Args:
         start: The start.
@@ -121,16 +195,70 @@ def draw(start: Start) -> np.ndarray:
     Raises:
         RemoSplatError: None is found.
     """
-    random = np.random.default_rng([start.seed, len(start.robot)])
-    place = place_of(start.robot)
+    kind = KINDS.index(start.kind)
+    random = np.random.default_rng([start.seed, len(start.robot), kind])
+    place = place_of(start.robot, start.kind == UNSEEN)
+    known = place_of(start.robot)
+    robot, nothing = place.world.robot, Movers(0.0, [])
+    for _ in range(_DRAWS):
+        q = _anywhere(place, random)
+        if start.kind == JOINTS:
+            q = _near_limits(place, q, random)
+        least = place.margins(q, nothing).min()
+        if start.kind in (JOINTS, MOVER):
+            if least < 0.0:
+                continue
+            if start.kind == JOINTS:
+                return Posture(q, nothing)
+            movers = _beside(place, robot.spheres_at(q), random)
+            if -DEEPEST <= place.margins(q, movers).min() < 0.0:
+                return Posture(q, movers)
+        elif -DEEPEST <= least < 0.0 and (
+            start.kind != UNSEEN or known.margins(q, nothing).min() >= 0.0
+        ):
+            return Posture(q, nothing)
+    raise RemoSplatError(f"{start.key}: no start found in {_DRAWS} draws")
+
+
+def _anywhere(place: Place, random: np.random.Generator) -> np.ndarray:
+    """Draws a configuration within joint limits, shape (n_q,)."""
     robot, q0 = place.world.robot, place.world.q0
     turn = np.where(np.arange(robot.n_q) == 2, np.pi, _AROUND)
     base = len(q0) - len(robot.home)
-    for _ in range(_DRAWS):
-        q = q0 + turn * random.uniform(-1, 1, robot.n_q)
-        lower = np.maximum(robot.position_lower, -np.pi)[base:]
-        upper = np.minimum(robot.position_upper, np.pi)[base:]
-        q[base:] = random.uniform(lower, upper)
-        if -DEEPEST <= place.margins(q).min() < 0:
-            return q
-    raise RemoSplatError(f"{start.key}: no start found in {_DRAWS} draws")
+    q = q0 + turn * random.uniform(-1, 1, robot.n_q)
+    lower = np.maximum(robot.position_lower, -np.pi)[base:]
+    upper = np.minimum(robot.position_upper, np.pi)[base:]
+    q[base:] = random.uniform(lower, upper)
+    return q
+
+
+def _near_limits(
+    place: Place, q: np.ndarray, random: np.random.Generator
+) -> np.ndarray:
+    """Moves one joint or more to where its damper lets it only go back."""
+    robot, config = place.world.robot, place.scenario.controller.joint_limits
+    stop = joint_margins(
+        robot, np.radians(config.stop), config.slide_stop, STOP_SHARE
+    )
+    n, q = len(stop), q.copy()
+    bounded = np.isfinite(robot.position_upper - robot.position_lower)[-n:]
+    chosen = random.random(n) < 0.2
+    chosen[random.choice(np.flatnonzero(bounded))] = True
+    for j in np.flatnonzero(chosen & bounded):
+        i, depth = robot.n_q - n + j, random.uniform(0.0, stop[j])
+        lower, upper = robot.position_lower[i], robot.position_upper[i]
+        q[i] = random.choice([lower + depth, upper - depth])
+    return q
+
+
+def _beside(place: Place, spheres, random: np.random.Generator) -> Movers:
+    """Puts a mover that stands beside a sphere that the robot can move."""
+    robot = place.world.robot
+    moved = np.flatnonzero(np.abs(robot.jacobian_bound).max(axis=1) > 0.0)
+    i = random.choice(moved)
+    n_W = random.normal(size=3)
+    n_W /= np.linalg.norm(n_W)
+    gap = place.separation - random.uniform(0.0, DEEPEST)
+    way = spheres.radius[i] + gap + _MOVER_RADIUS
+    p_WM = spheres.p_WS[i] + way * n_W
+    return Movers(0.0, [Mover.sphere("cart", p_WM, _MOVER_RADIUS)])

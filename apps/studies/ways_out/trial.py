@@ -6,10 +6,18 @@ from typing import Any
 import numpy as np
 
 from apps.studies.ways_out.search import finds_a_way
-from apps.studies.ways_out.start import Place, Start, draw, place_of
+from apps.studies.ways_out.start import (
+    UNSEEN,
+    Place,
+    Posture,
+    Start,
+    draw,
+    place_of,
+)
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.safety.supervision import Observation, SupervisorLaw
 from remosplat_drake.safety.supervisor import supervise
+from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.supervisor_state import SupervisorState
 
@@ -19,6 +27,9 @@ TIME = 10.0
 ROUNDING = 1e-6
 """By how much a distance may lack of its stopping distance at the end [m]: a
 damper comes near it, and never quite there."""
+
+JOINT_ROUNDING = 1e-3
+"""The same of joints, whose damper is slower [rad, m]."""
 
 _LOOKS = 4
 """Number of looks at the distances a tick."""
@@ -31,8 +42,8 @@ class Result:
     Attributes:
         key: Name of the start.
         depth: How far inside its distances it was [m].
-        out_after: When every pair was beyond its stopping distance [s]; None
-            if it never was.
+        out_after: When every pair, and every joint, was beyond its stopping
+            distance [s]; None if it never was.
         left: What was lacking in the end [m].
         nearer_at_ticks: By how much a distance fell below that of the start,
             or its stopping distance, at the ends of ticks [m].
@@ -40,6 +51,8 @@ class Result:
         stopped: Why the supervisor stopped the robot; empty if it did not.
         has_way: Whether a search finds a way; None where none was asked for.
         error: Why there is no result; empty for none.
+        joints_nearer: By how much a joint inside its stopping distance came
+            nearer to a limit, or another went inside [rad, m].
     """
 
     key: str
@@ -51,11 +64,12 @@ class Result:
     stopped: str = ""
     has_way: bool | None = None
     error: str = ""
+    joints_nearer: float = 0.0
 
     @property
-    def robot(self) -> str:
-        """Name of the robot."""
-        return self.key.partition(" ")[0]
+    def group(self) -> str:
+        """Name of the robot, and what it starts too near to."""
+        return self.key.rpartition(" ")[0]
 
 
 def failed(start: Start, error: str) -> Result:
@@ -74,17 +88,18 @@ def run_trial(start: Start) -> Result:
     Args:
         start: The start.
     """
-    place, q = place_of(start.robot), draw(start)
-    result = _driven(place, start.key, q)
+    place, posture = place_of(start.robot, start.kind == UNSEEN), draw(start)
+    result = _driven(place, start.key, posture)
     if result.out_after is not None:
         return result
     random = np.random.default_rng(start.seed)
-    return dc.replace(result, has_way=finds_a_way(place, q, random))
+    return dc.replace(result, has_way=finds_a_way(place, posture, random))
 
 
-def _driven(place: Place, key: str, q: np.ndarray) -> Result:
+def _driven(place: Place, key: str, posture: Posture) -> Result:
     law, robot, field = place.law, place.world.robot, place.world.field
-    dt, u, margins = law.dt, np.zeros(robot.n_u), place.margins(q)
+    q, still = posture.q, posture.movers
+    dt, u, margins = law.dt, np.zeros(robot.n_u), place.margins(q, still)
     watch = SupervisorLaw.make(
         place.scenario.supervisor,
         robot,
@@ -93,33 +108,49 @@ def _driven(place: Place, key: str, q: np.ndarray) -> Result:
     )
     state = SupervisorState(u)
     depth, level = -margins.min(), np.minimum(margins, 0.0)
-    fell, fell_between, out = 0.0, 0.0, None
+    joints_level = place.joint_margins(q)
+    fell, fell_between, joints_fell, out = 0.0, 0.0, 0.0, None
     for tick in range(round(TIME / dt)):
         spheres = robot.spheres_at(q)
         near = field.clearances(spheres, law.collision.influence)
         time = tick * dt
+        movers = Movers(time, still.movers) if still.movers else None
         report = run_tick(
-            law, time, q, place.target, near, field, state.command
+            law,
+            time,
+            q,
+            place.target,
+            near,
+            field,
+            state.command,
+            movers=movers,
         )
-        seen = Observation(time, report.command, report, StationStatus(), u)
+        seen = Observation(
+            time, report.command, report, StationStatus(), u, movers=movers
+        )
         state = supervise(watch, state, seen)
         u = state.command
         for look in range(1, _LOOKS + 1):
-            margins = place.margins(robot.advance(q, u, dt * look / _LOOKS))
+            after = robot.advance(q, u, dt * look / _LOOKS)
+            margins = place.margins(after, still)
             fell_between = max(fell_between, float((level - margins).max()))
         fell = max(fell, float((level - margins).max()))
         q = robot.advance(q, u, dt)
-        if margins.min() >= -ROUNDING:
+        joints = place.joint_margins(q)
+        joints_fell = max(joints_fell, float((joints_level - joints).max()))
+        if margins.min() >= -ROUNDING and joints.min() >= -JOINT_ROUNDING:
             out = time + dt
             break
         if state.is_latched and not u.any():
             break
+    lacking = max(-margins.min(), -joints.min(), 0.0)
     return Result(
         key,
         float(depth),
         out,
-        float(max(-margins.min(), 0.0)),
+        float(lacking),
         fell,
         fell_between,
         state.reason if state.is_latched else "",
+        joints_nearer=joints_fell,
     )
