@@ -7,6 +7,8 @@ from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 from remosplat_drake.base.python_calls import ask_python
 from remosplat_drake.controller.ingredients import (
     CollisionDamper,
+    JointLimitDamper,
+    MoverDamper,
     SelfCollisionDamper,
 )
 from remosplat_drake.controller.ingredients.kernels.assemble import (
@@ -48,7 +50,18 @@ _NOTABLE = 2e-3
 """Speed of the retreat that a row must demand for something to count as too
 near [m/s]: a millimetre inside the scene's stopping distance, by default."""
 
-_SELF, _SCENE = map(PARTS.index, (SelfCollisionDamper, CollisionDamper))
+_DEMANDED = 1e-8
+"""Speed of the retreat that a row must demand for a refused robot to move out
+[m/s]: above rounding, and else nothing is too little."""
+
+_CRAWL = 0.25
+"""Share of a command below which a robot that is notably too near is no longer
+driven to its target, but straight out."""
+
+_SELF, _SCENE, _MOVERS, _JOINTS = map(
+    PARTS.index,
+    (SelfCollisionDamper, CollisionDamper, MoverDamper, JointLimitDamper),
+)
 
 
 @kernel(returns=several(reals(1), WHOLE))
@@ -93,6 +106,54 @@ def decide(program, ramp, strict, is_own_solver, line):
     if is_found:
         return u, _RELAXED
     return ramp, BRAKING
+
+
+@helper
+def demanded_retreat(program):
+    """Finds the fastest retreat that a row demands [m/s, rad/s]; 0 if none does.
+
+    Args:
+        program: The `ProgramArrays`, before it is decided on.
+    """
+    most = 0.0
+    for k in (_SELF, _SCENE, _MOVERS, _JOINTS):
+        for i in range(program.rows[k, 0], program.rows[k, 1]):
+            most = max(most, -program.b[i])
+    return most
+
+
+@helper
+def should_retreat(scale, retreat):
+    """Tells whether a robot that is too near shall only move out.
+
+    Motion towards the target bends the way out, and verification may refuse
+    such a way again and again, since neither changes.
+
+    Args:
+        scale: The share of the command that verification has allowed.
+        retreat: What `demanded_retreat` returns [m/s, rad/s].
+    """
+    if scale == 0.0:
+        return retreat > _DEMANDED
+    return scale < _CRAWL and retreat > _NOTABLE
+
+
+@helper
+def least_retreat(program, is_own_solver, line):
+    """Finds the least motion that keeps all rows.
+
+    Args:
+        program: The `ProgramArrays`, which `decide` has solved. Its linear
+            costs and tracked twists become zero.
+        is_own_solver: Whether the library's own solver is asked.
+        line: Number of the `PythonCalls`.
+
+    Returns:
+        The command, shape (n_u,), and whether there is one.
+    """
+    program.linear[:] = 0.0
+    program.V[:] = 0.0
+    return _optimum(program, is_own_solver, line)
 
 
 @helper

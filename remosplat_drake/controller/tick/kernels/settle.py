@@ -31,7 +31,10 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
 from remosplat_drake.controller.tick.kernels.decide import (
     BRAKING,
     decide,
+    demanded_retreat,
+    least_retreat,
     nearest_inside,
+    should_retreat,
 )
 from remosplat_drake.controller.verification.kernels.verified import (
     NOTHING,
@@ -251,7 +254,7 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         program = make_program(robot.velocity_limit, 0, 1, 0)
     if not is_known:
         return program, ramp, BRAKING, (ramp, 1.0, NOTHING), (NO_PART, 0, 0)
-    inside = nearest_inside(program)
+    inside, retreat = nearest_inside(program), demanded_retreat(program)
     u, status = decide(program, ramp, law.strict, law.is_own_solver, placed[2])
     if not law.verify:
         return program, u, status, (u, 1.0, NOTHING), inside
@@ -269,7 +272,15 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         u,
         u_previous,
     )
-    return program, u, status, verified(law.kept, around, u, ramp), inside
+    verdict = verified(law.kept, around, u, ramp)
+    if status != BRAKING and should_retreat(verdict[1], retreat):
+        out, is_found = least_retreat(program, law.is_own_solver, placed[2])
+        if is_found:
+            command, scale, _ = verified(law.kept, around, out, ramp)
+            if scale > verdict[1]:
+                verdict = command, scale, verdict[2]
+                return program, out, status, verdict, inside
+    return program, u, status, verdict, inside
 
 
 @helper
