@@ -65,6 +65,8 @@ class ReferenceProgram:
         for name, tracking in self.terms.trackings.items():
             price = task * tracking.price
             self.terms.trackings[name] = dc.replace(tracking, price=price)
+        for name, linear in self.terms.linear.items():
+            self.terms.linear[name] = task * linear
         for name, rows in added.terms.rows.items():
             kept = self.can_bind(rows.A, rows.b)
             added.terms.rows[name] = dc.replace(rows, kept=kept)

@@ -150,8 +150,11 @@ def test_a_tick_decides_as_the_reference_does(frankie, strict, solver, outside):
         reference = ReferenceProgram(tick, parts)
         decision = decide(reference, make_solver(solver, ""), strict=strict)
         assert report.status == decision.status
+        # An interior point method ends near the optimum; how near depends on
+        # the processor.
+        atol = 1e-4 if solver == CLARABEL else 2e-5
         np.testing.assert_allclose(
-            report.command, decision.u, rtol=1e-6, atol=2e-5
+            report.command, decision.u, rtol=1e-6, atol=atol
         )
         if decision.status == tick_report.RELAXED:
             assert report.reason == decision.reason

@@ -42,9 +42,9 @@ _OF_ALONE = 0.5
 demands at most: what hardly moves holds up no other."""
 
 _TASK = 1e-3
-"""What a missed twist costs while rows of `_GENTLE_ORDER` are eased, as a share
-of what it costs else: motion that serves the target alone bends the way out,
-and verification refuses bends."""
+"""What a missed twist and linear costs count while rows of `_GENTLE_ORDER` are
+eased, as a share of what they count else: motion for anything else bends the
+way out, and verification refuses bends."""
 
 _NOTABLE = 2e-3
 """Speed of the retreat that a row must demand for something to count as too
@@ -110,7 +110,7 @@ def decide(program, ramp, strict, is_own_solver, line):
 
 @helper
 def demanded_retreat(program):
-    """Finds the fastest retreat that a row demands [m/s, rad/s]; 0 if none does.
+    """Finds the fastest retreat that rows demand [m/s, rad/s]; 0 if none does.
 
     Args:
         program: The `ProgramArrays`, before it is decided on.
@@ -160,10 +160,11 @@ def least_retreat(program, is_own_solver, line):
 def _eased(program, order, task, is_own_solver, line):
     """Finds the optimum with rows eased, of one kind after the other.
 
-    Where there is none, the program is as it was. A missed twist costs `task`
-    times as much.
+    Where there is none, the program is as it was. A missed twist and linear
+    costs count `task` times as much.
     """
     demanded, price = program.b.copy(), program.price.copy()
+    linear = program.linear.copy()
     for k in order:
         yields = _let_yield(program, k)
         if k == YIELD_ORDER[-1]:
@@ -177,11 +178,13 @@ def _eased(program, order, task, is_own_solver, line):
         eased = program.b.copy()
         ease(program, share)
         program.price[:] = task * price
+        program.linear[:] = task * linear
         u, is_found = _optimum(program, is_own_solver, line)
         if is_found:
             return u, True
         program.b[:] = eased
     program.b[:], program.price[:] = demanded, price
+    program.linear[:] = linear
     program.raised[:] = False
     prune(program)
     return np.zeros(len(program.lower)), False
