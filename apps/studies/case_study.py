@@ -13,7 +13,7 @@ from apps.studies import attacks
 from apps.studies.attacks import Aim, Attacks
 from apps.studies.kept_trials import run_missing
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.benchmark.pool import Job
+from remosplat_drake.base.pool import Job
 
 NAMED = "named"
 """The split whose cases have names: one fault at a time."""

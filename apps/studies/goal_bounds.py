@@ -23,10 +23,10 @@ from rich.console import Console
 from apps.studies.command_line import study_main
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.pool import Job, run_jobs
 from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.base.table import Table
 from remosplat_drake.benchmark.cells import format_rate
-from remosplat_drake.benchmark.pool import Job, run_jobs
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
 from remosplat_drake.benchmark.suites import load_cases
 from remosplat_drake.generation.feasibility import (

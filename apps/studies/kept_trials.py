@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.pool import Job, run_jobs
 from remosplat_drake.benchmark.line_file import LineFile
-from remosplat_drake.benchmark.pool import Job, run_jobs
 
 Restore = Callable[[dict[str, Any]], Any]
 """Makes a result of the fields that a line holds."""

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from remosplat_drake.base.child_process import ONE_THREAD
 from remosplat_drake.base.errors import MissingExtraError, RemoSplatError
-from remosplat_drake.benchmark.pool import MAX_ATTEMPTS, Job, Results
+from remosplat_drake.base.pool import MAX_ATTEMPTS, Job, Results
 
 CONNECT_TIMEOUT = 5.0
 """Longest time that a cluster may take to answer [s]."""

@@ -11,8 +11,8 @@ from contextlib import closing, suppress
 from itertools import groupby, takewhile
 from pathlib import Path
 
+from remosplat_drake.base.pool import Job, run_jobs
 from remosplat_drake.benchmark.line_file import LineFile
-from remosplat_drake.benchmark.pool import Job, run_jobs
 from remosplat_drake.benchmark.ray_cluster import on_ray
 from remosplat_drake.benchmark.reaching_task import SURFEL, known_solids
 from remosplat_drake.benchmark.result import (

@@ -1,7 +1,7 @@
 """The scenes that methods are compared in, as small picklable names."""
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import chain, groupby, zip_longest
 from pathlib import Path
 
@@ -38,6 +38,14 @@ ROBOTS_METHOD = "robots-guided"
 
 MOVING_METHODS = "moving,drake-ik:movers-unknown"
 """The same where things move: ours, and Drake's, which knows none of them."""
+
+Drawing = Callable[[str, int, int], None]
+"""Callback for a family's name, and how many of how many scenes are drawn."""
+
+
+def _silent(family: str, found: int, count: int) -> None:
+    """Says nothing of scenes that are drawn."""
+
 
 MBM = "mbm"
 """Kind of the suite of MotionBenchMaker's problems."""
@@ -96,6 +104,8 @@ def load_cases(
     splat_folders: tuple[Path, ...] = (),
     trained_only: bool = False,
     robot: str = "",
+    jobs: int = 0,
+    drawing: Drawing = _silent,
 ) -> Sequence[BenchmarkCase]:
     """Returns the cases of any suite.
 
@@ -111,6 +121,8 @@ def load_cases(
         trained_only: Whether scenes without a trained splat are left out;
             MotionBenchMaker's problems are all taken.
         robot: Name or file of the robot; empty for the methods' own.
+        jobs: Number of processes that draw scenes; 0: this one.
+        drawing: Callback for the number of scenes that are drawn.
 
     Raises:
         RemoSplatError: The suite does not exist or cannot be used.
@@ -122,7 +134,12 @@ def load_cases(
         return scan_cases(place)
     if kind == MOVING:
         cases = load_suite(
-            place or "generated", count, splat_folders, trained_only
+            place or "generated",
+            count,
+            splat_folders,
+            trained_only,
+            jobs,
+            drawing,
         )
         return [MovingCase.of(case) for case in cases]
     if kind == MBM and place:
@@ -130,7 +147,7 @@ def load_cases(
         problems = motion_problems(Path(place), count, robot)
         folders = tuple(str(folder) for folder in splat_folders)
         return [dc.replace(p, splat_folders=folders) for p in problems]
-    return load_suite(name, count, splat_folders, trained_only)
+    return load_suite(name, count, splat_folders, trained_only, jobs, drawing)
 
 
 def load_suite(
@@ -138,6 +155,8 @@ def load_suite(
     count: int,
     splat_folders: tuple[Path, ...] = (),
     trained_only: bool = False,
+    jobs: int = 0,
+    drawing: Drawing = _silent,
 ) -> list[SceneCase]:
     """Returns the first scenes of each family of a suite.
 
@@ -148,6 +167,8 @@ def load_suite(
         count: Number of scenes of each family.
         splat_folders: Folders in which trained splats are looked for.
         trained_only: Whether scenes without a trained splat are left out.
+        jobs: Number of processes that draw scenes; 0: this one.
+        drawing: Callback for the number of scenes that are drawn.
 
     Raises:
         RemoSplatError: The suite does not exist, or it has no scenes.
@@ -157,7 +178,7 @@ def load_suite(
         cases = _published(Path(folder))
     elif kind == "generated":
         families = folder.split(",") if folder else PUBLISHED_FAMILIES
-        cases = _generated(count, families)
+        cases = _generated(count, families, jobs, drawing)
     else:
         raise RemoSplatError(
             f"--suite: unknown suite {name!r}; valid: generated,"
@@ -192,7 +213,9 @@ def _published(folder: Path) -> list[SceneCase]:
     return cases
 
 
-def _generated(count: int, families: Sequence[str]) -> list[SceneCase]:
+def _generated(
+    count: int, families: Sequence[str], jobs: int, drawing: Drawing
+) -> list[SceneCase]:
     for family in families:
         if family not in FAMILIES:
             problem = unknown_name("scene family", family, FAMILIES)
@@ -203,6 +226,11 @@ def _generated(count: int, families: Sequence[str]) -> list[SceneCase]:
         SceneCase(generate(family, seed).name, family, suite, seed=seed)
         for family in families
         for seed in feasible_seeds(
-            family, count, criteria, resources.cache_dir()
+            family,
+            count,
+            criteria,
+            resources.cache_dir(),
+            jobs,
+            lambda found, family=family: drawing(family, found, count),
         )
     ]

@@ -41,6 +41,7 @@ from remosplat_drake.benchmark.suites import (
     METHODS,
     MOVING_METHODS,
     ROBOTS_METHOD,
+    Drawing,
     default_methods,
     interleave_families,
     load_cases,
@@ -172,7 +173,13 @@ def run(arguments: argparse.Namespace) -> int:
         check_writable(output / name)
     splats = splat_making(arguments)
     with Progress(console, "choosing scenes") as progress:
-        trials = _trials(arguments, splat_folders(arguments, splats))
+        trials = _trials(
+            arguments,
+            splat_folders(arguments, splats),
+            lambda family, found, count: progress.report(
+                f"drawing scenes, {family}", found, count
+            ),
+        )
     cases = list(dict.fromkeys(trial.case for trial in trials))
     if arguments.jobs > 1:
         with (
@@ -206,7 +213,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _trials(
-    arguments: argparse.Namespace, folders: tuple[Path, ...]
+    arguments: argparse.Namespace, folders: tuple[Path, ...], drawing: Drawing
 ) -> list[Trial]:
     """All trials, scene by scene: who interrupts has compared all in some."""
     chosen = arguments.methods or default_methods(arguments.suite)
@@ -222,6 +229,8 @@ def _trials(
             folders,
             arguments.trained_only,
             robot,
+            arguments.jobs,
+            drawing,
         )
         trials += [
             Trial(method, case)

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from remosplat_drake.base.errors import FieldError, RemoSplatError
-from remosplat_drake.benchmark.pool import VISIBLE_GPUS
+from remosplat_drake.base.pool import VISIBLE_GPUS
 from remosplat_drake.benchmark.runner import SplatMaking
 from remosplat_drake.benchmark.splat_recipe import (
     default_folders,

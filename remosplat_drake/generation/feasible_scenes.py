@@ -4,12 +4,18 @@ Decisions are stored in a file, since the search for an unreachable goal takes
 seconds.
 """
 
+import dataclasses as dc
 import hashlib
 import json
+from collections.abc import Callable
+from contextlib import closing
+from functools import lru_cache
+from itertools import count as count_from
 from pathlib import Path
 
 from remosplat_drake.base.atomic_file import write_atomically
-from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.base.pool import Job, run_jobs
 from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.generation.feasibility import (
     FILTER_VERSION,
@@ -27,27 +33,103 @@ ROBOT, FLOOR_HEIGHT = "frankie", 0.03
 ignore everything, as in scenarios [m]."""
 
 
+@dc.dataclass(frozen=True)
+class _Question:
+    """Whether a generated scene passes the filter."""
+
+    family: str
+    seed: int
+    criteria: FeasibilityFilter
+
+
+@dc.dataclass(frozen=True)
+class _Answer:
+    """The decision about a scene, or why there is none."""
+
+    seed: int
+    passes: bool
+    error: str = ""
+
+
 def feasible_seeds(
-    family: str, count: int, criteria: FeasibilityFilter, folder: Path
+    family: str,
+    count: int,
+    criteria: FeasibilityFilter,
+    folder: Path,
+    jobs: int = 0,
+    on_found: Callable[[int], None] = lambda found: None,
 ) -> list[int]:
     """Returns the first seeds of a family whose scenes pass the filter.
+
+    Decisions are stored when enough seeds are found, and when the search is
+    interrupted.
 
     Args:
         family: Name of the family, one of `FAMILIES`.
         count: Number of seeds.
         criteria: Criteria of the filter.
-        folder: Folder in which decisions are kept.
+        folder: Folder in which decisions are stored.
+        jobs: Number of worker processes; 0 decides in this one. The seeds do
+            not depend on it.
+        on_found: Callback for the number of seeds found so far.
+
+    Raises:
+        RemoSplatError: A scene cannot be decided on.
     """
-    robot = load_robot(ROBOT, criteria.spheres, FLOOR_HEIGHT)
+    robot = _robot(criteria.spheres)
     path = folder / f"feasible-{family}-{_digest(robot, criteria)}.json"
     decisions = _read(path)
     known = len(decisions)
-    while sum(decisions) < count:
-        scene = generate(family, len(decisions))
-        decisions.append(passes(robot, scene, criteria))
-    if len(decisions) > known:
-        write_atomically(path, json.dumps(decisions))
+    try:
+        if sum(decisions) < count:
+            _decide(family, count, criteria, decisions, jobs, on_found)
+    finally:
+        if len(decisions) > known:
+            write_atomically(path, json.dumps(decisions))
     return [seed for seed, good in enumerate(decisions) if good][:count]
+
+
+def _decide(
+    family: str,
+    count: int,
+    criteria: FeasibilityFilter,
+    decisions: list[bool],
+    jobs: int,
+    on_found: Callable[[int], None],
+):
+    """Appends decisions in the order of the seeds, until `count` are good."""
+    questions = (
+        Job(_Question(family, seed, criteria), _answer, _no_answer)
+        for seed in count_from(len(decisions))
+    )
+    early: dict[int, bool] = {}
+    with closing(run_jobs(questions, jobs)) as answers:
+        for answer in answers:
+            if answer.error:
+                raise RemoSplatError(
+                    f"--suite: {family} scene {answer.seed}: {answer.error}"
+                )
+            early[answer.seed] = answer.passes
+            while len(decisions) in early and sum(decisions) < count:
+                decisions.append(early.pop(len(decisions)))
+            on_found(sum(decisions))
+            if sum(decisions) >= count:
+                return
+
+
+def _answer(question: _Question) -> _Answer:
+    scene = generate(question.family, question.seed)
+    robot = _robot(question.criteria.spheres)
+    return _Answer(question.seed, passes(robot, scene, question.criteria))
+
+
+def _no_answer(question: _Question, error: str) -> _Answer:
+    return _Answer(question.seed, False, error.splitlines()[-1])
+
+
+@lru_cache(maxsize=4)
+def _robot(spheres: str) -> RobotModel:
+    return load_robot(ROBOT, spheres, FLOOR_HEIGHT)
 
 
 def _digest(robot: RobotModel, criteria: FeasibilityFilter) -> str:

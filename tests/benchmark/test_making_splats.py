@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.pool import gpu_for
 from remosplat_drake.benchmark.methods import load_methods
-from remosplat_drake.benchmark.pool import gpu_for
 from remosplat_drake.benchmark.reaching_task import SURFEL, TRAINED
 from remosplat_drake.benchmark.result import read_results
 from remosplat_drake.benchmark.runner import (

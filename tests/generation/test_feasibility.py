@@ -125,3 +125,15 @@ def test_decisions_are_kept(tmp_path, monkeypatch):
     file.write_text("damaged")
     assert seeds(1) == [0]
     assert len(asked) == 6
+
+
+def test_processes_decide_as_one_does(tmp_path):
+    """The seeds do not depend on which scene is decided on first."""
+    found = []
+    alone = feasible_scenes.feasible_seeds("table", 3, CRITERIA, tmp_path / "a")
+    together = feasible_scenes.feasible_seeds(
+        "table", 3, CRITERIA, tmp_path / "b", jobs=2, on_found=found.append
+    )
+    assert together == alone
+    assert found == sorted(found)
+    assert found[-1] == 3

@@ -7,7 +7,7 @@ import pytest
 
 from apps.studies.kept_trials import read_results, run_missing
 from remosplat_drake.base.errors import FileError
-from remosplat_drake.benchmark.pool import Job
+from remosplat_drake.base.pool import Job
 
 
 @dc.dataclass(frozen=True)

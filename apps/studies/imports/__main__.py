@@ -24,8 +24,8 @@ from apps.studies.imports.case import (
 from apps.studies.imports.trial import Result, failed, restored, run_trial
 from apps.studies.kept_trials import run_missing
 from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.pool import Job
 from remosplat_drake.base.table import Table
-from remosplat_drake.benchmark.pool import Job
 from remosplat_drake.commands.tables import print_table
 
 LONGEST = 60.0

@@ -20,8 +20,8 @@ from apps.studies.operators.result import (
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.teleop_session import check_mappable
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.pool import Job, run_jobs
 from remosplat_drake.benchmark.line_file import LineFile
-from remosplat_drake.benchmark.pool import Job, run_jobs
 from remosplat_drake.commands.flags import check_seed
 from remosplat_drake.commands.number_flags import positive
 

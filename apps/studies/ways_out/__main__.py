@@ -25,7 +25,7 @@ from apps.studies.ways_out.start import (
 )
 from apps.studies.ways_out.trial import failed, restored, run_trial
 from remosplat_drake.base.errors import FieldError, unknown_name
-from remosplat_drake.benchmark.pool import Job
+from remosplat_drake.base.pool import Job
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -5,8 +5,8 @@ from collections import Counter
 
 import pytest
 
-from remosplat_drake.benchmark import pool
-from remosplat_drake.benchmark.pool import DIED, Job, run_jobs
+from remosplat_drake.base import pool
+from remosplat_drake.base.pool import DIED, Job, run_jobs
 
 
 def where(_) -> int:
