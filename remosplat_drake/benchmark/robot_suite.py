@@ -1,12 +1,14 @@
-"""Any robot, at random targets in a generated and in a trained scene.
+"""Any robot, at random targets in generated scenes and in a trained one.
 
 Targets are poses of goals that the robot can hold: configurations drawn at
 random that keep off the scene, off the robot itself and off its joint limits,
-with a hand near something. Of several hands each has its target.
+with a hand near something, or in a piece of furniture. Of several hands each
+has its target.
 """
 
 import dataclasses as dc
 from collections.abc import Sequence
+from contextlib import closing
 from functools import lru_cache
 from pathlib import Path
 
@@ -14,7 +16,9 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base import resources
-from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError, unknown_name
+from remosplat_drake.base.pool import Job, run_jobs
+from remosplat_drake.benchmark.drawing import Drawing, no_drawing
 from remosplat_drake.benchmark.reaching_task import (
     SURFEL,
     TRAINED,
@@ -28,6 +32,7 @@ from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.generation.clutter import clutter
+from remosplat_drake.generation.furniture import KINDS, Furniture, furniture
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
@@ -44,6 +49,12 @@ GENERATED = "clutter"
 
 TRAINED_SCENES = {True: "table", False: "workbench"}
 """Shipped scenes with a trained splat, for robots with a base and without."""
+
+_SHIPPED = "trained"
+"""Stands for the one of these that fits a robot."""
+
+SCENES = (GENERATED, _SHIPPED, *KINDS)
+"""Names of all scenes that a suite may name."""
 
 FLOOR_HEIGHT = 0.03
 """Height below which floor links see nothing, as in scenarios [m]."""
@@ -64,6 +75,13 @@ _AROUND = 1.2
 _DRAWS = 20_000
 """Number of configurations after which a scene counts as hopeless."""
 
+_DRAWS_INSIDE = 50_000
+"""The same in furniture, where few hands are inside; then other furniture is
+drawn."""
+
+_PIECES = 40
+"""Number of pieces of furniture after which none of a kind is reached into."""
+
 _DISCS = 40_000
 """Number of discs of a generated scene's splat."""
 
@@ -74,15 +92,20 @@ class RobotCase:
 
     Attributes:
         robot: Name or file of the robot.
-        scene: `GENERATED`, or the name of a shipped scene.
+        scene: `GENERATED`, one of `KINDS` of furniture, or the name of a
+            shipped scene.
         number: Number of the target, from 0 on.
-        robot_name: What the robot is called.
+        robot_name: Name of the robot in its description.
+        goal: Configuration that reaches the target, n_q numbers [rad, m].
+        piece: Seed of the furniture; 0 for other scenes.
     """
 
     robot: str
     scene: str
     number: int
     robot_name: str
+    goal: tuple[float, ...]
+    piece: int = 0
 
     @property
     def name(self) -> str:
@@ -105,13 +128,8 @@ class RobotCase:
         return ""
 
     def task(self) -> ReachingTask:
-        """Returns the target, and the truth about the scene.
-
-        Raises:
-            RemoSplatError: No goal can be held there.
-        """
-        scene = _scene(self.robot, self.scene)
-        q = _goal(self.robot, self.scene, self.number)
+        """Returns the target, and the truth about the scene."""
+        scene, q = self._solids, np.array(self.goal)
         X_WEs = _robot(self.robot).end_effector_poses(q)
         first, *further = map(RigidTransform, X_WEs)
         task = solid_task(dc.replace(scene, X_WE_target=first))
@@ -119,38 +137,114 @@ class RobotCase:
 
     def splat_key(self) -> str:
         """Returns a key of the splat's content."""
-        if self.scene == GENERATED:
-            return f"{_scene(self.robot, self.scene).content_hash}-{_DISCS}"
+        if self._is_generated:
+            return f"{self._solids.content_hash}-{_DISCS}"
         return self.scene
 
     def splat(self) -> tuple[GaussianSplat, str]:
         """Returns the map in W, and its origin as tables name it."""
-        if self.scene == GENERATED:
-            scene = _scene(self.robot, self.scene)
-            return surfel_splat(scene, _DISCS), SURFEL
+        if self._is_generated:
+            return surfel_splat(self._solids, _DISCS), SURFEL
         return read_ply(_folder(self.scene) / "splat.ply"), TRAINED
 
+    @property
+    def _is_generated(self) -> bool:
+        return self.scene == GENERATED or self.scene in KINDS
 
-def robot_cases(robots: Sequence[str], count: int) -> list[RobotCase]:
-    """Returns random targets for some robots, in two scenes each.
+    @property
+    def _solids(self) -> PrimitiveScene:
+        return _scene(self.robot, self.scene, self.piece)
+
+
+@dc.dataclass(frozen=True)
+class _Wish:
+    """A target that is to be drawn; see `RobotCase`."""
+
+    robot: str
+    scene: str
+    number: int
+
+
+@dc.dataclass(frozen=True)
+class _NoCase:
+    """Why a target was not drawn."""
+
+    wish: _Wish
+    error: str
+
+
+def robot_cases(
+    robots: Sequence[str],
+    count: int,
+    scenes: str = "",
+    jobs: int = 0,
+    drawing: Drawing = no_drawing,
+) -> list[RobotCase]:
+    """Draws random targets for some robots.
 
     Args:
         robots: Their names or files.
         count: Number of targets in each scene.
+        scenes: Some of `SCENES`, joined by commas; empty for a cluttered and a
+            trained one.
+        jobs: Number of worker processes; 0 draws in this one. The targets do
+            not depend on it.
+        drawing: Callback for the number of targets that are drawn.
 
     Raises:
-        RemoSplatError: A robot cannot be loaded.
+        RemoSplatError: A robot cannot be loaded, there is no such scene, or a
+            robot can hold no goal in one.
     """
-    cases = []
-    for name in robots:
-        robot = _robot(name)
-        trained = TRAINED_SCENES[robot.n_base > 0]
-        cases += [
-            RobotCase(name, scene, number, robot.description.name)
-            for scene in (GENERATED, trained)
-            for number in range(count)
-        ]
-    return cases
+    chosen = scenes.split(",") if scenes else [GENERATED, _SHIPPED]
+    for scene in chosen:
+        if scene not in SCENES:
+            problem = unknown_name("scene", scene, SCENES)
+            raise RemoSplatError(f"--suite: {SUITE}:{scenes}: {problem}")
+    wishes = [
+        _Wish(
+            name,
+            TRAINED_SCENES[_robot(name).n_base > 0]
+            if scene == _SHIPPED
+            else scene,
+            number,
+        )
+        for name in robots
+        for scene in chosen
+        for number in range(count)
+    ]
+    drawn: dict[_Wish, RobotCase] = {}
+    queue = [Job(wish, _draw, _NoCase) for wish in wishes]
+    with closing(run_jobs(queue, jobs)) as results:
+        for case in results:
+            if isinstance(case, _NoCase):
+                raise RemoSplatError(case.error.splitlines()[-1])
+            drawn[_Wish(case.robot, case.scene, case.number)] = case
+            drawing("targets", len(drawn), len(wishes))
+    return [drawn[wish] for wish in wishes]
+
+
+def _draw(wish: _Wish) -> RobotCase:
+    """Draws a target, with furniture if its scene is some.
+
+    Raises:
+        RemoSplatError: The robot can hold no goal there.
+    """
+    robot = _robot(wish.robot)
+    name, scene, number = robot.description.name, wish.scene, wish.number
+    rng = np.random.default_rng([*f"{name}/{scene}".encode(), number])
+    if scene not in KINDS:
+        q = _held(robot, _scene(wish.robot, scene, 0), rng, _DRAWS)
+        if q is None:
+            raise RemoSplatError(f"{name} can hold no goal in {scene}")
+        return RobotCase(wish.robot, scene, number, name, tuple(q.tolist()))
+    for attempt in range(_PIECES):
+        piece = number + attempt * 1_000_000
+        drawn = furniture(robot, scene, piece)
+        q = _held(robot, drawn.scene, rng, _DRAWS_INSIDE, drawn)
+        if q is not None:
+            goal = tuple(q.tolist())
+            return RobotCase(wish.robot, scene, number, name, goal, piece)
+    raise RemoSplatError(f"{name} can hold no goal in a {scene}")
 
 
 @lru_cache(maxsize=16)
@@ -163,59 +257,69 @@ def _folder(scene: str) -> Path:
 
 
 @lru_cache(maxsize=16)
-def _scene(robot: str, scene: str) -> PrimitiveScene:
+def _scene(robot: str, scene: str, piece: int) -> PrimitiveScene:
     """The scene, with a place for the robot to start from."""
-    if scene == GENERATED:
+    if scene in KINDS:
+        found = furniture(_robot(robot), scene, piece).scene
+    elif scene == GENERATED:
         found = clutter(_robot(robot), 0)
     else:
         found = read_scene(_folder(scene) / "scene.json")
     return dc.replace(found, X_WB_start=found.X_WB_start or (0.0, 0.0, 0.0))
 
 
-@lru_cache(maxsize=16)
-def _goal_space(robot: str, scene: str) -> FreeSpace:
+def _goal_space(robot: RobotModel, solids: PrimitiveScene) -> FreeSpace:
     """What a goal must keep: more than the controller does."""
-    model, solids = _robot(robot), _scene(robot, scene)
-    law = ReactiveLaw.make(ReactiveControllerConfig(), model, 0.01)
+    law = ReactiveLaw.make(ReactiveControllerConfig(), robot, 0.01)
     planner = MotionPlanner(
-        model, law.self_clearance, ReactiveControllerConfig().guidance.planning
+        robot, law.self_clearance, ReactiveControllerConfig().guidance.planning
     )
     keep = law.collision.stopping + _SPARE
-    start = _start(model, solids)
+    start = _start(robot, solids)
     return planner.free_space(start, SignedDistanceField(solids), keep)
 
 
 def _start(robot: RobotModel, scene: PrimitiveScene) -> np.ndarray:
     q = robot.q_home
-    if robot.n_base:
+    if robot.n_base and scene.X_WB_start is not None:
         q[:3] = scene.X_WB_start
     return q
 
 
-@lru_cache(maxsize=4096)
-def _goal(robot: str, scene: str, number: int) -> np.ndarray:
-    """Draws a configuration that the robot can hold, shape (n_q,)."""
-    model, space = _robot(robot), _goal_space(robot, scene)
-    solids = _scene(robot, scene)
-    start = _start(model, solids)
+def _held(
+    robot: RobotModel,
+    solids: PrimitiveScene,
+    rng: np.random.Generator,
+    draws: int,
+    around: Furniture | None = None,
+) -> np.ndarray | None:
+    """Draws a configuration that keeps off everything; None if none is found.
+
+    Its hand is inside a piece of furniture, or near the scene if none is given.
+    """
+    space, start = _goal_space(robot, solids), _start(robot, solids)
     # More than half a turn from zero is a turn too many.
-    lower = np.maximum(model.position_lower, -np.pi)
-    upper = np.minimum(model.position_upper, np.pi)
+    lower = np.maximum(robot.position_lower, -np.pi)
+    upper = np.minimum(robot.position_upper, np.pi)
     spread = _INSIDE * (upper - lower)
     lower, upper = lower + spread, upper - spread
-    if model.n_base:
+    if robot.n_base:
         lower[:2], upper[:2] = start[:2] - _AROUND, start[:2] + _AROUND
-    field = SignedDistanceField(solids)
-    name = model.description.name
-    rng = np.random.default_rng([*f"{name}/{scene}".encode(), number])
-    for _ in range(_DRAWS):
+    for _ in range(draws):
         q = rng.uniform(lower, upper)
-        spheres = model.spheres_at(q)
-        hand = spheres.select(model.leading_spheres)
-        near = field.clearances(hand, 2 * _NEAR).minimum() < _NEAR
-        if near and _above_floor(model, q) and space.is_free(q):
+        if around is None:
+            is_wanted = _is_near(robot, space, q)
+        else:
+            is_wanted = around.holds(robot.end_effector_pose(q)[:3, 3])
+        if is_wanted and _above_floor(robot, q) and space.is_free(q):
             return q
-    raise RemoSplatError(f"{name} can hold no goal in {scene}")
+    return None
+
+
+def _is_near(robot: RobotModel, space: FreeSpace, q: np.ndarray) -> bool:
+    """Whether the hand is near the scene."""
+    hand = robot.spheres_at(q).select(robot.leading_spheres)
+    return space.field.clearances(hand, 2 * _NEAR).minimum() < _NEAR
 
 
 def _above_floor(robot: RobotModel, q: np.ndarray) -> bool:

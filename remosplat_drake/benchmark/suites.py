@@ -1,13 +1,14 @@
 """The scenes that methods are compared in, as small picklable names."""
 
 import dataclasses as dc
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import chain, groupby, zip_longest
 from pathlib import Path
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FileError, RemoSplatError, unknown_name
 from remosplat_drake.benchmark import motion_bench_maker
+from remosplat_drake.benchmark.drawing import Drawing, no_drawing
 from remosplat_drake.benchmark.motion_bench_maker import motion_problems
 from remosplat_drake.benchmark.moving_case import MOVING, MovingCase
 from remosplat_drake.benchmark.reaching_task import BenchmarkCase
@@ -39,14 +40,6 @@ ROBOTS_METHOD = "robots-guided"
 MOVING_METHODS = "moving,drake-ik:movers-unknown"
 """The same where things move: ours, and Drake's, which knows none of them."""
 
-Drawing = Callable[[str, int, int], None]
-"""Callback for a family's name, and how many of how many scenes are drawn."""
-
-
-def _silent(family: str, found: int, count: int) -> None:
-    """Says nothing of scenes that are drawn."""
-
-
 MBM = "mbm"
 """Kind of the suite of MotionBenchMaker's problems."""
 
@@ -57,7 +50,7 @@ def default_methods(name: str) -> str:
     Args:
         name: Name of the suite.
     """
-    if name == ROBOTS:
+    if name.partition(":")[0] == ROBOTS:
         return ROBOTS_METHOD
     return MOVING_METHODS if name.partition(":")[0] == MOVING else METHODS
 
@@ -73,15 +66,16 @@ def suite_robots(name: str, robot: str = "") -> list[str]:
     Raises:
         RemoSplatError: The suite takes one robot only.
     """
-    if robot and (name == ROBOTS or "," not in robot):
+    kind = name.partition(":")[0]
+    if robot and (kind == ROBOTS or "," not in robot):
         return robot.split(",")
     if robot:
         raise RemoSplatError(
             f"--robot: takes one robot with --suite {name}, got {robot}"
         )
-    if name == ROBOTS:
+    if kind == ROBOTS:
         return shipped_robots()
-    return [motion_bench_maker.ROBOT if name.partition(":")[0] == MBM else ""]
+    return [motion_bench_maker.ROBOT if kind == MBM else ""]
 
 
 def interleave_families(
@@ -105,12 +99,13 @@ def load_cases(
     trained_only: bool = False,
     robot: str = "",
     jobs: int = 0,
-    drawing: Drawing = _silent,
+    drawing: Drawing = no_drawing,
 ) -> Sequence[BenchmarkCase]:
     """Returns the cases of any suite.
 
     Args:
-        name: "robots" for random targets (`robot_cases`), "scan:NAME" for
+        name: "robots" or "robots:SCENE,..." for random targets
+            (`robot_cases`), "scan:NAME" for
             scanned scenes (`scan_cases`), "mbm:DIR" for MotionBenchMaker's
             problems (`motion_problems`), "moving" or "moving:NAME" for the
             generated scenes or others that `load_suite` takes, with movers,
@@ -128,8 +123,8 @@ def load_cases(
         RemoSplatError: The suite does not exist or cannot be used.
     """
     kind, _, place = name.partition(":")
-    if name == ROBOTS:
-        return robot_cases([robot], count)
+    if kind == ROBOTS:
+        return robot_cases([robot], count, place, jobs, drawing)
     if kind == "scan":
         return scan_cases(place)
     if kind == MOVING:
@@ -156,7 +151,7 @@ def load_suite(
     splat_folders: tuple[Path, ...] = (),
     trained_only: bool = False,
     jobs: int = 0,
-    drawing: Drawing = _silent,
+    drawing: Drawing = no_drawing,
 ) -> list[SceneCase]:
     """Returns the first scenes of each family of a suite.
 
@@ -183,7 +178,7 @@ def load_suite(
         raise RemoSplatError(
             f"--suite: unknown suite {name!r}; valid: generated,"
             " generated:FAMILY,..., published:DIR, moving[:SUITE], mbm:DIR,"
-            " scan:NAME[:DATA], robots"
+            " scan:NAME[:DATA], robots[:SCENE,...]"
         )
     folders = tuple(str(folder) for folder in splat_folders)
     chosen = []
@@ -231,6 +226,8 @@ def _generated(
             criteria,
             resources.cache_dir(),
             jobs,
-            lambda found, family=family: drawing(family, found, count),
+            lambda found, family=family: drawing(
+                f"scenes, {family}", found, count
+            ),
         )
     ]

@@ -230,8 +230,8 @@ def _make_world(
             scenario.oracle, splat_W, task.solids, scenario.source
         )
     base = task.X_WB_start if robot.n_base else ()
-    arm = robot.home if task.arm_start is None else task.arm_start
-    q0 = np.array([*base, *arm])
+    arm = task.arm_start or scenario.robot.arm or robot.home
+    q0 = robot.rounded_into_limits(np.array([*base, *arm]))
     return World(robot, splat_W, task.solids, field, q0)
 
 

@@ -14,6 +14,7 @@ from rich.console import Console
 from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
 from remosplat_drake.base.progress import Progress
+from remosplat_drake.benchmark.drawing import Drawing
 from remosplat_drake.benchmark.methods import GROUPS, load_methods
 from remosplat_drake.benchmark.overview import document, overview_table
 from remosplat_drake.benchmark.report import report_tables, to_markdown
@@ -41,7 +42,6 @@ from remosplat_drake.benchmark.suites import (
     METHODS,
     MOVING_METHODS,
     ROBOTS_METHOD,
-    Drawing,
     default_methods,
     interleave_families,
     load_cases,
@@ -91,11 +91,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--suite",
         default="generated",
         metavar="generated|published:DIR|moving[:SUITE]|mbm:DIR|scan:NAME"
-        "|robots",
+        "|robots[:SCENE,...]",
         help="our own scenes (default), the published ones in DIR, either with"
         " movers that cross the way, MotionBenchMaker's problems in DIR,"
         " targets in scans: scan:demo, scan:FILE.yaml, scan:redkitchen:DATA,"
-        " or random targets for any robot in two scenes each",
+        " or random targets for any robot: in clutter and a trained scene, or"
+        " in the SCENEs clutter, trained, shelf, box, under_table",
     )
     parser.add_argument(
         "--robot",
@@ -176,8 +177,8 @@ def run(arguments: argparse.Namespace) -> int:
         trials = _trials(
             arguments,
             splat_folders(arguments, splats),
-            lambda family, found, count: progress.report(
-                f"drawing scenes, {family}", found, count
+            lambda what, found, count: progress.report(
+                f"drawing {what}", found, count
             ),
         )
     cases = list(dict.fromkeys(trial.case for trial in trials))

@@ -13,6 +13,7 @@ from remosplat_drake.benchmark.result import Judgement, TrialResult
 from remosplat_drake.benchmark.robot_suite import GENERATED, robot_cases
 from remosplat_drake.benchmark.suites import suite_robots
 from remosplat_drake.benchmark.trial import start_problem
+from remosplat_drake.generation.furniture import furniture
 from remosplat_drake.robot.robot_description import shipped_robots
 from remosplat_drake.robot.robot_model import load_robot
 
@@ -26,7 +27,7 @@ def test_goals_can_be_held(name):
     robot = load_robot(name, floor_height=robot_suite.FLOOR_HEIGHT)
     for case in cases:
         task = case.task()
-        q = robot_suite._goal(case.robot, case.scene, case.number)
+        q = np.array(case.goal)
         np.testing.assert_allclose(
             robot.end_effector_pose(q), task.X_WE_target.GetAsMatrix4()
         )
@@ -42,7 +43,6 @@ def test_goals_can_be_held(name):
     targets = [case.task().X_WE_target.GetAsMatrix4() for case in cases]
     assert np.abs(targets[0] - targets[1]).max() > 0.05
     # They do not depend on what was drawn before.
-    robot_suite._goal.cache_clear()
     again = robot_cases([name], 2)[1].task().X_WE_target.GetAsMatrix4()
     np.testing.assert_array_equal(again, targets[1])
 
@@ -50,7 +50,7 @@ def test_goals_can_be_held(name):
 def test_two_hands_have_a_target_each():
     (case,) = robot_cases(["two_pandas"], 1)[:1]
     task, robot = case.task(), load_robot("two_pandas")
-    q = robot_suite._goal(case.robot, case.scene, case.number)
+    q = np.array(case.goal)
     X_WEs = robot.end_effector_poses(q)
     np.testing.assert_allclose(task.X_WTs, X_WEs)
     assert not np.allclose(X_WEs[0], X_WEs[1])
@@ -63,9 +63,37 @@ def test_two_hands_have_a_target_each():
     assert errors[1].distance == pytest.approx(np.linalg.norm(right))
 
 
+def test_hands_are_inside_furniture():
+    cases = robot_cases(["panda"], 1, "shelf,under_table")
+    assert [case.scene for case in cases] == ["shelf", "under_table"]
+    robot = load_robot("panda", floor_height=robot_suite.FLOOR_HEIGHT)
+    for case in cases:
+        task, q = case.task(), np.array(case.goal)
+        drawn = furniture(robot, case.scene, case.piece)
+        assert drawn.holds(task.X_WE_target.translation())
+        assert task.content_hash == drawn.scene.content_hash
+        clearance = task.truth_field.clearances(robot.spheres_at(q)).minimum()
+        assert clearance > 0.029
+        assert not start_problem(robot, robot.home, task.truth_field)
+
+
+def test_processes_draw_the_same_targets():
+    told = []
+    together = robot_cases(
+        ["panda"], 2, "shelf", 2, lambda *drawn: told.append(drawn)
+    )
+    assert together == robot_cases(["panda"], 2, "shelf")
+    assert told == [("targets", 1, 2), ("targets", 2, 2)]
+
+
+def test_an_unknown_scene_is_refused():
+    with pytest.raises(RemoSplatError, match="robots:shelve: unknown scene"):
+        robot_cases(["panda"], 1, "shelve")
+
+
 def test_generated_scenes_leave_the_robot_free():
     for name in shipped_robots():
-        scene = robot_suite._scene(name, GENERATED)
+        scene = robot_suite._scene(name, GENERATED, 0)
         assert len(scene) == 8
         assert scene.name == f"clutter-{name}-0000"
 
