@@ -81,17 +81,21 @@ def robot(url: str, *arguments: str) -> Iterator[subprocess.Popen]:
 
 
 @contextlib.contextmanager
-def program(*line: str, said: Path | None = None) -> Iterator[subprocess.Popen]:
+def program(
+    *line: str, said: Path | None = None, terminal: int | None = None
+) -> Iterator[subprocess.Popen]:
     """Runs `remosplat` until the context ends.
 
     Args:
         line: Its command and the command's arguments.
         said: File that receives what it prints; None for none.
+        terminal: File descriptor of a terminal at which a person types; None
+            for none.
     """
     whole = [sys.executable, "-c", _COMMAND, *line]
     with (
         Path(os.devnull if said is None else said).open("wb") as file,
-        _running(whole, file, file) as process,
+        _running(whole, file, file, terminal) as process,
     ):
         yield process
 
@@ -186,11 +190,15 @@ def controller(
 
 @contextlib.contextmanager
 def _running(
-    line: list[str], stdout: Any, stderr: Any = subprocess.DEVNULL
+    line: list[str],
+    stdout: Any,
+    stderr: Any = subprocess.DEVNULL,
+    stdin: int | None = None,
 ) -> Iterator[subprocess.Popen]:
     """Runs a process, with raised priority where allowed; SIGTERM ends it."""
     with subprocess.Popen(
         line,
+        stdin=stdin,
         stdout=stdout,
         stderr=stderr,
         env=os.environ | ONE_THREAD,

@@ -15,7 +15,8 @@ from rich.console import Console
 
 from apps.studies.command_line import study_main
 from apps.studies.kept_trials import run_missing
-from apps.studies.ways_out.report import summary, table
+from apps.studies.ways_out import on_the_wire
+from apps.studies.ways_out.report import summary, table, wire_table
 from apps.studies.ways_out.start import (
     KINDS,
     SCENARIOS,
@@ -54,6 +55,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--first", type=int, default=0, help="seed of the first start (0)"
     )
     parser.add_argument(
+        "--wire",
+        action="store_true",
+        help="drive a stand-in robot, too near to its surroundings",
+    )
+    parser.add_argument(
         "--jobs", type=int, default=2, metavar="N", help="at a time (2)"
     )
     parser.add_argument(
@@ -77,6 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
             if name not in valid:
                 problem = unknown_name(what, name, valid)
                 raise FieldError("ways_out", f"--{what}s", problem)
+    if arguments.wire:
+        return _run_on_the_wire(arguments)
     groups = [
         (robot, kind)
         for kind in arguments.kinds
@@ -96,6 +104,27 @@ def run(arguments: argparse.Namespace) -> int:
     console.print(table(results))
     for line in summary(results):
         console.print(line, highlight=False, soft_wrap=True)
+    return 0
+
+
+def _run_on_the_wire(arguments: argparse.Namespace) -> int:
+    """Drives the stand-in out of starts, one after the other."""
+    chosen = on_the_wire.starts(
+        arguments.robots, arguments.first, arguments.count
+    )
+    results = run_missing(
+        [Job(start, on_the_wire.drive, on_the_wire.failed) for start in chosen],
+        arguments.output / "wire.jsonl",
+        on_the_wire.restored,
+        min(arguments.jobs, 1),
+        "driving",
+    )
+    console = Console()
+    console.print(wire_table(results))
+    for r in results:
+        if r.error or r.out_after is None:
+            said = r.error.splitlines()[-1] if r.error else "not out"
+            console.print(f"{r.key}: {said}", highlight=False, soft_wrap=True)
     return 0
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from rich.table import Table
 
+from apps.studies.ways_out.on_the_wire import WireResult
 from apps.studies.ways_out.trial import Result
 
 
@@ -37,6 +38,27 @@ def table(results: Sequence[Result]) -> Table:
             f"{ticks:.4f}, {between:.4f}",
             f"{1e3 * max(r.joints_nearer for r in of):.4f}",
             str(sum(bool(r.stopped) for r in of)),
+        )
+    return made
+
+
+def wire_table(results: Sequence[WireResult]) -> Table:
+    """Makes the table of all starts on the wire.
+
+    Args:
+        results: The results of all starts.
+    """
+    made = Table("start", "inside [mm]", "out after [s]", "left [mm]")
+    made.add_column("nearer than at the start [mm]")
+    for r in results:
+        if r.error:
+            continue
+        made.add_row(
+            r.key,
+            f"{1e3 * r.depth:.1f}",
+            "" if r.out_after is None else f"{r.out_after:.2f}",
+            f"{1e3 * r.left:.2f}",
+            f"{1e3 * r.nearer:.2f}",
         )
     return made
 
