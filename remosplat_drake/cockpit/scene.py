@@ -26,7 +26,7 @@ _SPLAT, _UNSEEN = "/map/splat", "/map/unseen"
 
 
 class CockpitScene:
-    """Draws map, robot and target for everybody.
+    """Draws the map, the robot and its targets for all clients.
 
     Args:
         server: The page's server.
@@ -54,9 +54,10 @@ class CockpitScene:
             "/held", 0.03, color=_AMBER, visible=False
         )
         self._glow = _draw_glow(scene, shapes)
-        self._target = scene.add_frame(
-            "/target", axes_length=0.12, axes_radius=0.005
-        )
+        self._targets = [
+            scene.add_frame(f"/target/{k}", axes_length=0.12, axes_radius=0.005)
+            for k in range(len(job.robot.effectors))
+        ]
 
     def show_map(self, picture: MapPicture) -> None:
         """Draws another version of the map.
@@ -114,7 +115,9 @@ class CockpitScene:
             for name, frame in self._links.items():
                 X = X_WL[self._robot.tree.index(name)]
                 frame.wxyz, frame.position = wxyz_position(X)
-            self._target.wxyz, self._target.position = wxyz_position(look.X_WT)
+            X_WTs = [look.X_WT] if look.X_WTs is None else look.X_WTs
+            for frame, X_WT in zip(self._targets, X_WTs, strict=False):
+                frame.wxyz, frame.position = wxyz_position(X_WT)
         for name, glow in self._glow.items():
             if glow.visible != (name == look.held_link):
                 glow.visible = name == look.held_link
