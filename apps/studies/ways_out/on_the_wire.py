@@ -10,6 +10,7 @@ import dataclasses as dc
 import json
 import os
 import pty
+import re
 import signal
 import tempfile
 import time
@@ -45,6 +46,9 @@ is not exactly where it was commanded to be."""
 
 _ACCEPTED = START_TOO_NEAR, START_BEYOND_LIMITS
 """Gates that these starts do not pass."""
+
+_QUESTION = re.compile(r"type (\S+) to drive all the same")
+"""What is printed before a person has to confirm a gate."""
 
 DEEPEST = 0.008
 """How far inside its distances a start is at most [m]: a robot that touches
@@ -205,8 +209,7 @@ class _Person:
     """
 
     def __init__(self, said: Path):
-        self._said = said
-        self._confirmed: set[str] = set()
+        self._said, self._answers = said, 0
         self._keyboard, self.terminal = pty.openpty()
 
     def __enter__(self) -> "_Person":
@@ -217,12 +220,11 @@ class _Person:
         os.close(self.terminal)
 
     def confirm(self) -> None:
-        """Types the name of a gate if the program asks for it."""
-        text = self._said.read_text()
-        for gate in _ACCEPTED:
-            if f"type {gate} to drive" in text and gate not in self._confirmed:
-                os.write(self._keyboard, f"{gate}\n".encode())
-                self._confirmed.add(gate)
+        """Types the names of gates that the program has asked for."""
+        asked = _QUESTION.findall(self._said.read_text())
+        for gate in asked[self._answers :]:
+            os.write(self._keyboard, f"{gate}\n".encode())
+        self._answers = len(asked)
 
 
 def _last(said: Path) -> str:
