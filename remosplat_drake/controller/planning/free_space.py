@@ -87,7 +87,7 @@ class FreeSpace:
             own_level = self_clearance.distances(start, least)
             own_level = np.minimum(own_level, least)
         compiled, off = map_for_kernels(field)
-        self._arrays = Packed(
+        self.arrays = Packed(
             SpaceArrays(
                 robot=robot.arrays.values,
                 map=compiled.values,
@@ -110,8 +110,8 @@ class FreeSpace:
             q: The configuration, shape (n_q,) [rad, m].
         """
         self.checks += 1
-        with self._calls() as line:
-            return is_free(self._arrays, line, q)
+        with self.calls() as line:
+            return is_free(self.arrays, line, q)
 
     def is_free_between(self, a: np.ndarray, b: np.ndarray) -> bool:
         """Tells whether the whole motion between two configurations is free.
@@ -121,8 +121,8 @@ class FreeSpace:
             b: Configuration to end at, shape (n_q,) [rad, m].
         """
         self.checks += 1
-        with self._calls() as line:
-            return is_free_between(self._arrays, line, a, b)
+        with self.calls() as line:
+            return is_free_between(self.arrays, line, a, b)
 
     def rooms(self, q: np.ndarray, far: float = _FAR) -> np.ndarray:
         """Measures what all spheres have above what they keep, in one query.
@@ -143,7 +143,7 @@ class FreeSpace:
         rooms = np.minimum(found.per_sphere(k * n), self.stopping + far)
         return rooms.reshape(k, n) - self._level
 
-    def _calls(self) -> AbstractContextManager[int]:
+    def calls(self) -> AbstractContextManager[int]:
         """Opens the line on which kernels ask a map that only Python knows."""
         if is_pythons(self.field):
             return MapCalls(self.robot, self.field)

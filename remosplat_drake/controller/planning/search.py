@@ -1,41 +1,37 @@
-"""Search a path: RRT-Connect of OMPL in our free space.
-
-Kuffner and LaValle 2000. OMPL's random numbers hang on one seed of the whole
-process: it is set anew before each search, so that equal searches find equal
-paths.
-"""
+"""`Search`: corners of a path from a configuration to one of several."""
 
 import dataclasses as dc
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from ompl import base as ob
-from ompl import geometric as og
-from ompl import util as ou
 
 from remosplat_drake.controller.planning.free_space import FreeSpace
+from remosplat_drake.controller.planning.kernels.rrt_connect import (
+    NOT_MET,
+    grow,
+)
+from remosplat_drake.controller.planning.kernels.shortcuts import shortened
+from remosplat_drake.controller.planning.kernels.trees import (
+    GOAL,
+    START,
+    Trees,
+)
 
-_RANGE = 1.5
-"""Longest stretch by which a tree grows [rad, m]."""
+_DRAWS = 32
+"""Number of configurations that are drawn at a time, even."""
 
+_CHUNK = 128
+"""Number of motions after which it is asked whether to give up."""
 
-class _Motions(ob.MotionValidator):
-    """Motions between OMPL's states, judged by a `FreeSpace`."""
-
-    def __init__(self, information: ob.SpaceInformation, search: "Search"):
-        super().__init__(information)
-        self._search = search
-
-    def checkMotion(self, first, second, *last_valid) -> bool:
-        """Tells whether a motion is free; OMPL's name for it."""
-        a, b = self._search.array(first), self._search.array(second)
-        return self._search.space.is_free_between(a, b)
+_SHORTCUTS = 20
+"""Number of shortcuts that are tried."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Search:
     """Searches in some of the dimensions of a free space.
+
+    Equal searches find equal paths.
 
     Attributes:
         space: The free space.
@@ -43,10 +39,9 @@ class Search:
         active: Entries of q that change, shape (n,); the others stay.
         bounds: Bounds between which configurations are drawn, shape (n_q,)
             each [rad, m].
-        checks: Number of configurations and motions that one search may look
-            at.
+        checks: Number of motions that one search may look at.
         last: Count of the space's checks at which every search ends.
-        seed: Seed of the search, at least 1.
+        seed: Seed of the search.
         interrupted: Function that tells whether to give up at once.
     """
 
@@ -59,86 +54,63 @@ class Search:
     seed: int
     interrupted: Callable[[], bool] = lambda: False
 
-    def array(self, state) -> np.ndarray:
-        """Returns the configuration of one of OMPL's states, shape (n_q,).
-
-        Args:
-            state: The state.
-        """
-        q = self.q.copy()
-        for k, j in enumerate(self.active):
-            q[j] = state[k]
-        return q
-
     def path_to(self, goals: np.ndarray) -> np.ndarray | None:
         """Searches corners of a path to one of several configurations.
 
         Args:
-            goals: Where it may end, shape (k, n_q) [rad, m].
+            goals: Where it may end, the best first, shape (k, n_q) [rad, m].
 
         Returns:
             The corners, shape (m, n_q); None if no path was found.
         """
-        information = self._information()
-        problem = ob.ProblemDefinition(information)
-        problem.addStartState(self._state(information, self.q))
-        goal = ob.GoalStates(information)
-        for x in goals:
-            goal.addState(self._state(information, x))
-        problem.setGoal(goal)
-        planner = og.RRTConnect(information)
-        planner.setRange(_RANGE)
-        planner.setProblemDefinition(problem)
-        planner.setup()
-        last = min(self.last, self.space.checks + self.checks)
-        end = ob.PlannerTerminationCondition(
-            lambda: self.space.checks > last or self.interrupted()
-        )
-        planner.solve(end)
-        if not problem.hasExactSolution():
-            return None
-        return self._corners(problem.getSolutionPath())
+        space = self.space
+        last = min(self.last, space.checks + self.checks)
+        for goal in goals:
+            if space.checks >= last or self.interrupted():
+                return None
+            if space.is_free_between(self.q, goal):
+                return np.stack([self.q, goal])
+        trees = Trees.rooted(self.q, goals)
+        rng = np.random.default_rng(self.seed)
+        while space.checks < last and not self.interrupted():
+            most = min(_CHUNK, last - space.checks)
+            trees = trees.with_room(most)
+            with space.calls() as line:
+                checks, *met = grow(
+                    space.arrays, line, trees.packed, self._draws(rng), most
+                )
+            space.checks += checks
+            if met[START] != NOT_MET:
+                there = trees.branch(START, met[START])[::-1]
+                onward = trees.branch(GOAL, met[GOAL])[1:]
+                return np.concatenate([there, onward])
+        return None
 
     def shortened(self, corners: np.ndarray) -> np.ndarray:
-        """Returns a path between the same ends, mostly a shorter one.
+        """Returns a path between the same ends, mostly a quicker one.
 
         Args:
             corners: Corners of a free path, shape (m, n_q) [rad, m].
+
+        Returns:
+            Its corners, those between turn and drive included, shape (p, n_q).
         """
-        information = self._information()
-        path = og.PathGeometric(information)
-        for q in corners:
-            path.append(self._state(information, q))
-        simplifier = og.PathSimplifier(information)
-        simplifier.reduceVertices(path)
-        simplifier.collapseCloseVertices(path)
-        simplifier.partialShortcutPath(path)
-        return self._corners(path)
+        if len(corners) == 2:
+            return corners
+        rng = np.random.default_rng(self.seed)
+        draws = rng.uniform(size=(_SHORTCUTS, 2))
+        with self.space.calls() as line:
+            corners, checks = shortened(
+                self.space.arrays, line, corners, draws
+            )
+        self.space.checks += checks
+        return corners
 
-    def _information(self) -> ob.SpaceInformation:
-        """Makes what OMPL knows of the space, and sets its random numbers."""
-        ou.setLogLevel(ou.LogLevel.LOG_NONE)
-        ou.RNG.setSeed(self.seed)
-        n = len(self.active)
-        states = ob.RealVectorStateSpace(n)
-        box = ob.RealVectorBounds(n)
-        for k, j in enumerate(self.active):
-            box.setLow(k, float(self.bounds[0][j]))
-            box.setHigh(k, float(self.bounds[1][j]))
-        states.setBounds(box)
-        information = ob.SpaceInformation(states)
-        information.setStateValidityChecker(
-            lambda state: self.space.is_free(self.array(state))
+    def _draws(self, rng: np.random.Generator) -> np.ndarray:
+        """Draws configurations to grow to, shape (k, n_q)."""
+        lower, upper = (bound[self.active] for bound in self.bounds)
+        draws = np.tile(self.q, (_DRAWS, 1))
+        draws[:, self.active] = rng.uniform(
+            lower, upper, (_DRAWS, len(self.active))
         )
-        information.setMotionValidator(_Motions(information, self))
-        information.setup()
-        return information
-
-    def _state(self, information: ob.SpaceInformation, q: np.ndarray):
-        state: Any = information.allocState()
-        for k, j in enumerate(self.active):
-            state[k] = float(q[j])
-        return state
-
-    def _corners(self, path) -> np.ndarray:
-        return np.array([self.array(state) for state in path.getStates()])
+        return draws
