@@ -11,10 +11,7 @@ import numpy as np
 
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.controller.planning.motion_planner import (
-    MotionPlanner,
-    can_plan,
-)
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.timing.measuring import Case
 
@@ -34,8 +31,8 @@ _SECONDS = 15.0
 
 
 def planning_cases() -> list[Case]:
-    """Makes a case for each of `SCENARIOS`; none if OMPL is missing."""
-    return [_case(name) for name in SCENARIOS] if can_plan() else []
+    """Makes a case for each of `SCENARIOS`."""
+    return [_case(name) for name in SCENARIOS]
 
 
 def _case(name: str) -> Case:

@@ -1,7 +1,6 @@
 """`MotionPlanner`: from where the robot is to a path, or to why none is."""
 
 import dataclasses as dc
-import importlib.util
 import math
 from collections.abc import Callable
 from time import perf_counter
@@ -20,6 +19,8 @@ from remosplat_drake.controller.planning.obstructions import (
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
+from remosplat_drake.controller.planning.search import Search
+from remosplat_drake.controller.planning.stages import staged_path
 from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.program.joint_margins import (
     STOP_SHARE,
@@ -35,11 +36,6 @@ from remosplat_drake.signals.target import Target
 
 _ROAM = 2.0
 """How far beyond start and goals the base may go [m]."""
-
-
-def can_plan() -> bool:
-    """Tells whether OMPL is installed, which searches the paths."""
-    return importlib.util.find_spec("ompl") is not None
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -100,10 +96,6 @@ class MotionPlanner:
         interrupted: Callable[[], bool],
         roadmap: Roadmap,
     ) -> Plan:
-        # Only who searches needs OMPL.
-        from remosplat_drake.controller.planning.search import Search
-        from remosplat_drake.controller.planning.stages import staged_path
-
         config = self.config
         seed = 1 + config.seed + attempt
         start = np.clip(q, space.lower, space.upper)

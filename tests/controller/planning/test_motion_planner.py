@@ -4,15 +4,10 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.controller.planning.motion_planner import (
-    MotionPlanner,
-    can_plan,
-)
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-
-pytestmark = pytest.mark.skipif(not can_plan(), reason="needs ompl")
 
 STOPPING = 0.02
 

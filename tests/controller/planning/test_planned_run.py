@@ -17,7 +17,6 @@ from remosplat_drake.controller.guidance.selection_round import (
     advance_selection,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
-from remosplat_drake.controller.planning.motion_planner import can_plan
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.controller.verification.kernels.between_looks import (
     TOLERANCE,
@@ -25,8 +24,6 @@ from remosplat_drake.controller.verification.kernels.between_looks import (
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-
-pytestmark = pytest.mark.skipif(not can_plan(), reason="needs ompl")
 
 STOPPING = 0.02
 DT = 0.02

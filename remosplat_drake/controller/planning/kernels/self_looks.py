@@ -28,6 +28,10 @@ _DEPTH = 12
 _MOST = 2 ** (_DEPTH - 2)
 """Most parts into which a motion is cut."""
 
+_KEPT = 16
+"""Most looks at a motion that are kept: few are taken, and more memory than the
+nearest cache holds costs more than it saves."""
+
 _FINE = 0.05
 """Room above which coarse bounds will do: more looks are cheaper then than more
 exact ones [m]."""
@@ -92,31 +96,39 @@ def _make_looks(pairs, tree, count):
     """Makes room for looks at count + 1 times, which are taken as needed.
 
     Returns:
-        For each time: whether the look was taken; the poses of all bodies; the
-        centres of all shapes, and of the links' boxes, in W.
+        For each time the row of its look, -1 where none is kept; and a row for
+        each look that is kept, the last for one that is not: its time, the
+        poses of all bodies, the centres of all shapes, and of the links' boxes,
+        in W.
     """
-    b, s = len(tree.parent), len(pairs.shapes.body)
+    b, s, kept = len(tree.parent), len(pairs.shapes.body), min(count + 1, _KEPT)
     return (
-        np.zeros(count + 1, np.bool_),
-        np.empty((count + 1, b, 4, 4)),
-        np.empty((count + 1, s, 3)),
-        np.empty((count + 1, len(pairs.link_boxes.body), 3)),
+        np.full(count + 1, -1),
+        np.full(kept + 1, -1),
+        np.empty((kept + 1, b, 4, 4)),
+        np.empty((kept + 1, s, 3)),
+        np.empty((kept + 1, len(pairs.link_boxes.body), 3)),
     )
 
 
 @helper
 def _look(space, motion, looks, i):
     """Returns where everything is at a look."""
-    taken, X_WL, p_WC, p_WL = looks
-    if not taken[i]:
+    row_of, time_of, X_WL, p_WC, p_WL = looks
+    row = row_of[i]
+    if row < 0:
+        row = 0
+        while row < len(time_of) - 1 and time_of[row] >= 0:
+            row += 1
+        if row < len(time_of) - 1:
+            row_of[i], time_of[row] = row, i
         q, u, n_base = motion
-        pairs, time = space.own.pairs, i / (len(taken) - 1)
+        pairs, time = space.own.pairs, i / (len(row_of) - 1)
         X, _ = body_poses(space.robot.tree, advance(q, u, n_base, time))
-        copy_poses(X, X_WL[i])
-        place_centers(pairs.shapes, X, p_WC[i])
-        place_centers(pairs.link_boxes, X, p_WL[i])
-        taken[i] = True
-    return X_WL[i], p_WC[i], p_WL[i]
+        copy_poses(X, X_WL[row])
+        place_centers(pairs.shapes, X, p_WC[row])
+        place_centers(pairs.link_boxes, X, p_WL[row])
+    return X_WL[row], p_WC[row], p_WL[row]
 
 
 @helper
