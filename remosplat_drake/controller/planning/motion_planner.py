@@ -122,12 +122,14 @@ class MotionPlanner:
             seed,
             interrupted,
         )
-        corners = roadmap.path_between(space, start, goals.q)
+        corners = search.straight_to(goals.q)
+        if corners is None:
+            corners = roadmap.path_between(space, start, goals.q)
         if corners is None and self.robot.n_base:
             corners = staged_path(search, goals.q)
         if corners is None:
             last = space.checks + budget
-            corners = dc.replace(search, last=last).path_to(goals.q)
+            corners = dc.replace(search, last=last).grown_to(goals.q)
         if corners is None:
             reason = (
                 f"no path to {len(goals.q)} goal configurations found in"

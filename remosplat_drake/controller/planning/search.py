@@ -63,13 +63,33 @@ class Search:
         Returns:
             The corners, shape (m, n_q); None if no path was found.
         """
-        space = self.space
-        last = min(self.last, space.checks + self.checks)
+        straight = self.straight_to(goals)
+        return self.grown_to(goals) if straight is None else straight
+
+    def straight_to(self, goals: np.ndarray) -> np.ndarray | None:
+        """Returns the start and the first configuration straight ahead of it.
+
+        Args:
+            goals: Where a motion may end, the best first, shape (k, n_q).
+
+        Returns:
+            Both, shape (2, n_q); None if no single motion is free.
+        """
+        last = self._last()
         for goal in goals:
-            if space.checks >= last or self.interrupted():
+            if self.space.checks >= last or self.interrupted():
                 return None
-            if space.is_free_between(self.q, goal):
+            if self.space.is_free_between(self.q, goal):
                 return np.stack([self.q, goal])
+        return None
+
+    def grown_to(self, goals: np.ndarray) -> np.ndarray | None:
+        """Searches corners of a path by trees; see `path_to`.
+
+        Args:
+            goals: Where it may end, shape (k, n_q) [rad, m].
+        """
+        space, last = self.space, self._last()
         trees = Trees.rooted(self.q, goals)
         rng = np.random.default_rng(self.seed)
         while space.checks < last and not self.interrupted():
@@ -105,6 +125,10 @@ class Search:
             )
         self.space.checks += checks
         return corners
+
+    def _last(self) -> int:
+        """Returns the count of checks at which a search that starts ends."""
+        return min(self.last, self.space.checks + self.checks)
 
     def _draws(self, rng: np.random.Generator) -> np.ndarray:
         """Draws configurations to grow to, shape (k, n_q)."""
