@@ -150,10 +150,10 @@ def _draws(
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)
-    draws = np.tile(q, (count, 1))
-    draws[:, arm] = rng.uniform(
-        space.lower[arm], space.upper[arm], (count, len(robot.home))
-    )
+    draws = np.empty((count, len(q)))
+    draws[:] = q
+    lower, span = space.lower[arm], space.upper[arm] - space.lower[arm]
+    draws[:, arm] = lower + span * rng.random((count, len(robot.home)))
     if robot.n_base:
         p_WN = np.mean([_place(robot, q, *item) for item in aim.items], axis=0)
         away = rng.uniform(*_BASE_DISTANCE, count)

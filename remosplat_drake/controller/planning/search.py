@@ -134,7 +134,6 @@ class Search:
         """Draws configurations to grow to, shape (k, n_q)."""
         lower, upper = (bound[self.active] for bound in self.bounds)
         draws = np.tile(self.q, (_DRAWS, 1))
-        draws[:, self.active] = rng.uniform(
-            lower, upper, (_DRAWS, len(self.active))
-        )
+        share = rng.random((_DRAWS, len(self.active)))
+        draws[:, self.active] = lower + share * (upper - lower)
         return draws

@@ -1,8 +1,8 @@
 """The spheres that no arm moves, wherever their base stands.
 
 Where a base is drawn, most places are taken. What it carries is one rigid body,
-so that its spheres are placed without the kinematics of the arms, and the
-largest, which is mostly in the way, is looked at first.
+so that its spheres are placed without the kinematics of the arms. The one that
+was in the way last is looked at first: mostly it is in the way again.
 """
 
 import math
@@ -20,9 +20,10 @@ _ROUNDING = 1e-9
 
 
 class BaseSpheres(NamedTuple):
-    """The m spheres that move with the base alone, the largest first.
+    """The m spheres that move with the base alone.
 
     Attributes:
+        order: The order in which they are looked at, shape (m,); written to.
         sphere: Their indices, shape (m,).
         p_BS: Their centres in the base's frame: its origin on the ground, its
             x forward, shape (m, 3) [m].
@@ -30,13 +31,18 @@ class BaseSpheres(NamedTuple):
         reach: Clearances that they keep, shape (m,) [m].
     """
 
+    order: np.ndarray
     sphere: np.ndarray
     p_BS: np.ndarray
     R_BL: np.ndarray
     reach: np.ndarray
 
 
-@kernel(returns=named(BaseSpheres, wholes(1), reals(2), reals(3), reals(1)))
+@kernel(
+    returns=named(
+        BaseSpheres, wholes(1), wholes(1), reals(2), reals(3), reals(1)
+    )
+)
 def base_spheres(space):
     """Finds the spheres that move with the base alone; none without a base.
 
@@ -45,11 +51,10 @@ def base_spheres(space):
     """
     robot = space.robot
     n = len(robot.radius) if robot.n_base > 0 else 0
-    order = np.argsort(-robot.radius)
     sphere, m = np.empty(n, np.int64), 0
-    for k in range(n):
-        if not _is_moved_by_arm(robot, robot.body_S[order[k]]):
-            sphere[m], m = order[k], m + 1
+    for i in range(n):
+        if not _is_moved_by_arm(robot, robot.body_S[i]):
+            sphere[m], m = i, m + 1
     sphere = sphere[:m].copy()
     X_BL, _ = body_poses(robot.tree, np.zeros(len(space.lower)))
     p_BS, R_BL, reach = np.zeros((m, 3)), np.empty((m, 3, 3)), np.empty(m)
@@ -62,7 +67,7 @@ def base_spheres(space):
             for c in range(3):
                 R_BL[k, r, c] = X[r, c]
                 p_BS[k, r] += X[r, c] * robot.p_LS[i, c]
-    return BaseSpheres(sphere, p_BS, R_BL, reach)
+    return BaseSpheres(np.arange(m), sphere, p_BS, R_BL, reach)
 
 
 @helper
@@ -84,34 +89,44 @@ def may_stand(space, line, base, q):
         base: The `BaseSpheres`.
         q: Configuration of which the base's part is read, shape (n_q,).
     """
-    m = len(base.sphere)
+    m = len(base.order)
     if m == 0:
         return True
-    p_WS, R_WL, found = np.empty((m, 3)), np.empty((m, 3, 3)), np.empty(m)
-    c, s = math.cos(q[2]), math.sin(q[2])
-    for k in range(m):
-        p, R = base.p_BS[k], base.R_BL[k]
-        p_WS[k, 0] = q[0] + c * p[0] - s * p[1]
-        p_WS[k, 1] = q[1] + s * p[0] + c * p[1]
-        p_WS[k, 2] = p[2]
-        for j in range(3):
-            R_WL[k, 0, j] = c * R[0, j] - s * R[1, j]
-            R_WL[k, 1, j] = s * R[0, j] + c * R[1, j]
-            R_WL[k, 2, j] = R[2, j]
-    placed = space.map, space.off, line
+    sphere, reach, found = np.empty(m, np.int64), np.empty(m), np.empty(m)
+    p_WS, R_WL = np.empty((m, 3)), np.empty((m, 3, 3))
+    turn = math.cos(q[2]), math.sin(q[2])
     first = 0
     for last in (1, m):
+        for k in range(first, last):
+            i = base.order[k]
+            sphere[k], reach[k] = base.sphere[i], base.reach[i]
+            _turn(turn, base.p_BS[i], p_WS[k])
+            p_WS[k, 0], p_WS[k, 1] = p_WS[k, 0] + q[0], p_WS[k, 1] + q[1]
+            for j in range(3):
+                _turn(turn, base.R_BL[i, :, j], R_WL[k, :, j])
+        rows = slice(first, last)
         sphere_clearances(
-            placed,
+            (space.map, space.off, line),
             space.robot,
-            base.sphere[first:last],
-            p_WS[first:last],
-            R_WL[first:last],
-            base.reach[first:last],
-            found[first:last],
+            sphere[rows],
+            p_WS[rows],
+            R_WL[rows],
+            reach[rows],
+            found[rows],
         )
         for k in range(first, last):
-            if not found[k] >= base.reach[k] - _ROUNDING:
+            if not found[k] >= reach[k] - _ROUNDING:
+                order = base.order
+                order[0], order[k] = order[k], order[0]
                 return False
         first = last
     return True
+
+
+@helper
+def _turn(turn, v, turned):
+    """Fills in a vector that is turned about z by a cosine and a sine."""
+    c, s = turn
+    turned[0] = c * v[0] - s * v[1]
+    turned[1] = s * v[0] + c * v[1]
+    turned[2] = v[2]

@@ -12,7 +12,7 @@ import numpy as np
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import REAL
 from remosplat_drake.base.vectors import dot
-from remosplat_drake.robot.kinematics import REVOLUTE, compose, joint_pose
+from remosplat_drake.robot.kinematics import REVOLUTE, compose
 from remosplat_drake.robot.serial_chain import SerialChain
 from remosplat_drake.robot.target_arrays import (
     AimArrays,
@@ -26,6 +26,13 @@ _LENGTH = 0.3
 
 _LONGEST_STEP = 0.5
 """Largest change of a joint in one step [rad, m]."""
+
+_DOUBT = 8
+"""Step after which what is still far off is given up: nine seeds in ten that
+lead to the aim are a tenth as far from it by then."""
+
+_HOPELESS = 0.1
+"""Error that is far off [m]."""
 
 _NO_DAMPING = 1e-6
 """Damping that lets rounding divide by nothing that is zero."""
@@ -87,6 +94,8 @@ def reach_from(arms, q, steps, tolerance):
         error = math.sqrt(error)
         if error < tolerance or i == steps:
             break
+        if i == _DOUBT and error > _HOPELESS:
+            break
         # A step that does not help was too bold.
         damping = 0.5 * damping if error < before else 4.0 * damping
         damping = min(max(damping, 1e-4), 0.5)
@@ -138,12 +147,35 @@ def least_manipulability(arms, q):
 @helper
 def _place(chain, q, X_WF, X_WE):
     """Fills in the poses of the joints' inboard frames and of E."""
-    X_FM, X_WM = np.zeros((4, 4)), np.eye(4)
+    X_WM = np.eye(4)
     for j in range(len(chain.kind)):
         compose(X_WM, chain.X_MF[j], X_WF[j])
-        joint_pose(chain.kind[j], chain.axis_F[j], q[chain.position[j]], X_FM)
-        compose(X_WF[j], X_FM, X_WM)
+        value = q[chain.position[j]]
+        _move(chain.kind[j], chain.axis_F[j], value, X_WF[j], X_WM)
     compose(X_WM, chain.X_ME, X_WE)
+
+
+@helper
+def _move(kind, axis_F, value, X_WF, X_WM):
+    """Fills in the pose of what a joint moves from that of its frame F."""
+    x, y, z = axis_F[0], axis_F[1], axis_F[2]
+    if kind != REVOLUTE:
+        for r in range(3):
+            along = X_WF[r, 0] * x + X_WF[r, 1] * y + X_WF[r, 2] * z
+            X_WM[r, 3] = X_WF[r, 3] + value * along
+            for c in range(3):
+                X_WM[r, c] = X_WF[r, c]
+        return
+    s, c = math.sin(value), math.cos(value)
+    v = 1.0 - c
+    for r in range(3):
+        # Rodrigues' formula, of which a row of R_WF takes the dot products.
+        i, j, k = X_WF[r, 0], X_WF[r, 1], X_WF[r, 2]
+        along = v * (i * x + j * y + k * z)
+        X_WM[r, 0] = c * i + s * (j * z - k * y) + along * x
+        X_WM[r, 1] = c * j + s * (k * x - i * z) + along * y
+        X_WM[r, 2] = c * k + s * (i * y - j * x) + along * z
+        X_WM[r, 3] = X_WF[r, 3]
 
 
 @helper
