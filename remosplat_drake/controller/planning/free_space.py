@@ -25,6 +25,7 @@ from remosplat_drake.controller.verification.self_sweep import (
     no_own_arrays,
 )
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.signals.distance_field import DistanceField
 
 class FreeSpace:
@@ -88,6 +89,7 @@ class FreeSpace:
             level=np.full(len(robot.spheres), float(stopping)),
             own=own,
             own_level=own_level,
+            link_level=_most_by_link(own.pairs, own_level),
             movers=standing.arrays,
             mover_level=standing.levels(robot.spheres_at(start)),
             lower=self.lower,
@@ -142,3 +144,10 @@ class FreeSpace:
         if is_pythons(self.field):
             return MapCalls(self.robot, self.field)
         return nullcontext(0)
+
+
+def _most_by_link(pairs: PairArrays, level: np.ndarray) -> np.ndarray:
+    """Returns the largest level of each pair of links, shape (l,) [m]."""
+    if not len(pairs.boxes):
+        return np.zeros(0)
+    return np.maximum.reduceat(level - pairs.allowance, pairs.start[:-1])

@@ -53,10 +53,29 @@ def is_off_itself(space, X_WL):
     p_WL = centers_in_world(pairs.link_boxes, X_WL)
     work, guess = make_work(), np.zeros((len(pairs.first), 3))
     for link in range(len(pairs.boxes)):
+        # Most links are far apart: that is seen without a call.
+        if _link_room(space, link, X_WL, p_WL) >= 0.0:
+            continue
         at = X_WL, p_WC, p_WL
         if _room(space, link, at, 0.0, guess, work) < -_ROUNDING:
             return False
     return True
+
+
+@helper
+def _link_room(space, link, X_WL, p_WL):
+    """Bounds the room between two links by the boxes around them [m].
+
+    Args:
+        space: The `SpaceArrays`.
+        link: The pair of links.
+        X_WL: Poses of all bodies.
+        p_WL: Centres of the links' boxes in W.
+    """
+    pairs = space.own.pairs
+    a, b = pairs.boxes[link, 0], pairs.boxes[link, 1]
+    apart = least_distance(pairs.link_boxes, X_WL, p_WL, a, b)
+    return apart - space.link_level[link]
 
 
 @kernel(returns=TRUTH)
@@ -76,14 +95,22 @@ def keeps_off_itself(space, q, u):
         for c in range(len(u)):
             speed[link] += rate[link, c] * abs(u[c])
         fastest = max(fastest, speed[link])
+    if fastest == 0.0:
+        return True
     count = 1
     while count < _MOST and fastest > _BLINK * count:
         count *= 2
     motion = q, u, space.robot.n_base
     looks = _make_looks(space.own.pairs, space.robot.tree, count)
     guess, work = np.zeros((len(space.own.pairs.first), 3)), make_work()
+    X_first, _, p_first = _look(space, motion, looks, 0)
+    X_last, _, p_last = _look(space, motion, looks, count)
     for link in range(len(rate)):
         if speed[link] == 0.0:
+            continue
+        first = _link_room(space, link, X_first, p_first)
+        last = _link_room(space, link, X_last, p_last)
+        if min(first, last, first + last - speed[link]) >= 0.0:
             continue
         near = link, speed[link] / count, guess, work
         if not _keeps_apart(space, motion, looks, near):
