@@ -10,6 +10,7 @@ from remosplat_drake.controller.planning.kernels.looks import (
     is_free_between,
 )
 from remosplat_drake.controller.planning.kernels.map_looks import rooms
+from remosplat_drake.controller.planning.kernels.own_work import OwnWork
 from remosplat_drake.controller.planning.kernels.space_arrays import SpaceArrays
 from remosplat_drake.controller.planning.obstructions import (
     NOTHING_STANDS,
@@ -35,7 +36,7 @@ class FreeSpace:
     keep theirs from each other, both less where they have less at the start;
     joints keep within bounds. Motions are looked at as verification looks at
     commands: nothing slips through between two looks but for verification's
-    tolerance.
+    tolerance. A free space serves one thread at a time.
 
     Attributes:
         robot: The robot.
@@ -90,6 +91,7 @@ class FreeSpace:
             own=own,
             own_level=own_level,
             link_level=_most_by_link(own.pairs, own_level),
+            own_work=OwnWork.make(robot.arrays.values.tree, own.pairs),
             movers=standing.arrays,
             mover_level=standing.levels(robot.spheres_at(start)),
             lower=self.lower,

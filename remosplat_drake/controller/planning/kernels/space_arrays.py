@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from remosplat_drake.controller.planning.kernels.own_work import OwnWork
 from remosplat_drake.controller.verification.kernels.verified import OwnArrays
 from remosplat_drake.robot.robot_arrays import RobotArrays
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
@@ -24,6 +25,8 @@ class SpaceArrays(NamedTuple):
         own_level: Distance that each pair keeps, shape (k,) [m].
         link_level: Largest distance that the shapes of each pair of links must
             keep of those computed, shape (l,) [m].
+        own_work: Memory in which kernels look at these; so a space serves one
+            thread at a time.
         movers: What stands in the way besides the scene, as large as what it
             keeps clear of the robot.
         mover_level: Distance that each sphere keeps from it, shape (n,) [m].
@@ -39,6 +42,7 @@ class SpaceArrays(NamedTuple):
     own: OwnArrays
     own_level: np.ndarray
     link_level: np.ndarray
+    own_work: OwnWork
     movers: MoverArrays
     mover_level: np.ndarray
     lower: np.ndarray
