@@ -20,7 +20,6 @@ from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.planning.search import Search
-from remosplat_drake.controller.planning.stages import staged_path
 from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.program.joint_margins import (
     STOP_SHARE,
@@ -111,25 +110,19 @@ class MotionPlanner:
             return Plan(
                 None, self._no_goal(goals, space.stopping), space.checks, 0
             )
-        budget = config.checks << attempt
         search = Search(
             space,
             start,
-            np.arange(len(q)),
             self._box(start, goals.q),
-            budget,
-            space.checks + budget,
+            config.checks << attempt,
             seed,
             interrupted,
         )
         corners = search.straight_to(goals.q)
         if corners is None:
             corners = roadmap.path_between(space, start, goals.q)
-        if corners is None and self.robot.n_base:
-            corners = staged_path(search, goals.q)
         if corners is None:
-            last = space.checks + budget
-            corners = dc.replace(search, last=last).grown_to(goals.q)
+            corners = search.path_to(goals.q)
         if corners is None:
             reason = (
                 f"no path to {len(goals.q)} goal configurations found in"

@@ -16,6 +16,7 @@ from remosplat_drake.controller.planning.kernels.trees import (
     START,
     Trees,
 )
+from remosplat_drake.controller.planning.tucked_arm import tucked_arm
 
 _DRAWS = 32
 """Number of configurations that are drawn at a time, even."""
@@ -26,80 +27,69 @@ _CHUNK = 128
 _SHORTCUTS = 20
 """Number of shortcuts that are tried."""
 
+_TUCKED = 3
+"""Of so many configurations that are drawn one has its arm tucked in."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class Search:
-    """Searches in some of the dimensions of a free space.
-
-    Equal searches find equal paths.
+    """Searches paths in a free space; equal searches find equal paths.
 
     Attributes:
         space: The free space.
         q: Where paths start, shape (n_q,) [rad, m].
-        active: Entries of q that change, shape (n,); the others stay.
         bounds: Bounds between which configurations are drawn, shape (n_q,)
             each [rad, m].
-        checks: Number of motions that one search may look at.
-        last: Count of the space's checks at which every search ends.
+        checks: Number of motions that a search may look at.
         seed: Seed of the search.
         interrupted: Function that tells whether to give up at once.
     """
 
     space: FreeSpace
     q: np.ndarray
-    active: np.ndarray
     bounds: tuple[np.ndarray, np.ndarray]
     checks: int
-    last: int
     seed: int
     interrupted: Callable[[], bool] = lambda: False
 
-    def path_to(self, goals: np.ndarray) -> np.ndarray | None:
-        """Searches corners of a path to one of several configurations.
+    def straight_to(self, goals: np.ndarray) -> np.ndarray | None:
+        """Returns the start and the first goal to which a single motion leads.
 
         Args:
             goals: Where it may end, the best first, shape (k, n_q) [rad, m].
 
         Returns:
-            The corners, shape (m, n_q); None if no path was found.
+            Both, shape (2, n_q); None if no motion is free.
         """
-        straight = self.straight_to(goals)
-        return self.grown_to(goals) if straight is None else straight
-
-    def straight_to(self, goals: np.ndarray) -> np.ndarray | None:
-        """Returns the start and the first configuration straight ahead of it.
-
-        Args:
-            goals: Where a motion may end, the best first, shape (k, n_q).
-
-        Returns:
-            Both, shape (2, n_q); None if no single motion is free.
-        """
-        last = self._last()
-        for goal in goals:
-            if self.space.checks >= last or self.interrupted():
+        for goal in goals[: self.checks]:
+            if self.interrupted():
                 return None
             if self.space.is_free_between(self.q, goal):
                 return np.stack([self.q, goal])
         return None
 
-    def grown_to(self, goals: np.ndarray) -> np.ndarray | None:
-        """Searches corners of a path by trees; see `path_to`.
+    def path_to(self, goals: np.ndarray) -> np.ndarray | None:
+        """Searches corners of a path to one of several configurations.
 
         Args:
             goals: Where it may end, shape (k, n_q) [rad, m].
+
+        Returns:
+            The corners, shape (m, n_q); None if no path was found.
         """
-        space, last = self.space, self._last()
+        space, left = self.space, self.checks
         trees = Trees.rooted(self.q, goals)
         rng = np.random.default_rng(self.seed)
-        while space.checks < last and not self.interrupted():
-            most = min(_CHUNK, last - space.checks)
+        tucked = self._tucked()
+        while left > 0 and not self.interrupted():
+            most = min(_CHUNK, left)
             trees = trees.with_room(most)
+            draws = self._draws(rng, tucked)
             with space.calls() as line:
                 checks, *met = grow(
-                    space.arrays, line, trees.packed, self._draws(rng), most
+                    space.arrays, line, trees.packed, draws, most
                 )
-            space.checks += checks
+            space.checks, left = space.checks + checks, left - checks
             if met[START] != NOT_MET:
                 there = trees.branch(START, met[START])[::-1]
                 onward = trees.branch(GOAL, met[GOAL])[1:]
@@ -113,12 +103,11 @@ class Search:
             corners: Corners of a free path, shape (m, n_q) [rad, m].
 
         Returns:
-            Its corners, those between turn and drive included, shape (p, n_q).
+            Its corners, shape (p, n_q).
         """
         if len(corners) == 2:
             return corners
-        rng = np.random.default_rng(self.seed)
-        draws = rng.uniform(size=(_SHORTCUTS, 2))
+        draws = np.random.default_rng(self.seed).random((_SHORTCUTS, 2))
         with self.space.calls() as line:
             corners, checks = shortened(
                 self.space.arrays, line, corners, draws
@@ -126,14 +115,19 @@ class Search:
         self.space.checks += checks
         return corners
 
-    def _last(self) -> int:
-        """Returns the count of checks at which a search that starts ends."""
-        return min(self.last, self.space.checks + self.checks)
+    def _tucked(self) -> np.ndarray | None:
+        """Returns the arm that is tucked in; None if nothing carries it."""
+        if not self.space.robot.n_base:
+            return None
+        return tucked_arm(self.space, self.q, self.seed)
 
-    def _draws(self, rng: np.random.Generator) -> np.ndarray:
+    def _draws(
+        self, rng: np.random.Generator, tucked: np.ndarray | None
+    ) -> np.ndarray:
         """Draws configurations to grow to, shape (k, n_q)."""
-        lower, upper = (bound[self.active] for bound in self.bounds)
-        draws = np.tile(self.q, (_DRAWS, 1))
-        share = rng.random((_DRAWS, len(self.active)))
-        draws[:, self.active] = lower + share * (upper - lower)
+        lower, upper = self.bounds
+        share = rng.random((_DRAWS, len(self.q)))
+        draws = lower + share * (upper - lower)
+        if tucked is not None:
+            draws[::_TUCKED, -len(tucked) :] = tucked
         return draws

@@ -25,7 +25,7 @@ from remosplat_drake.controller.planning.kernels.trees import (
 )
 from remosplat_drake.controller.planning.steering import wrapped
 
-_STEP = 1.5
+_STEP = 4.0
 """Longest step by which a tree grows, radians and metres alike."""
 
 _THERE = 1e-9
@@ -44,7 +44,7 @@ def grow(space, line, trees, draws, most):
         line: Number of the `PythonCalls` of its map.
         trees: The `Trees`, with room for `most` more nodes in each; written to.
         draws: Configurations to grow to, of even number, shape (k, n_q)
-            [rad, m]; entries that shall not change are the roots'.
+            [rad, m]; written to.
         most: Number of motions that may be looked at.
 
     Returns:
