@@ -16,6 +16,7 @@ from remosplat_drake.controller.planning.obstructions import (
     NOTHING_STANDS,
     StandingMovers,
 )
+from remosplat_drake.controller.planning.out_of_reach import out_of_reach
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
@@ -95,6 +96,9 @@ class MotionPlanner:
         interrupted: Callable[[], bool],
         roadmap: Roadmap,
     ) -> Plan:
+        unreached = out_of_reach(self.robot, aim, q)
+        if unreached:
+            return Plan(None, unreached, 0, 0)
         config = self.config
         seed = 1 + config.seed + attempt
         start = np.clip(q, space.lower, space.upper)

@@ -25,7 +25,7 @@ from remosplat_drake.controller.planning.kernels.trees import (
 )
 from remosplat_drake.controller.planning.steering import wrapped
 
-_STEP = 4.0
+_STEP = 2.5
 """Longest step by which a tree grows, radians and metres alike."""
 
 _THERE = 1e-9
