@@ -29,6 +29,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.signals.distance_field import DistanceField
 
+
 class FreeSpace:
     """The configurations from which nothing is nearer than it may be.
 

@@ -129,9 +129,7 @@ def _reaching(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Calls `reaching`, and counts what is looked at as checks."""
     with space.calls() as line:
-        found, is_open, seeds = reaching(
-            space.arrays, line, arms, draws, most
-        )
+        found, is_open, seeds = reaching(space.arrays, line, arms, draws, most)
     space.checks += len(found)
     return found, is_open, seeds
 

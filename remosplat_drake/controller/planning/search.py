@@ -109,9 +109,7 @@ class Search:
             return corners
         draws = np.random.default_rng(self.seed).random((_SHORTCUTS, 2))
         with self.space.calls() as line:
-            corners, checks = shortened(
-                self.space.arrays, line, corners, draws
-            )
+            corners, checks = shortened(self.space.arrays, line, corners, draws)
         self.space.checks += checks
         return corners
 

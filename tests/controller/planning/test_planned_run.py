@@ -3,7 +3,6 @@
 import dataclasses as dc
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform

@@ -107,9 +107,7 @@ def reach_from(arms, q, steps, tolerance):
         scale = _LONGEST_STEP / longest
         for j in range(n):
             value = q[first + j] + scale * step[j]
-            q[first + j] = min(
-                max(value, lower[first + j]), upper[first + j]
-            )
+            q[first + j] = min(max(value, lower[first + j]), upper[first + j])
     return error
 
 

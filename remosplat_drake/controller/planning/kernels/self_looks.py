@@ -10,7 +10,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import TRUTH
-from remosplat_drake.controller.planning.kernels.own_work import DEPTH, MOST
+from remosplat_drake.controller.planning.kernels.own_work import MOST
 from remosplat_drake.robot.kinematics import advance, body_poses, copy_poses
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
     least_distance,

@@ -43,7 +43,8 @@ def shortened(space, line, corners, draws):
         if len(corners) < 3:
             break
         total = times[-1]
-        first, last = min(draws[k, 0], draws[k, 1]), max(draws[k, 0], draws[k, 1])
+        first = min(draws[k, 0], draws[k, 1])
+        last = max(draws[k, 0], draws[k, 1])
         before, a = _place(space, corners, times, first * total)
         after, b = _place(space, corners, times, last * total)
         if after == before:
