@@ -16,10 +16,7 @@ from remosplat_drake.app.scenario import CAMERAS, Scenario
 from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.app.world import World
-from remosplat_drake.controller.planning.motion_planner import (
-    MotionPlanner,
-    can_plan,
-)
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.controller.verification.map_calls import is_pythons
@@ -138,7 +135,7 @@ class _Outside(DistanceField):
 def _plan_once(scenario: Scenario, world: World) -> None:
     """Searches a short path, if the scenario's guidance may."""
     config, robot = scenario.controller.guidance, world.robot
-    if not (config.enabled and config.planning.enabled and can_plan()):
+    if not (config.enabled and config.planning.enabled):
         return
     law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
     planner = MotionPlanner(

@@ -96,6 +96,9 @@ class PythonMap(NamedTuple):
     rows: RowArrays
 
 
+_EPSILON = 2.0**-52
+"""Relative distance of neighbouring numbers."""
+
 LOOK, ROWS = 0, 1
 """Indices of the Python functions for clearances of spheres, and for all
 rows."""
@@ -383,7 +386,8 @@ def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
         for c in range(3):
             question[row, c] = p_WS[row, c]
         # Not at the distance itself: the bound is exclusive.
-        least = scale * np.nextafter(far, np.inf) + _margin(off, p_WS[row])
+        far += abs(far) * _EPSILON
+        least = scale * far + _margin(off, p_WS[row])
         question[row, 3] = robot.radius[i] + least
         question[row, 4] = robot.ignore_below[i]
     ask(compiled, question, answer)
@@ -421,4 +425,5 @@ def _longest_reach(reach):
 @helper
 def _margin(off, p_WS):
     """Returns by how much a misplaced map may be nearer at a point [m]."""
-    return off.shift + off.turn * math.hypot(p_WS[0] - off.x, p_WS[1] - off.y)
+    x, y = p_WS[0] - off.x, p_WS[1] - off.y
+    return off.shift + off.turn * math.sqrt(x * x + y * y)

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
+    Arms,
     reach_from,
 )
 from remosplat_drake.robot.robot_description import shipped_robots
@@ -21,8 +23,8 @@ def test_the_end_effector_is_where_the_tree_has_it(name, three_link):
         X_WT = robot.end_effector_pose(q)
         bounds = np.full(robot.n_q, -9.0), np.full(robot.n_q, 9.0)
         first = robot.n_q - len(robot.home)
-        found, error = reach_from(
-            (chain,), Aim.of(X_WT).arrays, first, *bounds, q[None], 0, 1e-9
-        )
-        assert error[0] < 1e-12
-        np.testing.assert_array_equal(found[0], q)
+        aim = Aim.of(X_WT).arrays.values
+        arms = Packed(Arms((chain,), aim, first, *bounds))
+        found = q.copy()
+        assert reach_from(arms, found, 0, 1e-9) < 1e-12
+        np.testing.assert_array_equal(found, q)

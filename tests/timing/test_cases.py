@@ -5,14 +5,11 @@ import dataclasses as dc
 import pytest
 
 from remosplat_drake.commands.bench import GROUPS
-from remosplat_drake.controller.planning.motion_planner import can_plan
 from remosplat_drake.timing.measuring import measure
 
 
 @pytest.mark.parametrize("group", GROUPS)
 def test_every_case_of_a_group_runs(group):
-    if group == "planning" and not can_plan():
-        pytest.skip("needs OMPL")
     cases = GROUPS[group]()
     names = [case.name for case in cases]
     assert len(set(names)) == len(names) > 0  # `--compare` goes by names.

@@ -11,10 +11,7 @@ from remosplat_drake.controller.guidance.planner import (
     Situation,
 )
 from remosplat_drake.controller.guidance.present_state import PresentState
-from remosplat_drake.controller.planning.motion_planner import (
-    MotionPlanner,
-    can_plan,
-)
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.program.guidance import DIRECT, Guidance
@@ -173,7 +170,7 @@ def make_selection_rule(
     solver = make_solver(config.solver, "scenario", "guidance.solver")
     tiers = law.collision.stopping, *config.tiers
     motions = None
-    if config.planning.enabled and can_plan():
+    if config.planning.enabled:
         motions = MotionPlanner(law.robot, law.self_clearance, config.planning)
     return SelectionRule(
         law.with_step(config.step, solver=solver),

@@ -9,6 +9,8 @@ from remosplat_drake.controller.planning.kernels.looks import (
     is_free,
     is_free_between,
 )
+from remosplat_drake.controller.planning.kernels.map_looks import rooms
+from remosplat_drake.controller.planning.kernels.own_work import OwnWork
 from remosplat_drake.controller.planning.kernels.space_arrays import SpaceArrays
 from remosplat_drake.controller.planning.obstructions import (
     NOTHING_STANDS,
@@ -24,10 +26,8 @@ from remosplat_drake.controller.verification.self_sweep import (
     no_own_arrays,
 )
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.signals.distance_field import DistanceField
-
-_FAR = 0.25
-"""Distance beyond which it does not matter how far the scene is [m]."""
 
 
 class FreeSpace:
@@ -37,7 +37,7 @@ class FreeSpace:
     keep theirs from each other, both less where they have less at the start;
     joints keep within bounds. Motions are looked at as verification looks at
     commands: nothing slips through between two looks but for verification's
-    tolerance.
+    tolerance. A free space serves one thread at a time.
 
     Attributes:
         robot: The robot.
@@ -47,6 +47,7 @@ class FreeSpace:
         upper: Upper bounds of the joints, shape (n_q,) [rad, m].
         backing: Longest way that the base may drive backwards [m].
         checks: Number of configurations and motions that were looked at.
+        arrays: The space, as kernels take it.
     """
 
     def __init__(
@@ -77,31 +78,31 @@ class FreeSpace:
         self.stopping, self.backing = stopping, backing
         self.lower, self.upper = bounds
         self.checks = 0
-        self._level = np.full(len(robot.spheres), stopping)
-        self._level = np.minimum(
-            stopping, self.rooms(start[None])[0] + stopping
-        )
         own, own_level = no_own_arrays(robot), np.zeros(0)
         if self_clearance is not None:
             own, least = self_clearance.arrays.values, self_clearance.stopping
             own_level = self_clearance.distances(start, least)
             own_level = np.minimum(own_level, least)
         compiled, off = map_for_kernels(field)
-        self._arrays = Packed(
-            SpaceArrays(
-                robot=robot.arrays.values,
-                map=compiled.values,
-                off=off,
-                level=self._level,
-                own=own,
-                own_level=own_level,
-                movers=standing.arrays,
-                mover_level=standing.levels(robot.spheres_at(start)),
-                lower=self.lower,
-                upper=self.upper,
-                backing=float(backing),
-            )
+        arrays = SpaceArrays(
+            robot=robot.arrays.values,
+            map=compiled.values,
+            off=off,
+            level=np.full(len(robot.spheres), float(stopping)),
+            own=own,
+            own_level=own_level,
+            link_level=_most_by_link(own.pairs, own_level),
+            own_work=OwnWork.make(robot.arrays.values.tree, own.pairs),
+            movers=standing.arrays,
+            mover_level=standing.levels(robot.spheres_at(start)),
+            lower=self.lower,
+            upper=self.upper,
+            backing=float(backing),
         )
+        self.arrays = Packed(arrays)
+        # Where there is less than that at the start, no more is kept.
+        level = arrays.level + self.rooms(start[None], 0.0)[0]
+        self.arrays = Packed(arrays._replace(level=level))
 
     def is_free(self, q: np.ndarray) -> bool:
         """Tells whether a configuration keeps all distances.
@@ -110,8 +111,8 @@ class FreeSpace:
             q: The configuration, shape (n_q,) [rad, m].
         """
         self.checks += 1
-        with self._calls() as line:
-            return is_free(self._arrays, line, q)
+        with self.calls() as line:
+            return is_free(self.arrays, line, q)
 
     def is_free_between(self, a: np.ndarray, b: np.ndarray) -> bool:
         """Tells whether the whole motion between two configurations is free.
@@ -121,30 +122,35 @@ class FreeSpace:
             b: Configuration to end at, shape (n_q,) [rad, m].
         """
         self.checks += 1
-        with self._calls() as line:
-            return is_free_between(self._arrays, line, a, b)
+        with self.calls() as line:
+            return is_free_between(self.arrays, line, a, b)
 
-    def rooms(self, q: np.ndarray, far: float = _FAR) -> np.ndarray:
-        """Measures what all spheres have above what they keep, in one query.
+    def rooms(self, q: np.ndarray, far: float) -> np.ndarray:
+        """Measures what all spheres have above what they keep.
 
         Args:
             q: Configurations, shape (k, n_q) [rad, m].
-            far: Clearance beyond the stopping distance at which rooms are cut
-                off: a small one makes the query cheaper [m].
+            far: Room at which rooms are cut off: a small one makes the query
+                cheaper [m].
 
         Returns:
             The rooms, shape (k, n) [m].
         """
-        k, n = len(q), len(self._level)
-        spheres = self.robot.place_spheres(
-            q, np.repeat(np.arange(k), n), np.tile(np.arange(n), k)
-        )
-        found = self.field.clearances(spheres, self.stopping + far)
-        rooms = np.minimum(found.per_sphere(k * n), self.stopping + far)
-        return rooms.reshape(k, n) - self._level
+        with self.calls() as line:
+            return rooms(self.arrays, line, np.array(q, float), far)
 
-    def _calls(self) -> AbstractContextManager[int]:
-        """Opens the line on which kernels ask a map that only Python knows."""
+    def calls(self) -> AbstractContextManager[int]:
+        """Opens the line on which kernels ask a map that only Python knows.
+
+        Its number is what a `with` statement gives.
+        """
         if is_pythons(self.field):
             return MapCalls(self.robot, self.field)
         return nullcontext(0)
+
+
+def _most_by_link(pairs: PairArrays, level: np.ndarray) -> np.ndarray:
+    """Returns the largest level of each pair of links, shape (l,) [m]."""
+    if not len(pairs.boxes):
+        return np.zeros(0)
+    return np.maximum.reduceat(level - pairs.allowance, pairs.start[:-1])

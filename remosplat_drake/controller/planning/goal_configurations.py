@@ -5,29 +5,28 @@ import math
 
 import numpy as np
 
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
-    reach_from,
+    Arms,
+    least_manipulability,
 )
+from remosplat_drake.controller.planning.kernels.reaching import reaching
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
-TOLERANCE = 2e-3
-"""Largest pose error of a goal configuration, angles weighed by 0.3 m [m].
-Only joint limits leave more than a hundredth of it."""
-
-_STEPS = 15
-"""Most steps of the inverse kinematics from a seed."""
-
-_ROUND = 50
-"""Number of seeds in a round; the search ends when it has found enough."""
+_ROUND = 100
+"""Groups of draws in a round; the search ends when it has found enough."""
 
 _ENOUGH = 0.06
 """Room beyond which more is no better [m]."""
 
-_DRAWS = 4
-"""Number of draws for a seed; those nearest to the target are taken."""
+_GROUP = 4
+"""Number of draws for a seed; the one nearest to the target is taken."""
+
+_PATIENCE = 10
+"""Groups of draws for each seed that may be tried: most bases are blocked."""
 
 _BASE_DISTANCE = (0.35, 0.95)
 """Least and greatest distance of guessed bases from the target [m]."""
@@ -82,23 +81,28 @@ def goal_configurations(
         rng: Source of the seeds.
     """
     aim = Aim.of(aim)
-    found, free = np.zeros((0, len(q))), np.zeros(0, bool)
-    tried = 0
-    while tried < seeds and free.sum() < most:
-        count = min(_ROUND, seeds - tried)
-        more = _reaching(space, aim, q, count, rng, with_own=not tried)
+    arms = arms_of(space, aim)
+    own = np.stack([q, q])
+    own[1, -len(space.robot.home) :] = space.robot.home
+    own = np.clip(own, space.lower, space.upper)
+    found, is_open, tried = _reaching(space, arms, own[:, None], most)
+    left = _PATIENCE * seeds
+    while tried < seeds and left > 0 and is_open.sum() < most:
+        count = min(_ROUND, left, seeds)
+        draws = _draws(space, aim, q, count * _GROUP, rng)
+        draws = draws.reshape(count, _GROUP, len(q))
+        missing = most - int(is_open.sum())
+        more, more_open, more_tried = _reaching(space, arms, draws, missing)
         found = np.concatenate([found, more])
-        free = np.concatenate([free, [space.is_free(x) for x in more]])
-        free = free.astype(bool)
-        tried += count
-    if free.any():
-        best = found[free]
-        least = space.rooms(best, _ENOUGH).min(axis=1)
-        order = np.argsort(_price(space, aim, best, least, q), kind="stable")
-        return GoalConfigurations(best[order[:most]], tried, len(found))
+        is_open = np.concatenate([is_open, more_open])
+        tried, left = tried + more_tried, left - count
+    if is_open.any():
+        best = found[is_open]
+        order = np.argsort(_price(space, arms, best, q), kind="stable")
+        return GoalConfigurations(best[order], tried, len(found))
     if not len(found):
         return GoalConfigurations(found, tried, 0)
-    rooms = space.rooms(found, _ENOUGH)
+    rooms = space.rooms(found, 0.0)
     best = int(np.argmax(rooms.min(axis=1)))
     sphere = int(np.argmin(rooms[best]))
     missing = max(-float(rooms[best, sphere]), 0.0)
@@ -107,60 +111,27 @@ def goal_configurations(
     )
 
 
-def _reaching(
-    space: FreeSpace,
-    aim: Aim,
-    q: np.ndarray,
-    count: int,
-    rng: np.random.Generator,
-    *,
-    with_own: bool,
-) -> np.ndarray:
-    """Draws seeds and returns what they lead to at the target, (k, n_q).
-
-    The arm's home and its present configuration are seeds if `with_own`.
-    """
-    bounds = space.lower, space.upper
-    draws = _draws(space, aim, q, _DRAWS * count, rng)
-    _, error = reach(space.robot, aim, draws, bounds, steps=0)
-    seeds = draws[np.argsort(error, kind="stable")[:count]]
-    if with_own:
-        own = np.stack([q, q])
-        own[1, -len(space.robot.home) :] = space.robot.home
-        seeds = np.concatenate([np.clip(own, *bounds), seeds])
-    found, error = reach(space.robot, aim, seeds, bounds)
-    return found[error < TOLERANCE]
-
-
-def reach(
-    robot: RobotModel,
-    aim: Aim,
-    seeds: np.ndarray,
-    bounds: tuple[np.ndarray, np.ndarray],
-    steps: int = _STEPS,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Solves the arm's inverse kinematics from many seeds; the base stays.
+def arms_of(space: FreeSpace, aim: Aim) -> Packed[Arms]:
+    """Returns a robot's arms for inverse kinematics.
 
     Args:
-        robot: The robot.
+        space: The free space, whose bounds the joints keep.
         aim: What the end effectors shall reach.
-        seeds: Configurations to start from, shape (k, n_q) [rad, m].
-        bounds: Lower and upper bounds of q, shape (n_q,) each [rad, m].
-        steps: Largest number of steps from a seed.
-
-    Returns:
-        Where each seed has led to, shape (k, n_q), and how far that is from
-        the target, angles weighed by 0.3 m, shape (k,) [m].
     """
-    return reach_from(
-        robot.chains,
-        aim.arrays,
-        robot.n_q - len(robot.home),
-        *bounds,
-        seeds,
-        steps,
-        0.01 * TOLERANCE,
-    )
+    robot = space.robot
+    first = robot.n_q - len(robot.home)
+    arrays = aim.arrays.values
+    return Packed(Arms(robot.chains, arrays, first, space.lower, space.upper))
+
+
+def _reaching(
+    space: FreeSpace, arms: Packed[Arms], draws: np.ndarray, most: int
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Calls `reaching`, and counts what is looked at as checks."""
+    with space.calls() as line:
+        found, is_open, seeds = reaching(space.arrays, line, arms, draws, most)
+    space.checks += len(found)
+    return found, is_open, seeds
 
 
 def _draws(
@@ -177,10 +148,10 @@ def _draws(
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)
-    draws = np.tile(q, (count, 1))
-    draws[:, arm] = rng.uniform(
-        space.lower[arm], space.upper[arm], (count, len(robot.home))
-    )
+    draws = np.empty((count, len(q)))
+    draws[:] = q
+    lower, span = space.lower[arm], space.upper[arm] - space.lower[arm]
+    draws[:, arm] = lower + span * rng.random((count, len(robot.home)))
     if robot.n_base:
         p_WN = np.mean([_place(robot, q, *item) for item in aim.items], axis=0)
         away = rng.uniform(*_BASE_DISTANCE, count)
@@ -201,11 +172,7 @@ def _place(
 
 
 def _price(
-    space: FreeSpace,
-    aim: Aim,
-    found: np.ndarray,
-    room: np.ndarray,
-    q: np.ndarray,
+    space: FreeSpace, arms: Packed[Arms], found: np.ndarray, q: np.ndarray
 ) -> np.ndarray:
     """Prices goal configurations: far, cramped or at a limit is dear, (k,).
 
@@ -218,18 +185,9 @@ def _price(
     if robot.n_base:
         way = np.hypot(*(found[:, :2] - q[:2]).T)
         far = np.maximum(far, way / robot.velocity_limit[0])
+    room = space.rooms(found, _ENOUGH).min(axis=1)
     cramped = np.exp(-room / 0.02)
     inside = np.minimum(found - space.lower, space.upper - found)[:, arm]
     at_limit = np.exp(-inside / 0.2).max(axis=1)
-    singular = np.array([_singularity(robot, aim, x) for x in found])
-    return far + 2.0 * cramped + at_limit + singular
-
-
-def _singularity(robot: RobotModel, aim: Aim, q: np.ndarray) -> float:
-    """Tells how near an arm is to a singularity, between 0 and 1."""
-    state, most = robot.state(q), 0.0
-    for effector, _ in aim.items:
-        J = state.J_WE(effector)[:, robot.n_base :]
-        m = math.sqrt(max(np.linalg.det(J @ J.T), 0.0)) if len(J.T) > 5 else 1.0
-        most = max(most, math.exp(-m / 0.02))
-    return most
+    m = np.array([least_manipulability(arms, x) for x in found])
+    return far + 2.0 * cramped + at_limit + np.exp(-m / 0.02)

@@ -1,7 +1,6 @@
 """`MotionPlanner`: from where the robot is to a path, or to why none is."""
 
 import dataclasses as dc
-import importlib.util
 import math
 from collections.abc import Callable
 from time import perf_counter
@@ -17,9 +16,11 @@ from remosplat_drake.controller.planning.obstructions import (
     NOTHING_STANDS,
     StandingMovers,
 )
+from remosplat_drake.controller.planning.out_of_reach import out_of_reach
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
+from remosplat_drake.controller.planning.search import Search
 from remosplat_drake.controller.planning.stretches import driven_corners
 from remosplat_drake.controller.program.joint_margins import (
     STOP_SHARE,
@@ -35,11 +36,6 @@ from remosplat_drake.signals.target import Target
 
 _ROAM = 2.0
 """How far beyond start and goals the base may go [m]."""
-
-
-def can_plan() -> bool:
-    """Tells whether OMPL is installed, which searches the paths."""
-    return importlib.util.find_spec("ompl") is not None
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -100,10 +96,9 @@ class MotionPlanner:
         interrupted: Callable[[], bool],
         roadmap: Roadmap,
     ) -> Plan:
-        # Only who searches needs OMPL.
-        from remosplat_drake.controller.planning.search import Search
-        from remosplat_drake.controller.planning.stages import staged_path
-
+        unreached = out_of_reach(self.robot, aim, q)
+        if unreached:
+            return Plan(None, unreached, 0, 0)
         config = self.config
         seed = 1 + config.seed + attempt
         start = np.clip(q, space.lower, space.upper)
@@ -119,23 +114,19 @@ class MotionPlanner:
             return Plan(
                 None, self._no_goal(goals, space.stopping), space.checks, 0
             )
-        budget = config.checks << attempt
         search = Search(
             space,
             start,
-            np.arange(len(q)),
             self._box(start, goals.q),
-            budget,
-            space.checks + budget,
+            config.checks << attempt,
             seed,
             interrupted,
         )
-        corners = roadmap.path_between(space, start, goals.q)
-        if corners is None and self.robot.n_base:
-            corners = staged_path(search, goals.q)
+        corners = search.straight_to(goals.q)
         if corners is None:
-            last = space.checks + budget
-            corners = dc.replace(search, last=last).path_to(goals.q)
+            corners = roadmap.path_between(space, start, goals.q)
+        if corners is None:
+            corners = search.path_to(goals.q)
         if corners is None:
             reason = (
                 f"no path to {len(goals.q)} goal configurations found in"

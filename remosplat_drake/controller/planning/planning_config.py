@@ -19,10 +19,9 @@ class PlanningConfig(Config):
     seeds: Annotated[int, Interval(ge=1, le=100_000)] = 1000
     # Largest number of goal configurations that a search may end at.
     goals: Annotated[int, Interval(ge=1, le=1000)] = 6
-    # Number of configurations and motions that a search may look at; with a
-    # mobile base it searches in stages first, with as many again. Every
-    # attempt may look at twice as many as the one before: most paths are found
-    # soon or by other random numbers.
+    # Number of motions that a search may look at. Every attempt may look at
+    # twice as many as the one before: most paths are found soon or by other
+    # random numbers.
     checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 1500
     # Number of attempts, each with a search at every stopping distance, after
     # which the target is given up until it moves or the map changes.

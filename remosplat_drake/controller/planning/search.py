@@ -1,74 +1,72 @@
-"""Search a path: RRT-Connect of OMPL in our free space.
-
-Kuffner and LaValle 2000. OMPL's random numbers hang on one seed of the whole
-process: it is set anew before each search, so that equal searches find equal
-paths.
-"""
+"""`Search`: corners of a path from a configuration to one of several."""
 
 import dataclasses as dc
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from ompl import base as ob
-from ompl import geometric as og
-from ompl import util as ou
 
 from remosplat_drake.controller.planning.free_space import FreeSpace
+from remosplat_drake.controller.planning.kernels.rrt_connect import (
+    NOT_MET,
+    grow,
+)
+from remosplat_drake.controller.planning.kernels.shortcuts import shortened
+from remosplat_drake.controller.planning.kernels.trees import (
+    GOAL,
+    START,
+    Trees,
+)
+from remosplat_drake.controller.planning.tucked_arm import tucked_arm
 
-_RANGE = 1.5
-"""Longest stretch by which a tree grows [rad, m]."""
+_DRAWS = 32
+"""Number of configurations that are drawn at a time, even."""
 
+_CHUNK = 128
+"""Number of motions after which it is asked whether to give up."""
 
-class _Motions(ob.MotionValidator):
-    """Motions between OMPL's states, judged by a `FreeSpace`."""
+_SHORTCUTS = 20
+"""Number of shortcuts that are tried."""
 
-    def __init__(self, information: ob.SpaceInformation, search: "Search"):
-        super().__init__(information)
-        self._search = search
-
-    def checkMotion(self, first, second, *last_valid) -> bool:
-        """Tells whether a motion is free; OMPL's name for it."""
-        a, b = self._search.array(first), self._search.array(second)
-        return self._search.space.is_free_between(a, b)
+_TUCKED = 3
+"""Of so many configurations that are drawn one has its arm tucked in."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Search:
-    """Searches in some of the dimensions of a free space.
+    """Searches paths in a free space; equal searches find equal paths.
 
     Attributes:
         space: The free space.
         q: Where paths start, shape (n_q,) [rad, m].
-        active: Entries of q that change, shape (n,); the others stay.
         bounds: Bounds between which configurations are drawn, shape (n_q,)
             each [rad, m].
-        checks: Number of configurations and motions that one search may look
-            at.
-        last: Count of the space's checks at which every search ends.
-        seed: Seed of the search, at least 1.
+        checks: Number of motions that a search may look at.
+        seed: Seed of the search.
         interrupted: Function that tells whether to give up at once.
     """
 
     space: FreeSpace
     q: np.ndarray
-    active: np.ndarray
     bounds: tuple[np.ndarray, np.ndarray]
     checks: int
-    last: int
     seed: int
     interrupted: Callable[[], bool] = lambda: False
 
-    def array(self, state) -> np.ndarray:
-        """Returns the configuration of one of OMPL's states, shape (n_q,).
+    def straight_to(self, goals: np.ndarray) -> np.ndarray | None:
+        """Returns the start and the first goal to which a single motion leads.
 
         Args:
-            state: The state.
+            goals: Where it may end, the best first, shape (k, n_q) [rad, m].
+
+        Returns:
+            Both, shape (2, n_q); None if no motion is free.
         """
-        q = self.q.copy()
-        for k, j in enumerate(self.active):
-            q[j] = state[k]
-        return q
+        for goal in goals[: self.checks]:
+            if self.interrupted():
+                return None
+            if self.space.is_free_between(self.q, goal):
+                return np.stack([self.q, goal])
+        return None
 
     def path_to(self, goals: np.ndarray) -> np.ndarray | None:
         """Searches corners of a path to one of several configurations.
@@ -79,66 +77,55 @@ class Search:
         Returns:
             The corners, shape (m, n_q); None if no path was found.
         """
-        information = self._information()
-        problem = ob.ProblemDefinition(information)
-        problem.addStartState(self._state(information, self.q))
-        goal = ob.GoalStates(information)
-        for x in goals:
-            goal.addState(self._state(information, x))
-        problem.setGoal(goal)
-        planner = og.RRTConnect(information)
-        planner.setRange(_RANGE)
-        planner.setProblemDefinition(problem)
-        planner.setup()
-        last = min(self.last, self.space.checks + self.checks)
-        end = ob.PlannerTerminationCondition(
-            lambda: self.space.checks > last or self.interrupted()
-        )
-        planner.solve(end)
-        if not problem.hasExactSolution():
-            return None
-        return self._corners(problem.getSolutionPath())
+        space, left = self.space, self.checks
+        trees = Trees.rooted(self.q, goals)
+        rng = np.random.default_rng(self.seed)
+        tucked = self._tucked()
+        while left > 0 and not self.interrupted():
+            most = min(_CHUNK, left)
+            trees = trees.with_room(most)
+            draws = self._draws(rng, tucked)
+            with space.calls() as line:
+                checks, *met = grow(
+                    space.arrays, line, trees.packed, draws, most
+                )
+            space.checks, left = space.checks + checks, left - checks
+            if met[START] != NOT_MET:
+                there = trees.branch(START, met[START])[::-1]
+                onward = trees.branch(GOAL, met[GOAL])[1:]
+                return np.concatenate([there, onward])
+        return None
 
     def shortened(self, corners: np.ndarray) -> np.ndarray:
-        """Returns a path between the same ends, mostly a shorter one.
+        """Returns a path between the same ends, mostly a quicker one.
 
         Args:
             corners: Corners of a free path, shape (m, n_q) [rad, m].
+
+        Returns:
+            Its corners, shape (p, n_q).
         """
-        information = self._information()
-        path = og.PathGeometric(information)
-        for q in corners:
-            path.append(self._state(information, q))
-        simplifier = og.PathSimplifier(information)
-        simplifier.reduceVertices(path)
-        simplifier.collapseCloseVertices(path)
-        simplifier.partialShortcutPath(path)
-        return self._corners(path)
+        if len(corners) == 2:
+            return corners
+        draws = np.random.default_rng(self.seed).random((_SHORTCUTS, 2))
+        with self.space.calls() as line:
+            corners, checks = shortened(self.space.arrays, line, corners, draws)
+        self.space.checks += checks
+        return corners
 
-    def _information(self) -> ob.SpaceInformation:
-        """Makes what OMPL knows of the space, and sets its random numbers."""
-        ou.setLogLevel(ou.LogLevel.LOG_NONE)
-        ou.RNG.setSeed(self.seed)
-        n = len(self.active)
-        states = ob.RealVectorStateSpace(n)
-        box = ob.RealVectorBounds(n)
-        for k, j in enumerate(self.active):
-            box.setLow(k, float(self.bounds[0][j]))
-            box.setHigh(k, float(self.bounds[1][j]))
-        states.setBounds(box)
-        information = ob.SpaceInformation(states)
-        information.setStateValidityChecker(
-            lambda state: self.space.is_free(self.array(state))
-        )
-        information.setMotionValidator(_Motions(information, self))
-        information.setup()
-        return information
+    def _tucked(self) -> np.ndarray | None:
+        """Returns the arm that is tucked in; None if nothing carries it."""
+        if not self.space.robot.n_base:
+            return None
+        return tucked_arm(self.space, self.q, self.seed)
 
-    def _state(self, information: ob.SpaceInformation, q: np.ndarray):
-        state: Any = information.allocState()
-        for k, j in enumerate(self.active):
-            state[k] = float(q[j])
-        return state
-
-    def _corners(self, path) -> np.ndarray:
-        return np.array([self.array(state) for state in path.getStates()])
+    def _draws(
+        self, rng: np.random.Generator, tucked: np.ndarray | None
+    ) -> np.ndarray:
+        """Draws configurations to grow to, shape (k, n_q)."""
+        lower, upper = self.bounds
+        share = rng.random((_DRAWS, len(self.q)))
+        draws = lower + share * (upper - lower)
+        if tucked is not None:
+            draws[::_TUCKED, -len(tucked) :] = tucked
+        return draws

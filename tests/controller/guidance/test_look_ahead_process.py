@@ -34,7 +34,6 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.guidance.worker import look_ahead
-from remosplat_drake.controller.planning.motion_planner import can_plan
 from remosplat_drake.controller.program.ingredient import Ingredient
 from remosplat_drake.controller.program.reactive_program import ReactiveProgram
 from remosplat_drake.controller.program.tick import Tick
@@ -285,7 +284,6 @@ except Exception as error:
     assert answer.stdout.count("\n") == 1
 
 
-@pytest.mark.skipif(not can_plan(), reason="needs ompl")
 def test_a_process_that_is_killed_while_it_searches_is_missed(frankie, stuck):
     """What it searches is behind walls, which a search never finds out."""
     config = gain_set("tuned")

@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.goal_configurations import (
-    TOLERANCE,
     goal_configurations,
-    reach,
 )
+from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
+    Arms,
+    least_manipulability,
+    reach_from,
+)
+from remosplat_drake.controller.planning.kernels.reaching import TOLERANCE
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
@@ -25,6 +30,14 @@ def q_target(frankie) -> np.ndarray:
 def free_space(robot, field, q, stopping=0.02) -> FreeSpace:
     bounds = robot.position_lower, robot.position_upper
     return FreeSpace(robot, field, stopping, None, bounds, q)
+
+
+def reach(robot, aim, seeds, bounds) -> tuple[np.ndarray, np.ndarray]:
+    """Returns where seeds lead to, and the errors there."""
+    arms = Packed(Arms(robot.chains, aim.arrays.values, 3, *bounds))
+    found = seeds.copy()
+    error = [reach_from(arms, q, 15, 0.01 * TOLERANCE) for q in found]
+    return found, np.array(error)
 
 
 def test_solutions_reach_the_target(frankie, q_target):
@@ -105,3 +118,15 @@ def test_what_has_too_little_room_is_named(frankie, board_at, q_target):
     link = frankie.spheres.links[goals.tightest]
     assert "hand" in link or "finger" in link
     assert goals.missing > 0.01
+
+
+def test_manipulability_is_that_of_the_whole_jacobian(frankie, q_target):
+    aim = Aim.of(frankie.end_effector_pose(q_target))
+    bounds = frankie.position_lower, frankie.position_upper
+    arms = Packed(Arms(frankie.chains, aim.arrays.values, 3, *bounds))
+    stretched = q_target.copy()
+    stretched[3:] = 0.0
+    for q in (frankie.q_home, q_target, stretched):
+        J = frankie.state(q).J_WE(0)[:, frankie.n_base :]
+        m = np.sqrt(max(np.linalg.det(J @ J.T), 0.0))
+        assert least_manipulability(arms, q) == pytest.approx(m, abs=1e-6)

@@ -4,15 +4,12 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform
 
-from remosplat_drake.controller.planning.motion_planner import (
-    MotionPlanner,
-    can_plan,
-)
+from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.controller.planning.out_of_reach import out_of_reach
 from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-
-pytestmark = pytest.mark.skipif(not can_plan(), reason="needs ompl")
+from remosplat_drake.signals.aim import Aim
 
 STOPPING = 0.02
 
@@ -51,10 +48,31 @@ def test_equal_searches_find_equal_paths(maze):
 
 def test_a_target_that_nothing_reaches_is_called_so(maze):
     X_WT = maze.X_WT.copy()
-    X_WT[0, 3] = 3.0
+    X_WT[1, 3] = 0.1  # The arm moves in the plane y = 0.
     plan = maze.planner(seeds=50).plan(maze.q, X_WT, maze.field, STOPPING)
     assert plan.path is None
     assert plan.reason.startswith("no configuration that reaches it found")
+
+
+def test_what_is_farther_than_the_arm_is_long_is_proved_to_be(maze):
+    X_WT = maze.X_WT.copy()
+    X_WT[0, 3] = 3.0
+    plan = maze.planner().plan(maze.q, X_WT, maze.field, STOPPING)
+    assert plan.path is None and plan.checks == 0
+    assert plan.reason.startswith("no configuration reaches it: it is 3.")
+    for angle in np.linspace(-np.pi, np.pi, 9):
+        stretched = np.array([angle, 0.0, 0.0])
+        X_WE = maze.robot.end_effector_pose(stretched)
+        assert not out_of_reach(maze.robot, Aim.of(X_WE), maze.q)
+
+
+def test_a_base_does_not_drive_up(frankie):
+    X_WT = frankie.end_effector_pose(frankie.q_home)
+    X_WT[:2, 3] = 50.0
+    assert not out_of_reach(frankie, Aim.of(X_WT), frankie.q_home)
+    X_WT[2, 3] = 3.0
+    reason = out_of_reach(frankie, Aim.of(X_WT), frankie.q_home)
+    assert "m above the arm's first joint" in reason
 
 
 def test_the_link_that_lacks_room_is_named(maze):

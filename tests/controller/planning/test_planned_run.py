@@ -3,7 +3,6 @@
 import dataclasses as dc
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform
@@ -17,7 +16,6 @@ from remosplat_drake.controller.guidance.selection_round import (
     advance_selection,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
-from remosplat_drake.controller.planning.motion_planner import can_plan
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.controller.verification.kernels.between_looks import (
     TOLERANCE,
@@ -25,8 +23,6 @@ from remosplat_drake.controller.verification.kernels.between_looks import (
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-
-pytestmark = pytest.mark.skipif(not can_plan(), reason="needs ompl")
 
 STOPPING = 0.02
 DT = 0.02

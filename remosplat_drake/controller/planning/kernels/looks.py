@@ -77,8 +77,19 @@ def is_free_between(space, line, a, b):
         b: Configuration to end at, shape (n_q,) [rad, m].
     """
     # Most motions that are not free end in the scene or in the robot.
-    if not is_free(space, line, b):
-        return False
+    return is_free(space, line, b) and moves_freely(space, line, a, b)
+
+
+@kernel(returns=TRUTH)
+def moves_freely(space, line, a, b):
+    """Tells whether the motion between two free configurations is free.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        a: Configuration to start from, shape (n_q,) [rad, m].
+        b: Configuration to end at, shape (n_q,) [rad, m].
+    """
     n_base = space.robot.n_base
     corners = waypoints(a, b, n_base, space.backing)
     for k in range(len(corners) - 1):

@@ -8,7 +8,7 @@ to fine: where that is too little for some spheres, they are looked at half way.
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
-from remosplat_drake.base.kernels.returns import TRUTH
+from remosplat_drake.base.kernels.returns import TRUTH, reals
 from remosplat_drake.base.vectors import set_vector
 from remosplat_drake.controller.verification.kernels.between_looks import (
     TOLERANCE,
@@ -61,6 +61,31 @@ def is_off_the_map(space, line, X_WL):
         if not _look(space, line, at, wanted, room, -_ROUNDING):
             return False
     return True
+
+
+@kernel(returns=reals(2))
+def rooms(space, line, q, far):
+    """Measures what spheres have above the clearances that they keep.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        q: Configurations, shape (k, n_q) [rad, m].
+        far: Room at which rooms are cut off [m].
+
+    Returns:
+        The rooms, shape (k, n) [m].
+    """
+    robot, n = space.robot, len(space.level)
+    found, wanted = np.full((len(q), n), -np.inf), np.full(n, far)
+    for k in range(len(q)):
+        X_WL, _ = body_poses(robot.tree, q[k])
+        at = sphere_points(X_WL, robot.body_S, robot.p_LS)
+        _look(space, line, at, wanted, found[k], 0.0)
+        for i in range(n):
+            if found[k, i] > far:
+                found[k, i] = far
+    return found
 
 
 @kernel(returns=TRUTH)

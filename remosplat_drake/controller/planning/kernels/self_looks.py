@@ -10,10 +10,9 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import TRUTH
+from remosplat_drake.controller.planning.kernels.own_work import MOST
 from remosplat_drake.robot.kinematics import advance, body_poses, copy_poses
-from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
-    centers_in_world,
     least_distance,
     place_centers,
     shape_distance,
@@ -22,11 +21,6 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 _BLINK = 0.01
 """How far two of the robot's own shapes may move between two looks although
 they are nearer to what they keep [m]. Verification looks more closely."""
-
-_DEPTH = 12
-
-_MOST = 2 ** (_DEPTH - 2)
-"""Most parts into which a motion is cut."""
 
 _FINE = 0.05
 """Room above which coarse bounds will do: more looks are cheaper then than more
@@ -44,13 +38,13 @@ def is_off_itself(space, X_WL):
         space: The `SpaceArrays`.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
-    pairs = space.own.pairs
-    p_WC = centers_in_world(pairs.shapes, X_WL)
-    p_WL = centers_in_world(pairs.link_boxes, X_WL)
-    work, guess = make_work(), np.zeros((len(pairs.first), 3))
-    for link in range(len(pairs.boxes)):
-        at = X_WL, p_WC, p_WL
-        if _room(space, link, at, 0.0, guess, work) < -_ROUNDING:
+    space.own_work.guess[:] = 0.0
+    _keep_look(space, X_WL, 0)
+    for link in range(len(space.own.pairs.boxes)):
+        # Most links are far apart, as their boxes show.
+        if _link_room(space, link, 0) >= 0.0:
+            continue
+        if _room(space, link, 0, 0.0) < -_ROUNDING:
             return False
     return True
 
@@ -65,80 +59,95 @@ def keeps_off_itself(space, q, u):
             at the end are free.
         u: The command, which is held for a second, shape (n_u,).
     """
-    rate = space.own.rate
-    speed = np.zeros(len(rate))
+    rate, work = space.own.rate, space.own_work
     fastest = 0.0
     for link in range(len(rate)):
-        for c in range(len(u)):
-            speed[link] += rate[link, c] * abs(u[c])
-        fastest = max(fastest, speed[link])
+        fastest = max(fastest, _speed(rate, link, u))
+    if fastest == 0.0:
+        return True
     count = 1
-    while count < _MOST and fastest > _BLINK * count:
+    while count < MOST and fastest > _BLINK * count:
         count *= 2
-    motion = q, u, space.robot.n_base
-    looks = _make_looks(space.own.pairs, space.robot.tree, count)
-    guess, work = np.zeros((len(space.own.pairs.first), 3)), make_work()
+    work.row[: count + 1] = -1
+    work.is_taken[:] = False
+    work.guess[:] = 0.0
+    first, last = _look(space, q, u, 0, count), _look(space, q, u, count, count)
     for link in range(len(rate)):
-        if speed[link] == 0.0:
+        speed = _speed(rate, link, u)
+        if speed == 0.0:
             continue
-        near = link, speed[link] / count, guess, work
-        if not _keeps_apart(space, motion, looks, near):
+        room = _link_room(space, link, first)
+        other = _link_room(space, link, last)
+        if min(room, other, room + other - speed) >= 0.0:
+            continue
+        if not _keeps_apart(space, q, u, link, speed / count, count):
             return False
     return True
 
 
 @helper
-def _make_looks(pairs, tree, count):
-    """Makes room for looks at count + 1 times, which are taken as needed.
-
-    Returns:
-        For each time: whether the look was taken; the poses of all bodies; the
-        centres of all shapes, and of the links' boxes, in W.
-    """
-    b, s = len(tree.parent), len(pairs.shapes.body)
-    return (
-        np.zeros(count + 1, np.bool_),
-        np.empty((count + 1, b, 4, 4)),
-        np.empty((count + 1, s, 3)),
-        np.empty((count + 1, len(pairs.link_boxes.body), 3)),
-    )
+def _speed(rate, link, u):
+    """How fast two links may near each other [m/s]."""
+    speed = 0.0
+    for c in range(len(u)):
+        speed += rate[link, c] * abs(u[c])
+    return speed
 
 
 @helper
-def _look(space, motion, looks, i):
-    """Returns where everything is at a look."""
-    taken, X_WL, p_WC, p_WL = looks
-    if not taken[i]:
-        q, u, n_base = motion
-        pairs, time = space.own.pairs, i / (len(taken) - 1)
-        X, _ = body_poses(space.robot.tree, advance(q, u, n_base, time))
-        copy_poses(X, X_WL[i])
-        place_centers(pairs.shapes, X, p_WC[i])
-        place_centers(pairs.link_boxes, X, p_WL[i])
-        taken[i] = True
-    return X_WL[i], p_WC[i], p_WL[i]
+def _look(space, q, u, i, count):
+    """Returns the row of a look after i of `count` parts of a motion."""
+    work = space.own_work
+    row = work.row[i]
+    if row < 0:
+        row, last = 0, len(work.is_taken) - 1
+        while row < last and work.is_taken[row]:
+            row += 1
+        if row < last:
+            work.row[i], work.is_taken[row] = row, True
+        q_then = advance(q, u, space.robot.n_base, i / count)
+        X_WL, _ = body_poses(space.robot.tree, q_then)
+        _keep_look(space, X_WL, row)
+    return row
 
 
 @helper
-def _keeps_apart(space, motion, looks, near):
+def _keep_look(space, X_WL, row):
+    """Fills in a row with where everything is."""
+    work, pairs = space.own_work, space.own.pairs
+    copy_poses(X_WL, work.X_WL[row])
+    place_centers(pairs.shapes, X_WL, work.p_WC[row])
+    place_centers(pairs.link_boxes, X_WL, work.p_WL[row])
+
+
+@helper
+def _link_room(space, link, row):
+    """Bounds the room between two links by the boxes around them [m]."""
+    work, pairs = space.own_work, space.own.pairs
+    a, b = pairs.boxes[link, 0], pairs.boxes[link, 1]
+    X_WL, p_WL = work.X_WL[row], work.p_WL[row]
+    apart = least_distance(pairs.link_boxes, X_WL, p_WL, a, b)
+    return apart - space.link_level[link]
+
+
+@helper
+def _keeps_apart(space, q, u, link, step, count):
     """Tells whether two links keep apart, from coarse looks to fine ones.
 
     Args:
         space: The `SpaceArrays`.
-        motion: Configuration, command and number of base commands.
-        looks: What `_make_looks` returns.
-        near: The pair of links, by how much it may come nearer from one look
-            to the next, guessed directions, and arrays of `make_work`.
+        q: Configuration at which the motion starts, shape (n_q,) [rad, m].
+        u: The command, which is held for a second, shape (n_u,).
+        link: The pair of links.
+        step: By how much it may come nearer from one time to the next [m].
+        count: Number of parts into which times cut the motion.
     """
-    link, step, guess, work = near
-    last = len(looks[0]) - 1
     # A stack of looks: the next part is between the topmost two.
-    stack, room = np.empty(_DEPTH, np.int64), np.empty(_DEPTH)
-    stack[0], stack[1], top = last, 0, 1
+    stack, room = space.own_work.stack, space.own_work.room
+    stack[0], stack[1], top = count, 0, 1
     for k in range(2):
-        at = _look(space, motion, looks, stack[k])
-        enough = 0.5 * last * step
-        room[k] = _room(space, link, at, enough, guess, work)
+        row = _look(space, q, u, stack[k], count)
+        room[k] = _room(space, link, row, 0.5 * count * step)
         if room[k] < -_ROUNDING:
             return False
     while top > 0:
@@ -148,8 +157,8 @@ def _keeps_apart(space, motion, looks, near):
             top -= 1
             continue
         half = stack[top] + span // 2
-        at = _look(space, motion, looks, half)
-        found = _room(space, link, at, 0.25 * way, guess, work)
+        row = _look(space, q, u, half, count)
+        found = _room(space, link, row, 0.25 * way)
         if found < -_ROUNDING:
             return False
         stack[top + 1], room[top + 1] = stack[top], room[top]
@@ -159,25 +168,23 @@ def _keeps_apart(space, motion, looks, near):
 
 
 @helper
-def _room(space, link, at, enough, guess, work):
+def _room(space, link, row, enough):
     """Measures what the shapes of two links have above what they keep [m].
 
     Args:
         space: The `SpaceArrays`.
         link: The pair of links.
-        at: Poses of all bodies, and the centres of shapes and links' boxes.
+        row: Row of the look at them.
         enough: Beyond this, a lower bound will do [m].
-        guess: Directions from the first shape of each pair to the second, in
-            the first's link, shape (k, 3): those that were found last.
-        work: Arrays of `make_work`.
     """
     pairs, level = space.own.pairs, space.own_level
     first, second, allowance = pairs.first, pairs.second, pairs.allowance
     shapes, body = pairs.shapes, pairs.shapes.body
-    X_WL, p_WC, p_WL = at
+    work = space.own_work
+    X_WL, p_WC, p_WL = work.X_WL[row], work.p_WC[row], work.p_WL[row]
+    guess, guess_W = work.guess, work.guess_W
     a, b = pairs.boxes[link]
     apart, least = least_distance(pairs.link_boxes, X_WL, p_WL, a, b), np.inf
-    guess_W = np.empty(3)
     for k in range(pairs.start[link], pairs.start[link + 1]):
         kept = level[k] - allowance[k]
         wanted = kept + min(enough, least)
@@ -190,7 +197,7 @@ def _room(space, link, at, enough, guess, work):
             X = X_WL[body[i]]
             _guess(X, guess[k], p_WC[i], p_WC[j], guess_W)
             found, x, y, z = shape_distance(
-                shapes, X, X_WL[body[j]], (i, j), guess_W, wanted, work
+                shapes, X, X_WL[body[j]], (i, j), guess_W, wanted, work.gjk
             )
             guess[k, 0], guess[k, 1], guess[k, 2] = x, y, z
         least = min(least, found - kept)

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from remosplat_drake.controller.planning.kernels.own_work import OwnWork
 from remosplat_drake.controller.verification.kernels.verified import OwnArrays
 from remosplat_drake.robot.robot_arrays import RobotArrays
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
@@ -13,6 +14,8 @@ from remosplat_drake.signals.compiled_map import Misplacement
 class SpaceArrays(NamedTuple):
     """What keeps a robot with n spheres and k pairs of own shapes off.
 
+    The pairs are those of l pairs of links.
+
     Attributes:
         robot: The robot.
         map: The map, as `map_for_kernels` returns it.
@@ -20,6 +23,10 @@ class SpaceArrays(NamedTuple):
         level: Clearance that each sphere keeps from the map, shape (n,) [m].
         own: The pairs of the robot's own shapes.
         own_level: Distance that each pair keeps, shape (k,) [m].
+        link_level: Largest distance that the shapes of each pair of links must
+            keep of those computed, shape (l,) [m].
+        own_work: Memory in which kernels look at these; so a space serves one
+            thread at a time.
         movers: What stands in the way besides the scene, as large as what it
             keeps clear of the robot.
         mover_level: Distance that each sphere keeps from it, shape (n,) [m].
@@ -34,6 +41,8 @@ class SpaceArrays(NamedTuple):
     level: np.ndarray
     own: OwnArrays
     own_level: np.ndarray
+    link_level: np.ndarray
+    own_work: OwnWork
     movers: MoverArrays
     mover_level: np.ndarray
     lower: np.ndarray

@@ -1,0 +1,77 @@
+"""Configurations that reach an aim and are free, from draws.
+
+What is cheap comes first: what carries the arms, which they cannot move, before
+inverse kinematics, and only where these have led to the aim the whole robot.
+"""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import WHOLE, reals, several, truths
+from remosplat_drake.controller.planning.kernels.base_spheres import (
+    base_spheres,
+    may_stand,
+)
+from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
+    reach_from,
+)
+from remosplat_drake.controller.planning.kernels.looks import is_free
+
+TOLERANCE = 2e-3
+"""Largest pose error of a goal configuration, angles weighed by 0.3 m [m].
+Only joint limits leave more than a hundredth of it."""
+
+_STEPS = 15
+"""Most steps of the inverse kinematics from a seed."""
+
+
+@kernel(returns=several(reals(2), truths(1), WHOLE))
+def reaching(space, line, arms, draws, most):
+    """Solves for configurations that reach an aim, until enough are free.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        arms: The `Arms`.
+        draws: Groups of configurations on the base of the first, of each of
+            which the one nearest to the aim is a seed, shape (k, g, n_q)
+            [rad, m].
+        most: Number of free configurations at which it ends.
+
+    Returns:
+        Configurations that reach the aim, shape (m, n_q) [rad, m], which of
+        them are free, shape (m,), and the number of seeds: groups with a base
+        that is not free have none.
+    """
+    base, count, free, seeds = base_spheres(space), 0, 0, 0
+    found = np.empty((len(draws), draws.shape[2]))
+    is_open = np.empty(len(draws), np.bool_)
+    for k in range(len(draws)):
+        if free >= most:
+            break
+        if not may_stand(space, line, base, draws[k, 0]):
+            continue
+        seeds += 1
+        q = _nearest_draw(arms, draws[k])
+        error = reach_from(arms, q, _STEPS, 0.01 * TOLERANCE)
+        if error < TOLERANCE:
+            found[count] = q
+            is_open[count] = is_free(space, line, q)
+            free += is_open[count]
+            count += 1
+    return found[:count].copy(), is_open[:count].copy(), seeds
+
+
+@helper
+def _nearest_draw(arms, draws):
+    """Returns the draw that is nearest to the aim, all on the first's base."""
+    best, least = 0, np.inf
+    for k in range(len(draws)):
+        for j in range(arms.first):
+            draws[k, j] = draws[0, j]
+        error = least
+        if len(draws) > 1:
+            error = reach_from(arms, draws[k], 0, TOLERANCE)
+        if error < least:
+            best, least = k, error
+    return draws[best].copy()

@@ -1,0 +1,110 @@
+"""RRT-Connect in the free space of a robot (Kuffner and LaValle 2000).
+
+Two trees grow in turn. One takes a step towards a configuration that was drawn,
+and the other one goes towards where that has led to, as far as the way is free.
+
+The configurations are drawn by the caller: a kernel that draws none needs no
+state of random numbers, and finds equal trees in equal calls.
+"""
+
+import math
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import WHOLE, several
+from remosplat_drake.controller.planning.kernels.looks import (
+    is_free,
+    is_free_between,
+    moves_freely,
+)
+from remosplat_drake.controller.planning.kernels.trees import (
+    START,
+    add_node,
+    nearest,
+)
+from remosplat_drake.controller.planning.steering import wrapped
+
+_STEP = 2.5
+"""Longest step by which a tree grows, radians and metres alike."""
+
+_THERE = 1e-9
+"""Distance at which a tree has come to a configuration."""
+
+NOT_MET = -1
+"""In place of a node where the trees do not meet."""
+
+
+@kernel(returns=several(WHOLE, WHOLE, WHOLE))
+def grow(space, line, trees, draws, most):
+    """Grows both trees until they meet, or draws or checks are used up.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        trees: The `Trees`, with room for `most` more nodes in each; written to.
+        draws: Configurations to grow to, of even number, shape (k, n_q)
+            [rad, m]; written to.
+        most: Number of motions that may be looked at.
+
+    Returns:
+        Number of motions that were looked at, and the nodes of the start's tree
+        and of the goals' at which they meet, `NOT_MET` if they do not.
+    """
+    checks = 0
+    q, other_q = np.empty(draws.shape[1]), np.empty(draws.shape[1])
+    for k in range(len(draws)):
+        if checks == most:
+            break
+        tree = k % 2
+        other = 1 - tree
+        checks += 1
+        node, _ = _step(space, line, trees, tree, draws[k], q)
+        if node == NOT_MET:
+            continue
+        for j in range(len(q)):
+            draws[k, j] = q[j]
+        is_there = False
+        while checks < most and not is_there:
+            checks += 1
+            end, is_there = _step(space, line, trees, other, draws[k], other_q)
+            if end == NOT_MET:
+                break
+            if is_there:
+                met = (node, end) if tree == START else (end, node)
+                return checks, met[0], met[1]
+    return checks, NOT_MET, NOT_MET
+
+
+@helper
+def _step(space, line, trees, tree, towards, q):
+    """Grows a tree by one step, and fills in where it leads.
+
+    Returns:
+        The new node, `NOT_MET` if the step is not free, and whether it is where
+        the tree shall grow to.
+    """
+    n_base = space.robot.n_base
+    near = nearest(trees, tree, towards, n_base)
+    square = 0.0
+    for j in range(len(q)):
+        q[j] = towards[j] - trees.q[tree, j, near]
+        if n_base > 0 and j == 2:
+            q[j] = wrapped(q[j])
+        square += q[j] * q[j]
+    length = math.sqrt(square)
+    share = min(_STEP / length, 1.0) if length > _THERE else 1.0
+    near_q = np.empty(len(q))
+    for j in range(len(q)):
+        near_q[j] = trees.q[tree, j, near]
+        q[j] = near_q[j] + share * q[j] if share < 1.0 else towards[j]
+    # Motions of a base are not the same there and back.
+    if tree == START:
+        is_open = is_free_between(space, line, near_q, q)
+    else:
+        is_open = is_free(space, line, q) and moves_freely(
+            space, line, q, near_q
+        )
+    if not is_open:
+        return NOT_MET, False
+    return add_node(trees, tree, q, near), share == 1.0
