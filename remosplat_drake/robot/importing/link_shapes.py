@@ -18,7 +18,7 @@ from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.system_libraries import import_optional
 from remosplat_drake.robot.fitting.convex_pieces import ConvexPiece
-from remosplat_drake.robot.fitting.decomposition import decompose
+from remosplat_drake.robot.fitting.enclosing_piece import enclosing_piece
 from remosplat_drake.robot.importing.findings import Findings, listed
 from remosplat_drake.robot.importing.mesh_files import load_mesh
 from remosplat_drake.robot.importing.packages import Packages
@@ -87,15 +87,10 @@ def convert_shapes(
         for kind in ("visual", "collision"):
             for i, element in enumerate(link.findall(kind)):
                 converter.convert(name, element, i)
-    hulls = {}
-    for name, meshes in converter.surfaces.items():
-        try:
-            hulls[name] = [
-                piece for mesh in meshes for piece in decompose(mesh, np.inf)
-            ]
-        except RemoSplatError as error:
-            where = f"link {name!r} <collision> <mesh>"
-            raise urdf.fail(where, str(error)) from error
+    hulls = {
+        name: [enclosing_piece(mesh) for mesh in meshes]
+        for name, meshes in converter.surfaces.items()
+    }
     write_pieces(urdf, folder, hulls)
     if converter.count:
         findings.find("meshes", f"{converter.count} converted")
