@@ -193,15 +193,19 @@ def convex_corners(p: np.ndarray) -> np.ndarray:
     return p if hull is None else p[hull.vertices]
 
 
-def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
+def convex_piece(
+    p: np.ndarray, tolerance: float, most: int | None = None
+) -> ConvexPiece:
     """Makes the hull of as few of the points as leave none far outside it.
 
-    It starts with the outermost points along the axes and the diagonals; the
-    point that is farthest outside comes next.
+    It starts with the outermost points along the axes and the diagonals; those
+    that are farthest outside come next, one a face at a time.
 
     Args:
         p: Points, shape (n, 3) [m].
         tolerance: How far a point may be outside [m]; 0 keeps all corners.
+        most: Number of corners from which on points may be farther outside;
+            None for any.
 
     Raises:
         RemoSplatError: The points are flat, or too few.
@@ -213,15 +217,23 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
         return _oriented(whole)
     p = p[whole.vertices]
     heights = p @ np.vstack([np.eye(3), -np.eye(3), _DIAGONALS]).T
-    chosen = list(dict.fromkeys(heights.argmax(axis=0).tolist()))
+    chosen = np.unique(heights.argmax(axis=0))
     while True:
         hull = ConvexHull(p[chosen])
         planes = hull.equations
-        above = (p @ planes[:, :3].T + planes[:, 3]).max(axis=1)
-        farthest = int(above.argmax())
-        if above[farthest] <= tolerance or farthest in chosen:
+        heights = p @ planes[:, :3].T + planes[:, 3]
+        above, face = heights.max(axis=1), heights.argmax(axis=1)
+        far = above > max(tolerance, 0.5 * above.max())
+        order = np.argsort(-above)
+        order = order[far[order]]
+        # The first of each face is the farthest above it.
+        new = order[np.unique(face[order], return_index=True)[1]]
+        new = np.setdiff1d(new, chosen)
+        if not len(new) or (most is not None and len(chosen) >= most):
             return _oriented(hull)
-        chosen.append(farthest)
+        if most is not None:
+            new = new[np.argsort(-above[new])][: most - len(chosen)]
+        chosen = np.concatenate([chosen, new])
 
 
 def stretched(piece: ConvexPiece, p: np.ndarray, slack: float) -> ConvexPiece:

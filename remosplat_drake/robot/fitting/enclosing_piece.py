@@ -15,7 +15,7 @@ SLACK = 5e-4
 stretched by what this takes, so that they enclose all in the end."""
 
 _MOST_CORNERS = 200
-"""Corners of a piece from which on it does without more: ticks look at all."""
+"""Most corners of a piece: ticks look at all."""
 
 _SPARE = 6e-5
 """How deep in the pieces all lies [m]: files are in micrometres, and
@@ -52,9 +52,7 @@ def enclosing_piece(surface: np.ndarray) -> ConvexPiece:
 
 def _holding(points: np.ndarray, p: np.ndarray, slack: float) -> ConvexPiece:
     """The hull of some points with few corners, stretched to hold others."""
-    while len((piece := convex_piece(points, slack)).vertices) > _MOST_CORNERS:
-        slack *= 1.4
-    return stretched(piece, p, _SPARE)
+    return stretched(convex_piece(points, slack, _MOST_CORNERS), p, _SPARE)
 
 
 class Pieces:
