@@ -114,14 +114,15 @@ def measure(robot: RobotModel, meshes: MakerMeshes, postures: int) -> Errors:
 def _named_states(robot: RobotModel, meshes: MakerMeshes) -> list[np.ndarray]:
     """Home and the states that makers name; joints without a name stay home."""
     joints = robot.description.arm.joints
+    home = dict(zip(joints, robot.home.tolist(), strict=True))
     arms = [
-        [positions.get(x, at) for x, at in zip(joints, robot.home, strict=True)]
+        [positions.get(joint, at) for joint, at in home.items()]
         for positions in meshes.states.values()
         if any(joint in positions for joint in joints)
     ]
     arms += map(list, STOWED.get(robot.description.name, {}).values())
-    base = np.zeros(robot.n_q - len(joints))
-    return [robot.q_home, *(np.concatenate([base, arm]) for arm in arms)]
+    base = [0.0] * (robot.n_q - len(joints))
+    return [robot.q_home, *(np.array([*base, *arm]) for arm in arms)]
 
 
 def _random_states(robot: RobotModel, count: int) -> np.ndarray:

@@ -141,7 +141,9 @@ class MeshTruth:
             rows = rows[np.argsort(-most[rows])]
             errors, measured = [], 0
             for i in rows[:_MOST_LOOKS]:
-                true = self._distance(links, looks.posture[i], looks.way[i])
+                true = self._distance(
+                    links, int(looks.posture[i]), float(looks.way[i])
+                )
                 if _TOUCHING < true < NEAR:
                     measured += 1
                     error = true - float(looks.distance[i])

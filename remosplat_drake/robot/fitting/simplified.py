@@ -80,4 +80,6 @@ def grid_cells(p: np.ndarray, edge: float) -> np.ndarray:
     """
     cell = np.floor(p / edge).astype(np.int64)
     cell -= cell.min(axis=0)
-    return np.ravel_multi_index(tuple(cell.T), tuple(cell.max(axis=0) + 1))
+    x, y, z = cell.T
+    _, n_y, n_z = (cell.max(axis=0) + 1).tolist()
+    return (x * n_y + y) * n_z + z
