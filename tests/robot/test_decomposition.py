@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.fitting.convex_pieces import (
+    ConvexPiece,
     convex_piece,
     stretched,
 )
-from remosplat_drake.robot.fitting.decomposition import (
+from remosplat_drake.robot.fitting.decomposition import decompose
+from remosplat_drake.robot.fitting.enclosing_piece import (
     SLACK,
     Pieces,
-    decompose,
+    enclosing_piece,
 )
 from remosplat_drake.robot.fitting.enclosure import standing_out
 from tests.optional import needs_coacd
@@ -38,8 +39,12 @@ def bracket() -> np.ndarray:
     return np.array([*floor, *roof, *sides])
 
 
+def decomposed(surface: np.ndarray) -> list[ConvexPiece]:
+    return [enclosing_piece(part) for part in decompose(surface, 0.01)]
+
+
 def test_a_bracket_becomes_its_two_bars():
-    pieces = decompose(bracket(), 0.01)
+    pieces = decomposed(bracket())
     assert len(pieces) == 2
     assert standing_out(bracket(), Pieces(pieces)) <= 0.0
     # The bars hold 5 litres; the hull of the bracket holds 7.
@@ -50,7 +55,7 @@ def test_a_bracket_becomes_its_two_bars():
 
 
 def test_a_mesh_in_one_piece_is_its_hull():
-    (piece,) = decompose(bracket(), np.inf)
+    piece = enclosing_piece(bracket())
     assert piece.volume == pytest.approx(7e-3, rel=1e-2)
     assert standing_out(bracket(), Pieces([piece])) <= 0.0
 
@@ -59,12 +64,37 @@ def test_a_mesh_that_is_no_solid_is_enclosed_all_the_same():
     """Without one side, another twice, and with a sheet that stands alone."""
     sheet = np.array([[[0.4, 0, 0], [0.4, 0.1, 0], [0.4, 0, 0.1]]])
     broken = np.concatenate([bracket()[1:], bracket()[:4], sheet])
-    assert standing_out(broken, Pieces(decompose(broken, 0.01))) <= 0.0
+    assert standing_out(broken, Pieces(decomposed(broken))) <= 0.0
 
 
-def test_a_flat_mesh_is_told():
-    with pytest.raises(RemoSplatError, match="flat"):
-        decompose(bracket()[:1], np.inf)
+def test_a_flat_mesh_gets_a_thickness():
+    sheet = bracket()[:1]
+    piece = enclosing_piece(sheet)
+    assert standing_out(sheet, Pieces([piece])) <= 0.0
+    assert 2 * SLACK <= np.ptp(piece.vertices[:, 2]) <= 4 * SLACK
+
+
+@pytest.mark.parametrize("height", [1e-4, 2e-3, 5e-3, 0.02])
+def test_a_wedge_is_not_stretched_beyond_its_edge(height):
+    """A tenth of a metre long, as thin as a sheet at one end."""
+    rng = np.random.default_rng(3)
+    x, y, z = rng.uniform(0, 1, (3, 600))
+    p = np.column_stack([0.1 * x, 0.03 * y, height * x * z])
+    surface = p[ConvexHull(p).simplices]
+    piece = enclosing_piece(surface)
+    assert standing_out(surface, Pieces([piece])) <= 0.0
+    hull = Pieces([convex_piece(p, 0.0)])
+    assert hull.outside_each(piece.vertices).max() < 4 * SLACK
+
+
+def test_stretching_ends_where_the_middle_of_the_box_is_outside():
+    """A corner of a cube: three of its box's corners are far from it."""
+    corner = np.vstack([np.zeros(3), np.eye(3)])
+    piece = convex_piece(corner, 0.0)
+    grown = stretched(piece, np.vstack([corner, [[0.4, 0.4, 0.4]]]), 1e-3)
+    planes = ConvexHull(grown.vertices).equations
+    p = np.array([0.4, 0.4, 0.4])
+    assert (planes[:, :3] @ p + planes[:, 3]).max() <= -1e-3
 
 
 def test_a_stretched_box_grows_alike_on_all_sides():

@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from remosplat_drake.robot.fitting.convex_pieces import convex_piece
-from remosplat_drake.robot.fitting.decomposition import decompose
+from remosplat_drake.robot.fitting.enclosing_piece import enclosing_piece
+from remosplat_drake.robot.fitting.enclosure import in_four
 from remosplat_drake.robot.fitting.mesh_truth import MeshTruth, is_inside
 from remosplat_drake.robot.fitting.piece_fitting import ACCURACY, fit_pieces
+from remosplat_drake.robot.fitting.simplified import clustered
 from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.robot.self_collision.shapes import (
     CollisionShapes,
@@ -62,10 +64,11 @@ def truth(upper_arm) -> MeshTruth:
 
 
 def test_a_hull_over_a_bend_is_wrong_by_what_it_bridges(upper_arm):
-    (hull,) = decompose(upper_arm, np.inf)
+    hull = enclosing_piece(upper_arm)
     truth = truth_in(BENT[None], upper_arm)
     shapes = CollisionShapes(LINKS, (ConvexShape(hull.vertices), BALL))
-    error = truth.worst_errors(shapes, ACCURACY)[LINKS]
+    error = truth.errors(shapes, [LINKS], ACCURACY)[LINKS][0]
+    assert error.shapes == (0, 1)
     # The nearest samples of two surfaces are a little farther apart.
     assert error.distance == pytest.approx(BESIDE, abs=1e-3)
     # The wrist is in the hull, and the middle of the air is far from both bars.
@@ -79,7 +82,7 @@ def test_true_shapes_have_no_error(upper_arm, truth):
     shapes = CollisionShapes(
         ("upper_arm", *LINKS), (*map(ConvexShape, corners), BALL)
     )
-    assert not truth.worst_errors(shapes, 2e-3)
+    assert not truth.errors(shapes, [LINKS], 2e-3)
 
 
 def test_only_what_is_wrong_is_cut(upper_arm, truth):
@@ -107,5 +110,13 @@ def test_a_point_in_a_box_is_inside():
     surface = box((0, 0, 0), (1, 2, 3))
     assert is_inside(np.array([0.5, 1.0, 0.1]), surface)
     assert not is_inside(np.array([0.5, 1.0, -0.1]), surface)
+    # Coarser, too.
+    cut = surface
+    for _ in range(4):
+        cut = in_four(cut)
+    coarse = clustered(cut, 0.4)
+    assert len(coarse) < len(cut) / 10
+    assert is_inside(np.array([0.5, 1.0, 0.8]), coarse)
+    assert not is_inside(np.array([0.5, 1.0, -0.8]), coarse)
     # Without one side of it, too.
     assert is_inside(np.array([0.5, 1.0, 1.5]), surface[2:])

@@ -111,20 +111,23 @@ def below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
         Triangles, shape (s, 3, 3) [m].
     """
     height = part @ normal - offset
-    pieces = [part[(height <= 0).all(axis=1)]]
-    crossing = (height > 0).any(axis=1) & (height < 0).any(axis=1)
-    for corners, h in zip(part[crossing], height[crossing], strict=True):
-        polygon = []
-        for k in range(3):
-            a, b = corners[k - 1], corners[k]
-            if h[k - 1] * h[k] < 0:
-                polygon.append(a + (b - a) * h[k - 1] / (h[k - 1] - h[k]))
-            if h[k] <= 0:
-                polygon.append(b)
-        pieces += [
-            np.array([[polygon[0], polygon[k], polygon[k + 1]]])
-            for k in range(1, len(polygon) - 1)
-        ]
+    crossing = (height > 0).any(axis=1)
+    pieces = [part[~crossing]]
+    # Each is turned until the corner that is alone on its side comes first.
+    for side, count in ((-1, 1), (1, 2)):
+        alone = crossing & ((height < 0).sum(axis=1) == count)
+        rows = np.arange(alone.sum())[:, None]
+        first = (side * height[alone]).argmax(axis=1)
+        order = (first[:, None] + np.arange(3)) % 3
+        p, h = part[alone][rows, order], height[alone][rows, order]
+        a, b, c = p[:, 0], p[:, 1], p[:, 2]
+        share = h[:, :1] / (h[:, :1] - h[:, 1:])
+        ab, ac = a + (b - a) * share[:, :1], a + (c - a) * share[:, 1:]
+        if side < 0:
+            pieces.append(np.stack([a, ab, ac], axis=1))
+        else:
+            pieces.append(np.stack([ab, b, c], axis=1))
+            pieces.append(np.stack([ab, c, ac], axis=1))
     return np.concatenate(pieces)
 
 
@@ -177,15 +180,32 @@ def hull_volume(p: np.ndarray) -> float:
     return 0.0 if hull is None else float(hull.volume)
 
 
-def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
+def convex_corners(p: np.ndarray) -> np.ndarray:
+    """Returns the points that are corners of the convex hull of all.
+
+    Args:
+        p: Points, shape (n, 3) [m].
+
+    Returns:
+        Shape (m, 3) [m]; all of them if they are flat.
+    """
+    hull = _hull(p)
+    return p if hull is None else p[hull.vertices]
+
+
+def convex_piece(
+    p: np.ndarray, tolerance: float, most: int | None = None
+) -> ConvexPiece:
     """Makes the hull of as few of the points as leave none far outside it.
 
-    It starts with the outermost points along the axes and the diagonals; the
-    point that is farthest outside comes next.
+    It starts with the outermost points along the axes and the diagonals; those
+    that are farthest outside come next, one a face at a time.
 
     Args:
         p: Points, shape (n, 3) [m].
         tolerance: How far a point may be outside [m]; 0 keeps all corners.
+        most: Number of corners from which on points may be farther outside;
+            None for any.
 
     Raises:
         RemoSplatError: The points are flat, or too few.
@@ -197,15 +217,23 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
         return _oriented(whole)
     p = p[whole.vertices]
     heights = p @ np.vstack([np.eye(3), -np.eye(3), _DIAGONALS]).T
-    chosen = list(dict.fromkeys(heights.argmax(axis=0).tolist()))
+    chosen = np.unique(heights.argmax(axis=0))
     while True:
         hull = ConvexHull(p[chosen])
         planes = hull.equations
-        above = (p @ planes[:, :3].T + planes[:, 3]).max(axis=1)
-        farthest = int(above.argmax())
-        if above[farthest] <= tolerance or farthest in chosen:
+        heights = p @ planes[:, :3].T + planes[:, 3]
+        above, face = heights.max(axis=1), heights.argmax(axis=1)
+        far = above > max(tolerance, 0.5 * above.max())
+        order = np.argsort(-above)
+        order = order[far[order]]
+        # The first of each face is the farthest above it.
+        new = order[np.unique(face[order], return_index=True)[1]]
+        new = np.setdiff1d(new, chosen)
+        if not len(new) or (most is not None and len(chosen) >= most):
             return _oriented(hull)
-        chosen.append(farthest)
+        if most is not None:
+            new = new[np.argsort(-above[new])][: most - len(chosen)]
+        chosen = np.concatenate([chosen, new])
 
 
 def stretched(piece: ConvexPiece, p: np.ndarray, slack: float) -> ConvexPiece:
@@ -219,15 +247,15 @@ def stretched(piece: ConvexPiece, p: np.ndarray, slack: float) -> ConvexPiece:
         p: Points that it is to hold, shape (n, 3) [m].
         slack: How deep in the piece they lie then at least [m].
     """
-    p = p[ConvexHull(p).vertices]
+    p = convex_corners(p)
     center = piece.vertices.mean(axis=0)
     axes = np.linalg.svd(piece.vertices - center, full_matrices=False)[2]
     along = (piece.vertices - center) @ axes.T
-    middle = 0.5 * (along.min(axis=0) + along.max(axis=0))
     half = 0.5 * np.ptp(along, axis=0)
     growth = 0.0
     while True:
-        vertices = (middle + (along - middle) * (1 + growth / half)) @ axes
+        # About a point inside: then enough growth holds any point.
+        vertices = along * (1 + growth / half) @ axes
         hull = ConvexHull(center + vertices)
         planes = hull.equations
         lack = float((p @ planes[:, :3].T + planes[:, 3]).max()) + slack

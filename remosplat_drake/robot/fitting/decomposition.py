@@ -13,28 +13,17 @@ import numpy as np
 # CoACD brings parts of a C++ library that Drake needs its own of: where CoACD
 # is loaded first, Drake reads no file any more.
 import pydrake.common  # noqa: F401
-from scipy.spatial import ConvexHull, QhullError
 
 from remosplat_drake.base.system_libraries import import_optional
 from remosplat_drake.robot.fitting.convex_pieces import (
-    ConvexPiece,
     convex_piece,
-    stretched,
+    hull_volume,
 )
+from remosplat_drake.robot.fitting.enclosing_piece import SLACK, Pieces
 from remosplat_drake.robot.fitting.enclosure import in_four
+from remosplat_drake.robot.fitting.simplified import simplified, welded
 
-SLACK = 5e-4
-"""How far corners that a piece does without may be outside it [m]. Pieces are
-stretched by what this takes, so that they enclose all in the end."""
-
-_MOST_CORNERS = 200
-"""Corners of a piece from which on it does without more: ticks look at all."""
-
-_SPARE = 6e-5
-"""How deep in the pieces all lies [m]: files are in micrometres, and
-`standing_out` sees no less."""
-
-_SMALLEST = 4e-3
+_SMALLEST = 1e-3
 """Edge below which a triangle that is in no part goes to the nearest [m]: it
 crosses a cut, mostly."""
 
@@ -52,99 +41,37 @@ _SEARCH = {
 solid. With its own defaults a link takes minutes, with these seconds."""
 
 
-def decompose(surface: np.ndarray, threshold: float) -> list[ConvexPiece]:
-    """Covers a surface with convex pieces.
+def decompose(surface: np.ndarray, threshold: float) -> list[np.ndarray]:
+    """Shares a surface out to parts that are nearly convex.
 
     Args:
         surface: Triangles, shape (t, 3, 3) [m].
-        threshold: How far a piece may stand out of what it covers [m], but for
-            `SLACK`; infinite for the hull of it all.
+        threshold: How far a part's hull may stand out of the part [m].
 
     Returns:
-        The pieces, which enclose the surface together.
+        The triangles of each part, shape (s, 3, 3) each [m]; those that cross a
+        cut are cut in four, again and again.
 
     Raises:
-        RemoSplatError: The surface is flat.
         MissingExtraError: CoACD is not installed (extra `robots`).
     """
-    parts = [surface.reshape(-1, 3)]
-    if np.isfinite(threshold):
-        parts = _shared_out(surface, _cut(surface, threshold))
-    return [_piece(part) for part in parts]
-
-
-def _piece(p: np.ndarray) -> ConvexPiece:
-    """The hull of points with few corners, which holds them all the same."""
-    slack = SLACK
-    while len((piece := convex_piece(p, slack)).vertices) > _MOST_CORNERS:
-        slack *= 1.4
-    return stretched(piece, p, _SPARE)
-
-
-class Pieces:
-    """Convex pieces as `standing_out` asks for them."""
-
-    def __init__(self, pieces: list[ConvexPiece]):
-        """Finds the planes of some pieces, at least one."""
-        hulls = [ConvexHull(piece.vertices) for piece in pieces]
-        counts = [len(hull.equations) for hull in hulls]
-        self._first = np.cumsum([0, *counts[:-1]])
-        planes = np.vstack([hull.equations for hull in hulls])
-        self._normals, self._offsets = planes[:, :3].T.copy(), planes[:, 3]
-
-    def outside_each(self, p: np.ndarray) -> np.ndarray:
-        """Computes the greatest height of points above each piece's planes.
-
-        Args:
-            p: Points, shape (n, 3) [m].
-
-        Returns:
-            Shape (n, k) [m], negative inside; less than the distance where an
-            edge or a corner is nearest.
-        """
-        heights = p @ self._normals + self._offsets
-        return np.maximum.reduceat(heights, self._first, axis=1)
+    return _shared_out(surface, _cut(surface, threshold))
 
 
 def _cut(surface: np.ndarray, threshold: float) -> list[np.ndarray]:
     """The corners of the parts that CoACD cuts a surface into."""
     coacd = import_optional("coacd", "cutting meshes", "robots")
     coacd.set_log_level("off")
-    vertices, triangles = _welded(surface)
-    if len(triangles) > _MOST_TRIANGLES:
-        simplify = import_optional(
-            "fast_simplification", "cutting meshes", "robots"
-        ).simplify
-        vertices, triangles = simplify(
-            vertices.astype(np.float32),
-            triangles,
-            target_count=_MOST_TRIANGLES,
-        )
+    vertices, triangles = welded(simplified(surface, _MOST_TRIANGLES))
     parts = coacd.run_coacd(
-        coacd.Mesh(vertices.astype(float), triangles),
+        coacd.Mesh(vertices, triangles),
         threshold=threshold,
         real_metric=True,
         **_SEARCH,
     )
-    solid = [np.asarray(p, float) for p, _ in parts if _is_solid(p)]
+    corners = [np.asarray(p, float) for p, _ in parts]
+    solid = [p for p in corners if hull_volume(p) > 0.0]
     return solid or [surface.reshape(-1, 3)]
-
-
-def _welded(surface: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles whose equal corners are one."""
-    vertices, triangles = np.unique(
-        surface.reshape(-1, 3).round(7), axis=0, return_inverse=True
-    )
-    triangles = triangles.reshape(-1, 3)
-    a, b, c = triangles.T
-    return vertices, triangles[(a != b) & (b != c) & (c != a)]
-
-
-def _is_solid(p: np.ndarray) -> bool:
-    try:
-        return ConvexHull(p).volume > 0.0
-    except (QhullError, ValueError):
-        return False
 
 
 def _shared_out(
@@ -155,22 +82,27 @@ def _shared_out(
     Those that are in none are cut in four until they are, or are small. What a
     part has of the surface stands for it: it may have been redrawn thicker.
     """
-    hulls = Pieces([convex_piece(part, SLACK) for part in parts])
+    hulls = [Pieces([convex_piece(part, SLACK)]) for part in parts]
+    boxes = [(p.min(axis=0) - SLACK, p.max(axis=0) + SLACK) for p in parts]
     shares: list[list[np.ndarray]] = [[] for _ in parts]
     todo = surface
     while len(todo):
-        outside = hulls.outside_each(todo.reshape(-1, 3))
-        bound = outside.reshape(len(todo), 3, -1).max(axis=1)
-        nearest = bound.argmin(axis=1)
         edges = np.linalg.norm(todo - np.roll(todo, 1, axis=1), axis=2)
-        settled = bound.min(axis=1) <= SLACK
-        settled |= edges.max(axis=1) < _SMALLEST
+        small = edges.max(axis=1) < _SMALLEST
+        lower, upper = todo.min(axis=1), todo.max(axis=1)
+        best = np.full(len(todo), np.inf)
+        nearest = np.zeros(len(todo), int)
+        for i, (hull, box) in enumerate(zip(hulls, boxes, strict=True)):
+            # A triangle that leaves the box leaves the hull.
+            inside = (lower >= box[0]) & (upper <= box[1])
+            rows = np.flatnonzero(inside.all(axis=1) | small)
+            corners = todo[rows].reshape(-1, 3)
+            out = hull.outside_each(corners).reshape(-1, 3).max(axis=1)
+            nearer = out < best[rows]
+            best[rows[nearer]], nearest[rows[nearer]] = out[nearer], i
+        settled = (best <= SLACK) | small
         for i, own in enumerate(shares):
-            own.append(todo[settled & (nearest == i)].reshape(-1, 3))
+            own.append(todo[settled & (nearest == i)])
         todo = in_four(todo[~settled])
-    points = [np.vstack(own) for own in shares]
-    return [
-        p if _is_solid(p) else np.vstack([p, part])
-        for p, part in zip(points, parts, strict=True)
-        if len(p)
-    ]
+    joined = [np.concatenate(own) for own in shares]
+    return [part for part in joined if len(part)]

@@ -6,17 +6,16 @@ matters is seen in postures in which pieces come near each other.
 """
 
 import dataclasses as dc
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from remosplat_drake.robot.fitting.convex_pieces import convex_corners
 from remosplat_drake.robot.fitting.link_surface import sample_triangles
+from remosplat_drake.robot.fitting.simplified import clustered, grid_cells
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.kernels.near_points import near_points
-from remosplat_drake.robot.self_collision.link_pairs import (
-    ALWAYS,
-    find_link_pairs,
-)
 from remosplat_drake.robot.self_collision.shape_pairs import (
     LinkPair,
     ShapePairs,
@@ -40,7 +39,7 @@ _TOUCHING = 3e-3
 far pieces overlap then says nothing about them [m]."""
 
 
-@dc.dataclass(frozen=True)
+@dc.dataclass(frozen=True, eq=False)
 class PairError:
     """Two links that are nearer by their pieces than by their meshes.
 
@@ -48,28 +47,42 @@ class PairError:
         links: Names of the links.
         error: By how much [m].
         distance: Distance of their meshes [m].
-        blame: How far the pieces of each stand out of its surface where they
-            are nearest [m].
+        shapes: Which shapes are nearest, as numbers of those that were given.
+        points: The nearest point of each, in its link's frame, shape (3,) [m].
+        blame: How far each point is from the surface of its link [m].
     """
 
     links: LinkPair
     error: float
     distance: float
+    shapes: tuple[int, int]
+    points: tuple[np.ndarray, np.ndarray]
     blame: tuple[float, float]
 
 
-@dc.dataclass(frozen=True)
-class _Look:
-    """Two links that are near by their pieces, in one posture.
+@dc.dataclass(frozen=True, eq=False)
+class _Looks:
+    """Pairs of links that are near by their pieces, each in one posture.
 
-    The way from one surface over the pieces' nearest points to the other bounds
-    the distance of the surfaces, and so the error: `most`.
+    Attributes:
+        pair: Which pair, shape (n,).
+        posture: Which posture, shape (n,).
+        ends: The two shapes, shape (2, n).
+        distance: Their distance, shape (n,) [m].
+        points: Their nearest points in the frames of their links, shape (2, n,
+            3) [m].
+        off: How far these are from the surfaces, shape (2, n) [m].
+        way: The way from one surface over these points to the other, shape (n,)
+            [m]; the surfaces are no farther apart.
     """
 
-    most: float
-    distance: float
-    blame: tuple[float, float]
-    posture: int
+    pair: np.ndarray
+    posture: np.ndarray
+    ends: np.ndarray
+    distance: np.ndarray
+    points: np.ndarray
+    off: np.ndarray
+    way: np.ndarray
 
 
 class MeshTruth:
@@ -96,7 +109,10 @@ class MeshTruth:
         """
         self.robot = robot
         self.postures = np.array([robot.body_poses(q) for q in states])
-        self._surfaces = surfaces
+        self._surfaces = {
+            link: clustered(surface, _TOUCHING)
+            for link, surface in surfaces.items()
+        }
         rng = np.random.default_rng(0)
         self._trees = {
             link: KDTree(_points(surface, rng))
@@ -104,81 +120,110 @@ class MeshTruth:
         }
         self._known: dict[tuple[LinkPair, int], float] = {}
 
-    def worst_errors(
-        self, shapes: CollisionShapes, least: float
-    ) -> dict[LinkPair, PairError]:
-        """Finds the pairs of links whose distances are wrong by most.
+    def errors(
+        self, shapes: CollisionShapes, pairs: Sequence[LinkPair], least: float
+    ) -> dict[LinkPair, list[PairError]]:
+        """Finds the postures in which distances of links are wrong by most.
 
         Args:
             shapes: The convex shapes of the links.
+            pairs: Names of pairs of links.
             least: Errors up to this do not count [m].
 
         Returns:
-            The worst error of each pair of links that has one, by their names.
+            Errors of each pair of links that has some, the largest first.
         """
-        robot = self.robot
-        found = find_link_pairs(robot, shapes)
-        always = [p for p, why in found.left_out.items() if why == ALWAYS]
-        watched = [*found.watched, *always]
-        pairs = ShapePairs.make(robot, shapes, watched)
+        looks = self._looks(shapes, pairs)
+        most = looks.way - looks.distance
+        found = {}
+        for k, links in enumerate(pairs):
+            rows = np.flatnonzero((looks.pair == k) & (most > least))
+            rows = rows[np.argsort(-most[rows])]
+            errors, measured = [], 0
+            for i in rows[:_MOST_LOOKS]:
+                true = self._distance(
+                    links, int(looks.posture[i]), float(looks.way[i])
+                )
+                if _TOUCHING < true < NEAR:
+                    measured += 1
+                    error = true - float(looks.distance[i])
+                    if error > least:
+                        first, second = looks.ends[:, i].tolist()
+                        off_a, off_b = looks.off[:, i].tolist()
+                        p_A, p_B = looks.points[:, i]
+                        errors.append(
+                            PairError(
+                                links,
+                                error,
+                                true,
+                                (first, second),
+                                (p_A, p_B),
+                                (off_a, off_b),
+                            )
+                        )
+                if measured == _LOOKS:
+                    break
+            if errors:
+                found[links] = sorted(errors, key=lambda x: -x.error)
+        return found
+
+    def _looks(
+        self, shapes: CollisionShapes, links: Sequence[LinkPair]
+    ) -> _Looks:
+        """The nearest points of all pairs of links that are near."""
+        pairs = ShapePairs.make(self.robot, shapes, links)
         arrays = pairs.arrays(np.zeros(len(pairs)))
         link_pair = np.searchsorted(pairs.start, range(len(pairs)), "right") - 1
-        radius = shapes.radius
-        looks: dict[LinkPair, list[_Look]] = {}
+        parts = [_nothing_near()]
         for i, X_WL in enumerate(self.postures):
             rows, distance, _, p_WA, p_WB = near_points(
                 arrays, X_WL, NEAR, -np.inf
             )
             # The nearest points of two links come before further ones.
-            found_pairs, first = np.unique(link_pair[rows], return_index=True)
-            for k, n in zip(found_pairs, first, strict=True):
-                links = watched[k]
-                ends = pairs.first[rows[n]], pairs.second[rows[n]]
-                # The points of round shapes are within them by their radii.
-                off_a, off_b = (
-                    abs(self._off(link, X_WL, p_W[n]) - float(radius[end]))
-                    for link, p_W, end in zip(
-                        links, (p_WA, p_WB), ends, strict=True
-                    )
-                )
-                blame = off_a, off_b
-                way = float(np.linalg.norm(p_WB[n] - p_WA[n])) + sum(blame)
-                apart = float(distance[n])
-                look = _Look(way - apart, apart, blame, i)
-                looks.setdefault(links, []).append(look)
-        worst = {}
-        for links, own in looks.items():
-            own.sort(key=lambda look: -look.most)
-            errors = []
-            for look in own[:_MOST_LOOKS]:
-                if look.most <= least or len(errors) == _LOOKS:
-                    break
-                true = self._distance(links, look.posture)
-                if _TOUCHING < true < NEAR:
-                    error = true - look.distance
-                    errors.append(PairError(links, error, true, look.blame))
-            largest = max(errors, key=lambda x: x.error, default=None)
-            if largest is not None and largest.error > least:
-                worst[links] = largest
-        return worst
+            k, first = np.unique(link_pair[rows], return_index=True)
+            row, p_W = rows[first], (p_WA[first], p_WB[first])
+            parts.append((k, np.full(len(k), i), row, distance[first], *p_W))
+        pair, posture, row, distance, *p_W = map(
+            np.concatenate, zip(*parts, strict=True)
+        )
+        ends = np.array([pairs.first[row], pairs.second[row]])
+        bodies = np.array(
+            [[self.robot.tree.index(link) for link in two] for two in links],
+            int,
+        ).reshape(-1, 2)
+        points, off = np.empty((2, len(pair), 3)), np.empty((2, len(pair)))
+        for side in (0, 1):
+            body = np.array([two[side] for two in bodies], int)[pair]
+            X = self.postures[posture, body]
+            p = p_W[side] - X[:, :3, 3]
+            points[side] = np.einsum("nji,nj->ni", X[:, :3, :3], p)
+            # The points of round shapes are within them by their radii.
+            radius = shapes.radius[ends[side]]
+            names = np.array([two[side] for two in links])[pair]
+            for link in np.unique(names):
+                own = names == link
+                away = self._trees[str(link)].query(points[side][own])[0]
+                off[side, own] = np.abs(away - radius[own])
+        way = np.linalg.norm(p_W[1] - p_W[0], axis=1) + off.sum(axis=0)
+        return _Looks(pair, posture, ends, distance, points, off, way)
 
-    def _off(self, link: str, X_WL: np.ndarray, p_W: np.ndarray) -> float:
-        """The distance of a point from a link's surface [m]."""
-        X = X_WL[self.robot.tree.index(link)]
-        p_L = (p_W - X[:3, 3]) @ X[:3, :3]
-        return float(self._trees[link].query(p_L)[0])
-
-    def _distance(self, links: LinkPair, posture: int) -> float:
+    def _distance(self, links: LinkPair, posture: int, most: float) -> float:
         """The distance of two links' surfaces in a posture [m].
 
         It is infinite beyond `NEAR`, and zero where one link is in the other.
+
+        Args:
+            links: Names of the links.
+            posture: Number of the posture.
+            most: What it is not beyond [m].
         """
         key = links, posture
         if key not in self._known:
-            self._known[key] = self._measured(links, posture)
+            within = min(NEAR, most + 1e-6)
+            self._known[key] = self._measured(links, posture, within)
         return self._known[key]
 
-    def _measured(self, links: LinkPair, posture: int) -> float:
+    def _measured(self, links: LinkPair, posture: int, within: float) -> float:
         a, b = (self._trees[link] for link in links)
         X_WA, X_WB = (
             self.postures[posture][self.robot.tree.index(link)]
@@ -187,9 +232,11 @@ class MeshTruth:
         R_AB = X_WA[:3, :3].T @ X_WB[:3, :3]
         p_AB = X_WA[:3, :3].T @ (X_WB[:3, 3] - X_WA[:3, 3])
         p_A = b.data @ R_AB.T + p_AB
-        inside = (p_A > a.mins - NEAR) & (p_A < a.maxes + NEAR)
+        inside = (p_A > a.mins - within) & (p_A < a.maxes + within)
         p_A = p_A[inside.all(axis=1)]
-        away, nearest = map(np.asarray, a.query(p_A, distance_upper_bound=NEAR))
+        away, nearest = map(
+            np.asarray, a.query(p_A, distance_upper_bound=within)
+        )
         i = int(away.argmin()) if len(away) else 0
         if not (away[i : i + 1] < np.inf).any():
             return np.inf
@@ -199,6 +246,11 @@ class MeshTruth:
         ):
             return 0.0
         return float(away[i])
+
+
+def _nothing_near() -> tuple[np.ndarray, ...]:
+    none = np.zeros(0, int)
+    return none, none, none, np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))
 
 
 def is_inside(p: np.ndarray, surface: np.ndarray) -> bool:
@@ -219,5 +271,8 @@ def is_inside(p: np.ndarray, surface: np.ndarray) -> bool:
 
 
 def _points(surface: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Points on a surface, of those that crowd one a cell, and all extremes."""
     corners = np.arange(3 * len(surface)).reshape(-1, 3)
-    return sample_triangles(surface.reshape(-1, 3), corners, SPACING, rng)
+    p = sample_triangles(surface.reshape(-1, 3), corners, SPACING, rng)
+    one = np.unique(grid_cells(p, 0.5 * SPACING), return_index=True)[1]
+    return np.vstack([p[one], convex_corners(p)])

@@ -1,9 +1,10 @@
 """As many convex pieces a link as its distances from other links need.
 
-All links begin with one piece a mesh. Where pieces say in some posture that
-two links are nearer than their meshes are, the link whose pieces stand out more
-there is cut finer, until the distances are true or nothing finer is allowed.
-Links that nothing comes near keep their hulls, which is what keeps ticks fast.
+All links begin with one piece a mesh. Where pieces say in some posture that two
+links are nearer than their meshes are, the piece that stands out more there is
+cut: a mesh by CoACD at first, and its parts by planes, until the distances are
+true or nothing finer is allowed. Links that nothing comes near keep their
+hulls, which is what keeps ticks fast.
 """
 
 import dataclasses as dc
@@ -13,7 +14,11 @@ import numpy as np
 
 from remosplat_drake.robot.fitting.convex_pieces import ConvexPiece
 from remosplat_drake.robot.fitting.decomposition import decompose
+from remosplat_drake.robot.fitting.enclosing_piece import enclosing_piece
 from remosplat_drake.robot.fitting.mesh_truth import MeshTruth, PairError
+from remosplat_drake.robot.fitting.plane_cuts import cut_in_two
+from remosplat_drake.robot.self_collision.link_pairs import possible_pairs
+from remosplat_drake.robot.self_collision.shape_pairs import LinkPair
 from remosplat_drake.robot.self_collision.shapes import (
     CollisionShapes,
     ConvexShape,
@@ -30,41 +35,53 @@ _TRUE = 1.5e-3
 """How far a piece may stand out where it is not worth cutting: as far as points
 on a surface are from each other's middles [m]."""
 
-_LADDER = (np.inf, 0.02, 0.01, 0.006, 0.004, 0.0025)
-"""How far pieces may stand out of their mesh, one after the other [m]."""
+_COARSE = 0.02
+"""How far parts may stand out of a mesh that CoACD cuts [m]."""
 
 MOST_PIECES = 40
 """Most pieces that a mesh is cut into."""
 
 
-@dc.dataclass
-class _Link:
-    """The meshes of one link, and the pieces that they are cut into."""
+@dc.dataclass(eq=False)
+class _Part:
+    """A part of a mesh, and the piece that stands for it."""
 
-    meshes: list[np.ndarray]
-    pieces: list[list[ConvexPiece]]
-    step: int = 0
+    surface: np.ndarray
     done: bool = False
 
-    def refine(self) -> bool:
-        """Cuts the meshes finer; returns whether that changed anything."""
-        while not self.done:
-            self.step += 1
-            self.done = self.step == len(_LADDER) - 1
-            before = len(self.all_pieces)
-            for i, mesh in enumerate(self.meshes):
-                pieces = decompose(mesh, _LADDER[self.step])
-                if len(pieces) > MOST_PIECES:
-                    self.done = True
-                else:
-                    self.pieces[i] = pieces
-            if len(self.all_pieces) > before:
-                return True
-        return False
+    def __post_init__(self) -> None:
+        self.piece = enclosing_piece(self.surface)
 
-    @property
-    def all_pieces(self) -> list[ConvexPiece]:
-        return [piece for pieces in self.pieces for piece in pieces]
+
+@dc.dataclass(eq=False)
+class _Mesh:
+    """A mesh of a link, and the parts that it is cut into."""
+
+    link: str
+    parts: list[_Part]
+
+    def cut(self, part: _Part, p: np.ndarray, off: np.ndarray) -> bool:
+        """Cuts a part where its piece stands out; returns whether it could.
+
+        Args:
+            part: One of the parts.
+            p: Points at which the piece stands out, shape (n, 3) [m].
+            off: By how much, shape (n,) [m].
+        """
+        if len(self.parts) == 1:
+            shares = decompose(part.surface, _COARSE)
+            if 1 < len(shares) <= MOST_PIECES:
+                self.parts = [_Part(share) for share in shares]
+                return True
+        halves = None
+        if len(self.parts) < MOST_PIECES:
+            halves = cut_in_two(part.surface, p, off)
+        if halves is None:
+            part.done = True
+            return False
+        i = self.parts.index(part)
+        self.parts[i : i + 1] = [_Part(half) for half in halves]
+        return True
 
 
 @dc.dataclass(frozen=True)
@@ -85,6 +102,28 @@ class FittedPieces:
         return sum(map(len, self.pieces.values()))
 
 
+@dc.dataclass(frozen=True, eq=False)
+class _Blame:
+    """An error, and the parts of meshes whose pieces are nearest there."""
+
+    error: PairError
+    parts: tuple[_Part | None, ...]
+
+    def suspect(self) -> tuple[_Part, np.ndarray, float] | None:
+        """The part that is to be cut, a point of its piece, and how far it is.
+
+        It is the one that stands out more of the two, if it can be cut.
+        """
+        ranked = sorted(
+            zip(self.error.blame, self.parts, self.error.points, strict=True),
+            key=lambda end: -end[0],
+        )
+        for off, part, p in ranked:
+            if off > _TRUE and part is not None and not part.done:
+                return part, p, off
+        return None
+
+
 def fit_pieces(
     meshes: dict[str, list[np.ndarray]],
     primitives: CollisionShapes,
@@ -100,46 +139,77 @@ def fit_pieces(
         truth: The surfaces of meshes and primitives, in some postures.
         on_progress: Called with the number of links that are settled, and of
             all.
-
-    Raises:
-        RemoSplatError: A mesh is flat.
     """
-    links = {
-        name: _Link(own, [decompose(mesh, _LADDER[0]) for mesh in own])
-        for name, own in meshes.items()
-    }
-    least, best = np.inf, FittedPieces({}, ())
-    while True:
-        errors = truth.worst_errors(_shapes(links, primitives), _AIM)
-        ranked = sorted(errors.values(), key=lambda error: -error.error)
-        # A finer cut is another one, and may be worse.
-        if (worst := ranked[0].error if ranked else 0.0) < least:
-            pieces = {name: link.all_pieces for name, link in links.items()}
-            missed = [error for error in ranked if error.error > ACCURACY]
-            least, best = worst, FittedPieces(pieces, tuple(missed))
-        blamed = {name for error in ranked for name in _suspects(error, links)}
-        on_progress(len(links) - len(blamed), len(links))
-        refined = [links[name].refine() for name in sorted(blamed)]
-        if not any(refined):
-            return best
-
-
-def _suspects(error: PairError, links: dict[str, _Link]) -> list[str]:
-    """The link that is to be cut finer, of the two of a pair; none if done."""
-    ranked = sorted(zip(error.blame, error.links, strict=True), reverse=True)
-    able = [
-        name
-        for out, name in ranked
-        if out > _TRUE and name in links and not links[name].done
+    cut = [
+        _Mesh(link, [_Part(mesh)])
+        for link, own in meshes.items()
+        for mesh in own
     ]
-    return able[:1]
+    links = [*primitives.links, *meshes]
+    pairs, _ = possible_pairs(truth.robot, links)
+    wrong: dict[LinkPair, list[_Blame]] = {}
+    changed = set(links)
+    while changed:
+        again = [pair for pair in pairs if changed & set(pair)]
+        wrong = {pair: own for pair, own in wrong.items() if pair not in again}
+        wrong |= _errors(cut, primitives, truth, again)
+        changed = _cut_blamed(cut, wrong)
+        on_progress(len(meshes) - len(changed), len(meshes))
+    pieces: dict[str, list[ConvexPiece]] = {}
+    for mesh in cut:
+        own = pieces.setdefault(mesh.link, [])
+        own += [part.piece for part in mesh.parts]
+    worst = [own[0].error for own in wrong.values()]
+    missed = [error for error in worst if error.error > ACCURACY]
+    missed.sort(key=lambda error: -error.error)
+    return FittedPieces(pieces, tuple(missed))
 
 
-def _shapes(
-    links: dict[str, _Link], primitives: CollisionShapes
-) -> CollisionShapes:
-    rows = list(zip(primitives.links, primitives.shapes, strict=True))
-    for name, link in links.items():
-        rows += [(name, ConvexShape(x.vertices)) for x in link.all_pieces]
-    names, shapes = zip(*rows, strict=True)
-    return CollisionShapes(names, shapes)
+def _errors(
+    meshes: list[_Mesh],
+    primitives: CollisionShapes,
+    truth: MeshTruth,
+    pairs: list[LinkPair],
+) -> dict[LinkPair, list[_Blame]]:
+    """The errors of pairs of links, the largest first."""
+    parts: list[_Part | None] = [None] * len(primitives)
+    links, shapes = list(primitives.links), list(primitives.shapes)
+    for mesh in meshes:
+        for part in mesh.parts:
+            parts.append(part)
+            links.append(mesh.link)
+            shapes.append(ConvexShape(part.piece.vertices))
+    found = truth.errors(
+        CollisionShapes(tuple(links), tuple(shapes)), pairs, _AIM
+    )
+    return {
+        pair: [_Blame(x, tuple(parts[i] for i in x.shapes)) for x in errors]
+        for pair, errors in found.items()
+    }
+
+
+def _cut_blamed(
+    meshes: list[_Mesh], wrong: dict[LinkPair, list[_Blame]]
+) -> set[str]:
+    """Cuts all parts that are to blame; returns which links have changed."""
+    changed: set[str] = set()
+    # Where none of the parts can be cut, the others of their pairs are tried.
+    while not changed and (suspects := _suspects(wrong)):
+        for mesh in meshes:
+            for part in [part for part in mesh.parts if part in suspects]:
+                p, off = map(np.array, zip(*suspects[part], strict=True))
+                if mesh.cut(part, p, off):
+                    changed.add(mesh.link)
+    return changed
+
+
+def _suspects(
+    wrong: dict[LinkPair, list[_Blame]],
+) -> dict[_Part, list[tuple[np.ndarray, float]]]:
+    """The parts that are to be cut, and where their pieces stand out."""
+    suspects: dict[_Part, list[tuple[np.ndarray, float]]] = {}
+    for blame in (blame for own in wrong.values() for blame in own):
+        if (suspect := blame.suspect()) is not None:
+            part, p, off = suspect
+            suspects.setdefault(part, []).append((p, off))
+    return suspects

@@ -26,7 +26,7 @@ _MAX_CANDIDATES = 3000
 _MAX_POINTS = 4000
 _CELLS, _MOST_CELLS = 80, 160
 _COARSEST = 0.005
-_ROUNDS = 60
+_ROUNDS = 30
 
 POINTS_PER_VOXEL = 2.5
 """Surface points along a voxel's edge that leave no hole in the shell."""
@@ -234,7 +234,7 @@ class _CoverProblem:
                 own = self._points[owner == i]
                 if len(own):
                     p_LS[i] = self._better_centre(p_LS[i], own, step)
-            step = max(0.9 * step, 0.05 * self._solid.pitch)
+            step = max(0.82 * step, 0.05 * self._solid.pitch)
         return self._enclose(p_LS)
 
     def _better_centre(

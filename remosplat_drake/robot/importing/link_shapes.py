@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
-from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.system_libraries import import_optional
 from remosplat_drake.robot.fitting.convex_pieces import ConvexPiece
-from remosplat_drake.robot.fitting.decomposition import decompose
+from remosplat_drake.robot.fitting.enclosing_piece import enclosing_piece
 from remosplat_drake.robot.importing.findings import Findings, listed
 from remosplat_drake.robot.importing.mesh_files import load_mesh
 from remosplat_drake.robot.importing.packages import Packages
 from remosplat_drake.robot.importing.urdf import Urdf
+from remosplat_drake.robot.importing.urdf_elements import origin_pose
 from remosplat_drake.robot.meshes import drawable
 
 if TYPE_CHECKING:
@@ -87,15 +87,10 @@ def convert_shapes(
         for kind in ("visual", "collision"):
             for i, element in enumerate(link.findall(kind)):
                 converter.convert(name, element, i)
-    hulls = {}
-    for name, meshes in converter.surfaces.items():
-        try:
-            hulls[name] = [
-                piece for mesh in meshes for piece in decompose(mesh, np.inf)
-            ]
-        except RemoSplatError as error:
-            where = f"link {name!r} <collision> <mesh>"
-            raise urdf.fail(where, str(error)) from error
+    hulls = {
+        name: [enclosing_piece(mesh) for mesh in meshes]
+        for name, meshes in converter.surfaces.items()
+    }
     write_pieces(urdf, folder, hulls)
     if converter.count:
         findings.find("meshes", f"{converter.count} converted")
@@ -196,7 +191,7 @@ class _Converter:
                 parent.append(_naming(element, file))
             else:
                 surface = self._surface(source, scale, where)
-                X_LG = _pose(element).GetAsMatrix4()
+                X_LG = origin_pose(element).GetAsMatrix4()
                 surface = surface @ X_LG[:3, :3].T + X_LG[:3, 3]
                 self.surfaces.setdefault(link, []).append(surface)
         except FieldError:
@@ -270,18 +265,6 @@ class _Converter:
                 f" {' '.join(f'{x:g}' for x in scale)}; 0.001 0.001 0.001"
                 " turns mm into m",
             )
-
-
-def _pose(element: Element) -> RigidTransform:
-    """The pose X_LG that the <origin> of a <collision> says."""
-    origin = element.find("origin")
-    xyz, rpy = (
-        [0.0] * 3
-        if origin is None
-        else [float(x) for x in origin.get(key, "0 0 0").split()]
-        for key in ("xyz", "rpy")
-    )
-    return RigidTransform(RollPitchYaw(rpy), xyz)
 
 
 def _naming(element: Element, file: str) -> Element:

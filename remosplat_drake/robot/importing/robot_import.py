@@ -39,6 +39,7 @@ from remosplat_drake.robot.importing.mobile_base import (
 )
 from remosplat_drake.robot.importing.overlaps import doubt_overlaps
 from remosplat_drake.robot.importing.packages import Packages
+from remosplat_drake.robot.importing.planar_base import without_planar_base
 from remosplat_drake.robot.importing.sources import read_robot
 from remosplat_drake.robot.importing.srdf import Srdf, find_srdf, read_srdf
 from remosplat_drake.robot.importing.urdf import Urdf
@@ -135,6 +136,10 @@ def import_robot(
         request.source, packages, request.arguments, findings
     )
     check_numbers(urdf)
+    base = request.base
+    if base in (None, OMNI):
+        driven = without_planar_base(urdf, findings)
+        urdf, base = (urdf, base) if driven is None else (driven, OMNI)
     findings.find(
         "model",
         f"{urdf.name}: {len(urdf.links)} links, {len(urdf.joints)} joints",
@@ -155,7 +160,7 @@ def import_robot(
     meshes = convert_shapes(urdf, packages, folder, findings, on_mesh)
     for what, place in packages.guessed.items():
         findings.guess(what, f"is not where it is named; taken: {place}")
-    base = request.base or _guessed_base(urdf, srdf, findings)
+    base = base or _guessed_base(urdf, srdf, findings)
     description = _described(urdf, arm, limits, base, folder, findings)
     description = _with_allowed_collisions(description, srdf)
     fit_link_pieces(

@@ -9,12 +9,13 @@ import re
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.math import RigidTransform
 
 from remosplat_drake.robot.importing.findings import listed
 from remosplat_drake.robot.importing.joint_roles import is_finger, is_of_arm
 from remosplat_drake.robot.importing.srdf import Srdf
 from remosplat_drake.robot.importing.urdf import FIXED, Urdf, UrdfJoint
+from remosplat_drake.robot.importing.urdf_elements import origin_pose
 
 TOOLS = (
     r"(.*_)?tcp(_?link|_?frame)?",
@@ -200,7 +201,9 @@ def _rigid(urdf: Urdf, link: str) -> dict[str, RigidTransform]:
     for carrier in _in_order(urdf, link):
         for joint in urdf.outboard(carrier):
             if joint.kind == FIXED:
-                frames[joint.child] = frames[carrier] @ origin(joint)
+                frames[joint.child] = frames[carrier] @ origin_pose(
+                    joint.element
+                )
     return frames
 
 
@@ -218,24 +221,8 @@ def _meeting_point(
     """The mean of the fingers' last links, in the frame of the arm's last."""
     tips = []
     for joint in fingers:
-        X, link = frames[joint.parent] @ origin(joint), joint.child
+        X, link = frames[joint.parent] @ origin_pose(joint.element), joint.child
         while ahead := urdf.outboard(link):
-            X, link = X @ origin(ahead[0]), ahead[0].child
+            X, link = X @ origin_pose(ahead[0].element), ahead[0].child
         tips.append(X.translation())
     return np.mean(tips, axis=0) if tips else None
-
-
-def origin(joint: UrdfJoint) -> RigidTransform:
-    """Returns the pose of a joint's child in its parent at position zero.
-
-    Args:
-        joint: The joint, whose numbers have been checked.
-    """
-    element = joint.element.find("origin")
-    if element is None:
-        return RigidTransform()
-    xyz, rpy = (
-        [float(x) for x in element.get(key, "0 0 0").split()]
-        for key in ("xyz", "rpy")
-    )
-    return RigidTransform(RollPitchYaw(rpy), xyz)

@@ -32,6 +32,22 @@ def origin_element(X: RigidTransform) -> Element:
     return Element("origin", xyz=text(X.translation()), rpy=text(rpy))
 
 
+def origin_pose(element: Element) -> RigidTransform:
+    """Returns the pose that the <origin> of an element states.
+
+    Args:
+        element: A shape or a joint, whose numbers have been checked.
+    """
+    origin = element.find("origin")
+    if origin is None:
+        return RigidTransform()
+    xyz, rpy = (
+        [float(x) for x in origin.get(key, "0 0 0").split()]
+        for key in ("xyz", "rpy")
+    )
+    return RigidTransform(RollPitchYaw(rpy), xyz)
+
+
 def joint_element(
     name: str, kind: str, parent: str, child: str, X_PC: RigidTransform
 ) -> Element:

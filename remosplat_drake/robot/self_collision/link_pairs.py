@@ -6,6 +6,7 @@ random configurations show. The samples are always the same.
 """
 
 import dataclasses as dc
+from collections.abc import Iterable
 from itertools import combinations
 from pathlib import Path
 
@@ -74,24 +75,43 @@ def find_link_pairs(robot: RobotModel, shapes: CollisionShapes) -> LinkPairs:
     Raises:
         FileError: The SRDF file of its description cannot be read.
     """
-    allowed = _allowed(robot)
-    rank = {name: i for i, name in enumerate(robot.tree.names)}
-    links = sorted(set(shapes.links), key=rank.__getitem__)
-    left_out: dict[LinkPair, str] = {}
-    candidates = []
-    for a, b in combinations(links, 2):
-        if joints_between(robot, a, b) < 2:
-            left_out[a, b] = ADJACENT
-        elif frozenset((a, b)) in allowed:
-            left_out[a, b] = ALLOWED
-        else:
-            candidates.append((a, b))
+    candidates, left_out = possible_pairs(robot, shapes.links)
     shares = _contacts(robot, shapes, candidates)
     for links_ab, share in shares.items():
         if share == 1.0:
             left_out[links_ab] = ALWAYS
     watched = tuple(p for p in candidates if p not in left_out)
     return LinkPairs(watched, left_out, {p: shares[p] for p in watched})
+
+
+def possible_pairs(
+    robot: RobotModel, links: Iterable[str]
+) -> tuple[list[LinkPair], dict[LinkPair, str]]:
+    """Finds the pairs of links that may collide, whatever their shapes are.
+
+    Args:
+        robot: The robot.
+        links: Names of links.
+
+    Returns:
+        These pairs in the order of the tree, and the others with `ADJACENT` or
+        `ALLOWED`.
+
+    Raises:
+        FileError: The SRDF file of its description cannot be read.
+    """
+    allowed = _allowed(robot)
+    rank = {name: i for i, name in enumerate(robot.tree.names)}
+    left_out: dict[LinkPair, str] = {}
+    candidates = []
+    for a, b in combinations(sorted(set(links), key=rank.__getitem__), 2):
+        if joints_between(robot, a, b) < 2:
+            left_out[a, b] = ADJACENT
+        elif frozenset((a, b)) in allowed:
+            left_out[a, b] = ALLOWED
+        else:
+            candidates.append((a, b))
+    return candidates, left_out
 
 
 def joints_between(robot: RobotModel, link_a: str, link_b: str) -> int:
