@@ -138,13 +138,18 @@ def _plan_once(scenario: Scenario, world: World) -> None:
     if not (config.enabled and config.planning.enabled):
         return
     law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
-    planner = MotionPlanner(
-        robot, law.self_clearance, dc.replace(config.planning, seeds=4)
-    )
+    few = dc.replace(config.planning, seeds=4, checks=8)
+    planner = MotionPlanner(robot, law.self_clearance, few)
     q = world.q0.copy()
     q[-1] += _TURN
     X_WT = robot.end_effector_pose(q)
-    planner.plan(world.q0, X_WT, world.field.for_look_ahead, 0.0)
+    field = world.field.for_look_ahead
+    planner.plan(world.q0, X_WT, field, 0.0)
+    # A single motion may have led there: trees and shortcuts come on top.
+    space = planner.free_space(world.q0, field, 0.0)
+    search = planner.search(space, world.q0, q[None])
+    search.path_to(q[None])
+    search.shortened(np.stack([world.q0, q, world.q0, q]))
 
 
 def _look(scenario: Scenario, world: World) -> None:

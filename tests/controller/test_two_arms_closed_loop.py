@@ -15,10 +15,9 @@ from remosplat_drake.controller.guidance.rollout import (
 )
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.goal_configurations import (
-    TOLERANCE,
     goal_configurations,
-    reach,
 )
+from remosplat_drake.controller.planning.kernels.reaching import TOLERANCE
 from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
@@ -26,6 +25,7 @@ from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
+from tests.reaching import reach
 
 DT = 0.02
 FAR = SignedDistanceField(

@@ -19,13 +19,16 @@ from remosplat_drake.signals.target import Target
 _ROUND = 100
 """Groups of draws in a round; the search ends when it has found enough."""
 
+_COMPARED = 100
+"""Most configurations without room among which the best is taken."""
+
 _ENOUGH = 0.06
 """Room beyond which more is no better [m]."""
 
 _GROUP = 4
 """Number of draws for a seed; the one nearest to the target is taken."""
 
-_PATIENCE = 10
+_PATIENCE = 4
 """Groups of draws for each seed that may be tried: most bases are blocked."""
 
 _BASE_DISTANCE = (0.35, 0.95)
@@ -102,12 +105,13 @@ def goal_configurations(
         return GoalConfigurations(best[order], tried, len(found))
     if not len(found):
         return GoalConfigurations(found, tried, 0)
+    reached, found = len(found), found[:_COMPARED]
     rooms = space.rooms(found, 0.0)
     best = int(np.argmax(rooms.min(axis=1)))
     sphere = int(np.argmin(rooms[best]))
     missing = max(-float(rooms[best, sphere]), 0.0)
     return GoalConfigurations(
-        found[:0], tried, len(found), sphere, missing, found[best]
+        found[:0], tried, reached, sphere, missing, found[best]
     )
 
 

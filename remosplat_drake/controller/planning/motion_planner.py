@@ -100,7 +100,6 @@ class MotionPlanner:
         if unreached:
             return Plan(None, unreached, 0, 0)
         config = self.config
-        seed = 1 + config.seed + attempt
         start = np.clip(q, space.lower, space.upper)
         goals = goal_configurations(
             space,
@@ -108,20 +107,13 @@ class MotionPlanner:
             start,
             seeds=config.seeds,
             most=config.goals,
-            rng=np.random.default_rng(seed),
+            rng=np.random.default_rng(self._seed(attempt)),
         )
         if not len(goals.q):
             return Plan(
                 None, self._no_goal(goals, space.stopping), space.checks, 0
             )
-        search = Search(
-            space,
-            start,
-            self._box(start, goals.q),
-            config.checks << attempt,
-            seed,
-            interrupted,
-        )
+        search = self.search(space, start, goals.q, attempt, interrupted)
         corners = search.straight_to(goals.q)
         if corners is None:
             corners = roadmap.path_between(space, start, goals.q)
@@ -138,6 +130,33 @@ class MotionPlanner:
             np.concatenate([q[None], driven_corners(space, corners)])
         )
         return Plan(path, "", space.checks, len(goals.q))
+
+    def search(
+        self,
+        space: FreeSpace,
+        q: np.ndarray,
+        goals: np.ndarray,
+        attempt: int = 0,
+        interrupted: Callable[[], bool] = lambda: False,
+    ) -> Search:
+        """Returns the search of a path to goal configurations.
+
+        Args:
+            space: The free space.
+            q: Where paths start, shape (n_q,) [rad, m].
+            goals: Where they may end, shape (k, n_q) [rad, m].
+            attempt: Number of searches before; another one draws other
+                numbers, and may look twice as often.
+            interrupted: Function that tells whether to give up at once.
+        """
+        return Search(
+            space,
+            q,
+            self._box(q, goals),
+            self.config.checks << attempt,
+            self._seed(attempt),
+            interrupted,
+        )
 
     def open_part(
         self, path: Path, q: np.ndarray, field: DistanceField, stopping: float
@@ -192,6 +211,9 @@ class MotionPlanner:
             if around
             else NOTHING_STANDS,
         )
+
+    def _seed(self, attempt: int) -> int:
+        return 1 + self.config.seed + attempt
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         robot, config = self.robot, self.config

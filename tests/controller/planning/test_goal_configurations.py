@@ -11,12 +11,12 @@ from remosplat_drake.controller.planning.goal_configurations import (
 from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
     Arms,
     least_manipulability,
-    reach_from,
 )
 from remosplat_drake.controller.planning.kernels.reaching import TOLERANCE
 from remosplat_drake.robot.pose_error import pose_error
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
+from tests.reaching import reach
 
 
 @pytest.fixture(scope="module")
@@ -30,14 +30,6 @@ def q_target(frankie) -> np.ndarray:
 def free_space(robot, field, q, stopping=0.02) -> FreeSpace:
     bounds = robot.position_lower, robot.position_upper
     return FreeSpace(robot, field, stopping, None, bounds, q)
-
-
-def reach(robot, aim, seeds, bounds) -> tuple[np.ndarray, np.ndarray]:
-    """Returns where seeds lead to, and the errors there."""
-    arms = Packed(Arms(robot.chains, aim.arrays.values, 3, *bounds))
-    found = seeds.copy()
-    error = [reach_from(arms, q, 15, 0.01 * TOLERANCE) for q in found]
-    return found, np.array(error)
 
 
 def test_solutions_reach_the_target(frankie, q_target):

@@ -28,8 +28,8 @@ _LONGEST_STEP = 0.5
 """Largest change of a joint in one step [rad, m]."""
 
 _DOUBT = 8
-"""Step after which what is still far off is given up: nine seeds in ten that
-lead to the aim are a tenth as far from it by then."""
+"""Step after which a seed that is still far off is given up: of the seeds that
+lead to the aim, nine in ten are nearer by then."""
 
 _HOPELESS = 0.1
 """Error that is far off [m]."""
