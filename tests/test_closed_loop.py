@@ -203,7 +203,7 @@ def test_the_clearance_by_depth_views_is_kept(frankie, seed, nearest_only):
 def test_verification_is_what_keeps_the_clearance(frankie):
     """The damper rows alone hold at the start of a tick, not at its end.
 
-    A hot damper and a slow tick show it.
+    A damper that acts late and a slow tick show it.
     """
     fell = {True: False, False: False}
     for seed in range(6):
@@ -214,6 +214,7 @@ def test_verification_is_what_keeps_the_clearance(frankie):
             assert q is not None
             config = dc.replace(gain_set("paper"), verify=verify)
             config.collision.gain = 8.0
+            config.collision.influence = 0.05
             law = ReactiveLaw.make(config, frankie, 0.1)
             path, _ = drive(law, field, q, random_target(rng), ticks=60)
             d = clearances_along(frankie, field, path)

@@ -52,6 +52,10 @@ NARROWER = {
 }
 """Ranges on the real robot; oracles without such a field are left alone."""
 
+HARDWARE_SPEED = 0.35
+"""Bound on the speeds of a real robot's hands and, on a planned path, of all of
+its parts, until a person raises it in the scenario [m/s]."""
+
 COMMANDED_MODES = {"idle", "move"}
 """Modes in which an arm follows commands; in others it does as it likes."""
 

@@ -13,7 +13,10 @@ from pydrake.systems.framework import Context
 
 from remosplat_drake.app.arming import Arming
 from remosplat_drake.app.diagram import Application
-from remosplat_drake.app.hardware_limits import check_for_hardware
+from remosplat_drake.app.hardware_limits import (
+    HARDWARE_SPEED,
+    check_for_hardware,
+)
 from remosplat_drake.app.run_monitor import (
     MapCallback,
     ProgressCallback,
@@ -79,8 +82,9 @@ def prepare_for_hardware(
 
     Guidance looks ahead in a process of its own, so that ticks do not wait
     for it. The program knows how fast the base may go. Accelerations are
-    bounded with every gain set, as those of real joints are. Unseen space is
-    solid, unless the scenario says otherwise.
+    bounded with every gain set, as those of real joints are. Nothing is faster
+    than `HARDWARE_SPEED` and unseen space is solid, unless the scenario says
+    otherwise.
 
     Args:
         scenario: The scenario, which is changed in place.
@@ -99,6 +103,8 @@ def prepare_for_hardware(
     scenario.scene.unknown = scenario.scene.unknown or OBSTACLE
     hardware, controller = scenario.hardware, scenario.controller
     controller.guidance.asynchronous = True
+    for part in (controller.servo, controller.path_tracking):
+        part.max_speed = part.max_speed or HARDWARE_SPEED
     limits = controller.velocity_limits
     limits.acceleration = limits.strict = True
     limits.max_forward = _least(limits.max_forward, hardware.base_forward_upper)

@@ -96,7 +96,7 @@ class RecordedRun:
             self.log,
             self.world.robot,
             gain=servo.gain,
-            max_speed=servo.max_speed,
+            max_speed=servo.fastest,
             truth=None if self.world.truth is None else self._truth_at,
             on_tick=on_tick,
         )

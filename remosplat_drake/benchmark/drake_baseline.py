@@ -89,7 +89,7 @@ def make_control(
         w, v = servo_twist(
             pose_error(state.X_WE, X_WT),
             GAINS.servo.gain,
-            GAINS.servo.max_speed,
+            GAINS.servo.fastest,
         )
         R_BW = state.X_WB[:3, :3].T
         twists = BusValue()

@@ -63,7 +63,7 @@ GROUPS = {
         "movers-standing",
         "movers-unknown",
     ),
-    "mbm": ("sdf-reactive-mbm", "sdf-guided-mbm"),
+    "mbm": ("sdf-reactive-mbm", "sdf-guided-tuned-mbm", "sdf-guided-mbm"),
     "variants": (
         "sdf-hard-rows",
         "sdf-active-rows",

@@ -6,6 +6,7 @@ control ticks and at the end, and the commands u (T, n_u) between them.
 
 import numpy as np
 
+from remosplat_drake.robot.arm_dynamics import ArmDynamics
 from remosplat_drake.robot.pose_error import PoseError, pose_error
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
@@ -152,6 +153,54 @@ def mean_acceleration(
         dJ = (ahead - behind) / (2 * JACOBIAN_STEP)
         total += float(np.linalg.norm(J @ du_t + dJ @ u_t))
     return total / len(u)
+
+
+def jerk_share(robot: RobotModel, u: np.ndarray, dt: float) -> float | None:
+    """Returns the largest jerk as a share of the arm's limits.
+
+    The jerk is the second difference of the commands, from rest on.
+
+    Args:
+        robot: Model of the robot, for its limits.
+        u: Commands between the ticks, shape (T, n_u).
+        dt: Control period [s].
+
+    Returns:
+        The share; None where the robot's description states no limits.
+    """
+    if not np.isfinite(robot.jerk_limit).any():
+        return None
+    jerk = np.diff(u, n=2, axis=0, prepend=np.zeros((2, u.shape[1]))) / dt**2
+    return float((np.abs(jerk) / robot.jerk_limit).max(initial=0.0))
+
+
+def torque_share(
+    robot: RobotModel, q: np.ndarray, u: np.ndarray, dt: float
+) -> float | None:
+    """Returns the largest torque of the arm as a share of its motors' limits.
+
+    It is what the commands take, by inverse dynamics with the masses of the
+    model file and an empty hand; see `ArmDynamics`.
+
+    Args:
+        robot: Model of the robot.
+        q: Configurations at the ticks, shape (T, n_q) or (T + 1, n_q).
+        u: Commands between the ticks, shape (T, n_u).
+        dt: Control period [s].
+
+    Returns:
+        The share; None where the model file states no limits.
+    """
+    dynamics = ArmDynamics.of(robot)
+    if not np.isfinite(dynamics.limit).any():
+        return None
+    q = q[: len(u)]
+    pairs = zip(q, u, strict=True)
+    v = np.array([robot.velocity_map(q_t) @ u_t for q_t, u_t in pairs])
+    v = v.reshape(-1, robot.n_q)
+    a = np.diff(v, axis=0, prepend=np.zeros((1, robot.n_q))) / dt
+    torques = np.abs(dynamics.torques(q, v, a))
+    return float((torques / dynamics.limit).max(initial=0.0))
 
 
 def resampled_acceleration(

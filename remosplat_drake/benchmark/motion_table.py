@@ -31,6 +31,8 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
             "motion time, median [s]",
             "95 % [s]",
             "times the joint path's",
+            "jerk, largest [%]",
+            "torque, largest [%]",
             "planned [%]",
             "first path, median [ms]",
             "95 % [ms]",
@@ -48,12 +50,13 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
         " points between. Motion times are those of the problems that the row"
         " itself reaches; the straight path through joint space, at the"
         " velocity limits and through whatever is in its way, takes the"
-        " joint path's time to the given goal configuration. Where nothing"
-        " else arrives, a path is searched: its columns count those problems,"
-        " the time of their searches until a first path was found, beside"
-        " whatever else ran, and the configurations and motions that these"
-        " looked at. Errors are problems that cannot be used; they count as"
-        " not reached.",
+        " joint path's time to the given goal configuration. Jerk and torque"
+        " are shares of what the robot's description and its model file allow:"
+        " the second difference of the commands, and what the commands take"
+        " with an empty hand. The columns of paths count the problems in which"
+        " one was found, the time of the searches until then, beside whatever"
+        " else ran, and the configurations and motions that these looked at."
+        " Errors are problems that cannot be used; they count as not reached.",
         texts=2,
     )
 
@@ -85,12 +88,19 @@ def _row(row: Row, family: str, rule: str) -> tuple[str, ...]:
         _percentile(time, 50),
         _percentile(time, 95),
         _percentile(ratio, 50),
+        _largest(row.values("jerk", rule, solved)),
+        _largest(row.values("torque", rule, solved)),
         format_rate(len(searched), len(trials)),
         _percentile(1e3 * first_path, 50, 0),
         _percentile(1e3 * first_path, 95, 0),
         _percentile(np.array([t.first_checks for t in searched]), 50, 0),
         _percentile(1e3 * ticks, 50),
     )
+
+
+def _largest(shares: np.ndarray) -> str:
+    known = shares[np.isfinite(shares)]
+    return f"{100 * known.max():.0f}" if len(known) else "–"
 
 
 def _percentile(values: np.ndarray, percent: float, digits: int = 2) -> str:

@@ -56,6 +56,10 @@ class Judgement:
             [m/s^2].
         path_length: Path length of the end effector [m].
         base_path_length: Path length of the base [m].
+        jerk: Largest jerk of the commands, as a share of the arm's limits; None
+            where the robot's description states none.
+        torque: Largest torque that they take, as a share of the motors' limits;
+            None where the model file states none.
     """
 
     outcome: str
@@ -66,6 +70,8 @@ class Judgement:
     acceleration: float
     path_length: float
     base_path_length: float
+    jerk: float | None = None
+    torque: float | None = None
 
     @property
     def success(self) -> bool:

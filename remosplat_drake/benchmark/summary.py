@@ -84,10 +84,12 @@ class Row:
             chosen: Which trials to take, shape (n,) bool.
 
         Returns:
-            One value for each chosen trial that did not crash.
+            One value for each chosen trial that did not crash, NaN where it is
+            not known.
         """
         judged = [self.trials[i].judged(rule) for i in np.flatnonzero(chosen)]
-        return np.array([getattr(j, field) for j in judged if j is not None])
+        found = [getattr(j, field) for j in judged if j is not None]
+        return np.array(found, float)
 
     def times(self, field: str) -> np.ndarray:
         """Returns a field of `WallTimes` over all trials that did not crash."""

@@ -48,7 +48,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import has_arrived
 
-TRIAL_VERSION = 5
+TRIAL_VERSION = 6
 """Version of trials, raised whenever one would end differently; part of the
 key."""
 

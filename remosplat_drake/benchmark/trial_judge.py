@@ -111,6 +111,8 @@ class RunJudge:
             base_path_length=(
                 path_length(q[:, :2]) if self._robot.n_base else 0.0
             ),
+            jerk=met.jerk_share(self._robot, u, dt),
+            torque=met.torque_share(self._robot, q, u, dt),
         )
 
     def _failure(self) -> str:

@@ -14,6 +14,7 @@ from remosplat_drake.controller.ingredients.deflection import NEAR
 from remosplat_drake.controller.ingredients.make_ingredients import (
     make_ingredients,
 )
+from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.program.ingredient import (
     AnyIngredient,
     Ingredient,
@@ -23,19 +24,20 @@ from remosplat_drake.controller.program.solvers import CLARABEL, SOLVERS
 from remosplat_drake.controller.rest_config import RestConfig
 from remosplat_drake.robot.robot_model import RobotModel
 
-GAINS = ("paper", "tuned")
-"""Names of the gain sets: the paper's published numbers, and ours."""
+GAINS = ("paper", "tuned", "fast")
+"""Names of the gain sets: the paper's published numbers, and ours, the gentle
+ones and those that move as fast as the robot can."""
 
 
 @dc.dataclass
 class ReactiveControllerConfig(Config):
     """The settings of the reactive controller and of all its ingredients.
 
-    The defaults are the gain set `tuned`.
+    The defaults are the gain set `fast`.
     """
 
     # Gain set that all other fields of the controller start from.
-    gains: Annotated[str, OneOf(GAINS, "gain set")] = "tuned"
+    gains: Annotated[str, OneOf(GAINS, "gain set")] = "fast"
     # Convex solver of the program. `active_set` is the library's own, the
     # others are Drake's; `mosek` and `gurobi` need a licence.
     solver: Annotated[str, OneOf(SOLVERS, "solver")] = CLARABEL
@@ -143,17 +145,51 @@ def _paper_gains() -> ReactiveControllerConfig:
         verify=False,
         servo=ing.ServoTrackingConfig(gain=2.5, max_speed=0.5),
         velocity_cost=ing.VelocityCostConfig(weight=0.01),
+        joint_limits=_gentle_joints(),
+        collision=ing.CollisionDamperConfig(gain=1.0),
+        path_tracking=_gentle_path(),
         velocity_limits=ing.VelocityLimitsConfig(acceleration=False),
         self_collision=ing.SelfCollisionDamperConfig(enabled=False),
         active_collision=ing.ActiveCollisionCostConfig(gain=1.0),
         manipulability=ing.ManipulabilityCostConfig(gain=1.0),
         base_orientation=ing.BaseOrientationCostConfig(gain=0.5),
-        guidance=GuidanceConfig(enabled=False),
+        guidance=_gentle_guidance(enabled=False),
         rest=RestConfig(enabled=False),
     )
 
 
-GAIN_SETS = {"paper": _paper_gains, "tuned": ReactiveControllerConfig}
+def _tuned_gains() -> ReactiveControllerConfig:
+    """Makes the gentle set: no sphere is faster than 0.35 m/s."""
+    return ReactiveControllerConfig(
+        gains="tuned",
+        servo=ing.ServoTrackingConfig(gain=4.0, max_speed=0.35),
+        joint_limits=_gentle_joints(),
+        collision=ing.CollisionDamperConfig(gain=1.0),
+        path_tracking=_gentle_path(),
+        guidance=_gentle_guidance(),
+    )
+
+
+def _gentle_joints() -> ing.JointLimitDamperConfig:
+    return ing.JointLimitDamperConfig(gain=1.0, slide_gain=0.25)
+
+
+def _gentle_path() -> ing.PathTrackingConfig:
+    return ing.PathTrackingConfig(look_ahead=0.2, max_speed=0.35)
+
+
+def _gentle_guidance(enabled: bool = True) -> GuidanceConfig:
+    return GuidanceConfig(
+        enabled=enabled,
+        planning=PlanningConfig(at_once=False, approach_scale=1.0),
+    )
+
+
+GAIN_SETS = {
+    "paper": _paper_gains,
+    "tuned": _tuned_gains,
+    "fast": ReactiveControllerConfig,
+}
 """Makers of the named configurations that a scenario may start from."""
 
 
@@ -177,7 +213,7 @@ def default_ingredients(
     Args:
         robot: The robot to drive.
         config: Settings of the controller and its ingredients; None takes
-            the defaults, the gain set `tuned`.
+            the defaults, the gain set `fast`.
 
     Returns:
         The library's eleven ingredients, and then those of `config.extra`.

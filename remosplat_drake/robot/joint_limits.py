@@ -15,12 +15,15 @@ class JointLimits(NamedTuple):
     Attributes:
         velocity: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].
         acceleration: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
+        jerk: Bounds on |d2u/dt2|, shape (n_u,) [m/s^3, rad/s^3]; infinite where
+            the description states none.
         lower: Lower limits of q, shape (n_q,) [m, rad]; infinite for the base.
         upper: Upper limits of q, shape (n_q,) [m, rad]; infinite for the base.
     """
 
     velocity: np.ndarray
     acceleration: np.ndarray
+    jerk: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
 
@@ -54,9 +57,12 @@ class JointLimits(NamedTuple):
                     f"{name} has no range, from {lower[i]:g} to"
                     f" {upper[i]:g}; put it under `locked`",
                 )
+        velocity = np.array(description.velocity_limits, float)
+        jerk = description.jerk_limits
         return JointLimits(
-            np.array(description.velocity_limits, float),
+            velocity,
             np.array(description.acceleration_limits, float),
+            np.array([np.inf] * (len(velocity) - len(jerk)) + jerk, float),
             np.concatenate([-base, lower]),
             np.concatenate([base, upper]),
         )
@@ -72,6 +78,12 @@ def _check_lengths(description: RobotDescription) -> None:
                 name,
                 f"expected {n_u} numbers (base then arm)",
             )
+    if description.jerk_limits and len(description.jerk_limits) != len(arm):
+        raise FieldError(
+            description.source,
+            "jerk_limits",
+            "expected one number an arm joint, or none",
+        )
     if description.actuators and len(description.actuators) != n_u:
         raise FieldError(
             description.source,

@@ -84,6 +84,11 @@ class RobotDescription(Config):
     acceleration_limits: list[Annotated[float, Interval(gt=0, le=1000)]] = (
         dc.field(default_factory=list)
     )
+    # Bounds on the arm's jerk, the absolute rate of change of du/dt, for
+    # reports; empty where nobody states them [rad/s^3, m/s^3].
+    jerk_limits: list[Annotated[float, Interval(gt=0, le=1e6)]] = dc.field(
+        default_factory=list
+    )
     # How each axis follows its velocity command, in the order of u; empty where
     # nobody has measured it. `remosplat identify` writes it.
     actuators: list[Actuator] = dc.field(default_factory=list)

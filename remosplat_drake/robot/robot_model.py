@@ -61,6 +61,8 @@ class RobotModel:
         effectors: Names of the end effectors; that of an only one is empty.
         velocity_limit: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].
         acceleration_limit: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
+        jerk_limit: Bounds on |d2u/dt2|, shape (n_u,) [m/s^3, rad/s^3]; infinite
+            where the description states none.
         position_lower: Lower joint limits of q, shape (n_q,) [m, rad]; infinite
             for the base.
         position_upper: Upper joint limits of q, shape (n_q,) [m, rad]; infinite
@@ -114,6 +116,7 @@ class RobotModel:
         limits = JointLimits.read(description, plant)
         self.velocity_limit = limits.velocity
         self.acceleration_limit = limits.acceleration
+        self.jerk_limit = limits.jerk
         self.position_lower, self.position_upper = limits.lower, limits.upper
         self._body_S = np.array([self.tree.index(x) for x in spheres.links])
         self._p_LS = np.ascontiguousarray(spheres.p_LS)

@@ -438,3 +438,14 @@ def test_the_program_learns_the_bases_limits():
     limits = scenario.controller.velocity_limits
     assert (limits.max_forward, limits.max_reverse) == (0.1, 0.25)
     assert limits.max_yaw_rate == 0.2
+
+
+def test_a_real_robot_is_slow_until_a_person_raises_it():
+    raised = load_scenario(
+        "TableReach", "{controller: {path_tracking: {max_speed: 1.2}}}"
+    )
+    for scenario, path in ((load_scenario("TableReach"), 0.35), (raised, 1.2)):
+        assert scenario.controller.servo.fastest == 1.0
+        prepare_for_hardware(scenario, None)
+        assert scenario.controller.servo.fastest == 0.35
+        assert scenario.controller.path_tracking.max_speed == path

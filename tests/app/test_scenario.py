@@ -88,7 +88,7 @@ def test_shipped_scenarios_are_found_by_name():
 def test_what_nobody_says_keeps_its_default(folder):
     scenario = load_scenario(str(folder / "two.yaml"))
     assert scenario.control_period == 0.01
-    assert scenario.controller.gains == "tuned"
+    assert scenario.controller.gains == "fast"
     assert scenario.robot.spheres == "covering"
 
 
@@ -97,7 +97,7 @@ def test_fields_are_laid_over_the_named_gain_set(folder):
     assert controller.gains == "paper"
     assert controller.verify  # The paper's is off.
     assert controller.servo.gain == 3.5
-    # The paper's, not the tuned defaults.
+    # The paper's, not the defaults.
     assert controller.servo.max_speed == 0.5
     assert controller.velocity_cost.weight == 0.01
     assert not controller.velocity_limits.acceleration

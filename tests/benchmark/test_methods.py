@@ -49,14 +49,16 @@ def test_the_variants_differ_in_what_they_are_called_after():
 
 
 def test_motion_problems_are_driven_as_they_were_measured():
-    reactive, guided = load_methods(["mbm"])
-    for method in (reactive, guided):
+    reactive, tuned, guided = load_methods(["mbm"])
+    for method in (reactive, tuned, guided):
         assert method.scenario.control_period == 0.02
         assert method.scenario.time_limit == 30
         assert method.scenario.robot.spheres == "paper"
         assert not method.needs_splat
     assert not reactive.scenario.controller.guidance.enabled
-    assert guided.scenario.controller.guidance.tiers == [0.010, 0.005]
+    for method in (tuned, guided):
+        assert method.scenario.controller.guidance.tiers == [0.010, 0.005]
+    assert [x.gains for x in (tuned, guided)] == ["tuned", "fast"]
 
 
 def test_all_methods_can_drive_another_robot():

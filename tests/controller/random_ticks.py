@@ -114,6 +114,10 @@ def some_guidance(robot, q, rng) -> Guidance:
         if robot.n_base:  # Now the base only turns, now it drives.
             steps[rng.random(len(steps)) < 0.5, :2] = 0.0
         path = Path.through(q + np.cumsum(steps, axis=0) - steps[0])
+        k = len(path.s)
+        if k > 1 and rng.random() < 0.7:
+            v = rng.uniform(0, 2, k) * (rng.random(k) < 0.7)
+            path = dc.replace(path, v=v, a=rng.uniform(0, 20, (k, 2)))
 
     def maybe(value):
         return value if rng.random() < 0.5 else None
@@ -127,4 +131,5 @@ def some_guidance(robot, q, rng) -> Guidance:
         path,
         maybe(3.0),
         maybe(0.004),
+        float(rng.choice([1.0, 2.0])),
     )

@@ -13,7 +13,10 @@ from remosplat_drake.controller.ingredients.deflection import NEAR
 from remosplat_drake.controller.ingredients.manipulability_cost import (
     manipulability,
 )
-from remosplat_drake.controller.ingredients.servo_tracking import LAST_STRETCH
+from remosplat_drake.controller.ingredients.servo_tracking import (
+    LAST_DRIVE,
+    LAST_STRETCH,
+)
 from remosplat_drake.controller.program.compiled_ingredient import (
     CompiledIngredient,
 )
@@ -47,6 +50,12 @@ TURNING = 1e-9
 SHORTEST_PURSUIT = 0.2
 """Least distance at which a base steers for a place [m]."""
 
+REACHED, CREEP = 0.02, 0.3
+"""What counts as reached on a path, and the speed that no row slows down."""
+
+LAST_MARGIN, LAST_SLOPE = 0.005, 2.1
+"""Margin in which the damper's slope is bounded [m], and by what [1/s]."""
+
 PASSED = 0.05
 """Depth at the target at which an obstacle counts in full [m]."""
 
@@ -66,7 +75,8 @@ def _servo_tracking(
 ) -> None:
     """Sets the twists that are tracked, and the slack's bounds and price."""
     path = tick.guidance.path
-    if path is not None and path.left(tick.state.q) > LAST_STRETCH:
+    last = LAST_DRIVE if tick.robot.n_base == 2 else LAST_STRETCH
+    if path is not None and path.left(tick.state.q) > last:
         return
     limit = own._config.slack_limit
     for k, (effector, target) in enumerate(tick.aim.items):
@@ -89,7 +99,7 @@ def _twist(
     """The twist to a target, and the direction of its line, (3,) each."""
     config, error = own._config, tick.errors[k]
     X_WE = tick.state.X_WEs[effector]
-    w, v = target_twist(X_WE, target, error, config.gain, config.max_speed)
+    w, v = target_twist(X_WE, target, error, config.gain, config.fastest)
     if target.line is not None:
         return w, v, place_on_line(X_WE.copy(), target.arrays)[0]
     v = _deflected_velocity(
@@ -99,7 +109,7 @@ def _twist(
         tick.robot.hands[effector],
         tick.guidance,
         own._damper.stopping_for(tick.guidance),
-        config.max_speed,
+        config.fastest,
     )
     return w, v, np.zeros(3)
 
@@ -174,7 +184,18 @@ def _collision_damper(
     margin = clearances.distance - stopping
     if tick.sphere_tube is not None:
         margin = margin - tick.sphere_tube[clearances.sphere]
-    b = config.gain * margin / (config.influence - stopping)
+    scale = tick.guidance.approach_scale
+    slope = scale * config.gain / (config.influence - stopping)
+    last = np.minimum(margin, LAST_MARGIN)
+    last_slope = slope
+    if tick.guidance.path is None:
+        last_slope = min(slope, LAST_SLOPE)
+    b = slope * (margin - last) + last_slope * last
+    b = np.minimum(b, np.maximum(margin, 0.0) / tick.dt)
+    if last_slope < slope:
+        braking = np.abs(tick.approach_rates) @ tick.robot.acceleration_limit
+        fastest = np.sqrt(braking * np.maximum(margin, 0.0))
+        b = np.where(margin > 0.0, np.minimum(b, fastest), b)
     moves = tick.approach_rates.any(axis=1)
     b = np.where(moves, b, np.maximum(b, 0.0))
 
@@ -270,7 +291,7 @@ def _path_tracking(
     path = tick.guidance.path
     if path is None:
         return
-    u = _path_velocity(path, tick, own._config)
+    u = _path_velocity(path, tick, own._config, program)
     weights = np.full(program.n_u, own._config.weight)
     program.add_quadratic_cost(own.term, weights)
     program.add_linear_cost(own.term, -weights * u)
@@ -299,7 +320,10 @@ def _mover_damper(
 
 
 def _path_velocity(
-    path: Path, tick: Tick, config: ing.PathTrackingConfig
+    path: Path,
+    tick: Tick,
+    config: ing.PathTrackingConfig,
+    program: ReactiveProgram,
 ) -> np.ndarray:
     """Computes the command that leads along a path, shape (n_u,).
 
@@ -310,14 +334,19 @@ def _path_velocity(
         path: The path.
         tick: What is known at the tick; configuration and limits matter.
         config: Speed and how far ahead the robot aims.
+        program: The rows and bounds so far.
     """
     robot, q = tick.robot, tick.state.q
     s, apart = path.nearest(q)
-    goal, left = s + config.look_ahead, path.length - s + apart
+    left, corner = path.length - s + apart, path.length
     if robot.n_base == 2:
-        corner = _next_corner(path, s, 0.1 * config.look_ahead)
-        goal = min(goal, corner)
-        left = min(left, corner - s + 0.1 * config.look_ahead)
+        corner = _next_corner(path, s, REACHED)
+        left = min(left, corner - s + REACHED)
+    way, speed = 0.0, config.gain * left
+    if path.v is not None:
+        way = way_in(path, s, tick.dt)
+        speed = max(way / tick.dt, config.gain * min(left, REACHED))
+    goal = min(s + max(config.look_ahead, way), corner)
     e = path.at(goal) - q
     along = e
     if robot.n_base == 2:
@@ -329,13 +358,62 @@ def _path_velocity(
         return np.zeros(robot.n_u)
     along = along / size
     fastest = np.linalg.norm(tick.state.Jv_WS @ along, axis=1).max(initial=0.0)
-    limits = robot.velocity_limit / np.maximum(np.abs(along), 1e-9)
-    speed = min(
-        config.gain * left,
-        config.max_speed / max(float(fastest), 1e-9),
-        float(limits.min()),
-    )
-    return speed * along
+    if config.max_speed is not None:
+        speed = min(speed, config.max_speed / max(float(fastest), 1e-9))
+    if path.v is not None and path.a is not None:
+        now = max(float(along @ tick.u_previous), 0.0)
+        k = min(int(np.searchsorted(path.s, s, "right")) - 1, len(path.s) - 1)
+        share = min((now / max(path.v[k], 1e-9)) ** 2, 1.0)
+        at_rest, at_speed = path.a[k]
+        change = at_rest + share * (at_speed - at_rest)
+        speed = min(speed, now + float(change) * tick.dt)
+    return _speed_within(program, along, speed) * along
+
+
+def way_in(path: Path, s: float, time: float) -> float:
+    """Finds how far a path's speeds lead in a time, from the time they take."""
+    least, most = s, path.length
+    if time_between(path, s, most) <= time:
+        return most - s
+    while most - least > 1e-14:
+        middle = 0.5 * (least + most)
+        if not least < middle < most:
+            break
+        if time_between(path, s, middle) <= time:
+            least = middle
+        else:
+            most = middle
+    return least - s
+
+
+def time_between(path: Path, start: float, end: float) -> float:
+    """Returns the time from one place on a path to another [s]."""
+    assert path.v is not None
+    inside = path.s[(path.s > start) & (path.s < end)]
+    s = np.concatenate([[start], inside, [end]])
+    v = np.sqrt(np.interp(s, path.s, path.v**2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # On each piece dv/dt is constant: the mean speed is the ends' mean.
+        times = 2.0 * np.diff(s) / (v[1:] + v[:-1])
+    return float(np.where(np.diff(s) > 0.0, times, 0.0).sum())
+
+
+def _speed_within(
+    program: ReactiveProgram, along: np.ndarray, speed: float
+) -> float:
+    """Bounds the speed along a direction by the rows and bounds so far."""
+    for rows in program.terms.rows.values():
+        for rate, b in zip(rows.A @ along, rows.b, strict=True):
+            if rate > 1e-9:
+                speed = min(speed, max(b / rate, CREEP))
+    least, most = 0.0, math.inf
+    for a, lower, upper in zip(
+        along, program.lower, program.upper, strict=True
+    ):
+        slow, fast = (lower, upper) if a > 0.0 else (-upper, -lower)
+        if abs(a) > 1e-9 and fast > 0.0:
+            least, most = max(least, slow / abs(a)), min(most, fast / abs(a))
+    return min(max(speed, least), most)
 
 
 def _drives(path: Path) -> np.ndarray:

@@ -231,7 +231,7 @@ def test_a_joint_in_the_stop_zone_must_retreat(three_link, make_tick):
         ing.JointLimitDamper(ing.JointLimitDamperConfig()), tick
     ).terms.rows["joint limit"]
     np.testing.assert_array_equal(rows.A, [[0, -1, 0]])
-    np.testing.assert_allclose(rows.b, [-0.2])
+    np.testing.assert_allclose(rows.b, [-1.0])
 
 
 def test_a_joint_far_from_its_limits_is_free(three_link, make_tick):

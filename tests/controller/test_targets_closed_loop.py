@@ -192,6 +192,6 @@ def test_a_target_is_passed_without_a_stop(panda):
         assert passed
         assert targets[1].error(loop.X_WE).distance < 2e-3
         slowest[within] = loop.speeds[max(passed - 15, 0) : passed + 15].min()
-    speed = gain_set("tuned").servo.max_speed
+    speed = gain_set("tuned").servo.fastest
     assert slowest[None] < 0.1 * speed
     assert slowest[0.03] > 0.6 * speed

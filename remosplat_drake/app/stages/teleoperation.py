@@ -304,7 +304,7 @@ def AddOperatorViews(
         page=page,
         robot=loop.world.robot,
         gain=config.servo.gain,
-        max_speed=config.servo.max_speed,
+        max_speed=config.servo.fastest,
         stopping=config.collision.stopping,
         influence=config.collision.influence,
         period=scenario.control_period,

@@ -22,9 +22,9 @@ class GuidanceConfig(Config):
     # Whether guidance is selected; without it the controller goes straight.
     enabled: bool = True
     # Number of rollout steps that a control tick may spend. Each costs about
-    # 0.2 ms with ellipsoids, and 10 leave room in a period of 10 ms. With 0
-    # nothing is simulated: whenever the robot stalls, the next candidate is
-    # tried.
+    # 0.2 ms with ellipsoids, and 10 leave room in a period of 10 ms. A tick
+    # that searches a path at once spends more, to compare it. With 0 nothing is
+    # simulated: whenever the robot stalls, the next candidate is tried.
     budget: Annotated[int, Interval(ge=0, le=10_000)] = 10
     # Whether a process of its own looks ahead, so that ticks do not wait for
     # it, as real robots need. Runs then depend on the machine, and

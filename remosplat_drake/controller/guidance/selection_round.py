@@ -7,6 +7,7 @@ robot keeps moving; the cheapest one takes over if it is better by a margin.
 """
 
 import dataclasses as dc
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -59,6 +60,10 @@ _MOVED = 0.05
 _MARGIN = 0.5
 """Score by which a candidate must be better to take over [s]."""
 
+_NEARBY, _LEVER = 0.1, 0.3
+"""Pose error up to which no path is searched at once [m], and what an angle
+counts in it [m/rad]."""
+
 
 def advance_selection(
     rule: SelectionRule,
@@ -81,6 +86,10 @@ def advance_selection(
     another world. Candidates start from the robot's state when the turn of
     their tier comes, so a round that takes several ticks may end differently
     from one that a larger budget finishes in a single tick.
+
+    The update that searches a path at once goes on until its first candidates
+    have ended, whatever the budget: a robot that sets out in a direction which
+    it soon leaves loses time.
 
     What moves is no other world: rollouts move it on from where it is when
     they begin, and are made anew more often. A path goes round what stands
@@ -123,6 +132,9 @@ def advance_selection(
     if gone:
         selection = _way_is_free(rule, selection, now, gone)
     left = budget
+    if _is_due(rule, selection, before, now):
+        selection = _with_path(rule, selection, now, field, interrupted)
+        left = sys.maxsize
     while left > 0:
         if not selection.running:
             if time < selection.idle_until and not _has_moved(selection, q):
@@ -149,6 +161,7 @@ def advance_selection(
             selection = dc.replace(selection, running=running)
         else:
             selection = _file(rule, selection, running, now, field, interrupted)
+            left = min(left, budget)
     return selection
 
 
@@ -164,6 +177,43 @@ def _begin(guidances: tuple[Guidance, ...], now: PresentState) -> Futures:
         )
         for guidance in guidances
     )
+
+
+def _is_due(
+    rule: SelectionRule,
+    selection: Selection,
+    before: Selection,
+    now: PresentState,
+) -> bool:
+    """Whether a path is searched at once, beside what goes straight.
+
+    It is at the first update at which the target is the same as at the one
+    before: to one that moves on, there would be no time to follow it. What is
+    near needs none.
+    """
+    motions = rule.motions
+    if motions is None or not motions.config.at_once:
+        return False
+    is_first = selection is before and not selection.latest
+    if not is_first or selection.plans or selection.guidance.path is not None:
+        return False
+    errors = now.aim.errors(rule.law.robot.state(now.q).X_WEs)
+    return any(e.distance + _LEVER * e.angle > _NEARBY for e in errors)
+
+
+def _with_path(
+    rule: SelectionRule,
+    selection: Selection,
+    now: PresentState,
+    field: DistanceField,
+    interrupted: Callable[[], bool],
+) -> Selection:
+    """Begins the round anew with a path beside the first tier's candidates."""
+    selection, path = _planned(rule, selection, now, field, interrupted, 1)
+    first = rule.candidates(now.q, now.aim, field)[:1]
+    others, _ = _next_group(first, selection.guidance)
+    group = selection.guidance, *others, *path
+    return dc.replace(selection, running=_begin(group, now))
 
 
 def _way_is_free(
@@ -198,7 +248,7 @@ def _file(
     incumbent = (selection.finished or ended)[0]
     finished = (*selection.finished, *ended)
     arrives = any(r.status == REACHED for r in ended)
-    if arrives and ended[0] is incumbent:
+    if arrives and ended == (incumbent,):
         return _end_round(
             selection,
             incumbent.guidance,
@@ -211,7 +261,8 @@ def _file(
     waiting = selection.waiting
     if ended[0] is incumbent:
         candidates = rule.candidates(now.q, now.aim, field)
-        waiting = (selection.guidance,), *candidates
+        # Beside a path, those of the first tier have been tried.
+        waiting = (selection.guidance,), *candidates[bool(selection.plans) :]
     group, waiting = _next_group(waiting, incumbent.guidance)
     if not group:
         selection, group = _planned(rule, selection, now, field, interrupted)
@@ -242,8 +293,12 @@ def _planned(
     now: PresentState,
     field: DistanceField,
     interrupted: Callable[[], bool],
+    tiers: int | None = None,
 ) -> tuple[Selection, tuple[Guidance, ...]]:
-    """Searches a path, at one stopping distance after the other."""
+    """Searches a path, at one stopping distance after the other.
+
+    With `tiers`, only so many of them are tried.
+    """
     motions, plans = rule.motions, selection.plans
     if motions is None or selection.failures >= motions.config.attempts:
         return selection, ()
@@ -252,7 +307,7 @@ def _planned(
     # What is remembered is no news to who has tried it or failed beside it.
     again = selection.failures or found
     roadmap = NO_ROADMAP if again else selection.roadmap
-    while guidance is None and len(plans) < len(rule.tiers):
+    while guidance is None and len(plans) < (tiers or len(rule.tiers)):
         guidance, plan = rule.planned(
             now,
             field,
@@ -263,8 +318,8 @@ def _planned(
             around,
         )
         plans, effort = (*plans, plan), effort.with_plan(plan)
-        if plan.path is not None:
-            found = (*found, plan.path.q)
+        if plan.corners is not None:
+            found = (*found, plan.corners)
     selection = dc.replace(
         selection, plans=plans, effort=effort, found=found, around=around
     )
@@ -281,7 +336,9 @@ def _decide(
     incumbent = finished[0]
     best = min(finished, key=lambda rollout: rollout.score(first_tier))
     gain = incumbent.score(first_tier) - best.score(first_tier)
-    if best is incumbent or gain <= _MARGIN:
+    # What was found at once is the first choice: it cannot waver.
+    margin = _MARGIN if selection.latest or not selection.plans else 0.0
+    if best is incumbent or gain <= margin:
         best = incumbent
         reason = f"{incumbent.guidance.name} {incumbent.status}, none better"
     else:

@@ -14,6 +14,7 @@ from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.planning.plan import Plan
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
+from remosplat_drake.controller.planning.timing import TimingLimits
 from remosplat_drake.controller.program.guidance import DIRECT, Guidance
 from remosplat_drake.controller.program.solvers import make_solver
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
@@ -108,6 +109,7 @@ class SelectionRule:
             "plan",
             active_scale=0.0,
             stopping=stopping,
+            approach_scale=self.motions.config.approach_scale,
             path=plan.path,
             joint_stop=self.motions.config.joint_stop,
             slide_stop=self.motions.config.slide_stop,
@@ -171,7 +173,12 @@ def make_selection_rule(
     tiers = law.collision.stopping, *config.tiers
     motions = None
     if config.planning.enabled:
-        motions = MotionPlanner(law.robot, law.self_clearance, config.planning)
+        motions = MotionPlanner(
+            law.robot,
+            law.self_clearance,
+            config.planning,
+            TimingLimits(law.collision, config.planning.approach_scale, law.dt),
+        )
     return SelectionRule(
         law.with_step(config.step, solver=solver),
         config.planner,

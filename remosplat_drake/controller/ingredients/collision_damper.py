@@ -1,12 +1,13 @@
 """Slow down before the scene: the paper's hard collision constraint."""
 
 import dataclasses as dc
+import math
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 from annotated_types import Interval
 
-from remosplat_drake.base.kernels import kernel
+from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import NOTHING
 from remosplat_drake.base.ranges import Config
 from remosplat_drake.controller.program.compiled_ingredient import (
@@ -21,6 +22,10 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import COLLISION
 
+_LAST_MARGIN, _LAST_SLOPE = 0.005, 2.1
+"""Distance before the stopping distance [m] in which the law's slope is no
+greater than so much [1/s]."""
+
 
 @dc.dataclass
 class CollisionDamperConfig(Config):
@@ -31,7 +36,7 @@ class CollisionDamperConfig(Config):
     # Stopping distance d_s, which the robot keeps from the scene [m].
     stopping: Annotated[float, Interval(ge=0, le=1)] = 0.021
     # Largest speed xi of approach at the influence distance [m/s].
-    gain: Annotated[float, Interval(gt=0, le=10)] = 1.0
+    gain: Annotated[float, Interval(gt=0, le=10)] = 4.0
 
     def stopping_for(self, guidance: Guidance) -> float:
         """Returns the stopping distance d_s of a tick [m].
@@ -93,6 +98,19 @@ class CollisionSettings(NamedTuple):
     gain: float
 
 
+@helper
+def approach_speed(own, scale, stopping, margin):
+    """Computes the law's greatest speed of approach [m/s].
+
+    Args:
+        own: The `CollisionSettings`, or the configuration.
+        scale: Factor on the gain.
+        stopping: The stopping distance d_s [m].
+        margin: What a clearance exceeds it by, tubes left out [m].
+    """
+    return scale * own.gain * margin / (own.influence - stopping)
+
+
 @kernel(returns=NOTHING)
 def add_collision_damper(own, k, tick, program):
     """Adds a velocity damper before the scene: a row for every clearance.
@@ -104,7 +122,17 @@ def add_collision_damper(own, k, tick, program):
     (paper section IV-D; Faverjon and Tournassoud 1987). n is the direction
     from the sphere towards the scene in W, Jv_WS the Jacobian of the sphere's
     centre in W, and xi the largest speed of approach [m/s]. A sphere nearer
-    than the stopping distance d_s [m] must recede. Guidance may set d_s.
+    than the stopping distance d_s [m] must recede. No approach uses up more in
+    a period than there is. Guidance may set d_s, and scale xi.
+
+    Within `_LAST_MARGIN`, the law's slope over d is `_LAST_SLOPE` at most. With
+    a steeper one, a sphere that glides along an obstacle would soon be at its
+    stopping distance, where the bend of its way alone takes it nearer, so that
+    verification allows nothing. Nor may a sphere then be faster than
+    sqrt(a (d - d_s)), with the greatest deceleration a of the sphere that the
+    acceleration limits allow: half of it is enough to stop. A planned path
+    bends where it may and slows down ahead of time: it has the law as it
+    stands.
 
     A sphere may be off its path by its tube [m], which is zero for a robot
     that obeys at once. Verification subtracts it, too: without it here, the
@@ -113,9 +141,21 @@ def add_collision_damper(own, k, tick, program):
     See `CompiledIngredient` for the arguments.
     """
     stopping = given_or(tick.guidance.stopping, own.stopping)
+    scale = tick.guidance.approach_scale
+    slope = approach_speed(own, scale, stopping, 1.0)
+    excess = max(slope - _LAST_SLOPE, 0.0)
+    if len(tick.guidance.path_s):
+        excess = 0.0
     for i in range(len(tick.sphere)):
         margin = tick.distance[i] - stopping - tick.tube[tick.sphere[i]]
-        b = own.gain * margin / (own.influence - stopping)
+        b = slope * margin - excess * min(margin, _LAST_MARGIN)
+        b = min(b, max(margin, 0.0) / tick.dt)
+        if excess > 0.0 and margin > 0.0:
+            braking = 0.0
+            for j in range(len(tick.u_previous)):
+                limit = tick.robot.acceleration_limit[j]
+                braking += abs(tick.rates[i, j]) * limit
+            b = min(b, math.sqrt(braking * margin))
         row = new_row(program, k, b, tick.sphere[i])
         moves = False
         for j in range(len(tick.u_previous)):

@@ -38,14 +38,14 @@ class JointLimitDamperConfig(Config):
     """
 
     # Largest speed of approach of a hinge at the influence distance [rad/s].
-    gain: Annotated[float, Interval(gt=0, le=100)] = 1.0
+    gain: Annotated[float, Interval(gt=0, le=100)] = 5.0
     # Influence distance: nearer to a hinge's limit than this the damper acts
     # [deg].
     influence: Annotated[float, Interval(gt=0, le=180)] = 50.0
     # Stopping distance, which a hinge keeps from its limits [deg].
     stop: Annotated[float, Interval(ge=0, le=90)] = 10.0
     # Largest speed of approach of a slide at the influence distance [m/s].
-    slide_gain: Annotated[float, Interval(gt=0, le=10)] = 0.25
+    slide_gain: Annotated[float, Interval(gt=0, le=10)] = 1.0
     # Influence distance: nearer to a slide's limit than this the damper acts
     # [m].
     slide_influence: Annotated[float, Interval(gt=0, le=5)] = 0.15

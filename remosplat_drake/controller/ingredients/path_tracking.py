@@ -17,6 +17,10 @@ from remosplat_drake.controller.program.kernels.path_places import (
     nearest_place,
     place_at,
 )
+from remosplat_drake.controller.program.kernels.path_speeds import (
+    change_at,
+    way_ahead,
+)
 from remosplat_drake.robot.robot_model import RobotModel
 
 _TURNING = 1e-9
@@ -26,6 +30,14 @@ _SHORTEST_PURSUIT = 0.2
 """Least distance at which a base steers for a place [m]: steering for a nearer
 one would make it swing."""
 
+_NEAR = 0.02
+"""Distance at which a place where the speed is zero counts as reached, in
+radians and metres alike: the robot goes on as fast as if so much were left."""
+
+CREEP = 0.3
+"""Speed along a path below which no row slows the whole motion down, in radians
+and metres alike [1/s]: rows let the robot slide past what is near."""
+
 
 @dc.dataclass
 class PathTrackingConfig(Config):
@@ -33,13 +45,15 @@ class PathTrackingConfig(Config):
 
     # Weight of the squared deviation from the velocity along the path.
     weight: Annotated[float, Interval(gt=0, le=1000)] = 1.0
-    # How far ahead on the path the robot aims, in radians and metres alike.
-    look_ahead: Annotated[float, Interval(gt=0, le=2)] = 0.2
-    # Proportional gain on what is left of the path, and on what is left to
-    # where the base goes over from turning to driving [1/s].
+    # How far ahead on the path the robot aims at least, in radians and metres
+    # alike.
+    look_ahead: Annotated[float, Interval(gt=0, le=2)] = 0.05
+    # Proportional gain on what is left of a path without speeds, and where one
+    # with speeds has the speed zero [1/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
-    # Bound on the speed of all of the robot's spheres [m/s].
-    max_speed: Annotated[float, Interval(gt=0, le=2)] = 0.35
+    # Bound on the speed of all of the robot's spheres; absent: none, but
+    # 0.35 m/s on a real robot [m/s].
+    max_speed: Annotated[float, Interval(gt=0, le=10)] | None = None
 
 
 class PathTracking(CompiledIngredient):
@@ -60,7 +74,10 @@ class PathTracking(CompiledIngredient):
         """Makes what the kernel takes; see `CompiledIngredient`."""
         config = self._config
         return PathTrackingSettings(
-            config.weight, config.look_ahead, config.gain, config.max_speed
+            config.weight,
+            config.look_ahead,
+            config.gain,
+            math.inf if config.max_speed is None else config.max_speed,
         )
 
 
@@ -90,41 +107,48 @@ def add_path_tracking(own, k, tick, program):
     if len(tick.guidance.path_s) == 0:
         return
     program.has[k, 0] = program.has[k, 1] = True
-    u = _path_velocity(own, tick)
+    u = _path_velocity(own, tick, program)
     for j in range(len(u)):
         program.quadratic[k, j] = own.weight
         program.linear[k, j] = -own.weight * u[j]
 
 
 @helper
-def _path_velocity(own, tick):
+def _path_velocity(own, tick, program):
     """Computes the command that leads along the path, shape (n_u,).
 
-    It leads from q to the point that lies `look_ahead` beyond the nearest one.
-    It is as fast as `max_speed` of the fastest sphere, the robot's velocity
-    limits and `gain` times what is left of the path allow.
+    It leads from q to the point that lies `look_ahead` beyond the nearest one,
+    or as far as a tick leads. It is as fast as the path's own speeds at the
+    nearest point allow, wherever the robot should be by now: one that is late
+    or was pushed goes on from where it is. Without such speeds, it is as fast
+    as `gain` times what is left of the path.
 
     A differential base does not look beyond the corner at which it goes over
-    from turning to driving or back, and slows down before it.
+    from turning to driving or back, where its path's speed is zero.
     """
-    robot, state, q = tick.robot, tick.state, tick.state.q
+    robot, q = tick.robot, tick.state.q
     path_q, path_s = tick.guidance.path_q, tick.guidance.path_s
-    length = path_s[-1]
+    path_v = tick.guidance.path_v
     s, apart = nearest_place(path_q, path_s, q)
-    goal, left = s + own.look_ahead, length - s + apart
+    left = path_s[-1] - s + apart
+    corner = path_s[-1]
     if robot.n_base == 2:
-        near = 0.1 * own.look_ahead
-        corner = _corner_after(path_q, path_s, s + near)
-        goal = min(goal, corner)
-        left = min(left, corner - s + near)
+        corner = _corner_after(path_q, path_s, s + _NEAR)
+        left = min(left, corner - s + _NEAR)
+    way, speed = 0.0, own.gain * left
+    if len(path_v):
+        way = way_ahead(path_s, path_v, s, tick.dt)
+        speed = max(way / tick.dt, own.gain * min(left, _NEAR))
+    goal = min(s + max(own.look_ahead, way), corner)
     along = place_at(path_q, path_s, goal)
     for j in range(len(q)):
         along[j] -= q[j]
     if robot.n_base == 2:
         along = _without_slip(path_q, path_s, goal, q, along)
     elif robot.n_base:
-        x, y, c, s = along[0], along[1], math.cos(q[2]), math.sin(q[2])
-        along[0], along[1] = c * x + s * y, c * y - s * x
+        x, y, yaw = along[0], along[1], q[2]
+        along[0] = math.cos(yaw) * x + math.sin(yaw) * y
+        along[1] = math.cos(yaw) * y - math.sin(yaw) * x
     square = 0.0
     for j in range(len(along)):
         square += along[j] * along[j]
@@ -132,14 +156,50 @@ def _path_velocity(own, tick):
         return np.zeros(len(tick.u_previous))
     for j in range(len(along)):
         along[j] /= math.sqrt(square)
-    speed = own.max_speed / max(_fastest(robot, state, along), 1e-9)
-    speed = min(own.gain * left, speed)
-    for j in range(len(along)):
-        limit = robot.velocity_limit[j] / max(abs(along[j]), 1e-9)
-        speed = min(speed, limit)
+    if own.max_speed < math.inf:
+        fastest = max(_fastest(robot, tick.state, along), 1e-9)
+        speed = min(speed, own.max_speed / fastest)
+    if len(path_v):
+        now = 0.0
+        for j in range(len(along)):
+            now += along[j] * tick.u_previous[j]
+        now = max(now, 0.0)
+        a = change_at(path_s, path_v, tick.guidance.path_a, s, now)
+        speed = min(speed, now + a * tick.dt)
+    speed = _speed_within(program, along, speed)
     for j in range(len(along)):
         along[j] *= speed
     return along
+
+
+@helper
+def _speed_within(program, along, speed):
+    """The speed along a direction that the program has room for.
+
+    Its rows and bounds slow the whole motion down, so that it stays on the
+    path. Where the bounds allow no command in this direction, since the robot
+    moves in another one, the joints concerned turn round by themselves.
+
+    Args:
+        program: The `ProgramArrays`, with rows and bounds.
+        along: The direction, shape (n_u,).
+        speed: The speed that is wanted.
+    """
+    for i in range(program.count[0]):
+        rate = 0.0
+        for j in range(len(along)):
+            rate += program.A[i, j] * along[j]
+        if rate > 1e-9:
+            speed = min(speed, max(program.b[i] / rate, CREEP))
+    least, most = 0.0, math.inf
+    for j in range(len(along)):
+        slow, fast = program.lower[j], program.upper[j]
+        if along[j] < 0.0:
+            slow, fast = -fast, -slow
+        size = abs(along[j])
+        if size > 1e-9 and fast > 0.0:
+            least, most = max(least, slow / size), min(most, fast / size)
+    return min(max(speed, least), most)
 
 
 @helper

@@ -32,9 +32,13 @@ from remosplat_drake.controller.program.servo import (
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.target_arrays import place_on_line, target_of
 
-LAST_STRETCH = 0.1
+LAST_STRETCH, LAST_DRIVE = 0.01, 0.1
 """What is left of a planned path when the servo takes part again, in radians
-and metres alike: a base that cannot slip sideways ends beside the path."""
+and metres alike. It is slower than the path's own end. But a base that cannot
+slip sideways, whose stretch is the second one, ends beside the path."""
+
+SERVO_SPEED = 1.0
+"""Bound on the servo's speed where a configuration has none [m/s]."""
 
 
 @dc.dataclass
@@ -43,12 +47,18 @@ class ServoTrackingConfig(Config):
 
     # Proportional gain beta on the pose error [1/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
-    # Bound on the end effector's translational speed [m/s].
-    max_speed: Annotated[float, Interval(gt=0, le=2)] = 0.35
+    # Bound on the end effector's translational speed; absent: 1 m/s, but
+    # 0.35 m/s on a real robot [m/s].
+    max_speed: Annotated[float, Interval(gt=0, le=10)] | None = None
     # Bound on each entry of the slack delta; where the servo's twist is
     # faster, that is the bound, so that standing still stays feasible
     # [m/s, rad/s].
     slack_limit: Annotated[float, Interval(gt=0, le=1000)] = 10.0
+
+    @property
+    def fastest(self) -> float:
+        """Bound on the end effector's translational speed [m/s]."""
+        return SERVO_SPEED if self.max_speed is None else self.max_speed
 
 
 class ServoTracking(CompiledIngredient):
@@ -74,7 +84,7 @@ class ServoTracking(CompiledIngredient):
         config = self._config
         return ServoSettings(
             config.gain,
-            config.max_speed,
+            config.fastest,
             config.slack_limit,
             self._damper.stopping,
         )
@@ -108,7 +118,7 @@ def add_servo_tracking(own, k, tick, program):
     A direction that the target leaves free has no row, and the others are
     weighed as the target says. Guidance bends the translational part of V_WE,
     except on a line. If guidance has a path, nothing is tracked until the
-    path's last stretch, `LAST_STRETCH`.
+    path's last stretch, `LAST_STRETCH` or `LAST_DRIVE`.
 
     See `CompiledIngredient` for the arguments.
     """
@@ -116,7 +126,8 @@ def add_servo_tracking(own, k, tick, program):
     if len(guidance.path_s):
         path_q, path_s = guidance.path_q, guidance.path_s
         s, apart = nearest_place(path_q, path_s, state.q)
-        if path_s[-1] - s + apart > LAST_STRETCH:
+        last = LAST_DRIVE if tick.robot.n_base == 2 else LAST_STRETCH
+        if path_s[-1] - s + apart > last:
             return
     row = 0
     for i in range(len(tick.aim.effector)):

@@ -7,6 +7,7 @@ from time import perf_counter
 
 import numpy as np
 
+from remosplat_drake.controller.planning.blending import blended_corners
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.goal_configurations import (
     GoalConfigurations,
@@ -22,6 +23,7 @@ from remosplat_drake.controller.planning.planning_config import PlanningConfig
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP, Roadmap
 from remosplat_drake.controller.planning.search import Search
 from remosplat_drake.controller.planning.stretches import driven_corners
+from remosplat_drake.controller.planning.timing import TimingLimits, timed_path
 from remosplat_drake.controller.program.joint_margins import (
     STOP_SHARE,
     joint_margins,
@@ -47,11 +49,13 @@ class MotionPlanner:
         self_clearance: Distances that the robot keeps from itself; None if it
             keeps none.
         config: How much is searched.
+        timing: What bounds the speeds along paths.
     """
 
     robot: RobotModel
     self_clearance: SelfClearance | None
     config: PlanningConfig
+    timing: TimingLimits = dc.field(default_factory=TimingLimits)
 
     def plan(
         self,
@@ -126,10 +130,15 @@ class MotionPlanner:
             )
             return Plan(None, reason, space.checks, len(goals.q))
         corners = search.shortened(corners)
-        path = Path.through(
-            np.concatenate([q[None], driven_corners(space, corners)])
-        )
-        return Plan(path, "", space.checks, len(goals.q))
+        driven = np.concatenate([q[None], driven_corners(space, corners)])
+        corners, checks = Path.through(driven).q, space.checks
+        path = self._timed(space, corners)
+        return Plan(path, "", checks, len(goals.q), corners=corners)
+
+    def _timed(self, space: FreeSpace, corners: np.ndarray) -> Path:
+        """Rounds the corners of a path off, and finds its speeds."""
+        blended = blended_corners(space, corners, self.config.blend)
+        return timed_path(space, blended, self.timing)
 
     def search(
         self,
@@ -177,7 +186,7 @@ class MotionPlanner:
         here, start = path.at(s), s
         for k in np.flatnonzero(path.s > s):
             if not space.is_free_between(here, path.q[k]):
-                return path.until(start)
+                return timed_path(space, path.until(start).q, self.timing)
             here, start = path.q[k], float(path.s[k])
         return path
 

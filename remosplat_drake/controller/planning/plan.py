@@ -2,6 +2,8 @@
 
 import dataclasses as dc
 
+import numpy as np
+
 from remosplat_drake.controller.program.path import Path
 
 
@@ -15,6 +17,8 @@ class Plan:
         checks: Number of configurations and motions that were looked at.
         goals: Number of goal configurations.
         seconds: Wall-clock time of the search [s].
+        corners: Corners of the path before these were rounded off, shape
+            (k, n_q) [rad, m]; None without a path.
     """
 
     path: Path | None
@@ -22,6 +26,7 @@ class Plan:
     checks: int
     goals: int
     seconds: float = 0.0
+    corners: np.ndarray | None = None
 
 
 @dc.dataclass(frozen=True)

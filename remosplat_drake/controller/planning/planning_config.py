@@ -14,6 +14,9 @@ class PlanningConfig(Config):
 
     # Whether a path is searched when no other guidance arrives.
     enabled: bool = True
+    # Whether a path is searched as soon as a target is given, too, and followed
+    # if it arrives before what goes straight.
+    at_once: bool = True
     # Number of configurations from which inverse kinematics starts in search
     # of goal configurations.
     seeds: Annotated[int, Interval(ge=1, le=100_000)] = 1000
@@ -38,3 +41,9 @@ class PlanningConfig(Config):
     slide_stop: Annotated[float, Interval(ge=0, le=0.5)] = 0.001
     # Longest way that the base may drive backwards at a time [m].
     backing: Annotated[float, Interval(ge=0, le=10)] = 0.5
+    # Factor on the gain of the collision damper on a path, which slows down
+    # ahead of time.
+    approach_scale: Annotated[float, Interval(gt=0, le=10)] = 2.0
+    # Longest way from a corner of a path to the ends of the blend that rounds
+    # it off, in radians and metres alike; 0 keeps the corners.
+    blend: Annotated[float, Interval(ge=0, le=10)] = 1.0

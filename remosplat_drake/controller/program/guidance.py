@@ -33,6 +33,7 @@ class Guidance:
             keeps the configured one.
         slide_stop: Stopping distance of slides from their limits [m]; None
             keeps the configured one.
+        approach_scale: Factor on the gain of the collision damper.
     """
 
     name: str = "direct"
@@ -43,6 +44,7 @@ class Guidance:
     path: Path | None = None
     joint_stop: float | None = None
     slide_stop: float | None = None
+    approach_scale: float = 1.0
 
     def __deepcopy__(self, memo) -> "Guidance":
         return self
@@ -56,10 +58,13 @@ class Guidance:
             float(self.bearing),
             float(self.active_scale),
             _or_nan(self.stopping),
+            float(self.approach_scale),
             math.nan if joint_stop is None else math.radians(joint_stop),
             _or_nan(self.slide_stop),
             np.zeros((0, 0)) if path is None else path.q,
             np.zeros(0) if path is None else path.s,
+            np.zeros(0) if path is None or path.v is None else path.v,
+            np.zeros((0, 2)) if path is None or path.a is None else path.a,
         )
         return Packed(arrays)
 

@@ -1,4 +1,4 @@
-"""`Path`: a way through configurations, by its arc length."""
+"""`Path`: a way through configurations, and how fast it may be followed."""
 
 import dataclasses as dc
 
@@ -14,10 +14,17 @@ class Path:
     Attributes:
         q: The corners, shape (k, n_q) [rad, m].
         s: Arc length at each corner, shape (k,).
+        v: Greatest speed ds/dt at each corner, shape (k,) [1/s]; v^2 is linear
+            in s between two. None without: the robot then slows down in
+            proportion to what is left.
+        a: Greatest dv/dt at each corner, at rest and at the speed v, and linear
+            in v^2 in between, shape (k, 2) [1/s^2]; None without speeds.
     """
 
     q: np.ndarray
     s: np.ndarray
+    v: np.ndarray | None = None
+    a: np.ndarray | None = None
 
     @staticmethod
     def through(q: np.ndarray) -> "Path":

@@ -29,7 +29,7 @@ def beside(maze) -> np.ndarray:
 
 
 def test_the_second_search_is_cheaper_and_ends_at_its_own_target(maze, first):
-    roadmap = Roadmap().with_path(first.path.q)
+    roadmap = Roadmap().with_path(first.corners)
     X_WT = beside(maze)
     fresh = maze.planner().plan(maze.q, X_WT, maze.field, STOPPING)
     again = maze.planner().plan(
@@ -42,7 +42,7 @@ def test_the_second_search_is_cheaper_and_ends_at_its_own_target(maze, first):
 
 def test_what_is_blocked_by_now_is_not_used(maze, first):
     """A ball of a box stands where the remembered path leads through."""
-    roadmap = Roadmap().with_path(first.path.q)
+    roadmap = Roadmap().with_path(first.corners)
     middle = first.path.at(0.5 * first.path.length)
     p_WS = maze.robot.spheres_at(middle).p_WS[-1]
     box = Box(RigidTransform(p_WS), np.full(3, 0.01))

@@ -37,20 +37,26 @@ class GuidanceArrays(NamedTuple):
         bearing: `Guidance.bearing` [rad].
         active_scale: `Guidance.active_scale`.
         stopping: `Guidance.stopping` [m]; NaN keeps the configured one.
+        approach_scale: `Guidance.approach_scale`.
         joint_stop: `Guidance.joint_stop` [rad]; NaN keeps the configured one.
         slide_stop: `Guidance.slide_stop` [m]; NaN keeps the configured one.
         path_q: Corners of `Guidance.path`, shape (k, n_q); none without one.
         path_s: Arc length at each corner, shape (k,).
+        path_v: `Path.v`, shape (k,); none of a path without [1/s].
+        path_a: `Path.a`, shape (k, 2); none of a path without [1/s^2].
     """
 
     side: float
     bearing: float
     active_scale: float
     stopping: float
+    approach_scale: float
     joint_stop: float
     slide_stop: float
     path_q: np.ndarray
     path_s: np.ndarray
+    path_v: np.ndarray
+    path_a: np.ndarray
 
 
 class NearQuestion(NamedTuple):

@@ -1,0 +1,106 @@
+"""The greatest speeds along a path from which the rest can be followed.
+
+And how fast a robot that is slower may speed up.
+"""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import reals, several
+
+_NOTHING = 1e-9
+"""Coefficient of a bound that counts for none."""
+
+
+@kernel(returns=several(reals(1), reals(2)))
+def controllable_speeds(rate, bend, offset, bound, step, fastest):
+    """Computes the greatest speeds from which the rest of a path is feasible.
+
+    Along a path with the arc length s and the speed v = ds/dt, m quantities are
+    bounded that are linear in dv/dt and v^2, as accelerations and torques are:
+
+        |r dv/dt + r' v^2 + o| <= b.
+
+    From the end of the path backwards, the greatest v^2 at each node is the
+    largest one from which some dv/dt within these bounds leads to a v^2 at the
+    next node that is feasible there; from its start on, no v^2 is greater than
+    those before lead to (reachability analysis; Pham and Pham 2018). Both are
+    linear programs in one or two variables. A robot at rest keeps all bounds,
+    so that the least of a few quotients solves them.
+
+    At the path's end the speed is 0. The greatest feasible dv/dt is concave in
+    v^2: at a lower speed it is at least what lies on the straight line between
+    its values at rest and at the greatest speed.
+
+    Args:
+        rate: r on each of the k pieces between the nodes, shape (k, m).
+        bend: r' at the nodes but the last, shape (k, m).
+        offset: o there, within the bounds, shape (k, m).
+        bound: The bounds b, shape (m,).
+        step: Arc length from each node to the next, shape (k,).
+        fastest: Bounds on the speed at the nodes but the last, shape (k,)
+            [1/s].
+
+    Returns:
+        The speeds at all nodes, shape (k + 1,) [1/s], and the greatest dv/dt at
+        rest and at these speeds, shape (k + 1, 2) [1/s^2].
+    """
+    k, m = rate.shape
+    square, change = np.zeros(k + 1), np.zeros((k + 1, 2))
+    # Upper and lower bounds of dv/dt as lines over v^2: offset and slope.
+    upper, lower = np.empty((m + 1, 2)), np.empty((m + 1, 2))
+    for i in range(k - 1, -1, -1):
+        terms = rate[i], bend[i], offset[i], bound
+        count, most = _bound_lines(terms, upper, lower)
+        # The speed at the next node is feasible, too.
+        upper[count, 0] = 0.5 * square[i + 1] / step[i]
+        lower[count, 0] = 0.0
+        upper[count, 1] = lower[count, 1] = -0.5 / step[i]
+        most = min(most, fastest[i] ** 2)
+        square[i] = _most_between(lower, upper, count + 1, most)
+    for i in range(k):
+        terms = rate[i], bend[i], offset[i], bound
+        count, _ = _bound_lines(terms, upper, lower)
+        change[i] = np.inf
+        for line in range(count):
+            at_speed = upper[line, 0] + upper[line, 1] * square[i]
+            change[i, 0] = min(change[i, 0], upper[line, 0])
+            change[i, 1] = min(change[i, 1], at_speed)
+        reached = square[i] + 2.0 * step[i] * change[i, 1]
+        square[i + 1] = min(square[i + 1], max(reached, 0.0))
+    change[k] = change[k - 1]
+    return np.sqrt(square), change
+
+
+@helper
+def _bound_lines(terms, upper, lower):
+    """Fills in the lines that bound dv/dt over v^2 at a node.
+
+    Returns:
+        The number of lines, and the greatest v^2 by bounds without dv/dt.
+    """
+    rate, bend, offset, bound = terms
+    count, most = 0, np.inf
+    for j in range(len(bound)):
+        r, c = rate[j], bend[j]
+        above, below = bound[j] - offset[j], -bound[j] - offset[j]
+        if r < 0.0:
+            above, below = below, above
+        if abs(r) > _NOTHING:
+            upper[count, 0], lower[count, 0] = above / r, below / r
+            upper[count, 1] = lower[count, 1] = -c / r
+            count += 1
+        elif abs(c) > _NOTHING:
+            most = min(most, max(above / c, below / c))
+    return count, most
+
+
+@helper
+def _most_between(lower, upper, count, most):
+    """The largest x up to `most` at which no lower line is above an upper."""
+    for a in range(count):
+        for b in range(count):
+            falls = lower[b, 1] - upper[a, 1]
+            if falls > 0.0:
+                most = min(most, (upper[a, 0] - lower[b, 0]) / falls)
+    return max(most, 0.0)

@@ -1,0 +1,171 @@
+"""Speeds along a path: as fast as the arm allows, slower where room is small.
+
+The greatest speed at each place keeps the robot's limits of velocity,
+acceleration and torque, and the law of the damper before the scene, from there
+to the path's end. It depends on the place alone: a robot that is late or was
+pushed goes on from where it is.
+"""
+
+import dataclasses as dc
+from itertools import pairwise
+
+import numpy as np
+
+from remosplat_drake.controller.ingredients import CollisionDamperConfig
+from remosplat_drake.controller.ingredients.collision_damper import (
+    approach_speed,
+)
+from remosplat_drake.controller.ingredients.path_tracking import CREEP
+from remosplat_drake.controller.planning.free_space import FreeSpace
+from remosplat_drake.controller.planning.kernels.controllable_speeds import (
+    controllable_speeds,
+)
+from remosplat_drake.controller.planning.steering import stretch_command
+from remosplat_drake.controller.program.path import Path
+from remosplat_drake.robot.arm_dynamics import ArmDynamics
+from remosplat_drake.robot.robot_model import RobotModel
+
+_STEP = 0.04
+"""Longest piece of a path between two speeds, in radians and metres alike."""
+
+_SHARE = 0.9
+"""Share of the limits of acceleration and torque that a path uses: the rest is
+left to get back to it."""
+
+_SHARP = 0.3
+"""Change of direction from which on a corner is no bend [rad]."""
+
+_FAR = 0.2
+"""Room of a sphere beyond which it does not slow the robot down [m]."""
+
+
+@dc.dataclass(frozen=True)
+class TimingLimits:
+    """What bounds speeds along paths, besides the robot's own limits.
+
+    Attributes:
+        damper: The damper before the scene.
+        approach_scale: Factor on its gain on paths.
+        dt: The control period [s].
+    """
+
+    damper: CollisionDamperConfig = dc.field(
+        default_factory=CollisionDamperConfig
+    )
+    approach_scale: float = 1.0
+    dt: float = 0.02
+
+
+def timed_path(
+    space: FreeSpace, corners: np.ndarray, limits: TimingLimits
+) -> Path:
+    """Finds the greatest speeds along a path.
+
+    Args:
+        space: The free space.
+        corners: Corners of a free path, shape (k, n_q) [rad, m].
+        limits: What bounds speeds besides the robot's limits.
+
+    Returns:
+        The path through these corners and through points between, with speeds;
+        without if it has only one corner.
+    """
+    robot, path = space.robot, Path.through(_refined(corners))
+    if len(path.q) < 2:
+        return path
+    step = np.diff(path.s)
+    rate = np.array(
+        [stretch_command(a, b, robot.n_base) for a, b in pairwise(path.q)]
+    )
+    rate /= step[:, None]
+    turn = np.diff(rate, axis=0, prepend=rate[:1])
+    is_sharp = np.linalg.norm(turn, axis=1) > _SHARP
+    fastest = _fastest(rate, robot.velocity_limit)
+    fastest[1:] = np.minimum(fastest[1:], fastest[:-1])
+    fastest = np.minimum(fastest, _fastest_in_room(space, path, limits))
+    # At a sharp corner, the command changes at once, by what a period allows.
+    acceleration = _SHARE * robot.acceleration_limit
+    through = _fastest(turn, acceleration * limits.dt)
+    fastest[is_sharp] = np.minimum(fastest, through)[is_sharp]
+    bend = _over(turn, step, is_sharp)
+    own, torque = (rate, bend, np.zeros_like(rate)), _torques(robot, path)
+    v, a = controllable_speeds(
+        *(np.hstack(pair) for pair in zip(own, torque[:3], strict=True)),
+        np.concatenate([acceleration, torque[3]]),
+        step,
+        fastest,
+    )
+    return Path(path.q, path.s, v, a)
+
+
+def _refined(corners: np.ndarray) -> np.ndarray:
+    """Adds points on stretches that are longer than a step."""
+    parts = [corners[:1]]
+    for a, b in pairwise(corners):
+        pieces = max(1, int(np.ceil(np.linalg.norm(b - a) / _STEP)))
+        share = np.arange(1, pieces + 1)[:, None] / pieces
+        parts.append(a + share * (b - a))
+    return np.concatenate(parts)
+
+
+def _fastest(rate: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    """The greatest speeds v with |rate| v within a limit, shape (k,) [1/s]."""
+    return (limit / np.maximum(np.abs(rate), 1e-9)).min(axis=1)
+
+
+def _over(
+    turn: np.ndarray, step: np.ndarray, is_sharp: np.ndarray
+) -> np.ndarray:
+    """Changes of a rate at nodes over the arc length, shape (k, m)."""
+    around = 0.5 * (step + np.concatenate([step[:1], step[:-1]]))
+    return np.where(is_sharp[:, None], 0.0, turn / around[:, None])
+
+
+def _torques(
+    robot: RobotModel, path: Path
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Torques on a path: over dv/dt, over v^2, at rest, and their bounds.
+
+    At rest a motor has what it needs.
+    """
+    dynamics, q = ArmDynamics.of(robot), path.q[:-1]
+    step = np.diff(path.s)
+    rate = np.diff(path.q, axis=0) / step[:, None]
+    turn = np.diff(rate, axis=0, prepend=rate[:1])
+    is_sharp = np.linalg.norm(turn, axis=1) > _SHARP
+    bend, zero = _over(turn, step, is_sharp), np.zeros_like(rate)
+    at_rest = dynamics.torques(q, zero, zero)
+    pushing = dynamics.torques(q, zero, rate) - at_rest
+    turning = dynamics.torques(q, rate, bend) - at_rest
+    most = np.abs(at_rest).max(axis=0)
+    return pushing, turning, at_rest, np.maximum(_SHARE * dynamics.limit, most)
+
+
+def _fastest_in_room(
+    space: FreeSpace, path: Path, limits: TimingLimits
+) -> np.ndarray:
+    """The greatest speeds at which the damper lets all spheres be, (k,) [1/s].
+
+    Where the damper's law leaves less than `CREEP`, it moves the robot aside.
+    """
+    robot, stopping = space.robot, space.stopping
+    k, n = len(path.s) - 1, len(space.robot.spheres)
+    spheres = robot.place_spheres(
+        path.q, np.repeat(np.arange(k + 1), n), np.tile(np.arange(n), k + 1)
+    )
+    found = space.field.clearances(spheres, stopping + _FAR)
+    here = found.sphere < k * n
+    sphere, n_W = found.sphere[here], found.direction_W[here]
+    node = sphere // n
+    step_W = spheres.p_WS[sphere + n] - spheres.p_WS[sphere]
+    rate = np.einsum("mi,mi->m", n_W, step_W) / np.diff(path.s)[node]
+    allowed = approach_speed(
+        limits.damper,
+        limits.approach_scale,
+        stopping,
+        found.distance[here] - stopping,
+    )
+    near = rate > 0.0
+    speed = np.full(k, np.inf)
+    np.minimum.at(speed, node[near], allowed[near] / rate[near])
+    return np.maximum(speed, CREEP)
