@@ -1,6 +1,6 @@
 """Many jobs at once on this machine: `run_jobs`.
 
-Results come in whatever order they are ready. A job that fails, or whose
+Results come in the order in which they are ready. A job that fails, or whose
 worker dies, has a result as well.
 """
 
@@ -34,7 +34,7 @@ MAX_ATTEMPTS = 2
 
 JOBS_A_WORKER = 100
 """Number of jobs after which the workers are replaced, all at once: Drake never
-lets go of a diagram that has systems in Python, nor of the maps they hold."""
+frees a diagram that has systems in Python, nor the maps that they hold."""
 
 VISIBLE_GPUS = "CUDA_VISIBLE_DEVICES"
 """Environment variable that names the GPUs a process sees."""
@@ -76,7 +76,7 @@ def run_jobs(
     """Runs jobs; a worker that dies costs at most its job.
 
     Args:
-        jobs: Jobs to run. The next one is asked for when a worker is free.
+        jobs: Jobs to run. The next one is taken when a worker is free.
         workers: Number of worker processes; 0 runs everything in this one, in
             order.
         gpus: GPUs that workers share, as `VISIBLE_GPUS` names them; each
@@ -121,7 +121,7 @@ def _drain(
     workers: int,
     again: deque[Job],
 ) -> Results:
-    """Keeps the workers busy; `running` tells who is at work."""
+    """Keeps the workers busy; `running` holds the jobs that run."""
     while True:
         while len(running) < workers and (job := next(queue, None)) is not None:
             try:

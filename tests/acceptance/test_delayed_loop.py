@@ -8,6 +8,7 @@ import pytest
 from pydrake.math import RigidTransform
 
 from remosplat_drake.acceptance.delayed_loop import DelayedRobot, run_delayed
+from remosplat_drake.app.hardware_limits import HARDWARE_SPEED
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world, scenario_targets
 from remosplat_drake.controller.controller_config import (
@@ -40,14 +41,16 @@ UNMEASURED = {
 
 
 def drive(robot, actuators, late, known):
-    """Drives a robot towards a target within the wall, true as it is late."""
-    law = ReactiveLaw.make(
-        ReactiveControllerConfig(
-            solver="active_set", guidance=GuidanceConfig(enabled=False)
-        ),
-        robot,
-        0.02,
+    """Drives a robot towards a target within the wall, true as it is late.
+
+    It is as fast as a real robot is by default.
+    """
+    config = ReactiveControllerConfig(
+        solver="active_set", guidance=GuidanceConfig(enabled=False)
     )
+    config.servo.max_speed = HARDWARE_SPEED
+    config.velocity_limits.strict = True
+    law = ReactiveLaw.make(config, robot, 0.02)
     assert law.collision.stopping == 0.021
     q0 = np.array([0.0, 0, 0, *robot.home])
     X_WT = robot.end_effector_pose(q0)
@@ -91,6 +94,7 @@ def test_with_wide_tubes_a_robot_still_slides_along_a_table(frankie):
     scenario = load_scenario(
         "TableReach",
         "controller: {solver: active_set, guidance: {enabled: false},"
+        " servo: {max_speed: 0.35},"
         " velocity_limits: {max_forward: 0.03, strict: true}}",
     )
     world = load_world(scenario)

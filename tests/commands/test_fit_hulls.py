@@ -2,8 +2,10 @@
 
 import argparse
 
+import numpy as np
 import pytest
 from pydrake.geometry import Convex
+from scipy.spatial import ConvexHull
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import RemoSplatError
@@ -29,18 +31,28 @@ def meshes():
         pytest.skip("needs the extra `meshes`")
 
 
+def corners(path) -> np.ndarray:
+    """The corners of a convex shape, shape (n, 3) [m]."""
+    hull = Convex(str(path)).GetConvexHull()
+    return np.array([hull.vertex(i) for i in range(hull.num_vertices())])
+
+
+def most_outside(p: np.ndarray, other: np.ndarray) -> float:
+    """How far points are outside the convex hull of others, at most [m]."""
+    planes = ConvexHull(other).equations
+    return float((p @ planes[:, :3].T + planes[:, 3]).max())
+
+
 def test_the_shipped_shapes_are_what_it_makes(meshes, tmp_path, capsys):
     flags = ("--links", FINGER, "--tolerance", 0.3, "--output", tmp_path / "a")
     assert run("frankie", *flags) == 0
     files = sorted(tmp_path.glob("a/*.obj"))
     assert len(files) == 3
     for file in files:
-        made, shipped = (
-            Convex(str(path)).GetConvexHull()
-            for path in (file, SHIPPED / file.name)
-        )
-        assert made.num_vertices() == shipped.num_vertices()
-        assert made.num_faces() == shipped.num_faces()
+        made, shipped = (corners(path) for path in (file, SHIPPED / file.name))
+        # Both leave no point of the mesh farther outside than 0.3 mm.
+        assert most_outside(made, shipped) < 0.6e-3
+        assert most_outside(shipped, made) < 0.6e-3
     elements = (tmp_path / "a" / "shapes.xml").read_text()
     assert 'filename="a/panda_leftfinger_2.obj"' in elements
     assert FINGER in capsys.readouterr().out

@@ -192,10 +192,13 @@ def _collision_damper(
         last_slope = min(slope, LAST_SLOPE)
     b = slope * (margin - last) + last_slope * last
     b = np.minimum(b, np.maximum(margin, 0.0) / tick.dt)
-    if last_slope < slope:
+    if slope > LAST_SLOPE:
         braking = np.abs(tick.approach_rates) @ tick.robot.acceleration_limit
         fastest = np.sqrt(braking * np.maximum(margin, 0.0))
-        b = np.where(margin > 0.0, np.minimum(b, fastest), b)
+        kept = np.minimum(b, fastest) if last_slope < slope else b
+        approach = tick.approach_rates @ tick.u_previous
+        kept = np.maximum(kept, approach - 0.9 * braking * tick.dt)
+        b = np.where(margin > 0.0, kept, b)
     moves = tick.approach_rates.any(axis=1)
     b = np.where(moves, b, np.maximum(b, 0.0))
 

@@ -26,6 +26,9 @@ _LAST_MARGIN, _LAST_SLOPE = 0.005, 2.1
 """Distance before the stopping distance [m] in which the law's slope is no
 greater than so much [1/s]."""
 
+_SUDDEN = 0.9
+"""Share of the greatest deceleration that a row of a steep law may demand."""
+
 
 @dc.dataclass
 class CollisionDamperConfig(Config):
@@ -36,7 +39,7 @@ class CollisionDamperConfig(Config):
     # Stopping distance d_s, which the robot keeps from the scene [m].
     stopping: Annotated[float, Interval(ge=0, le=1)] = 0.021
     # Largest speed xi of approach at the influence distance [m/s].
-    gain: Annotated[float, Interval(gt=0, le=10)] = 4.0
+    gain: Annotated[float, Interval(gt=0, le=10)] = 2.0
 
     def stopping_for(self, guidance: Guidance) -> float:
         """Returns the stopping distance d_s of a tick [m].
@@ -132,7 +135,9 @@ def add_collision_damper(own, k, tick, program):
     sqrt(a (d - d_s)), with the greatest deceleration a of the sphere that the
     acceleration limits allow: half of it is enough to stop. A planned path
     bends where it may and slows down ahead of time: it has the law as it
-    stands.
+    stands. And no row of a steep law demands a deceleration that the
+    acceleration limits do not allow, as where a path ends beside something:
+    verification then decides.
 
     A sphere may be off its path by its tube [m], which is zero for a robot
     that obeys at once. Verification subtracts it, too: without it here, the
@@ -150,12 +155,15 @@ def add_collision_damper(own, k, tick, program):
         margin = tick.distance[i] - stopping - tick.tube[tick.sphere[i]]
         b = slope * margin - excess * min(margin, _LAST_MARGIN)
         b = min(b, max(margin, 0.0) / tick.dt)
-        if excess > 0.0 and margin > 0.0:
-            braking = 0.0
+        if slope > _LAST_SLOPE and margin > 0.0:
+            braking, approach = 0.0, 0.0
             for j in range(len(tick.u_previous)):
                 limit = tick.robot.acceleration_limit[j]
                 braking += abs(tick.rates[i, j]) * limit
-            b = min(b, math.sqrt(braking * margin))
+                approach += tick.rates[i, j] * tick.u_previous[j]
+            if excess > 0.0:
+                b = min(b, math.sqrt(braking * margin))
+            b = max(b, approach - _SUDDEN * braking * tick.dt)
         row = new_row(program, k, b, tick.sphere[i])
         moves = False
         for j in range(len(tick.u_previous)):

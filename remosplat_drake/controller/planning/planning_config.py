@@ -43,7 +43,7 @@ class PlanningConfig(Config):
     backing: Annotated[float, Interval(ge=0, le=10)] = 0.5
     # Factor on the gain of the collision damper on a path, which slows down
     # ahead of time.
-    approach_scale: Annotated[float, Interval(gt=0, le=10)] = 2.0
+    approach_scale: Annotated[float, Interval(gt=0, le=10)] = 4.0
     # Longest way from a corner of a path to the ends of the blend that rounds
     # it off, in radians and metres alike; 0 keeps the corners.
     blend: Annotated[float, Interval(ge=0, le=10)] = 1.0
