@@ -68,6 +68,8 @@ def waiting_run(port: int, output: Path) -> Iterator[subprocess.Popen[str]]:
     with subprocess.Popen(
         command_line(
             *("run", "TableReach", "--wait-for-viewer", "--hold"),
+            # Slow enough to be stopped.
+            *("--scenario-text", "{controller: {gains: tuned}}"),
             *("--realtime-rate", "0.2", "--port", str(port)),
             *("--output", output),
         ),
