@@ -278,9 +278,9 @@ def test_a_recording_on_a_full_disk_is_not_called_whole(tmp_path):
 
 
 def test_a_full_disk_is_told_at_once_and_at_the_end(tmp_path):
-    """The robot goes on; at a fifth of real time it takes long enough."""
+    """The robot goes on; at a tenth of real time it takes long enough."""
     done = remosplat(
-        *("run", "TableGroundTruth", "--headless", "--realtime-rate", "0.2"),
+        *("run", "TableGroundTruth", "--headless", "--realtime-rate", "0.1"),
         *("--record", tmp_path / "a.mcap"),
         largest_file=FULL,
     )
