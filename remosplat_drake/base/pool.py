@@ -19,12 +19,16 @@ from concurrent.futures import (
     wait,
 )
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from itertools import chain, islice
 from multiprocessing.sharedctypes import Synchronized
-from typing import Any
+from typing import Any, TypeVar
 
 from remosplat_drake.base.child_process import one_thread_environment
+from remosplat_drake.base.errors import RemoSplatError
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 DIED = "its process died"
 """Error text of a job whose worker process was lost."""
@@ -107,6 +111,44 @@ def run_jobs(
                         suspects.append(job)
                     else:
                         yield job.died()
+
+
+@dc.dataclass(frozen=True)
+class _Failure:
+    """What kept a job from a result.
+
+    Attributes:
+        subject: Argument of the call.
+        error: The error's text.
+    """
+
+    subject: Any
+    error: str
+
+
+def run_all(
+    function: Callable[[T], R], subjects: Iterable[T], workers: int
+) -> Generator[R, None, None]:
+    """Calls a function with each subject; a call that fails ends it.
+
+    Args:
+        function: Function that is called; workers must be able to import it.
+        subjects: Its arguments, small ones; there may be endlessly many.
+        workers: Number of worker processes; 0 runs everything in this one, in
+            order.
+
+    Yields:
+        The results, in the order in which they are ready.
+
+    Raises:
+        RemoSplatError: A call fails.
+    """
+    jobs = (Job(subject, function, _Failure) for subject in subjects)
+    with closing(run_jobs(jobs, workers)) as results:
+        for result in results:
+            if isinstance(result, _Failure):
+                raise RemoSplatError(result.error.splitlines()[-1])
+            yield result
 
 
 def _emptied(jobs: deque[Job]) -> Iterator[Job]:

@@ -17,7 +17,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import RemoSplatError, unknown_name
-from remosplat_drake.base.pool import Job, run_jobs
+from remosplat_drake.base.pool import run_all
 from remosplat_drake.benchmark.drawing import Drawing, no_drawing
 from remosplat_drake.benchmark.reaching_task import (
     SURFEL,
@@ -165,14 +165,6 @@ class _Wish:
     number: int
 
 
-@dc.dataclass(frozen=True)
-class _NoCase:
-    """Why a target was not drawn."""
-
-    wish: _Wish
-    error: str
-
-
 def robot_cases(
     robots: Sequence[str],
     count: int,
@@ -213,11 +205,8 @@ def robot_cases(
         for number in range(count)
     ]
     drawn: dict[_Wish, RobotCase] = {}
-    queue = [Job(wish, _draw, _NoCase) for wish in wishes]
-    with closing(run_jobs(queue, jobs)) as results:
-        for case in results:
-            if isinstance(case, _NoCase):
-                raise RemoSplatError(case.error.splitlines()[-1])
+    with closing(run_all(_draw, wishes, jobs)) as cases:
+        for case in cases:
             drawn[_Wish(case.robot, case.scene, case.number)] = case
             drawing("targets", len(drawn), len(wishes))
     return [drawn[wish] for wish in wishes]

@@ -14,8 +14,8 @@ from itertools import count as count_from
 from pathlib import Path
 
 from remosplat_drake.base.atomic_file import write_atomically
-from remosplat_drake.base.errors import FileError, RemoSplatError
-from remosplat_drake.base.pool import Job, run_jobs
+from remosplat_drake.base.errors import FileError
+from remosplat_drake.base.pool import run_all
 from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.generation.feasibility import (
     FILTER_VERSION,
@@ -40,15 +40,6 @@ class _Question:
     family: str
     seed: int
     criteria: FeasibilityFilter
-
-
-@dc.dataclass(frozen=True)
-class _Answer:
-    """The decision about a scene, or why there is none."""
-
-    seed: int
-    passes: bool
-    error: str = ""
 
 
 def feasible_seeds(
@@ -99,17 +90,12 @@ def _decide(
 ):
     """Appends decisions in the order of the seeds, until `count` are good."""
     questions = (
-        Job(_Question(family, seed, criteria), _answer, _no_answer)
-        for seed in count_from(len(decisions))
+        _Question(family, seed, criteria) for seed in count_from(len(decisions))
     )
     early: dict[int, bool] = {}
-    with closing(run_jobs(questions, jobs)) as answers:
-        for answer in answers:
-            if answer.error:
-                raise RemoSplatError(
-                    f"--suite: {family} scene {answer.seed}: {answer.error}"
-                )
-            early[answer.seed] = answer.passes
+    with closing(run_all(_answer, questions, jobs)) as answers:
+        for seed, is_good in answers:
+            early[seed] = is_good
             while len(decisions) in early and sum(decisions) < count:
                 decisions.append(early.pop(len(decisions)))
             on_found(sum(decisions))
@@ -117,14 +103,11 @@ def _decide(
                 return
 
 
-def _answer(question: _Question) -> _Answer:
+def _answer(question: _Question) -> tuple[int, bool]:
+    """The scene's seed, and whether the scene passes."""
     scene = generate(question.family, question.seed)
     robot = _robot(question.criteria.spheres)
-    return _Answer(question.seed, passes(robot, scene, question.criteria))
-
-
-def _no_answer(question: _Question, error: str) -> _Answer:
-    return _Answer(question.seed, False, error.splitlines()[-1])
+    return question.seed, passes(robot, scene, question.criteria)
 
 
 @lru_cache(maxsize=4)
