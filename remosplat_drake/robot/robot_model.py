@@ -417,6 +417,20 @@ class RobotModel:
         )
         return self.placed(sphere, p_WS, R_WL)
 
+    def spheres_of_all(self, states: np.ndarray) -> Spheres:
+        """Places all n spheres at each of several configurations.
+
+        Args:
+            states: Configurations, shape (k, n_q).
+
+        Returns:
+            k n spheres, those of the first configuration first.
+        """
+        k, n = len(states), len(self.spheres)
+        return self.place_spheres(
+            states, np.repeat(np.arange(k), n), np.tile(np.arange(n), k)
+        )
+
     def placed(
         self, sphere: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray
     ) -> Spheres:

@@ -78,8 +78,7 @@ def timed_path(
         [stretch_command(a, b, robot.n_base) for a, b in pairwise(path.q)]
     )
     rate /= step[:, None]
-    turn = np.diff(rate, axis=0, prepend=rate[:1])
-    is_sharp = np.linalg.norm(turn, axis=1) > _SHARP
+    turn, bend, is_sharp = _turns(rate, step)
     fastest = _fastest(rate, robot.velocity_limit)
     fastest[1:] = np.minimum(fastest[1:], fastest[:-1])
     fastest = np.minimum(fastest, _fastest_in_room(space, path, limits))
@@ -87,7 +86,6 @@ def timed_path(
     acceleration = _SHARE * robot.acceleration_limit
     through = _fastest(turn, acceleration * limits.dt)
     fastest[is_sharp] = np.minimum(fastest, through)[is_sharp]
-    bend = _over(turn, step, is_sharp)
     own, torque = (rate, bend, np.zeros_like(rate)), _torques(robot, path)
     v, a = controllable_speeds(
         *(np.hstack(pair) for pair in zip(own, torque[:3], strict=True)),
@@ -113,12 +111,20 @@ def _fastest(rate: np.ndarray, limit: np.ndarray) -> np.ndarray:
     return (limit / np.maximum(np.abs(rate), 1e-9)).min(axis=1)
 
 
-def _over(
-    turn: np.ndarray, step: np.ndarray, is_sharp: np.ndarray
-) -> np.ndarray:
-    """Changes of a rate at nodes over the arc length, shape (k, m)."""
+def _turns(
+    rate: np.ndarray, step: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Changes of a rate at the nodes, shape (k, m), and those over arc length.
+
+    Returns:
+        Both, and at which nodes the change is sharp, shape (k,): there it is no
+        bend, and over arc length it is zero.
+    """
+    turn = np.diff(rate, axis=0, prepend=rate[:1])
+    is_sharp = np.linalg.norm(turn, axis=1) > _SHARP
     around = 0.5 * (step + np.concatenate([step[:1], step[:-1]]))
-    return np.where(is_sharp[:, None], 0.0, turn / around[:, None])
+    bend = np.where(is_sharp[:, None], 0.0, turn / around[:, None])
+    return turn, bend, is_sharp
 
 
 def _torques(
@@ -131,9 +137,7 @@ def _torques(
     dynamics, q = ArmDynamics.of(robot), path.q[:-1]
     step = np.diff(path.s)
     rate = np.diff(path.q, axis=0) / step[:, None]
-    turn = np.diff(rate, axis=0, prepend=rate[:1])
-    is_sharp = np.linalg.norm(turn, axis=1) > _SHARP
-    bend, zero = _over(turn, step, is_sharp), np.zeros_like(rate)
+    (_, bend, _), zero = _turns(rate, step), np.zeros_like(rate)
     at_rest = dynamics.torques(q, zero, zero)
     pushing = dynamics.torques(q, zero, rate) - at_rest
     turning = dynamics.torques(q, rate, bend) - at_rest
@@ -149,10 +153,8 @@ def _fastest_in_room(
     Where the damper's law leaves less than `CREEP`, it moves the robot aside.
     """
     robot, stopping = space.robot, space.stopping
-    k, n = len(path.s) - 1, len(space.robot.spheres)
-    spheres = robot.place_spheres(
-        path.q, np.repeat(np.arange(k + 1), n), np.tile(np.arange(n), k + 1)
-    )
+    k, n = len(path.s) - 1, len(robot.spheres)
+    spheres = robot.spheres_of_all(path.q)
     found = space.field.clearances(spheres, stopping + _FAR)
     here = found.sphere < k * n
     sphere, n_W = found.sphere[here], found.direction_W[here]

@@ -43,8 +43,6 @@ def _stick_out(space: FreeSpace, q: np.ndarray) -> np.ndarray:
     """Measures how far spheres are from the base's vertical axis, (k,) [m]."""
     robot = space.robot
     k, n = len(q), len(robot.spheres)
-    spheres = robot.place_spheres(
-        q, np.repeat(np.arange(k), n), np.tile(np.arange(n), k)
-    )
+    spheres = robot.spheres_of_all(q)
     away = spheres.p_WS[:, :2] - np.repeat(q[:, :2], n, axis=0)
     return (np.hypot(*away.T) + spheres.radius).reshape(k, n).max(axis=1)
