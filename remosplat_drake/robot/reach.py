@@ -6,14 +6,17 @@ from remosplat_drake.robot.kinematics import PRISMATIC, KinematicTree
 from remosplat_drake.robot.robot_model import RobotModel
 
 
-def shoulder(robot: RobotModel, q: np.ndarray) -> np.ndarray:
-    """Returns the position p_W of the arm's first joint, shape (3,) [m].
+def shoulder(robot: RobotModel, q: np.ndarray, effector: int = 0) -> np.ndarray:
+    """Returns the position p_W of an arm's first joint, shape (3,) [m].
 
     Args:
         robot: The robot.
         q: Configuration, shape (n_q,).
+        effector: Index of the end effector that the arm carries.
     """
-    tree, first = robot.tree, _first_body(robot)
+    tree, chain = robot.tree, robot.chains[effector]
+    joint = chain.position[chain.position >= robot.n_q - len(robot.home)][0]
+    first = _body_moved_by(robot, joint)
     X_WP = robot.body_poses(q)[tree.parent[first]]
     return (X_WP @ tree.X_PF[first])[:3, 3]
 
@@ -24,7 +27,7 @@ def arm_reach(robot: RobotModel) -> float:
     It is the length of the arm laid out straight, whatever its joints allow, to
     the surface of its farthest sphere: an upper bound.
     """
-    tree, first = robot.tree, _first_body(robot)
+    tree, first = robot.tree, _body_moved_by(robot, robot.n_q - len(robot.home))
     travel = np.maximum(abs(robot.position_lower), abs(robot.position_upper))
     model, reach = robot.spheres, 0.0
     for link, p_LS, radius in zip(
@@ -40,9 +43,8 @@ def arm_reach(robot: RobotModel) -> float:
     return float(reach)
 
 
-def _first_body(robot: RobotModel) -> int:
-    """The body that the arm's first joint moves."""
-    joint = robot.n_q - len(robot.home)
+def _body_moved_by(robot: RobotModel, joint: int) -> int:
+    """The body that a joint moves, by the joint's entry of q."""
     return int(np.flatnonzero(robot.tree.position == joint)[0])
 
 

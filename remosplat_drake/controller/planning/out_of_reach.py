@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from remosplat_drake.robot.kinematics import PRISMATIC, joint_pose
+from remosplat_drake.robot.kinematics import PRISMATIC
+from remosplat_drake.robot.reach import shoulder
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.serial_chain import SerialChain
 from remosplat_drake.signals.aim import Aim
@@ -25,8 +26,8 @@ def out_of_reach(robot: RobotModel, aim: Aim, q: np.ndarray) -> str:
         if not target.weights[3:].all():
             continue
         chain = robot.chains[effector]
-        p_WS, length = _shoulder(chain, first, q), _length(robot, chain, first)
-        away = target.X_WT[:3, 3] - p_WS
+        length = _length(robot, chain, first)
+        away = target.X_WT[:3, 3] - shoulder(robot, q, effector)
         words = "from"
         if robot.n_base:
             away, words = away[2:], "above" if away[2] > 0.0 else "below"
@@ -37,18 +38,6 @@ def out_of_reach(robot: RobotModel, aim: Aim, q: np.ndarray) -> str:
                 f" the arm's first joint, and the arm is {length:.2f} m long"
             )
     return ""
-
-
-def _shoulder(chain: SerialChain, first: int, q: np.ndarray) -> np.ndarray:
-    """Returns where the arm's first joint is, p_WS, shape (3,) [m]."""
-    X_WM, X_FM = np.eye(4), np.zeros((4, 4))
-    for j, position in enumerate(chain.position):
-        X_WF = X_WM @ chain.X_MF[j]
-        if position >= first:
-            return X_WF[:3, 3]
-        joint_pose(chain.kind[j], chain.axis_F[j], q[position], X_FM)
-        X_WM = X_WF @ X_FM
-    return (X_WM @ chain.X_ME)[:3, 3]
 
 
 def _length(robot: RobotModel, chain: SerialChain, first: int) -> float:
