@@ -126,12 +126,18 @@ class Place:
         Returns:
             The margins, shape (n_arm,) [rad, m]; zero where there is enough.
         """
-        robot, config = self.world.robot, self.scenario.controller.joint_limits
-        stop = joint_margins(
-            robot, np.radians(config.stop), config.slide_stop, STOP_SHARE
-        )
+        robot, stop = self.world.robot, self.joint_stops
         inside = np.minimum(q - robot.position_lower, robot.position_upper - q)
         return np.minimum(inside[-len(stop) :] - stop, 0.0)
+
+    @property
+    def joint_stops(self) -> np.ndarray:
+        """The distances that joints keep from limits, (n_arm,) [rad, m]."""
+        config = self.scenario.controller.joint_limits
+        hinge = np.radians(config.stop)
+        return joint_margins(
+            self.world.robot, hinge, config.slide_stop, STOP_SHARE
+        )
 
     @property
     def separation(self) -> float:
@@ -236,10 +242,7 @@ def _near_limits(
     place: Place, q: np.ndarray, random: np.random.Generator
 ) -> np.ndarray:
     """Moves one joint or more to where its damper lets it only go back."""
-    robot, config = place.world.robot, place.scenario.controller.joint_limits
-    stop = joint_margins(
-        robot, np.radians(config.stop), config.slide_stop, STOP_SHARE
-    )
+    robot, stop = place.world.robot, place.joint_stops
     n, q = len(stop), q.copy()
     bounded = np.isfinite(robot.position_upper - robot.position_lower)[-n:]
     chosen = random.random(n) < 0.2
