@@ -49,12 +49,12 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
         " Collisions are judged by the true geometry, at ticks and at four"
         " points between. Motion times are those of the problems that the row"
         " itself reaches; the straight path through joint space, at the"
-        " velocity limits and through whatever is in its way, takes the"
+        " velocity limits and through all obstacles, takes the"
         " joint path's time to the given goal configuration. Jerk and torque"
         " are shares of what the robot's description and its model file allow:"
         " the second difference of the commands, and what the commands take"
         " with an empty hand. The columns of paths count the problems in which"
-        " one was found, the time of the searches until then, beside whatever"
+        " one was found, the time of the searches until then, beside what"
         " else ran, and the configurations and motions that these looked at."
         " Errors are problems that cannot be used; they count as not reached.",
         texts=2,

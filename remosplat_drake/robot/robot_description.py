@@ -85,7 +85,7 @@ class RobotDescription(Config):
         dc.field(default_factory=list)
     )
     # Bounds on the arm's jerk, the absolute rate of change of du/dt, for
-    # reports; empty where nobody states them [rad/s^3, m/s^3].
+    # reports; empty where none are stated [rad/s^3, m/s^3].
     jerk_limits: list[Annotated[float, Interval(gt=0, le=1e6)]] = dc.field(
         default_factory=list
     )

@@ -88,8 +88,8 @@ def advance_selection(
     from one that a larger budget finishes in a single tick.
 
     The update that searches a path at once goes on until its first candidates
-    have ended, whatever the budget: a robot that sets out in a direction which
-    it soon leaves loses time.
+    have ended, beyond the budget: a robot loses time if it sets out in a
+    direction that it soon leaves.
 
     What moves is no other world: rollouts move it on from where it is when
     they begin, and are made anew more often. A path goes round what stands

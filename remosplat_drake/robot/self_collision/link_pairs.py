@@ -87,7 +87,7 @@ def find_link_pairs(robot: RobotModel, shapes: CollisionShapes) -> LinkPairs:
 def possible_pairs(
     robot: RobotModel, links: Iterable[str]
 ) -> tuple[list[LinkPair], dict[LinkPair, str]]:
-    """Finds the pairs of links that may collide, whatever their shapes are.
+    """Finds the pairs of links that may collide, for all shapes.
 
     Args:
         robot: The robot.

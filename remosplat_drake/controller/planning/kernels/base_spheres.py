@@ -81,7 +81,7 @@ def _is_moved_by_arm(robot, body):
 
 @kernel(returns=TRUTH)
 def may_stand(space, line, base, q):
-    """Tells whether the base may stand somewhere, whatever its arms do.
+    """Tells whether the base may stand somewhere, its arms left out.
 
     Args:
         space: The `SpaceArrays`.
