@@ -10,7 +10,6 @@ from rich.console import Console
 
 from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.diagram import Application
-from remosplat_drake.app.hardware_run import prepare_for_hardware
 from remosplat_drake.app.identification.excitation import (
     CRAWLS,
     commands,
@@ -23,6 +22,7 @@ from remosplat_drake.app.identification.reading import (
 )
 from remosplat_drake.app.identification.record import write_actuators
 from remosplat_drake.app.identification.room import NoRoomError, Room
+from remosplat_drake.app.map_knowledge import examine_map
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.velocity_run import (
     HeldBackError,
@@ -37,9 +37,14 @@ from remosplat_drake.base.atomic_file import check_writable
 from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.base.progress import Progress
 from remosplat_drake.base.table import Table
+from remosplat_drake.commands.gate_keeping import (
+    add_accept_argument,
+    admit,
+    check_accepted,
+)
 from remosplat_drake.commands.number_flags import positive
 from remosplat_drake.commands.tables import open_console, print_table
-from remosplat_drake.commands.wire import announce_wire
+from remosplat_drake.commands.wire import add_robot_choice, prepare_robot
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.hardware.client.hardware_station import HardwareStation
 from remosplat_drake.hardware.wire.base import base_axes
@@ -53,6 +58,7 @@ _TRIES = 5
 EXAMPLES = """
 remosplat identify kitchen.yaml
 remosplat identify kitchen.yaml --axes 0,1 --fraction 0.5
+remosplat identify TableReach --rehearsal
 """
 """What `--help` ends with."""
 
@@ -71,9 +77,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="YAML",
         help="fields of the scenario to override, as for `remosplat run`",
     )
-    parser.add_argument(
-        "--lcm-url", metavar="URL", help="the wire (default: the scenario's)"
-    )
+    add_robot_choice(parser)
+    parser.set_defaults(hardware=True, shadow=False)
+    add_accept_argument(parser)
     parser.add_argument(
         "--clearance",
         type=positive,
@@ -109,15 +115,18 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.fraction > 1.0:
         raise FieldError("identify", "--fraction", "must be at most 1")
     console = open_console(stderr=True)
+    check_accepted(arguments)
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
-    prepare_for_hardware(scenario, arguments.lcm_url)
-    announce_wire(scenario.hardware.url, console)
+    prepare_robot(arguments, scenario, console)
     with (
         Progress(console) as progress,
         compiling_shown(progress, scenario),
     ):
         world = load_world(scenario)
+        knowledge = examine_map(scenario, world, {})
+        admission = admit(knowledge, arguments, scenario.source)
         compile_kernels(scenario, world, plans=False)
+    admission.announce(console)
     robot = world.robot
     known = robot.assumed_actuators
     own = SelfClearance.make(robot, scenario.controller.self_collision.stopping)

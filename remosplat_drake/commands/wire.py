@@ -40,13 +40,24 @@ def add_wire_argument(
 
 
 def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the flags that say which robot a controller drives, and how."""
+    """Declares the flags with which a controller drives a robot."""
     parser.add_argument(
         "--hardware",
         action="store_true",
         help="drive a real robot, or its stand-in, over LCM; it stands until"
         " somebody arms it",
     )
+    add_robot_choice(parser)
+    parser.add_argument(
+        "--shadow",
+        action="store_true",
+        help="with --hardware: compute, show and record everything, and send"
+        " nothing",
+    )
+
+
+def add_robot_choice(parser: argparse.ArgumentParser) -> None:
+    """Declares the flags that say which robot a command moves."""
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
@@ -56,14 +67,8 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rehearsal",
         action="store_true",
-        help="with --hardware: drive the stand-in robot, `remosplat"
-        f" hardware-sim`, at {REHEARSAL_URL}",
-    )
-    parser.add_argument(
-        "--shadow",
-        action="store_true",
-        help="with --hardware: compute, show and record everything, and send"
-        " nothing",
+        help="the robot is the stand-in, `remosplat hardware-sim`, at"
+        f" {REHEARSAL_URL}",
     )
     add_doctor_arguments(parser)
 
@@ -74,7 +79,8 @@ def prepare_robot(
     """Readies a scenario for the robot that the flags name.
 
     Args:
-        arguments: Those of `add_robot_arguments`.
+        arguments: Those of `add_robot_arguments`; a command that always
+            moves a robot sets `hardware`, and clears `shadow`.
         scenario: The scenario, which is changed in place.
         console: Console that says when messages leave this computer.
 
@@ -94,7 +100,7 @@ def prepare_robot(
     prepare_for_hardware(scenario, url, shadow=arguments.shadow)
     if url is None and scenario.hardware.url == REHEARSAL_URL:
         raise RemoSplatError(
-            "--hardware: say which robot: --rehearsal drives the stand-in,"
+            "say which robot moves: --rehearsal names the stand-in,"
             f" --lcm-url URL a real one, for example {ROBOT_URL}"
         )
     check_report(arguments, scenario)

@@ -38,7 +38,7 @@ def test_a_late_base_is_found_though_the_robot_hangs_once(
         robot(url, "--fault", f"base-command-delay={DELAY}@0") as process,
         running(
             *("identify", "TableReach", "--yes", "--axes", "0"),
-            *("--lcm-url", url, "--output", str(path)),
+            *("--lcm-url", url, "--without-doctor", "--output", str(path)),
         ) as identify,
     ):
         assert tap.wait(lambda: tap.moving_at is not None, PATIENCE)
@@ -91,7 +91,7 @@ def test_a_localised_base_is_identified(wire, tmp_path):
         robot(url, "--localization", "--fault", late),
         running(
             *("identify", "TableReach", "--yes", "--axes", "0"),
-            *("--lcm-url", url, "--output", str(path)),
+            *("--lcm-url", url, "--without-doctor", "--output", str(path)),
             *("--scenario-text", "{hardware: {localization: {}}}"),
         ) as identify,
     ):

@@ -43,12 +43,14 @@ class Recording:
         u: The commands, shape (k, n_u) [m/s, rad/s].
         stamp: When each axis had last been measured by then, (k, n_u) [s].
         q: What was measured, shape (k, n_q) [m, rad].
+        n_base: Number of base commands, first in u: 0, 2 or 3.
     """
 
     sent: np.ndarray
     u: np.ndarray
     stamp: np.ndarray
     q: np.ndarray
+    n_base: int
 
     @property
     def gap(self) -> float:
@@ -58,14 +60,13 @@ class Recording:
     @property
     def way(self) -> np.ndarray:
         """Measured ways of the axes, shape (k, n_u) [m, rad]."""
-        extra = self.q.shape[1] - self.u.shape[1]
-        if not extra:
+        if not self.n_base:
             return self.q
         steps = [
-            base_way(before, after, 2)
+            base_way(before, after, self.n_base)
             for before, after in itertools.pairwise(self.q[:, :3])
         ]
-        base = np.cumsum([np.zeros(2), *steps], axis=0)
+        base = np.cumsum([np.zeros(self.n_base), *steps], axis=0)
         return np.hstack([base, self.q[:, 3:]])
 
 
@@ -117,9 +118,8 @@ def fit_axis(
     # The simplest that is as good as any.
     actuator = next(a for a in found if error(a) <= 1.05 * smallest + 1e-6)
     left = way - _response(actuator, sent, u, stamp)
-    least_noise = _LEAST_NOISE
-    if axis < 2 and recording.q.shape[1] > recording.u.shape[1]:
-        least_noise = _LEAST_BASE_NOISE
+    is_base = axis < recording.n_base
+    least_noise = _LEAST_BASE_NOISE if is_base else _LEAST_NOISE
     tube, noise = _tube(recording, axis, actuator, least_noise)
     return Fit(
         dc.replace(actuator, tube=tube, noise=noise), float(np.ptp(left))

@@ -133,4 +133,5 @@ def recording_of(ticks: Sequence[Played], robot: RobotModel) -> Recording:
         u=np.array([tick.u for tick in ticks]),
         stamp=np.array([reading.stamps for reading in readings]),
         q=np.array([reading.q for reading in readings]),
+        n_base=robot.n_base,
     )

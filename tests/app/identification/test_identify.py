@@ -24,6 +24,7 @@ from remosplat_drake.app.identification.record import (
     write_actuators,
 )
 from remosplat_drake.app.identification.room import NoRoomError, Room
+from remosplat_drake.base.resources import models_dir
 from remosplat_drake.controller.verification.kernels.between_looks import (
     TOLERANCE,
 )
@@ -41,6 +42,8 @@ from remosplat_drake.robot.robot_model import load_robot
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 DT = 0.01
+HEADING = 1.0
+"""Yaw with which a base starts [rad]."""
 
 
 def recorded(robot, axis: int, truth: Actuator, speed: float, noise: float):
@@ -55,14 +58,18 @@ def recorded(robot, axis: int, truth: Actuator, speed: float, noise: float):
     zeros = np.zeros(robot.n_u)
     way, _ = model.response(sent, u, zeros + sent[0] - 1, zeros, stamp)
     q = np.zeros((len(u), robot.n_q))
-    q[:, 3:] = way[:, 2:]
-    q[:, 0], q[:, 2] = way[:, 0], way[:, 1]
+    q[:, 3:] = way[:, robot.n_base :]
+    # One axis moves: a base turns on the spot, or keeps its heading.
+    c, s = math.cos(HEADING), math.sin(HEADING)
+    forward, left = way[:, 0], way[:, 1] if robot.n_base == 3 else 0.0
+    q[:, 0], q[:, 1] = c * forward - s * left, s * forward + c * left
+    q[:, 2] = HEADING + way[:, robot.n_base - 1]
     rng = np.random.default_rng(axis)
     same = np.append(False, np.diff(stamp[:, 0]) == 0)
     q += np.where(same[:, None], 0.0, noise * rng.uniform(-1, 1, q.shape))
     for k in np.flatnonzero(same):
         q[k] = q[k - 1]
-    return Recording(sent, u, stamp, q)
+    return Recording(sent, u, stamp, q, robot.n_base)
 
 
 @pytest.mark.parametrize(
@@ -99,6 +106,22 @@ def test_delays_and_lags_are_found_within_milliseconds(frankie, axis, truth):
         assert CRAWLS[0] * limit < found.dead_band <= 1.1 * CRAWLS[0] * limit
     assert found.tube < 0.006
     assert fit.residual < 0.004
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_axes_of_an_omnidirectional_base_are_told_apart(axis):
+    robot = load_robot("ridgeback_panda")
+    assert robot.n_base == 3
+    speed = 0.5 * float(robot.velocity_limit[axis])
+    truth = Actuator(delay=0.15)
+    recording = recorded(robot, axis, truth, speed, 2e-4)
+    for other in {0, 1, 2} - {axis}:
+        assert np.ptp(recording.way[:, other]) < 0.01
+    found = fit_axis(recording, axis, 1.0, [0.02]).actuator
+    late = found.delay + found.time_constant
+    assert late == pytest.approx(truth.delay, abs=0.005)
+    # The base's localisation corrects it as it goes.
+    assert found.noise >= 0.02
 
 
 def test_what_no_model_explains_widens_the_tube(frankie):
@@ -231,6 +254,25 @@ def test_a_description_keeps_everything_else(frankie, tmp_path):
 )
 def test_a_flag_that_would_take_a_bound_away_is_refused(capsys, flags, said):
     assert said in complaint(capsys, "identify", "TableReach", *flags)
+
+
+def test_a_robot_that_nothing_is_known_of_is_not_moved(
+    capsys, tmp_path, monkeypatch
+):
+    """A real robot needs its doctor's report, and every one a known map."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    url = "udpm://239.255.76.67:7667?ttl=0"
+    said = complaint(capsys, "identify", "TableReach", "--lcm-url", url)
+    assert "remosplat doctor" in said
+    assert "say which robot moves" in complaint(
+        capsys, "identify", "TableReach"
+    )
+    scene = models_dir() / "scenes" / "table" / "splat.ply"
+    (tmp_path / "splat.ply").write_bytes(scene.read_bytes())
+    scenario = tmp_path / "table.yaml"
+    scenario.write_text("Table: {scene: {splat: splat.ply}}\n")
+    said = complaint(capsys, "identify", str(scenario), "--rehearsal")
+    assert "--accept unknown-map-error" in said
 
 
 @pytest.mark.parametrize(
