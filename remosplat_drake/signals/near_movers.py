@@ -58,7 +58,11 @@ class NearMovers:
 
     @staticmethod
     def find(
-        movers: Movers, time: float, spheres: Spheres, within: float
+        movers: Movers,
+        time: float,
+        spheres: Spheres,
+        within: float,
+        by: float = 0.0,
     ) -> "NearMovers":
         """Finds the movers near the robot.
 
@@ -67,6 +71,8 @@ class NearMovers:
             time: The present time [s].
             spheres: The robot's spheres, placed in W.
             within: Pairs at or beyond this distance are left out [m].
+            by: Time from then on [s]: a mover may be as far from its prediction
+                as it can be after it.
         """
         return NearMovers(
             *near_movers(
@@ -74,6 +80,7 @@ class NearMovers:
                 np.array(spheres.p_WS, float),
                 np.array(spheres.radius, float),
                 float(within),
+                float(by),
             )
         )
 

@@ -34,6 +34,7 @@ from remosplat_drake.controller.program.servo import (
     target_twist,
 )
 from remosplat_drake.controller.program.tick import Tick
+from remosplat_drake.robot.braking import HELD
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import (
@@ -305,7 +306,7 @@ def _mover_damper(
 ) -> None:
     """Adds a row for every sphere and mover near each other."""
     config = own.config
-    near = tick.near_movers(config.influence)
+    near = tick.near_movers(config.influence, by=HELD * tick.dt)
     if not len(near):
         return
     margin = near.distance - config.separation

@@ -57,7 +57,9 @@ def test_a_row_says_how_fast_a_mover_comes(three_link, make_tick):
     near = tick.near_movers(0.8)
     rows = program_of(tick, [MoverDamper(config)]).terms.rows[MOVER]
     last = np.flatnonzero(near.sphere == len(state.spheres) - 1)[0]
-    d = 0.5 - RADIUS - state.spheres.radius[-1]
+    # A mover that accelerates by 5 m/s^2 for one and a half periods.
+    grown = 0.5 * 5.0 * (1.5 * tick.dt) ** 2
+    d = 0.5 - RADIUS - state.spheres.radius[-1] - grown
     assert rows.b[last] == pytest.approx(1.5 * (d - 0.05) / 0.75 - 0.4)
     np.testing.assert_allclose(rows.A[last], state.Jv_WS[-1][0], atol=1e-12)
     link = three_link.spheres.links[-1]

@@ -154,7 +154,7 @@ def test_distances_are_those_that_the_robot_is_told():
     radius = rng.uniform(0.01, 0.1, 50)
     distance, towards_W = distances(movers.at(0.0), p_WS, radius)
     sphere, mover, known, direction_W, _ = near_movers(
-        movers.at(0.0), p_WS, radius, 1e3
+        movers.at(0.0), p_WS, radius, 1e3, 0.0
     )
     np.testing.assert_allclose(distance[mover, sphere], known, atol=1e-12)
     np.testing.assert_allclose(

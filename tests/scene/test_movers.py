@@ -184,8 +184,8 @@ def test_kernels_move_them_on_as_they_would_be_seen_later(seed, time):
             time, [dc.replace(m, X_WM=m.after(time)) for m in movers]
         )
         for one, other in zip(
-            near_movers(ours, p_WS, radius, np.inf),
-            near_movers(there.at(time + 0.1), p_WS, radius, np.inf),
+            near_movers(ours, p_WS, radius, np.inf, 0.0),
+            near_movers(there.at(time + 0.1), p_WS, radius, np.inf, 0.0),
             strict=True,
         ):
             np.testing.assert_allclose(one, other, atol=1e-9)
@@ -197,7 +197,7 @@ def compiled_reach(movers: Movers, time: float) -> float:
     mover = movers.movers[0]
     p_W = np.array([[50.0, 0.0, 0.0]])
     _, _, distance, _, _ = near_movers(
-        movers.at(time), p_W, np.zeros(1), np.inf
+        movers.at(time), p_W, np.zeros(1), np.inf, 0.0
     )
     return (
         core_distance(mover, predicted(mover, time), p_W[0])
@@ -226,7 +226,7 @@ def test_distances_and_closing_speeds_are_those_of_the_prediction(seed):
     movers = Movers(0.0, [mover])
     p_WS, radius = rng.uniform(-2, 2, (8, 3)), rng.uniform(0, 0.1, 8)
     sphere, which, distance, n, closing = near_movers(
-        movers.at(0.0), p_WS, radius, np.inf
+        movers.at(0.0), p_WS, radius, np.inf, 0.0
     )
     np.testing.assert_array_equal(sphere, np.arange(8))
     assert not which.any()
@@ -251,7 +251,7 @@ def test_what_is_far_is_left_out():
         ],
     )
     sphere, which, distance, n, _ = near_movers(
-        movers.at(0.0), np.zeros((1, 3)), np.full(1, 0.2), 1.0
+        movers.at(0.0), np.zeros((1, 3)), np.full(1, 0.2), 1.0, 0.0
     )
     assert sphere.tolist() == which.tolist() == [0]
     np.testing.assert_allclose(distance, [0.7])
@@ -264,8 +264,8 @@ def test_what_is_left_out_early_is_beyond(seed, within):
     rng = np.random.default_rng(seed)
     movers = Movers(0.0, [draw_mover(rng) for _ in range(4)]).at(0.1)
     p_WS, radius = rng.uniform(-3, 3, (20, 3)), rng.uniform(0, 0.1, 20)
-    found = near_movers(movers, p_WS, radius, within)
-    everything = near_movers(movers, p_WS, radius, np.inf)
+    found = near_movers(movers, p_WS, radius, within, 0.0)
+    everything = near_movers(movers, p_WS, radius, np.inf, 0.0)
     near = everything.distance < within
     for some, whole in zip(found, everything, strict=True):
         np.testing.assert_array_equal(some, whole[near])

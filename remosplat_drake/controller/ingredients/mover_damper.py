@@ -98,6 +98,10 @@ def add_mover_damper(own, k, tick, program):
     retreat. These rows are the first that yield in an infeasible program: then
     the robot only does not approach. Verification decides what is touched.
 
+    d is the distance from where the mover can be as long as a station executes
+    one command: verification asks for that of every sphere that moves, and
+    would refuse to let one glide along the mover any nearer.
+
     See `CompiledIngredient` for the arguments.
     """
     robot, state, moving = tick.robot, tick.state, tick.moving

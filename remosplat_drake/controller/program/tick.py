@@ -55,7 +55,9 @@ class Tick:
     movers: Movers | None = None
     time: float = 0.0
 
-    def near_movers(self, within: float, ahead: float = 0.0) -> NearMovers:
+    def near_movers(
+        self, within: float, ahead: float = 0.0, by: float = 0.0
+    ) -> NearMovers:
         """Finds what moves near the robot as it stands.
 
         Args:
@@ -63,11 +65,14 @@ class Tick:
                 are left out [m].
             ahead: How far ahead movers are looked at [s]: then they are where
                 their twists lead them.
+            by: Time from then on [s]: movers may be as far from their
+                predictions as they can be after it.
         """
         if self.movers is None:
             return NearMovers.none()
         movers = self.movers.moved_on(ahead, ahead) if ahead else self.movers
-        return NearMovers.find(movers, self.time, self.state.spheres, within)
+        spheres = self.state.spheres
+        return NearMovers.find(movers, self.time, spheres, within, by)
 
     @property
     def target(self) -> Target:

@@ -203,6 +203,7 @@ def protective_separation(
         np.array(spheres.p_WS, float),
         np.array(spheres.radius, float),
         np.inf,
+        0.0,
     )
     far = np.linalg.norm(seen.half_extents, axis=1)
     turn = np.linalg.norm(seen.w_WM, axis=1)

@@ -273,14 +273,16 @@ def moved_on(movers, time, longest) -> MoverArrays:
 
 
 @kernel(returns=_NEAR)
-def near_movers(movers, p_WS, radius, within) -> NearMoverArrays:
-    """Finds the movers that can be near spheres now.
+def near_movers(movers, p_WS, radius, within, by) -> NearMoverArrays:
+    """Finds the movers that can be near spheres now, or soon.
 
     Args:
         movers: The `MoverArrays`.
         p_WS: Centres of n spheres in W, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
         within: Pairs at or beyond this distance are left out [m].
+        by: Time from now on [s]: a mover may be as far from its prediction as
+            its reach is then.
     """
     n, k = len(p_WS), len(movers.radius)
     sphere, mover = np.empty(n * k, np.int64), np.empty(n * k, np.int64)
@@ -290,7 +292,7 @@ def near_movers(movers, p_WS, radius, within) -> NearMoverArrays:
     m = 0
     for j in range(k):
         place_mover(movers, j, 0.0, R_WM, p_WM)
-        grown = movers.radius[j] + reach(movers, j, 0.0)
+        grown = movers.radius[j] + reach(movers, j, by)
         for i in range(n):
             least = center_distance(movers, j, p_WM, p_WS[i])
             if least - grown - radius[i] >= within:

@@ -179,7 +179,7 @@ def distances(movers: Movers, t: float, p_WS, radius):
     """Distances of all movers from all spheres, and directions to them."""
     k, n = len(movers), len(p_WS)
     sphere, which, distance, n_W, _ = near_movers(
-        movers.at(t), np.ascontiguousarray(p_WS), radius.copy(), np.inf
+        movers.at(t), np.ascontiguousarray(p_WS), radius.copy(), np.inf, 0.0
     )
     found, direction = np.empty((k, n)), np.empty((k, n, 3))
     found[which, sphere], direction[which, sphere] = distance, n_W

@@ -198,6 +198,7 @@ def assemble(
         state.p_WS,
         robot.radius,
         parts.settings[_MOVERS].influence,
+        dt,
         parts.settings[_ACTIVE].lead,
         parts.settings[_ACTIVE].mover_influence,
     )

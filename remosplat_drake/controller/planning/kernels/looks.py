@@ -130,7 +130,7 @@ def _is_off_movers(space, X_WL):
     if len(movers.radius) == 0:
         return True
     p_WS, _ = sphere_points(X_WL, robot.body_S, robot.p_LS)
-    near = near_movers(movers, p_WS, robot.radius, 1e-9)
+    near = near_movers(movers, p_WS, robot.radius, 1e-9, 0.0)
     for row in range(len(near.sphere)):
         if near.distance[row] < space.mover_level[near.sphere[row]]:
             return False

@@ -8,6 +8,7 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import named, reals, truths, wholes
 from remosplat_drake.base.vectors import set_vector
 from remosplat_drake.controller.program.servo import error_scale
+from remosplat_drake.robot.braking import HELD
 from remosplat_drake.robot.robot_arrays import (
     RobotArrays,
     StateArrays,
@@ -267,20 +268,27 @@ def near_arrays(near, X_WL) -> NearArrays:
 
 
 @helper
-def find_movers(movers, p_WS, radius, within, lead, within_soon):
+def find_movers(movers, p_WS, radius, within, dt, lead, within_soon):
     """Finds what moves near the robot, now and a little later.
+
+    A sphere that moves at all must keep off a mover, or retreat from it, for as
+    long as a station executes one command: verification asks no less. So the
+    distances of now are from where movers can be by then.
 
     Args:
         movers: The `MoverArrays`.
         p_WS: Centres of the spheres, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
         within: Pairs at or beyond this distance are left out [m].
+        dt: Control period [s].
         lead: How much later [s].
         within_soon: The distance for then [m].
     """
     return (
-        near_movers(movers, p_WS, radius, within),
-        near_movers(moved_on(movers, lead, lead), p_WS, radius, within_soon),
+        near_movers(movers, p_WS, radius, within, HELD * dt),
+        near_movers(
+            moved_on(movers, lead, lead), p_WS, radius, within_soon, 0.0
+        ),
     )
 
 
