@@ -1,4 +1,4 @@
-"""Who joins a robot and its controller on their wire, uninvited.
+"""Processes that join a robot and its controller on their wire, uninvited.
 
 Such a process takes seconds to start. What counts begins when its first
 packet is on the wire, which the packets' senders tell.
@@ -25,7 +25,7 @@ REFUSED = 2
 """Exit code of a controller that finds another one there."""
 
 _START_UP = 60.0
-"""Longest time until somebody has joined, or has been refused [s]."""
+"""Longest time until a process has joined, or has been refused [s]."""
 
 
 class Company:
@@ -37,10 +37,10 @@ class Company:
     """
 
     def __init__(self, case: FaultCase, url: str, folder: Path):
-        """Prepares; nobody joins yet.
+        """Prepares; no process joins yet.
 
         Args:
-            case: Who joins.
+            case: The process that joins.
             url: LCM URL of the wire.
             folder: Folder for the run's files.
         """
@@ -92,7 +92,7 @@ class Company:
             refused = code == REFUSED
             return "" if refused else f"the second controller ended with {code}"
         if math.isinf(self.began):
-            return "nobody joined"
+            return "no process joined"
         if self._case.part is Part.SECOND_ROBOT:
             moved = distance_moved(TrueRun.read(self.motion), robot)
             if not moved < CREEP:
@@ -101,7 +101,7 @@ class Company:
 
 
 def _senders(listener: MulticastListener, duration: float) -> set[str]:
-    """Addresses of who sends commands or statuses now."""
+    """Addresses of the senders of commands or statuses now."""
     end, heard = time.monotonic() + duration, set()
     names = {
         channels.PANDA_COMMAND,

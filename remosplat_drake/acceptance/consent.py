@@ -1,4 +1,4 @@
-"""`Consent`: the operator of acceptance tests, who lets every robot go."""
+"""`Consent`: the operator of acceptance tests, which releases every robot."""
 
 import math
 import time
@@ -26,12 +26,12 @@ class Consent:
         self._asked = -math.inf
 
     def give(self) -> None:
-        """Arms whoever waits now; it is to be called again and again."""
+        """Arms the sessions that wait now; call it again and again."""
         leases = self._operator.leases()
         if time.monotonic() - self._asked < _AGAIN:
             return
         for lease in leases:
             stands = self._again and lease.mode == STOPPED
             if stands or lease.reason.startswith(UNARMED):
-                self._operator.arm(lease.who.session)
+                self._operator.arm(lease.identity.session)
                 self._asked = time.monotonic()

@@ -1,4 +1,4 @@
-"""A robot's description that somebody else has measured, as a file."""
+"""A robot's description with measured actuators, as a file."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,8 +20,8 @@ def write_description(
     Args:
         path: Path of the file to write.
         name: Name of a shipped robot.
-        actuators: The actuators, in the order of u; none: nobody has measured
-            them.
+        actuators: The actuators, in the order of u; none: they have not
+            been measured.
     """
     source = Path(load_robot_description(name).source)
     fields = yaml.safe_load(read_text(source))

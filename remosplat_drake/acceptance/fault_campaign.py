@@ -2,8 +2,8 @@
 
 Robot and controller are processes of their own, a wire apart, as they are in
 a lab. While the robot moves, one thing goes wrong. A release is refused as
-long as that lasts; then the fault is taken back, and nothing may move for all
-that until somebody releases the stop. After that the robot goes on. The judge
+long as that lasts; then the fault is taken back, and still nothing may
+move until a person releases the stop. After that the robot goes on. The judge
 is the simulated robot's true motion.
 """
 

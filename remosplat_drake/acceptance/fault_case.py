@@ -1,4 +1,4 @@
-"""`FaultCase`: what goes wrong in a run, and what shall come of it."""
+"""`FaultCase`: a fault in a run, and its required outcome."""
 
 import dataclasses as dc
 from enum import Enum
@@ -40,7 +40,7 @@ class Part(Enum):
 STOPS = "stops"
 """Outcome: the supervisor stops the robot, and only a release ends that."""
 DRIVER_STOPS = "the drivers stop"
-"""Outcome: nobody is left to give a reason; the drivers let the command
+"""Outcome: no process is left to give a reason; the drivers let the command
 expire."""
 ENDS = "ends"
 """Outcome: the program brings the robot to rest, and ends."""
@@ -84,7 +84,7 @@ class FaultCase:
         arm_driver: Whether the arm is driven by `remosplat panda-driver`,
             which a new one replaces when the fault is over.
         actuators: How the axes follow, as the controller's description of the
-            robot says; empty where nobody has measured them.
+            robot says; empty where they have not been measured.
         clearance: True clearance that the robot must keep [m].
     """
 

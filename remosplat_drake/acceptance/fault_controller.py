@@ -35,7 +35,7 @@ from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.visualization.page import MeshcatPage
 
 FAULTS = {
-    "stop-button": "somebody presses the stop button",
+    "stop-button": "a person presses the stop button",
     "exception": "the program fails in the middle of a tick",
     "hang": "the program stops to compute, and does not end",
     "map-age": "the map gets no update any more",

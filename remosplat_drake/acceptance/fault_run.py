@@ -54,7 +54,7 @@ class FaultRun:
         began: Wall-clock time of the fault [s].
         released: Wall-clock time of the first release after the end of the
             fault [s]; infinite where there was none.
-        company: Who joins the wire, where that is the fault.
+        company: Processes that join the wire, where that is the fault.
         commanded: Wall-clock time of the latest motion command before that
             [s].
     """

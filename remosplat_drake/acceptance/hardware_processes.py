@@ -33,14 +33,14 @@ _PATIENCE = 10.0
 
 
 def free_url() -> str:
-    """Returns the LCM URL of a wire within this computer that nobody uses."""
+    """Returns the LCM URL of an unused wire within this computer."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("", 0))
         return f"udpm://{GROUP}:{probe.getsockname()[1]}?ttl=0"
 
 
 def free_port() -> int:
-    """Returns a UDP port of this computer that nobody uses."""
+    """Returns an unused UDP port of this computer."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]
@@ -102,7 +102,7 @@ def program(
 
 @contextlib.contextmanager
 def second_controller(url: str) -> Iterator[subprocess.Popen]:
-    """Runs `remosplat run --hardware`, as somebody else in the lab would."""
+    """Runs `remosplat run --hardware`, as another person in the lab would."""
     flags = ["--hardware", "--without-doctor", "--headless", "--lcm-url", url]
     with program("run", "TableReach", *flags) as process:
         yield process

@@ -1,4 +1,4 @@
-"""How well the real-time loop keeps its pace, over a wire to a robot."""
+"""Measures the pace of the real-time loop, over a wire to a robot."""
 
 import contextlib
 import json
@@ -48,7 +48,7 @@ def measure_loop(rate: float) -> LoopQuality:
 
 
 def measure_sight() -> LoopQuality:
-    """Drives past somebody whom two cameras see, and measures the loop.
+    """Drives past a person that two cameras see, and measures the loop.
 
     Both cameras together send 30 images of 640 x 480 pixels a second at most;
     they, the robot, the sight and the controller are five processes.

@@ -2,7 +2,7 @@
 
     python -m remosplat_drake.acceptance.stranger URL WHAT
 
-It knows no lease and asks nobody, as any other program that speaks LCM.
+It knows no lease and asks for none, as other programs that speak LCM.
 """
 
 import argparse

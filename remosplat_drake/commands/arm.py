@@ -43,10 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
     url = REHEARSAL_URL if arguments.rehearsal else arguments.lcm_url
     operator = Operator(open_wire(url))
     lease = _chosen(operator.listen_for(LEASE_EXPIRY), arguments.session, url)
-    console.print(f"{lease.who}: {lease.mode}: {lease.reason}")
-    operator.arm(lease.who.session)
-    answers = {a.who: a for a in operator.listen_for(_PATIENCE)}
-    answer = answers.get(lease.who, lease)
+    console.print(f"{lease.identity}: {lease.mode}: {lease.reason}")
+    operator.arm(lease.identity.session)
+    answers = {a.identity: a for a in operator.listen_for(_PATIENCE)}
+    answer = answers.get(lease.identity, lease)
     console.print(": ".join(filter(None, (answer.mode, answer.reason))))
     return _STAYS if answer.mode == STOPPED else 0
 
@@ -58,11 +58,13 @@ def _chosen(leases: list[Lease], session: int | None, url: str) -> Lease:
         RemoSplatError: There is none, or there are several.
     """
     if session is not None:
-        leases = [lease for lease in leases if lease.who.session == session]
+        leases = [
+            lease for lease in leases if lease.identity.session == session
+        ]
     if not leases:
         raise RemoSplatError(f"no controller waits on {url}")
     if len(leases) > 1:
-        names = "; ".join(f"{a.who.session}: {a.who}" for a in leases)
+        names = "; ".join(f"{a.identity.session}: {a.identity}" for a in leases)
         raise RemoSplatError(
             f"several controllers are on {url}, give one to --session: {names}"
         )

@@ -1,4 +1,4 @@
-"""Which drivers reach a robot's arm and base, as data.
+"""Configurations of the drivers that reach a robot's arm and base.
 
 A driver is a plug-in: beside those below, a file may name one's own, as
 `arm_driver: !my_arm:MyArm {host: 10.0.0.2}`; see `base.extensions`.

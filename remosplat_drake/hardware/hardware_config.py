@@ -1,4 +1,4 @@
-"""`HardwareConfig`: where the robot's drivers are, and what is safe to send."""
+"""`HardwareConfig`: addresses of a robot's drivers, and limits for them."""
 
 import dataclasses as dc
 import ipaddress
@@ -137,7 +137,7 @@ class HardwareConfig(Config):
     # Where the base is in the map, besides its odometry; absent: the pose in
     # the base's status is that in the map.
     localization: LocalizationConfig | None = None
-    # What moves, as another process sees it; absent: nobody tells, and nothing
+    # What moves, as another process sees it; absent: none does, and nothing
     # is taken to move.
     movers: MoverSensingConfig | None = None
     # How the arm is reached by `remosplat arm-driver`: `!Ros2Arm`, `!UrArm` or

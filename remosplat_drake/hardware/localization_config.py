@@ -1,4 +1,4 @@
-"""`LocalizationConfig`: who says where the base is, and how sure that is."""
+"""`LocalizationConfig`: the source of a base's pose, and trust in it."""
 
 import dataclasses as dc
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""`MoverSensingConfig`: what is believed of a process that sees movers."""
+"""`MoverSensingConfig`: the source of movers, and trust in it."""
 
 import dataclasses as dc
 from typing import Annotated

@@ -1,9 +1,9 @@
 """Gates: what must be known, or accepted by its name, before a robot moves.
 
-Whoever looks into a run's map and settings hands over what is wrong as
-`Gate`s. `open_gates` decides: a refusal ends the run before it begins, unless
-somebody has accepted the gate by its name; a warning is told. On the real
-robot everything is refused that has not been accepted.
+Functions that examine a run's map and settings return its faults as `Gate`s.
+`open_gates` decides: a refusal ends the run before it begins, unless a person
+has accepted the gate by its name; a warning is printed. On the real robot
+each fault is a refusal that has not been accepted.
 """
 
 import dataclasses as dc
@@ -32,8 +32,8 @@ GATES = {
     START_BEYOND_LIMITS: "a joint starts beyond its limits",
     START_TOO_NEAR: "the robot starts too near to itself or to the scene",
     TARGET_OUT_OF_REACH: "the arm is too short for a target",
-    UNKNOWN_MAP_ERROR: "nobody has measured how accurate the map is",
-    UNKNOWN_SEEN_SPACE: "nobody knows which space the map's cameras saw",
+    UNKNOWN_MAP_ERROR: "the accuracy of the map has not been measured",
+    UNKNOWN_SEEN_SPACE: "the space that the map's cameras saw is not known",
     UNSEEN_SPACE: "the robot may go where no camera has looked",
 }
 """Names of all gates, and what is wrong where one is shut."""
@@ -73,7 +73,7 @@ class Passage:
 
     Attributes:
         warnings: Shut gates that do not prevent this run.
-        accepted: Shut gates that somebody has accepted by their names.
+        accepted: Shut gates that a person has accepted by their names.
     """
 
     warnings: tuple[Gate, ...] = ()
@@ -83,7 +83,7 @@ class Passage:
 def check_names(
     names: Collection[str], valid: Mapping[str, str] = GATES
 ) -> None:
-    """Checks the names that somebody accepts.
+    """Checks the names that a person accepts.
 
     Args:
         names: The accepted names.
@@ -111,7 +111,7 @@ def open_gates(
 
     Args:
         gates: The gates that are shut.
-        accepted: Names of the gates that somebody accepts; those of gates
+        accepted: Names of the gates that a person accepts; those of gates
             that are not shut do not matter.
         hardware: Whether a real robot moves.
         where: The scenario that a refusal blames.

@@ -1,4 +1,4 @@
-"""What the supervisor knows (`SupervisorLaw`) and sees (`Observation`)."""
+"""`SupervisorLaw` and `Observation`: a supervisor's settings and inputs."""
 
 import dataclasses as dc
 
@@ -98,7 +98,7 @@ class Observation:
         motion: What a robot that does not obey at once is about to do; None
             where it should do as it is told.
         map_age: Age of the map [s].
-        movers: What moves; None where nobody tells.
+        movers: What moves; None where they are not sensed.
         stop: Why a person or a program asks for a stop; empty if none does.
         release: Whether a person or a program releases a stop.
     """

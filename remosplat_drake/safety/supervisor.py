@@ -4,7 +4,7 @@ It passes the controller's command as it is, or runs the braking ramp: what it
 lets the robot execute is what verification has checked, and nothing else. A
 share of a verified command would end its tick between two of the places that
 were looked at, where verification tolerates less. The ramp starts from the
-command being executed and is the one that was checked with it, whatever the
+command being executed and is the one that was checked with it, with any of the
 controller's settings, so that a stop at any tick keeps the guarantee of
 `verify.py`.
 
@@ -130,7 +130,7 @@ def _rest(
 ) -> SupervisorState:
     """Only a release ends a stop, and only where nothing is wrong."""
     if not now.release:
-        # What else is wrong with a robot that nobody has let go yet is news.
+        # Further faults of a robot that has not been released yet are news.
         if state.reason == UNARMED and now.stop:
             return dc.replace(state, reason=now.stop)
         return state

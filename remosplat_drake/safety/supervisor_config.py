@@ -1,4 +1,4 @@
-"""`SupervisorConfig`: when the safety supervisor stops the robot."""
+"""`SupervisorConfig`: limits at which the safety supervisor stops the robot."""
 
 import dataclasses as dc
 from typing import Annotated

@@ -105,7 +105,7 @@ class SafetySupervisor(LeafSystem):
     Args:
         law: The thresholds and limits; its `dt` is the control period [s].
         armed: Whether the robot may start without a release. If not, it
-            begins stopped, and waits for somebody to arm it.
+            begins stopped, and waits until a person arms it.
 
     Attributes:
         law: The thresholds and limits.

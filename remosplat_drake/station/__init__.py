@@ -4,7 +4,7 @@
 commanded velocities at once, as in the paper; its robot is one system,
 `KinematicRobot`. `DynamicStation` has rigid bodies, motors with torque limits
 and contact: `VelocityDriver` turns commands into the motors' (`motors`),
-`StateReader` measures, `ContactMonitor` tells who touches whom.
+`StateReader` measures, `ContactMonitor` reports contacts.
 
 Both have the ports of `signals.station_ports`, which `hardware` has, too: a
 controller cannot tell a simulated station from the real robot. `commands`

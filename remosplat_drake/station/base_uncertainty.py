@@ -1,4 +1,4 @@
-"""`BaseUncertainty`: how far the base may be off, from a station's status."""
+"""`BaseUncertainty`: a bound on the base's error, from a station's status."""
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import (

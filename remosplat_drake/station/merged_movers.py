@@ -1,4 +1,4 @@
-"""`MergedMovers`: all that moves, from several who tell a part of it."""
+"""`MergedMovers`: all that moves, merged from several sources."""
 
 from collections.abc import Sequence
 from itertools import chain

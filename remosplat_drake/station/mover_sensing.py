@@ -1,4 +1,4 @@
-"""How a simulated robot gets to know what moves: settings, and their sensors.
+"""Settings of a simulated robot's sensors for movers, and these sensors.
 
 A sensor is a function of the truth. One that needs images is made of a period
 and a robot that looks; what it knows at a time may be old.
@@ -43,7 +43,7 @@ class MoverSensing(Protocol):
 
         Args:
             robot: The robot, which a camera sees, too.
-            scene: The true solids that stand; None where nobody knows.
+            scene: The true solids that stand; None where they are unknown.
         """
         ...
 
@@ -77,7 +77,7 @@ class StandingMovers(Config):
 
 @dc.dataclass
 class UnknownMovers(Config):
-    """Nobody tells the robot of anything that moves: for comparisons only."""
+    """The robot senses nothing that moves: for comparisons only."""
 
     def make(self, robot: RobotModel, scene: PrimitiveScene | None) -> None:
         """Makes no sensor."""

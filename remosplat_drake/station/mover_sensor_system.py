@@ -1,4 +1,4 @@
-"""`MoverSensorSystem`: what a simulated robot knows of what moves."""
+"""`MoverSensorSystem`: a simulated robot's knowledge of movers."""
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (

@@ -1,4 +1,4 @@
-"""What a simulated camera sees of the robot itself."""
+"""The robot's own shapes, as a simulated camera sees them."""
 
 import numpy as np
 from pydrake.geometry import GeometryInstance, Mesh, SceneGraph

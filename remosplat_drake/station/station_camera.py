@@ -1,4 +1,4 @@
-"""`StationCamera`: what a simulated station needs of a wrist camera."""
+"""`StationCamera`: the wrist camera's interface to a simulated station."""
 
 from typing import Protocol
 

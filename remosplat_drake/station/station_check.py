@@ -1,4 +1,4 @@
-"""Whether a station has the ports that every station has."""
+"""Checks that a station has the ports that every station has."""
 
 from collections.abc import Iterator
 

@@ -26,7 +26,7 @@ class LcmOperator(LeafSystem):
         - command
 
     `command` carries an `OperatorCommand`. Ages are by the wall clock,
-    whatever the pace of the simulation.
+    at each pace of the simulation.
 
     Args:
         config: LCM URL, channel and expiry time of the messages.

@@ -55,8 +55,8 @@ class OperatorTarget(LeafSystem):
     that is left while it moves is held where it is then.
 
     `supervision` takes a `SupervisorState`. While the robot is stopped the
-    target stays with it, so that a release does not send the robot off to
-    where somebody wished it meanwhile. The outputs do not depend on this
+    target stays with it, so that a release does not send the robot to
+    a target that an operator moved meanwhile. The outputs do not depend on this
     input but by the periodic update: what the supervisor sees depends on the
     target.
 

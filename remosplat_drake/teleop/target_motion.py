@@ -1,4 +1,4 @@
-"""What the target does as an operator asks: hold, follow, go, scan."""
+"""Motions of the target that an operator asks for: hold, follow, go, scan."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""`TeleopConfig`: how an operator may move the target."""
+"""`TeleopConfig`: limits within which an operator moves the target."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -50,8 +50,8 @@ class GamepadConfig(Config):
     rotation: Annotated[float, Interval(gt=0, le=10)] = 0.6
     # Share of a stick's way around its centre where it counts as released.
     dead_zone: Annotated[float, Interval(ge=0, lt=1)] = 0.1
-    # Greatest distance of the target from the end effector [m], lest it run
-    # away from one that an obstacle holds back.
+    # Greatest distance of the target from the end effector [m]: it must not
+    # run away from one that an obstacle holds back.
     max_lead: Annotated[float, Interval(gt=0, le=2)] = 0.2
 
 
@@ -124,7 +124,7 @@ class TeleopConfig(Config):
     )
     # Directions of the target that are left to the robot while the operator
     # moves it, as in a scenario's `targets`: [rz] for a tool that may turn
-    # about its own axis. Who holds or scans asks for all.
+    # about its own axis. Modes that hold or scan ask for all.
     free: Annotated[
         list[Annotated[str, OneOf(DIRECTIONS, "direction")]], Len(0, 6)
     ] = dc.field(default_factory=list)
@@ -137,7 +137,7 @@ class TeleopConfig(Config):
     # Path of a YAML file of timed poses and presses of buttons, relative to
     # the scenario's file; empty for none.
     trajectory: str = ""
-    # Target poses from another program, by LCM; absent: nobody listens.
+    # Target poses from another program, by LCM; absent: none are read.
     pose_stream: PoseStreamConfig | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:

@@ -127,7 +127,7 @@ def arm(operator: Operator) -> None:
     while not leases:
         assert time.monotonic() < end
         leases = operator.listen_for(0.3)
-    operator.arm(leases[0].who.session)
+    operator.arm(leases[0].identity.session)
 
 
 def monitored_robot():

@@ -1,4 +1,4 @@
-"""What goes wrong in the arm's own driver, `remosplat panda-driver`."""
+"""Faults of the arm's own driver, `remosplat panda-driver`."""
 
 from remosplat_drake.acceptance.fault_case import FaultCase, Part
 

@@ -1,4 +1,4 @@
-"""Somebody else commands the robot, or answers in its place."""
+"""Faults: another program commands the robot, or answers in its place."""
 
 from remosplat_drake.acceptance.fault_case import (
     GOES_ON,

@@ -1,4 +1,4 @@
-"""The target jumps to where nobody can go."""
+"""Fault: the target jumps to a place that the robot cannot reach."""
 
 from remosplat_drake.acceptance.fault_case import (
     GOES_ON,

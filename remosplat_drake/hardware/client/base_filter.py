@@ -1,4 +1,4 @@
-r"""Where the base is: its odometry, corrected by a localisation.
+r"""Estimates a base's pose: its odometry, corrected by a localisation.
 
 The filter estimates X_WO, where the frame of the odometry lies in the map. Its
 error shows at the base: e = (x, y, yaw) in W. From one odometry to the next the
@@ -19,7 +19,7 @@ So a fix is held against estimates of some seconds ago, too, which odometry
 alone has brought here; and by how much they differ the base may be off.
 
 What the robot is told follows the estimate slowly. The part that is still to
-come counts as uncertain; so nobody notices a correction but by its margin.
+come counts as uncertain, so a correction shows in its margin only.
 """
 
 import dataclasses as dc

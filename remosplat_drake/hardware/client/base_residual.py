@@ -1,4 +1,4 @@
-"""Whether a base does what it is told, by how far it came.
+"""Detects a base that does not follow its commands, by its way.
 
 A base that stops by itself does not say so on ROS. Its speed tells little: at
 0.05 m/s it differs from a standstill by less than it does from its command
@@ -296,7 +296,7 @@ def follow_problem(
         commanded.arcs,
         samples.stamp,
         samples.pose,
-        # The first command follows whatever others had the base do.
+        # The first command follows those of other programs.
         commanded.began,
         delay,
         share,

@@ -1,6 +1,6 @@
-"""`BaseTrack`: where the base has been, and whether that can be believed.
+"""`BaseTrack`: a base's recent poses, and faults in what measured them.
 
-Whoever measures the base's pose may be wrong: odometry jumps when something
+Measurements of the base's pose may be wrong: odometry jumps when something
 corrects it, a clock is off, wheels turn in the air, a bridge hides that the
 base has stopped. Each shows in what came over the last seconds.
 """
@@ -102,7 +102,7 @@ class BaseTrack:
     def uncertainty(self) -> np.ndarray:
         """How far off that pose may be: shift and turn, (2,) [m, rad].
 
-        Where the stamps are late, nobody knows when the base was there.
+        Where the stamps are late, it is unknown when the base was there.
         """
         bound = CERTAIN if self.filter is None else self.filter.uncertainty
         if not len(self.samples):
@@ -142,7 +142,7 @@ def with_base_sample(
         track: The track before.
         state: The status.
         received: When it came, by our wall clock [s].
-        commanded: What the base was told; None if nobody knows.
+        commanded: What the base was told; None if that is unknown.
         config: The longest delay of commands, and how far to trust fixes.
     """
     values = state.stamp, received, state.pose, state.velocity
@@ -159,8 +159,8 @@ def with_base_sample(
     jumped = composed(odometry_frame(state.pose, expected), track.jumped)
     samples = _kept(track.samples, sample.stamp)
     if off.any() or begins_anew:
-        # What a jump has done is no disobedience, and how fast the base was
-        # while nothing came nobody knows.
+        # The way of a jump is no disobedience, and the base's speed is unknown
+        # while nothing came.
         samples = BaseSamples()
     samples = samples.with_sample(sample)
     share = config.base_share

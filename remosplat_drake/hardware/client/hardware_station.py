@@ -21,14 +21,14 @@ class HardwareStation(Diagram):
     """The real robot as a diagram with the ports of every station.
 
     Its ports are those of `signals.station_ports`, and `movers` where the
-    configuration says that somebody tells of these. It hears
+    configuration says that a process senses these. It hears
     the drivers when it is told to `receive`, and sends a command when it is
     told to publish (`ForcedPublish`); never otherwise. See `RemoteRobot`.
 
     Attributes:
         link: The LCM connection to the robot's drivers.
         camera: The system that hears the wrist camera; None without one.
-        movers: The system that hears what moves; None where nobody tells.
+        movers: The system that hears what moves; None without one.
     """
 
     def __init__(

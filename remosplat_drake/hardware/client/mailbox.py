@@ -11,7 +11,7 @@ from remosplat_drake.hardware.wire.packets import from_utime, stamp_of
 class Mailbox:
     """Keeps the latest packet of an LCM channel, as it came.
 
-    Drake's subscription holds one packet and drops newer ones until somebody
+    Drake's subscription holds one packet and drops newer ones until a program
     calls `HandleSubscriptions`, so "latest" is as of the call before the
     present one; `RobotLink.flush` is how to get at the newest.
 

@@ -37,7 +37,7 @@ class Measurement:
             localisation.
         moving_since: Since when the arm has been told to move, by our wall
             clock [s]; infinite while it is told to stand.
-        intruder: Who is on the wire and must not be; empty for nobody.
+        intruder: Sender on the wire that must not be there; empty for none.
         sent: When our latest command was sent, by our wall clock [s]; -inf
             before the first.
     """
@@ -120,7 +120,7 @@ def with_base_status(
         data: The encoded packet.
         received: When it came, by our wall clock [s].
         config: The expiry times.
-        commanded: What the base was told; None if nobody knows.
+        commanded: What the base was told; None if that is unknown.
     """
     stream = measurement.base_stream
     try:

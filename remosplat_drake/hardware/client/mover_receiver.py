@@ -1,4 +1,4 @@
-"""`MoverReceiver`: what moves, as a perception process tells it by LCM."""
+"""`MoverReceiver`: movers, as a perception process sends them by LCM."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""`Operator`: a person beside a robot, who lets a session move it."""
+"""`Operator`: a person beside a robot, and the sessions that may move it."""
 
 import getpass
 import socket
@@ -22,7 +22,7 @@ _YIELD = 5e-3
 
 
 class Operator:
-    """Hears who commands a robot, and arms whom a person has named."""
+    """Hears the sessions that command robots, and arms those a person names."""
 
     def __init__(self, lcm: DrakeLcm):
         """Joins the wire.
@@ -46,7 +46,7 @@ class Operator:
                     lease = decode_lease(data)
                 except BrokenMessage:
                     continue
-                self._heard[lease.who.session] = now, lease
+                self._heard[lease.identity.session] = now, lease
         return [
             lease
             for heard, lease in self._heard.values()
@@ -54,7 +54,7 @@ class Operator:
         ]
 
     def listen_for(self, duration: float) -> list[Lease]:
-        """Listens for some time [s], and returns who is there then."""
+        """Listens for some time [s], and returns the sessions at its end."""
         end = time.monotonic() + duration
         while time.monotonic() < end:
             self.leases()

@@ -1,4 +1,4 @@
-"""What no arm can do: statuses that another robot, or an error, has sent."""
+"""Finds statuses that no arm can have: of another robot, or of an error."""
 
 import numpy as np
 

@@ -52,12 +52,12 @@ _BASE_AXES = (
 class RobotLink:
     """Talks to the drivers of one robot by LCM.
 
-    It outlives the diagram: when that fails, whoever runs it can still bring
-    the robot to rest.
+    It outlives the diagram: when that fails, the program that runs it can still
+    bring the robot to rest.
 
     Attributes:
         lcm: The LCM network.
-        guard: What watches who else is there; None within one process.
+        guard: What watches for other senders; None within one process.
         is_armed: Whether an operator has let the robot go; before, the hand
             stands, too.
         arm: Mailbox of the arm's statuses.
@@ -86,7 +86,7 @@ class RobotLink:
         Args:
             config: LCM URL, channels, expiry times and the base's limits.
             robot: The robot.
-            name: What we are, for those who hear us.
+            name: Name of this program, for its hearers.
 
         Raises:
             FieldError: A value of the configuration is unusable.
@@ -129,7 +129,7 @@ class RobotLink:
         self._hear(0)
 
     def _hear(self, milliseconds: int) -> None:
-        """Waits for packets, and looks who sends them."""
+        """Waits for packets, and notes their senders."""
         self.lcm.HandleSubscriptions(milliseconds)
         if self.guard is not None:
             self.guard.listen()
@@ -307,10 +307,10 @@ class RobotLink:
             self.guard.sent += 1
 
     def take_command(self) -> None:
-        """Tells the drivers to obey us, once nobody else commands them.
+        """Tells the drivers to obey us, once no other program commands them.
 
         Raises:
-            RemoSplatError: Somebody does, or two robots answer.
+            RemoSplatError: Another program does, or two robots answer.
         """
         problem = self.guard.take_command(LEASE_EXPIRY) if self.guard else ""
         if problem:

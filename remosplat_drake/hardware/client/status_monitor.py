@@ -1,4 +1,4 @@
-"""The station's status: is the robot there, and will it move?"""
+"""Judges the station's status: the robot's presence, and reasons to stop."""
 
 import math
 

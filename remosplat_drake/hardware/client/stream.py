@@ -1,4 +1,4 @@
-"""Whether a stream of stamped messages is fresh, frozen, late or broken."""
+"""Judges streams of stamped messages: fresh, frozen, late or broken."""
 
 import dataclasses as dc
 import math

@@ -1,8 +1,8 @@
-"""`WireGuard`: who else is on the wire; one master, one robot.
+"""`WireGuard`: the wire's other senders; one master, one robot.
 
-It hears who sends what, by address. Commands that are not ours, or statuses
-that come from two senders at once, are a problem for as long as they have
-been heard in the last half second. The same addresses' leases and reports
+It hears the senders of all channels, by address. Commands that are not ours, or
+statuses that come from two senders at once, are a problem for as long as they
+have been heard in the last half second. The same addresses' leases and reports
 give them names. That needs no cooperation: strangers and stock drivers, which
 know no lease, are found out, too.
 """
@@ -67,7 +67,7 @@ class Senders:
         return sorted(there, key=lambda sender: sender != self.first)
 
     def forget(self, now: float) -> None:
-        """Forgets who has been silent for long."""
+        """Forgets senders that have been silent for long."""
         for sender, heard in list(self.heard.items()):
             if now - heard > _FORGOTTEN:
                 del self.heard[sender]
@@ -79,25 +79,28 @@ class Watch:
     It knows neither clock nor socket.
 
     Attributes:
-        who: Our identity.
+        identity: Our identity.
         own: Our address, once our own lease came back; empty before.
-        requested_by: Who has asked for motion since `take_request`.
+        requested_by: Operator that asked for motion since `take_request`.
         broken: Number of leases, reports and requests that were none.
         strange: Number of messages of strangers on channels of commands and
             statuses, and the latest of them by channel and address.
     """
 
     def __init__(
-        self, who: Identity, commands: Sequence[str], statuses: Sequence[str]
+        self,
+        identity: Identity,
+        commands: Sequence[str],
+        statuses: Sequence[str],
     ):
         """Starts before anything is heard.
 
         Args:
-            who: Our identity.
+            identity: Our identity.
             commands: Channels on which only we may send.
             statuses: Channels on which one driver each may send.
         """
-        self.who = who
+        self.identity = identity
         self.own = ""
         self.requested_by: str | None = None
         self.broken = 0
@@ -130,13 +133,13 @@ class Watch:
             elif channel == SESSION_LEASE:
                 self._hear_lease(decode_lease(data), sender, now)
             elif channel == OPERATOR_REQUEST:
-                who = decode_request(data, self.who.session, now)
-                self.requested_by = who or self.requested_by
+                operator = decode_request(data, self.identity.session, now)
+                self.requested_by = operator or self.requested_by
         except BrokenMessage:
             self.broken += 1
 
     def _hear_lease(self, lease: Lease, sender: str, now: float) -> None:
-        if lease.who == self.who:
+        if lease.identity == self.identity:
             self.own = sender
             return
         self._keep(self._sessions, sender, lease, now)
@@ -146,19 +149,19 @@ class Watch:
     def drivers(self, now: float) -> tuple[int, ...]:
         """Returns the sessions of the drivers that our statuses come from."""
         sessions = (
-            self._drivers[senders.present(now)[0]].who.session
+            self._drivers[senders.present(now)[0]].identity.session
             for senders in self._statuses.values()
             if senders.present(now) and senders.present(now)[0] in self._drivers
         )
         return tuple(dict.fromkeys(sessions))
 
     def take_request(self) -> str:
-        """Returns who asks for motion since the last call; empty for nobody."""
-        who, self.requested_by = self.requested_by, None
-        return who or ""
+        """Returns the operator that has asked since the last call, if any."""
+        operator, self.requested_by = self.requested_by, None
+        return operator or ""
 
     def problem(self, now: float, *, listens_only: bool = False) -> str:
-        """Says who must not be there, by name and address; empty if nobody.
+        """Names a sender that must not be there, and its address, if any.
 
         Args:
             now: Our wall clock [s].
@@ -179,7 +182,7 @@ class Watch:
 
     def _named(self, sender: str) -> str:
         known = self._drivers.get(sender) or self._sessions.get(sender)
-        return f"{sender} ({known.who})" if known else sender
+        return f"{sender} ({known.identity})" if known else sender
 
     def tidy(self, now: float) -> None:
         """Forgets senders that have been silent for long."""
@@ -211,7 +214,7 @@ class WireGuard:
     """
 
     def __init__(self, lcm: DrakeLcm, config: HardwareConfig, name: str):
-        """Joins the wire a second time, to hear who sends.
+        """Joins the wire a second time, to hear its senders.
 
         Args:
             lcm: The network on which our commands go out.
@@ -259,12 +262,12 @@ class WireGuard:
         self._leased = now
         drivers = self._watch.drivers(now) if self._commands else ()
         lease = Lease(
-            self._watch.who, self.sent, self.mode, self.reason, drivers
+            self._watch.identity, self.sent, self.mode, self.reason, drivers
         )
         self._lcm.Publish(SESSION_LEASE, encode_lease(lease))
 
     def take_command(self, patience: float) -> str:
-        """Claims the drivers, once nobody else commands them.
+        """Claims the drivers, once no other program commands them.
 
         Args:
             patience: Longest wait until the wire is ours [s].
@@ -289,11 +292,11 @@ class WireGuard:
         return self.problem()
 
     def problem(self) -> str:
-        """Says who must not be on the wire; empty if nobody."""
+        """Names the sender that must not be on the wire; empty if none."""
         return self._watch.problem(time.time(), listens_only=self._shadow)
 
     def take_request(self) -> str:
-        """Returns who has asked for motion; empty for nobody."""
+        """Returns the operator that has asked for motion; empty for none."""
         return self._watch.take_request()
 
     def summary(self) -> str:

@@ -22,7 +22,7 @@ class WristCameraReceiver(LeafSystem):
         - depth_image
 
     `receive` takes the newest packet into the state. It is decoded when
-    somebody reads a port, so that a control loop which reads none does not
+    a system reads a port, so that a control loop which reads none does not
     wait for that. Images without pixels stand for none so far; a broken
     packet leaves the images before it on the ports.
 

@@ -1,4 +1,4 @@
-"""Whether a robot's drivers keep to what a controller relies on.
+"""Checks that a robot's drivers keep to what a controller relies on.
 
 `Heard` messages of a wire become a `RobotRecord`; `checks` judge it, and
 `following` how the axes follow. Nothing here sends anything: what moves the

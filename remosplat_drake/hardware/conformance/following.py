@@ -1,4 +1,4 @@
-"""How the axes of a part follow their commands: which, how far and how late.
+"""Measures how the axes of a part follow: which, how far and how late.
 
 The commands are led through the description's model of the actuators. What is
 measured is then compared with these ways, at every delay beyond the model's.

@@ -1,4 +1,4 @@
-"""`RobotRecord`: what a robot was told and what it told, as arrays."""
+"""`RobotRecord`: commands to a robot and its statuses, as arrays."""
 
 import collections
 import dataclasses as dc
@@ -103,10 +103,10 @@ def gather(
     drivers = {}
     for packet in by_channel[DRIVER_REPORT]:
         try:
-            who = decode_report(packet.data).who
+            identity = decode_report(packet.data).identity
         except BrokenMessage:
             continue
-        drivers[who.session] = who.name
+        drivers[identity.session] = identity.name
     base = None
     if robot.n_base:
         base = _base_record(

@@ -82,7 +82,7 @@ def needed_checks(has_base: bool) -> tuple[str, ...]:
 
 
 def default_path() -> Path:
-    """Returns where the report lies unless somebody says otherwise."""
+    """Returns where the report lies unless a flag names another file."""
     return state_dir() / "doctor.json"
 
 

@@ -32,8 +32,8 @@ BASE_STEP, USER_STOP, EMERGENCY_STOP = (
 
 DRILLS = {
     BASE_STEP: "the base drives 10 cm forward",
-    USER_STOP: "somebody presses the arm's user stop",
-    EMERGENCY_STOP: "somebody presses the base's emergency stop",
+    USER_STOP: "a person presses the arm's user stop",
+    EMERGENCY_STOP: "a person presses the base's emergency stop",
 }
 """Drills by name, and what happens in each."""
 
@@ -237,7 +237,7 @@ def drill_stop(
         + ("is still stopped" if stopped() else f"moved at {moved:.3f}"),
         wanted=wanted,
         source=source,
-        mend="reset the stop and start the driver again; who moves here?",
+        mend="reset the stop and start the driver again; find what moved",
     )
 
 
@@ -264,7 +264,7 @@ def _watch_rest(robot: WatchedRobot) -> float:
 
 
 def check_actuators(robot: RobotModel) -> Finding:
-    """Looks whether somebody has measured how the robot's axes follow.
+    """Checks that the description says how the robot's axes follow.
 
     Args:
         robot: The robot.

@@ -111,7 +111,7 @@ def check_priority() -> Finding:
 
 
 def check_buffers(has_camera: bool) -> Finding:
-    """Looks whether sockets can hold what comes while nobody reads.
+    """Checks that sockets can hold what comes while no program reads.
 
     Args:
         has_camera: Whether images come, too.

@@ -1,4 +1,4 @@
-"""Checks of the wire: who sends on it, how often, by which clock."""
+"""Checks of the wire: its senders, their rates and their clocks."""
 
 import collections
 import contextlib
@@ -26,7 +26,7 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
 PROBE = "REMOSPLAT_DOCTOR"
-"""Channel on which the doctor hears itself; nobody else listens to it."""
+"""Channel on which the doctor hears itself; no other program listens to it."""
 
 LISTENING = 2.0
 """Time for which the wire is listened to [s]."""
@@ -118,7 +118,7 @@ def hear_wire(url: str, duration: float = LISTENING) -> list[Heard]:
 def check_publishers(
     packets: Sequence[Heard], config: HardwareConfig, has_base: bool
 ) -> list[Finding]:
-    """Looks who sends statuses, and whether somebody commands already.
+    """Finds the senders of statuses, and programs that command already.
 
     Args:
         packets: What was heard.
@@ -134,10 +134,10 @@ def check_publishers(
         senders[packet.channel].add(packet.sender)
     return [
         judged(
-            f"who sends {channel}",
+            f"senders of {channel}",
             len(senders[channel]) == count,
             found=_addresses(senders[channel]),
-            wanted="one driver" if count else "nobody yet",
+            wanted="one driver" if count else "none yet",
             source="senders' addresses of UDP packets",
             mend=_publisher_advice(channel, count, len(senders[channel])),
         )
@@ -146,14 +146,14 @@ def check_publishers(
 
 
 def _addresses(senders: set[str]) -> str:
-    return ", ".join(sorted(senders)) or "nobody"
+    return ", ".join(sorted(senders)) or "none"
 
 
 def _publisher_advice(channel: str, wanted: int, found: int) -> str:
     if found < wanted:
         return "start the driver, with this LCM URL"
     if wanted:
-        return f"end all but one of those who send {channel}"
+        return f"end all but one of the programs that send {channel}"
     return "end the other controller, or take another port in the LCM URL"
 
 

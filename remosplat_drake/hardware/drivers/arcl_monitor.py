@@ -128,7 +128,7 @@ class ArclMonitor:
 
 
 class _Lines:
-    """Cuts what comes over a socket into lines, whatever it is."""
+    """Cuts the bytes of a socket into lines, of any content."""
 
     def __init__(self, link: socket.socket):
         self._link = link
@@ -147,7 +147,7 @@ class _Lines:
         return [line.decode("ascii", "replace") for line in lines]
 
     def wait_for(self, text: str, limit: float) -> None:
-        """Reads until a text has come, in whatever case.
+        """Reads until a text has come, in upper or lower case.
 
         A prompt ends no line.
 

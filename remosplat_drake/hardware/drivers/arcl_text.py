@@ -1,4 +1,4 @@
-"""What an Omron base says over ARCL, line by line.
+"""Reads an Omron base's ARCL messages, line by line.
 
 ARCL is text over TCP: a password, then commands and answers, with news of the
 robot in between. Of the Advanced Robotics Command Language Reference Guide
@@ -10,7 +10,7 @@ robot in between. Of the Advanced Robotics Command Language Reference Guide
                     StateOfCharge: 86.0, Location: 36467 13659 93,
                     LocalizationScore: 0.37, Temperature: 40
 
-ARCL has no command for a velocity; it is read beside whatever drives.
+ARCL has no command for a velocity; it is read beside the driver that drives.
 """
 
 import dataclasses as dc

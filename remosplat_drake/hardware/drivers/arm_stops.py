@@ -1,4 +1,4 @@
-"""`ArmStops`: whether topics beside its joint states let an arm move."""
+"""`ArmStops`: an arm's stops, from topics beside its joint states."""
 
 import math
 from typing import NamedTuple

@@ -31,8 +31,8 @@ WATCHDOG = 0.2
 class BaseMaxima:
     """Greatest velocities that the base carries out.
 
-    The defaults are those of the LD-60's ROS node. It turns down whatever
-    exceeds 50 degrees a second, 0.87266 rad/s, so that a clamped command must
+    The defaults are those of the LD-60's ROS node. It turns down speeds that
+    exceed 50 degrees a second, 0.87266 rad/s, so that a clamped command must
     stay below that.
 
     Attributes:

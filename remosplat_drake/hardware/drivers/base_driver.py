@@ -183,5 +183,5 @@ class BaseDriver:
                 self._lcm.Publish(BASE_LOCALIZATION, encode_localization(fix))
 
     def stop(self) -> None:
-        """Tells the base to stand still, whatever it heard last."""
+        """Tells the base to stand still, after any command."""
         self._link.publish(np.zeros(3))

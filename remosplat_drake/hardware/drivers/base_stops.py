@@ -1,4 +1,4 @@
-"""`BaseStops`: whether a base may move, as it says beside its odometry."""
+"""`BaseStops`: a base's stops, from topics beside its odometry."""
 
 import dataclasses as dc
 from collections.abc import Iterable
@@ -27,7 +27,7 @@ class BaseStops:
 
 
 FREE = BaseStops()
-"""Nothing holds the base, as far as anybody says."""
+"""Nothing is known to hold the base."""
 
 
 class StopSource(Protocol):

@@ -146,7 +146,7 @@ def _control(
 def _tell_of_abort(
     arm: FrankaArm, servo: VelocityServo, states: SharedRecord
 ) -> None:
-    """Lets the wire know the arm's mode, which says who has stopped it."""
+    """Lets the wire know the arm's mode, which names the cause of a stop."""
     end = time.monotonic() + _AFTERWARDS
     with suppress(RemoSplatError):
         while time.monotonic() < end:

@@ -24,7 +24,7 @@ class CollisionLimits:
     """What the arm takes for a collision, upon which it stops by reflex.
 
     The defaults are those of libfranka's `generate_joint_velocity_motion`.
-    What is set in Desk does not hold: whoever drives the arm sets its own.
+    What is set in Desk does not hold: the driving program sets its own.
 
     Attributes:
         torque: External torques on the joints, seven [N m].

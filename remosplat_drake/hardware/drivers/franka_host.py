@@ -1,4 +1,4 @@
-"""Connecting to a Franka controller: is it there, and what does it say?"""
+"""Connects to a Franka controller, and reads its version."""
 
 import socket
 
@@ -18,7 +18,7 @@ def check_reachable(host: str, hand: bool = False) -> None:
         hand: Whether to ask for the hand, which has a TCP port of its own.
 
     Raises:
-        RemoSplatError: Nobody answers within three seconds.
+        RemoSplatError: No answer comes within three seconds.
     """
     port = _HAND_PORT if hand else _ARM_PORT
     try:

@@ -92,7 +92,7 @@ class HandDriver:
         self._lcm.Publish(PANDA_HAND_STATUS, status.encode())
 
     def _move(self, width: float, force: float) -> None:
-        """Runs in a thread, where nobody would see an exception."""
+        """Runs in a thread, whose exceptions would be lost."""
         try:
             self._hand.go_to(width, force)
         except RemoSplatError as error:

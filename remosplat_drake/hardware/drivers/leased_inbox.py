@@ -1,6 +1,6 @@
 """`LeasedInbox`: a driver's commands, from the one session that it obeys.
 
-A driver obeys nobody before a session's lease has named it. Then it obeys
+A driver obeys no session before a lease has named it. Then it obeys
 that session alone, by the address that lease and commands come from, until
 the session names it no more or is silent for `LEASE_EXPIRY`. What others
 command is refused, counted and reported.
@@ -33,7 +33,7 @@ _YIELD = 5e-4
 
 @dc.dataclass(frozen=True)
 class Hold:
-    """The session that a driver obeys; without a lease it obeys nobody.
+    """The session that a driver obeys; without a lease it obeys none.
 
     Attributes:
         lease: The session's latest lease; None while there is none.
@@ -57,7 +57,7 @@ class Hold:
             now: Time now, by a clock that never jumps [s].
         """
         current = self.at(now).lease
-        is_same = current is not None and current.who == lease.who
+        is_same = current is not None and current.identity == lease.identity
         if driver in lease.drivers and (current is None or is_same):
             return Hold(lease, sender, now)
         return Hold() if is_same else self
@@ -100,21 +100,21 @@ class LeasedInbox:
             lcm: The LCM network, on which the driver's statuses go out, too.
             channels: Channels of commands, which need a lease.
             name: What the driver is, for people.
-            open_channels: Channels that anybody may use.
+            open_channels: Channels that every program may use.
             on_news: Called with a line for people when the driver obeys
-                somebody else, and when it refuses somebody first.
+                another session, and when it first refuses one.
             clock: A clock that never jumps [s].
 
         Raises:
             RemoSplatError: The wire has no addresses.
         """
-        self.who = Identity.of_this_process(name)
+        self.identity = Identity.of_this_process(name)
         self._lcm = lcm
         self._listener = MulticastListener(lcm.get_lcm_url())
         self._channels, self._open = set(channels), set(open_channels)
         self._on_news, self._clock = on_news, clock
         self._hold = Hold()
-        self._report = Report(self.who)
+        self._report = Report(self.identity)
         self._reported = -math.inf
         self._strangers: set[str] = set()
 
@@ -157,10 +157,10 @@ class LeasedInbox:
             self._refuse(SESSION_LEASE, sender)
             return
         before = self._hold.at(now)
-        hold = before.after_lease(lease, sender, self.who.session, now)
+        hold = before.after_lease(lease, sender, self.identity.session, now)
         self._hold = hold
         if hold.lease and (before.lease is None):
-            self._on_news(f"obeys {hold.lease.who}, at {sender}")
+            self._on_news(f"obeys {hold.lease.identity}, at {sender}")
 
     def _refuse(self, channel: str, sender: str) -> None:
         self._report = dc.replace(
@@ -173,11 +173,11 @@ class LeasedInbox:
             self._on_news(f"refuses {channel} from {sender}")
 
     def _tell(self, now: float, obeyed: int) -> None:
-        """Says ten times a second who drives, and whom it obeys."""
+        """Reports ten times a second this driver, and the session it obeys."""
         lease = self._hold.at(now).lease
         self._report = dc.replace(
             self._report,
-            holder=lease.who.session if lease else 0,
+            holder=lease.identity.session if lease else 0,
             obeyed=self._report.obeyed + obeyed,
         )
         if now - self._reported >= PERIOD:

@@ -22,7 +22,7 @@ class PandaPythonHand:
             host: Name or address of the arm's controller.
 
         Raises:
-            RemoSplatError: panda-python is absent, or nobody answers.
+            RemoSplatError: panda-python is absent, or the hand does not answer.
         """
         try:
             from panda_py import libfranka
@@ -47,7 +47,7 @@ class PandaPythonHand:
             raise RemoSplatError(f"the hand: {one_line(error)}") from error
 
     def go_to(self, width: float, force: float) -> None:
-        """Moves the fingers; closing, they hold whatever they meet.
+        """Moves the fingers; closing, they hold what they meet.
 
         Args:
             width: Opening to go to [m].

@@ -1,4 +1,4 @@
-"""`TopicValues`: what ROS topics said last, until they are silent."""
+"""`TopicValues`: latest values of ROS topics, until these are silent."""
 
 import math
 from typing import Generic, TypeVar

@@ -29,8 +29,8 @@ _PAUSED = "its program has ended"
 class UrArmLink:
     """Commands and states of one arm; an `ArmLink`.
 
-    Whoever dies takes the arm's motion along: the controller's watchdog ends
-    the program that nobody tells anything.
+    If this process ends, so does the arm's motion: the controller's watchdog
+    ends a program that hears nothing.
     """
 
     def __init__(self, host: str, description: RobotDescription):

@@ -1,6 +1,6 @@
-"""`VelocityCallback`: what libfranka calls once a millisecond.
+"""`VelocityCallback`: the function that libfranka calls once a millisecond.
 
-It waits for nothing and nobody: setpoints and states cross to the other
+It waits for nothing: setpoints and states cross to the other
 process in shared memory.
 """
 

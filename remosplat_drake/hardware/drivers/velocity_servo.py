@@ -1,7 +1,7 @@
-"""`VelocityServo`: what the arm is told in each millisecond, and why.
+"""`VelocityServo`: the arm's command in each millisecond, and its reason.
 
 It runs inside the arm's 1 kHz callback and needs nothing from outside but a
-setpoint and its age: whatever happens to the process that writes setpoints,
+setpoint and its age: if the process that writes setpoints fails,
 the arm comes to rest by itself.
 """
 
@@ -39,7 +39,7 @@ class VelocityServo:
     """Follows setpoints; without fresh ones, or with bad ones, it brakes.
 
     After a ramp because of old setpoints, none is followed until one asks
-    for rest: whoever commands has noticed, and begins anew.
+    for rest: the commanding program has noticed, and begins anew.
 
     Attributes:
         command: What the arm was told last.

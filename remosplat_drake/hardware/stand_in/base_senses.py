@@ -1,4 +1,4 @@
-"""`BaseSenses`: where the stand-in's base takes itself to be."""
+"""`BaseSenses`: odometry and localisation of the stand-in's base."""
 
 import numpy as np
 

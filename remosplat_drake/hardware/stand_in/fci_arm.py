@@ -25,7 +25,7 @@ class FciArm:
     """Answers one client over UDP, a millisecond a step, by `FciRules`.
 
     A command counts if it answers the latest state and is here when the next
-    step begins. Whoever runs the steps is the robot's clock.
+    step begins. The caller of the steps is the robot's clock.
 
     Attributes:
         rules: The arm's own control.
@@ -92,7 +92,7 @@ class FciArm:
         self._socket.close()
 
     def _hear(self):
-        """Takes in what has come: a command, who asks, and who begins."""
+        """Takes in packets: a command, requests for states, and a beginning."""
         packet, is_last, readers, begins = None, False, [], None
         for request, address in self._requests():
             if request.kind not in (Kind.COMMAND, Kind.LAST):

@@ -106,7 +106,7 @@ class Robot:
         """Asks for a state.
 
         Raises:
-            RuntimeError: Nobody answers.
+            RuntimeError: No answer comes.
         """
         return _robot_state(self._ask(Request(Kind.READ)))
 
@@ -120,7 +120,7 @@ class Robot:
         """Sets what is a collision: the upper thresholds.
 
         Raises:
-            RuntimeError: Nobody answers.
+            RuntimeError: No answer comes.
         """
         values = (*upper_torque_thresholds, *upper_force_thresholds)
         self._ask(Request(Kind.COLLISION, values=values))

@@ -1,4 +1,4 @@
-"""`FciRules`: when a Franka arm takes a velocity command, and when it aborts.
+"""`FciRules`: a Franka arm's rules for velocity commands, and for aborts.
 
 The far side of the Franka Control Interface in joint velocity mode, as Franka
 documents it: every millisecond a command; limits on velocity, acceleration

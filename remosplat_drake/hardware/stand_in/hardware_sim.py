@@ -64,8 +64,8 @@ _SPARSE = 4
 class HardwareSim:
     """A simulated robot with its drivers, in 1 ms steps.
 
-    A Panda is driven by libfranka's law, another arm by its accelerations. What
-    the robot does not have, a base or a hand, nobody hears of.
+    A Panda is driven by libfranka's law, another arm by its accelerations. A
+    base or a hand that the robot does not have sends nothing.
 
     The order within a step is that of the real control loop: hear commands,
     decide, move, publish statuses.

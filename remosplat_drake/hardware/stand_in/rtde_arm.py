@@ -55,7 +55,7 @@ _ANSWERS = {
 class RtdeArm:
     """Answers RTDE clients, the dashboard's and programs, by `UrRules`.
 
-    Whoever runs the steps is the robot's clock.
+    The caller of the steps is the robot's clock.
 
     Attributes:
         rules: The controller's own control.
@@ -186,7 +186,7 @@ class _Connection:
     def send(self, data: bytes) -> None:
         try:
             self._socket.sendall(data)
-        except OSError:  # Gone, or too slow to read: a robot waits for nobody.
+        except OSError:  # Gone, or too slow to read: a robot does not wait.
             self.close()
 
     def close(self) -> None:

@@ -64,7 +64,7 @@ class SimulatedArm:
     """An arm and its driver: commands in, joint rates and statuses out.
 
     A collision or a joint at the end of its range is a reflex: the arm brakes
-    and stays where it is, whatever it is told, until `recover`.
+    and stays where it is, in spite of commands, until `recover`.
 
     Attributes:
         commands: The driver's latest velocity command.

@@ -1,8 +1,8 @@
-"""`UrRules`: how a Universal Robots controller obeys ur_rtde's script.
+"""`UrRules`: a Universal Robots controller that runs ur_rtde's script.
 
 The script of ur_rtde is a loop on the controller: it reads a command from an
 integer register, carries it out, and says in another that it is done and, once
-the command is withdrawn, that it is ready; speeds are a stream that nobody
+the command is withdrawn, that it is ready; speeds are a stream without
 answers. Here is that loop with the commands
 that a velocity controller needs, beside the controller's own stops.
 """

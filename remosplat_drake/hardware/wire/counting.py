@@ -1,7 +1,7 @@
-"""Which map a control loop goes by, on the wire: counting_map, checked.
+"""Reads and writes counting_map: the map that a control loop goes by.
 
-A loop whose map grows says so all the time, so that whoever looks for what the
-map does not show knows what it shows.
+A loop whose map grows sends this all the time, so that a program that looks for
+what the map does not show knows what it shows.
 """
 
 import dataclasses as dc

@@ -1,8 +1,8 @@
-"""Who commands a robot and who drives it: identities beside the messages.
+"""Identities of a robot's sessions and drivers, beside the messages.
 
-The stock messages have no room for them. A session says ten times a second
-who it is and which drivers shall obey it; a driver says who it is and which
-session it obeys. Both come from the same UDP port as their commands and
+The stock messages have no room for them. A session sends ten times a second
+its identity and which drivers shall obey it; a driver sends its identity and
+which session it obeys. Both come from the same UDP port as their commands and
 statuses: that address ties them together.
 """
 
@@ -20,9 +20,9 @@ from remosplat_drake.hardware.wire.messages.session_lease import session_lease
 from remosplat_drake.hardware.wire.packets import decode, is_expired, to_utime
 
 SESSION_LEASE = "SESSION_LEASE"
-"""Channel of session_lease: who commands the robot."""
+"""Channel of session_lease: the session that commands the robot."""
 DRIVER_REPORT = "DRIVER_REPORT"
-"""Channel of driver_report: who drives it."""
+"""Channel of driver_report: the driver that drives it."""
 OPERATOR_REQUEST = "OPERATOR_REQUEST"
 """Channel of operator_request: a person arms a session."""
 
@@ -68,14 +68,14 @@ class Lease:
     """What a session says of itself.
 
     Attributes:
-        who: Who commands.
+        identity: Identity of the session.
         sent: Number of commands sent so far.
         mode: Mode of its supervisor.
         reason: Why that mode.
         drivers: Sessions of the drivers that shall obey.
     """
 
-    who: Identity
+    identity: Identity
     sent: int = 0
     mode: str = ""
     reason: str = ""
@@ -87,14 +87,14 @@ class Report:
     """What a driver says of itself.
 
     Attributes:
-        who: Who drives.
+        identity: Identity of the driver.
         holder: Session that it obeys; 0 for none.
         obeyed: Number of messages that it carried out.
         refused: Number of messages that it refused.
         refused_from: Address whose message it refused last; empty for none.
     """
 
-    who: Identity
+    identity: Identity
     holder: int = 0
     obeyed: int = 0
     refused: int = 0
@@ -104,7 +104,7 @@ class Report:
 def encode_lease(lease: Lease) -> bytes:
     """Encodes a lease, stamped now."""
     message = session_lease()
-    _sign(message, lease.who)
+    _sign(message, lease.identity)
     message.sent = lease.sent
     message.mode, message.reason = lease.mode, lease.reason
     message.num_drivers = len(lease.drivers)
@@ -131,7 +131,7 @@ def decode_lease(data: bytes) -> Lease:
 def encode_report(report: Report) -> bytes:
     """Encodes a driver's report, stamped now."""
     message = driver_report()
-    _sign(message, report.who)
+    _sign(message, report.identity)
     message.holder = report.holder
     message.obeyed, message.refused = report.obeyed, report.refused
     message.refused_from = report.refused_from
@@ -159,7 +159,7 @@ def encode_request(session: int, operator: str) -> bytes:
 
     Args:
         session: The session.
-        operator: Who asks.
+        operator: Name of the person that asks.
     """
     message = operator_request()
     message.utime = to_utime(time.time())
@@ -168,7 +168,7 @@ def encode_request(session: int, operator: str) -> bytes:
 
 
 def decode_request(data: bytes, session: int, now: float) -> str | None:
-    """Returns who asks a session to move; None where the request is void.
+    """Returns the operator of a request; None where the request is void.
 
     Args:
         data: The encoded packet.
@@ -185,10 +185,10 @@ def decode_request(data: bytes, session: int, now: float) -> str | None:
     return message.operator
 
 
-def _sign(message, who: Identity) -> None:
+def _sign(message, identity: Identity) -> None:
     message.utime = to_utime(time.time())
-    message.session, message.pid = who.session, who.pid
-    message.host, message.name = who.host, who.name
+    message.session, message.pid = identity.session, identity.pid
+    message.host, message.name = identity.host, identity.name
 
 
 def _signed(message) -> Identity:

@@ -70,8 +70,8 @@ def _quaternion(X_WF: RigidTransform) -> list[float]:
 def decode_movers(data: bytes) -> Movers:
     """Decodes and checks what moves, and which space is watched.
 
-    One value that cannot be used makes the whole message unusable: who is
-    wrong about one mover is not believed about the others.
+    One value that cannot be used makes the whole message unusable: a source
+    that is wrong about one mover is not believed about the others.
 
     Args:
         data: The encoded packet.

@@ -1,7 +1,7 @@
 """`MulticastListener`: LCM's packets with the addresses of their senders.
 
-LCM tells nobody who sent a message. Its packets do: each comes from the UDP
-port of one process. The format is LCM's own (`lcm_udpm.c`), big-endian: the
+LCM does not tell the sender of a message. Its packets do: each comes from the
+UDP port of one process. The format is LCM's own (`lcm_udpm.c`), big-endian: the
 magic LC02, a sequence number, the channel's name, which a zero ends, and the
 message. Messages of more than 64 kB come in fragments (LC03); commands and
 statuses are smaller, and the kernel drops fragments before they get here.
@@ -24,7 +24,7 @@ _BUFFER = 1 << 21
 """Wanted size of the kernel's buffer; it grants what it may [bytes]."""
 
 _MOST = 1000
-"""Number of packets of one call: a flood must not hold up who listens."""
+"""Number of packets of one call: a flood must not hold up a listener."""
 
 _UDP_HEADER = 8
 _ATTACH_FILTER = getattr(socket, "SO_ATTACH_FILTER", 26)

@@ -197,9 +197,9 @@ def test_the_second_controller_does_not_get_the_wire():
     assert guards[0].problem() == ""
     operator = Operator(DrakeLcm(config.url))
     until(lambda: guards[0].listen() or operator.leases())
-    leases = {a.who.name: a for a in operator.listen_for(0.01)}
+    leases = {a.identity.name: a for a in operator.listen_for(0.01)}
     assert leases["first"].drivers == (PANDA.session,)
-    operator.arm(leases["first"].who.session)
+    operator.arm(leases["first"].identity.session)
     until(lambda: guards[0].listen() or guards[0].take_request())
     guards[1].listen()
     assert guards[1].take_request() == ""

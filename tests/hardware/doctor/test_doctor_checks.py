@@ -109,10 +109,10 @@ def test_two_drivers_and_a_second_controller_are_found():
     bad = [*good, packet("PANDA_STATUS", 3), packet("PANDA_COMMAND", 4)]
     found = wire_checks.check_publishers(bad, CONFIG, True)
     assert results(found) == {
-        "who sends PANDA_STATUS": FAILED,
-        "who sends PANDA_COMMAND": FAILED,
-        "who sends BASE_STATUS": PASSED,
-        "who sends BASE_COMMAND": PASSED,
+        "senders of PANDA_STATUS": FAILED,
+        "senders of PANDA_COMMAND": FAILED,
+        "senders of BASE_STATUS": PASSED,
+        "senders of BASE_COMMAND": PASSED,
     }
     assert found[0].found == "192.0.2.7:1, 192.0.2.7:3"
 

@@ -33,7 +33,7 @@ def test_a_silent_wire_fails(tmp_path):
     done = remosplat("doctor", *flags)
     assert done.returncode == 1, done.stderr
     found = read(path)
-    assert found["who sends PANDA_STATUS"]["found"] == "nobody"
+    assert found["senders of PANDA_STATUS"]["found"] == "none"
     assert found["multicast"]["result"] == "passed"
     assert found["base-step"]["result"] == "skipped"
     assert "to mend: start the driver" in done.stderr
@@ -74,7 +74,7 @@ def test_all_drills_pass_with_the_stand_in(lone_robot, tmp_path):
     for drill in DRILLS:
         assert found[drill]["result"] == "passed", "".join(said)
     assert "mode user_stopped" in found["user-stop"]["found"]
-    assert found["who sends BASE_STATUS"]["result"] == "passed"
+    assert found["senders of BASE_STATUS"]["result"] == "passed"
 
 
 @pytest.mark.slow

@@ -84,7 +84,7 @@ def test_on_a_wire_strangers_are_refused_counted_and_reported():
     )
     reports = Inbox(DrakeLcm(url), [DRIVER_REPORT])
     ours, stranger = DrakeLcm(url), DrakeLcm(url)
-    lease = dc.replace(OURS, drivers=(inbox.who.session,))
+    lease = dc.replace(OURS, drivers=(inbox.identity.session,))
     ours.Publish(SESSION_LEASE, encode_lease(lease))
     stranger.Publish(SESSION_LEASE, b"nonsense")
     time.sleep(0.05)
@@ -106,10 +106,10 @@ def test_on_a_wire_strangers_are_refused_counted_and_reported():
     assert [line.split(" from ")[0] for line in news[1:]] == [
         f"refuses {SESSION_LEASE}"
     ]
-    report = Report(inbox.who)
+    report = Report(inbox.identity)
     while report.refused < 2 and time.monotonic() < end:
         inbox.fetch()
         for _, data in reports.fetch(0.02):
             report = decode_report(data)
-    assert (report.holder, report.obeyed) == (OURS.who.session, 3)
+    assert (report.holder, report.obeyed) == (OURS.identity.session, 3)
     assert report.refused == 2 and report.refused_from

@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class driver_report(object):
-    """ Who drives a robot or a part of it, and whom that driver obeys. """
+    """ The driver of a robot or a part of it, and the session that it obeys. """
 
     __slots__ = ["utime", "session", "pid", "host", "name", "holder", "obeyed", "refused", "refused_from"]
 

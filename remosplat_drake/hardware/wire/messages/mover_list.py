@@ -27,7 +27,7 @@ class mover_list(object):
 
         self.version = 0
         """
-        What the fields mean: 1. Whoever knows another version refuses it.
+        What the fields mean: 1. A receiver of another version refuses it.
         LCM Type: int32_t
         """
 

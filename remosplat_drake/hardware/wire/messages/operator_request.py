@@ -31,7 +31,7 @@ class operator_request(object):
 
         self.operator = ""
         """
-        Who asks, for the record.
+        The person that asks, for the record.
         LCM Type: string
         """
 

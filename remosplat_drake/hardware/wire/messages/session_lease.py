@@ -8,7 +8,7 @@ from io import BytesIO
 import struct
 
 class session_lease(object):
-    """ Who commands a robot, said ten times a second beside the commands. """
+    """ The session that commands a robot, sent ten times a second beside the commands. """
 
     __slots__ = ["utime", "session", "pid", "host", "name", "sent", "mode", "reason", "num_drivers", "drivers"]
 
