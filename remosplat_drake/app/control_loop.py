@@ -77,7 +77,7 @@ class ControlLoop:
             if the scenario wants none.
         standing: The system that says how things stand, in one sentence.
         known_movers: The output port of the `Movers` that the robot is told of;
-            None where nobody tells it of any.
+            None where it is told of none.
         true_movers: The output port of the true `Movers` of a simulation, or of
             what is heard of a real robot's; None where nothing moves.
     """
@@ -102,7 +102,7 @@ class ControlLoop:
     def movers(self) -> OutputPort | None:
         """The output port of the `Movers` that are known.
 
-        It is that of the true ones where nobody tells the robot; None where
+        It is that of the true ones where the robot senses none; None where
         nothing moves.
         """
         return self.known_movers or self.true_movers

@@ -32,8 +32,8 @@ from remosplat_drake.visualization.safety_panel import SafetyPanel
 from remosplat_drake.visualization.unseen_space import show_unseen_space
 from remosplat_drake.visualization.views import AddViews
 
-# Whoever only runs a scenario does not wait for what makes maps: that is
-# imported where it is wanted.
+# A plain run does not wait for the modules that make maps: these are
+# imported where they are needed.
 if TYPE_CHECKING:
     from remosplat_drake.app.stages.teleoperation import Teleoperation
     from remosplat_drake.cockpit.cockpit_process import CockpitProcess

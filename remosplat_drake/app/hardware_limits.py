@@ -1,7 +1,6 @@
-"""What a scenario must keep to where a real robot moves.
+"""Narrower ranges of a scenario's fields where a real robot moves.
 
-Narrower ranges than those of the fields, as data; experiments in simulation
-are free to be reckless.
+They are data; experiments in simulation may go beyond them.
 """
 
 from functools import reduce
@@ -41,7 +40,7 @@ NARROWER = {
     "hardware.localization.sigmas": Interval(ge=2, le=6),
     "hardware.localization.max_shift": Interval(gt=0, le=0.3),
     "hardware.localization.max_turn": Interval(gt=0, le=0.3),
-    # Nobody sees obstacles that are made smaller or left out.
+    # Obstacles that are made smaller or left out would not be seen.
     "oracle.n_sigma": Interval(ge=0.5, le=10),
     "oracle.min_opacity": Interval(ge=0, le=0.5),
     # Nor do depth views see what is fainter, nearer or farther than these.

@@ -89,7 +89,7 @@ def prepare_for_hardware(
     Args:
         scenario: The scenario, which is changed in place.
         lcm_url: LCM URL at which the drivers are; None takes the scenario's.
-        shadow: Whether nothing is sent, whatever the scenario says.
+        shadow: Whether nothing is sent, against the scenario, too.
 
     Raises:
         FieldError: The scenario disarms a safety check, for example has no
@@ -132,7 +132,7 @@ def run_on_hardware(
     """Runs the real robot until the last target is reached or time is up.
 
     It waits for the drivers, rehearses without sending anything, takes the
-    drivers' command unless somebody else has it, and begins stopped: an
+    drivers' command unless another program has it, and begins stopped: an
     operator lets the robot go, see `Arming`. A shadow does not wait. Then it
     ticks on the robot's statuses, with a real-time priority (SCHED_RR) where
     the computer grants one and with automatic garbage collection off. However
@@ -158,7 +158,7 @@ def run_on_hardware(
             run ends [s].
 
     Raises:
-        RemoSplatError: A driver keeps silent, or somebody else commands it.
+        RemoSplatError: A driver keeps silent, or another program commands it.
     """
     loop = HardwareLoop(application)
     loop.rehearse()
@@ -187,7 +187,7 @@ def run_on_hardware(
                         between_ticks(loop.context)
         finally:
             request.is_heeded = True
-            # Who has never commanded must not interfere even with zeros.
+            # A program that has never commanded must not send even zeros.
             if math.isfinite(loop.link.sent):
                 bring_to_rest(
                     loop.link,
@@ -258,12 +258,12 @@ class HardwareLoop:
     def start(self) -> None:
         """Starts at the next tick from the measured state, at rest.
 
-        A robot that stands where the map allows nobody to stand is stopped
+        A robot that stands where the map allows no robot to stand is stopped
         before it has moved.
 
         Raises:
-            RemoSplatError: A driver keeps silent, or somebody else commands
-                it.
+            RemoSplatError: A driver keeps silent, or another program
+                commands it.
         """
         self._initialize()
         self.link.is_armed = self._application.scenario.hardware.shadow
@@ -289,12 +289,12 @@ class HardwareLoop:
             link = robot.spheres.links[clearances.sphere[row]]
             context = app.supervisor.GetMyMutableContextFromRoot(self.context)
             port = app.supervisor.GetInputPort("movers")
-            who = mover_at(
+            mover = mover_at(
                 value_or_none(port, context),
                 self.context.get_time(),
                 clearances.p_WC[row],
             )
-            where = f"beside {who} " if who else "in the map "
+            where = f"beside {mover} " if mover else "in the map "
             app.supervisor.request_stop(
                 context,
                 f"{where}{link} starts at a clearance of"
@@ -340,7 +340,7 @@ class HardwareLoop:
         return heard, self.context.get_time() - status.age
 
     def _end_tick(self) -> None:
-        """Draws, records and clears up while nobody waits for it."""
+        """Draws, records and clears up while nothing waits for it."""
         self._next += 1
         self._simulator.AdvanceTo(self._next * self._period - _BEFORE_TICK)
         gc.collect(1)

@@ -1,4 +1,4 @@
-"""How good a map is, in one word, for whoever has no time to read."""
+"""Grades a map in one word, for a quick look."""
 
 from remosplat_drake.app.map_knowledge import MapError
 from remosplat_drake.controller.ingredients import CollisionDamperConfig
@@ -28,7 +28,7 @@ def grade_map(error: MapError) -> str:
     Returns:
         `GOOD`: the usual stopping distance is safe. `FAIR`: only a larger one
         is, or the capture was doubtful. `POOR`: not even one at which a hand
-        is still near to something. `UNKNOWN`: nobody has measured it.
+        is still near to something. `UNKNOWN`: its error has not been measured.
     """
     if error.largest is None:
         return UNKNOWN

@@ -1,4 +1,4 @@
-"""`MapKnowledge`: what is known of a scenario's map before a robot moves."""
+"""`MapKnowledge`: facts on a scenario's map, from before a robot moves."""
 
 import dataclasses as dc
 from collections.abc import Mapping
@@ -55,12 +55,12 @@ MOST_UNSEEN = 0.05
 inside of what stands there is unseen as well."""
 
 _UNKNOWN = (
-    "nobody has measured how wrong the map is; `remosplat quality` makes a"
+    "the map's error has not been measured; `remosplat quality` makes a"
     " report beside the splat"
 )
 
-_NOBODY_KNOWS = (
-    "nobody knows which space the cameras of the splat saw; `remosplat"
+_UNKNOWN_SPACE = (
+    "the space that the splat's cameras saw is not known; `remosplat"
     " reconstruct` writes that beside the splat"
 )
 
@@ -93,7 +93,7 @@ class MapKnowledge:
         stopping: Smallest stopping distance that may come into use [m].
         gates: All that is wrong with the map for this scenario.
         unseen: Fraction of the space between the start and the targets that
-            no camera has seen; None if nobody knows.
+            no camera has seen; None if that is unknown.
         unseen_counts_as: `FREE` or `OBSTACLE`.
         unseen_places: Names of the start or targets that lie in such space.
     """
@@ -304,14 +304,14 @@ def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
     Args:
         scenario: A checked scenario.
         unseen: Fraction of the space between the start and the targets that
-            no camera has seen; None if nobody knows.
+            no camera has seen; None if that is unknown.
     """
     choice = scenario.scene.unknown
     if isinstance(scenario.oracle, GroundTruth) or not scenario.scene.splat:
         return []
     if unseen is None:
         level = {OBSTACLE: REFUSAL, WARN: WARNING}.get(choice or "", SILENCE)
-        return [Gate(UNKNOWN_SEEN_SPACE, _NOBODY_KNOWS, in_simulation=level)]
+        return [Gate(UNKNOWN_SEEN_SPACE, _UNKNOWN_SPACE, in_simulation=level)]
     if choice == OBSTACLE or not unseen:
         return []
     problem = (

@@ -26,8 +26,8 @@ class OtherRobot(Config):
     # file beside this one. It has its own start, map and targets; its `movers`
     # do not count.
     scenario: Annotated[str, Len(1)] = "TableReach"
-    # Who goes first where both want to: the robot of this scenario ("ours"),
-    # the other one ("theirs"), or nobody ("nobodys").
+    # Which goes first where both want to: the robot of this scenario ("ours"),
+    # the other one ("theirs"), or neither ("nobodys").
     right_of_way: Annotated[str, OneOf((OURS, THEIRS, NOBODYS))] = OURS
     # How far the one that yields keeps from the other [m]: what comes nearer
     # it retreats from.

@@ -177,7 +177,7 @@ def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
 
 
 def with_right_of_way(scenario: Scenario) -> Scenario:
-    """Returns our scenario, in which we yield to whom the way belongs.
+    """Returns our scenario, in which we yield to a robot with right of way.
 
     Args:
         scenario: Our scenario.

@@ -1,4 +1,4 @@
-"""`RecordedMovers`: what a run left behind moves again, in a scenario."""
+"""`RecordedMovers`: the movers of a recorded run, again in a scenario."""
 
 import dataclasses as dc
 from pathlib import Path

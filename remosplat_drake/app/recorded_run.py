@@ -122,7 +122,7 @@ class RecordedRun:
 
     @cached_property
     def scene_changes(self) -> list[float]:
-        """Times at which somebody changed the true scene, ascending [s]."""
+        """Times at which the true scene was changed, ascending [s]."""
         return [
             event.time
             for event in self.events

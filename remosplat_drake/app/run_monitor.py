@@ -195,7 +195,7 @@ class RunMonitor:
         """Counts how long the robot stands stopped; tells of changes."""
         step, self._time = time - self._time, time
         stands = supervision.mode == STOPPED
-        # However long it takes until somebody lets the robot go.
+        # For as long as it takes until a person releases the robot.
         unarmed = stands and supervision.reason == UNARMED
         waits = stands and not unarmed
         self._waited = self._waited + step if waits else 0.0

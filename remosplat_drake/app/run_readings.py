@@ -1,4 +1,4 @@
-"""What the context of a running diagram says of the run."""
+"""Reads a run's state from the context of its diagram."""
 
 from pydrake.systems.framework import Context
 

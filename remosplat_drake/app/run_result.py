@@ -1,4 +1,4 @@
-"""`RunResult`: how a run ended."""
+"""`RunResult`: the end of a run, and its account."""
 
 import dataclasses as dc
 
@@ -60,10 +60,10 @@ class RunResult:
     )
 
     def uninterrupted(self) -> "RunResult":
-        """Returns the result itself, for who cannot use half a run.
+        """Returns the result itself, for a caller that cannot use half a run.
 
         Raises:
-            KeyboardInterrupt: Somebody has ended the run.
+            KeyboardInterrupt: A person has ended the run.
         """
         if self.outcome == INTERRUPTED:
             raise KeyboardInterrupt
@@ -81,7 +81,7 @@ def make_result(
     Args:
         application: The diagram that ran, with all of its parts.
         root: Context of the whole diagram at the end.
-        interrupted: Whether somebody has ended the run.
+        interrupted: Whether a person has ended the run.
         standings: What was news about how things stand, as `RunMonitor` has
             kept it.
     """

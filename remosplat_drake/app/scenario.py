@@ -178,7 +178,7 @@ class Scenario(Config):
     wrist_camera: WristCameraConfig | CameraConfig | None = None
     # The real robot, in place of `station` with `remosplat run --hardware`.
     hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
-    # What `remosplat teleop` needs besides: who moves the target, and how.
+    # What `remosplat teleop` needs besides: what moves the target, and how.
     teleop: TeleopConfig = dc.field(default_factory=TeleopConfig)
     mapping: MappingConfig = dc.field(default_factory=MappingConfig)
     # Control period, the time between two ticks [s].

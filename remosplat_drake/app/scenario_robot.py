@@ -1,4 +1,4 @@
-"""Which robot a scenario means, and loading it."""
+"""Finds and loads the robot of a scenario."""
 
 from pathlib import Path
 
@@ -16,8 +16,8 @@ def robot_file(scenario: Scenario) -> str:
     """Returns what `load_robot` takes for a scenario's robot.
 
     A file is relative to the scenario's. One that is not there is looked for
-    in the working directory, where whoever types it on a command line means it
-    to be.
+    in the working directory, where a person who types it on a command line
+    means it to be.
 
     Args:
         scenario: The scenario.

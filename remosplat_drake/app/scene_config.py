@@ -1,4 +1,4 @@
-"""`SceneConfig`: what surrounds the robot, as a scenario has it."""
+"""`SceneConfig`: a robot's surroundings, as a scenario has them."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -48,7 +48,7 @@ class SceneConfig(Config):
     # File of the true geometry (RMMI JSON), for metrics, contact and
     # !GroundTruth; empty for none.
     truth: str = ""
-    # File of what the true geometry becomes when somebody changes the scene
+    # File of what the true geometry becomes when a person changes the scene
     # during a simulated teleoperation (RMMI JSON); empty: it stays.
     truth_later: str = ""
     # Further objects, as Drake's model directives (`add_model`, `add_weld`):

@@ -1,4 +1,4 @@
-"""`SeenSpace`: what the capture of a scenario's splat has seen, placed in W."""
+"""`SeenSpace`: space that the capture of a splat has seen, placed in W."""
 
 import dataclasses as dc
 from collections.abc import Iterable
@@ -46,7 +46,7 @@ class SeenSpace:
 
     @cached_property
     def field(self) -> PlacedUnknownSpace:
-        """Distances to what nobody has seen."""
+        """Distances to space that no camera has seen."""
         return PlacedUnknownSpace(self.coverage, self.X_WG, self.floor_height)
 
     def unseen_fraction(self, places_W: Iterable[np.ndarray]) -> float:

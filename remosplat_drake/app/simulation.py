@@ -101,7 +101,7 @@ def run(
 def _advance(
     simulator: Simulator, monitor: RunMonitor, diagram: Diagram
 ) -> bool:
-    """Simulates until the monitor ends it; returns whether somebody else did.
+    """Simulates until the monitor ends it; returns whether a person did.
 
     The time limit may recede meanwhile: a robot that stands stopped has time.
     """

@@ -1,4 +1,4 @@
-"""What is wrong with a run's start and targets, said before anything moves."""
+"""Finds faults of a run's start and targets, before anything moves."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""`TargetConfig`: what the end effector shall reach, in a file."""
+"""`TargetConfig`: a pose for an end effector, in a file."""
 
 import dataclasses as dc
 from collections.abc import Iterator

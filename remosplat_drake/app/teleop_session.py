@@ -57,8 +57,8 @@ def check_mappable(scenario: Scenario) -> None:
         scenario: A checked scenario.
 
     Raises:
-        FieldError: The oracle measures no distances to a splat, or nobody
-            knows which space the cameras of the splat saw.
+        FieldError: The oracle measures no distances to a splat, or the
+            space that the splat's cameras saw is not known.
         MissingExtraError: A package that mapping needs is not installed.
     """
     if not scenario.mapping.enabled:
@@ -183,7 +183,7 @@ def _initial_map(scenario: Scenario, world: World) -> SceneMap:
     """Makes the map that the scenario comes with.
 
     Where it comes with none, all is an obstacle that is not near the robot:
-    it can look around, and nobody can drive it blindly.
+    it can look around, and cannot be driven blindly.
     """
     splat_W = world.splat_W or GaussianSplat.empty()
     field, coverage = world.field, None
@@ -213,7 +213,7 @@ def _initial_map(scenario: Scenario, world: World) -> SceneMap:
 def camera_maker(
     scenario: Scenario, world: World, hardware: bool
 ) -> Callable[[], WristCamera]:
-    """Returns what makes the wrist camera, in whatever process calls it.
+    """Returns a function that makes the wrist camera, in any process.
 
     Args:
         scenario: The scenario.

@@ -52,7 +52,7 @@ def compile_kernels(
     """Runs some ticks of a scenario's own loop, right beside an obstacle.
 
     There, commands are verified and bent, which elsewhere they are not. The
-    loop looks ahead by itself, whatever the scenario says: a process that is
+    loop looks ahead by itself, against the scenario, too: a process that is
     started later finds what it needs compiled.
 
     Args:
@@ -107,7 +107,7 @@ def _fields(
     if isinstance(world.field, CompositeDistanceField):
         first = both
     elif live_map and not world.splat_W:
-        first = around  # Nobody has seen anything yet.
+        first = around  # Nothing has been seen yet.
     fields = [first]
     if live_map:
         later = both if scenario.scene.unknown == OBSTACLE else known

@@ -1,4 +1,4 @@
-"""`World`: what a scenario's files hold, loaded, checked and placed in W."""
+"""`World`: the contents of a scenario's files, checked and placed in W."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -51,10 +51,10 @@ class World:
         splat_W: The scene's splat in W, less what was cropped away; None if
             there is no splat.
         cropped_W: The part of the splat that was cropped away, in W.
-        truth: The scene's true geometry in W; None if nobody knows it.
+        truth: The scene's true geometry in W; None if it is unknown.
         field: The map that the oracle asks for distances.
         q0: Configuration to start from, shape (n_q,) [rad, m].
-        seen: What the splat's capture has seen; None if nobody knows.
+        seen: What the splat's capture has seen; None if that is unknown.
     """
 
     robot: RobotModel
@@ -67,7 +67,7 @@ class World:
 
     @property
     def truth_field(self) -> DistanceField | None:
-        """Distances to the true geometry; None if nobody knows it."""
+        """Distances to the true geometry; None if it is unknown."""
         return None if self.truth is None else SignedDistanceField(self.truth)
 
 
@@ -108,7 +108,7 @@ def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
         world: What the scenario's files hold.
 
     Returns:
-        One scene or two; none if nobody knows the true geometry.
+        One scene or two; none if the true geometry is unknown.
 
     Raises:
         RemoSplatError: A file is unusable.
@@ -152,8 +152,8 @@ def scenario_targets(
 
     Args:
         scenario: The scenario.
-        truth: The true scene, which may name a target; None if nobody knows
-            it.
+        truth: The true scene, which may name a target; None if it is
+            unknown.
         effectors: Names of the robot's end effectors.
 
     Returns:

@@ -1,4 +1,4 @@
-"""What the drivers tell of a robot that is about to be identified."""
+"""Reads the drivers of a robot that is to be identified."""
 
 import dataclasses as dc
 import time

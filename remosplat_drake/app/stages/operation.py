@@ -1,4 +1,4 @@
-"""`Operation`: what a diagram has only where an operator moves the target."""
+"""`Operation`: the systems of a diagram whose target an operator moves."""
 
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
@@ -33,7 +33,7 @@ class Operation:
         hardware: Whether the robot is the real one.
 
     Attributes:
-        operator: The operator at the cockpit, who is to be connected to the
+        operator: The cockpit's operator system, to be connected to the
             supervisor; None without a cockpit.
     """
 
@@ -72,7 +72,7 @@ class Operation:
             world,
             configuration,
             self._teleoperation,
-            # Whoever finds a real robot's page must not steer it.
+            # A visitor of a real robot's page must not steer it.
             None if self._hardware else self._page,
             [self.operator] if self.operator is not None else [],
         )

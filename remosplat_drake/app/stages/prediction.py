@@ -33,7 +33,7 @@ def AddPrediction(
     """Adds the predictor, where the robot's axes do not follow at once.
 
     A simulated robot obeys at once where its description has no actuators. Of
-    a real one that nobody has measured the cautious defaults are assumed.
+    a real one that has not been measured the cautious defaults are assumed.
 
     Args:
         builder: The builder of the diagram.

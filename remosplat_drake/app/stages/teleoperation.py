@@ -206,8 +206,8 @@ def AddLiveMap(
         builder: The builder of the diagram.
         loop: The control loop whose oracle uses the map.
         teleoperation: What the diagram needs to be teleoperated.
-        hardware: Whether the robot is real: what moves is then seen by others,
-            who are told which map counts.
+        hardware: Whether the robot is real: movers are then sensed by other
+            programs, which are told which map counts.
 
     Returns:
         The live map; None if nothing is mapped.
