@@ -1,4 +1,4 @@
-"""`Drawing`: how far a suite has got that draws its scenes and targets."""
+"""`Drawing`: progress of a suite that draws its scenes and targets."""
 
 from collections.abc import Callable
 

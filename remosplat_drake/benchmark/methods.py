@@ -102,7 +102,7 @@ class Method:
 
     @property
     def fingerprint(self) -> str:
-        """Digest of all settings, whatever file they came from."""
+        """Digest of all settings, from any file."""
         settings = repr(dc.replace(self.scenario, source=""))
         for extension in extensions_in(self.scenario):
             name = extension_name(type(extension))
@@ -212,7 +212,7 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
         if given:
             raise FieldError(where, field, "is the benchmark's to choose")
     check_scenario(scenario)
-    # The benchmark drives in maps that nobody has measured; only distances
+    # The benchmark drives in maps without a measured error; only distances
     # below the usual one need to know.
     errors = map_error_gates(scenario, find_map_error(scenario))
     open_gates(errors, (), hardware=False, where=where)

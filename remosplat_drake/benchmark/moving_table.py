@@ -1,4 +1,4 @@
-"""The table of a study with movers: who was touched, and whose doing it was."""
+"""The table of a study with movers: contacts, and which side caused them."""
 
 import numpy as np
 
@@ -27,7 +27,7 @@ NOTES = (
     " a link that moved away or along was caught up with;"
     " at rest: the robot stood. Reached: the target, without having touched"
     " anything towards it, and nothing that stands. Reachable: some method of"
-    " the table arrived, whatever it touched. Waited, time: medians, of the"
+    " the table arrived, with or without contacts. Waited, time: medians of the"
     " scenes that were reached."
 )
 

@@ -1,4 +1,4 @@
-"""What the paper reports, to stand beside our own numbers."""
+"""The paper's results, to stand beside our own numbers."""
 
 import dataclasses as dc
 

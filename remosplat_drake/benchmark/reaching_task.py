@@ -1,4 +1,4 @@
-"""`ReachingTask`: what a trial must know of a scene, however it was made."""
+"""`ReachingTask`: a scene of any origin, as a trial takes it."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -33,7 +33,7 @@ class ReachingTask:
             home.
         start_field: Name of the start in the scene's file, for errors.
         arm_goal: Joint positions of an arm on a fixed base at the target
-            [rad]; None where nobody gives them.
+            [rad]; None where they are not given.
         further_targets: Target poses in W of the robot's further end
             effectors, in their order; empty where nothing is asked of them.
     """

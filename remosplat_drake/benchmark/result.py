@@ -1,4 +1,4 @@
-"""`TrialResult`: what one trial leaves behind, as one line of JSON."""
+"""`TrialResult`: the result of one trial, as one line of JSON."""
 
 import dataclasses as dc
 import json

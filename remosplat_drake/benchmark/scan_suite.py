@@ -39,7 +39,7 @@ class SolidsTruth(Config):
 
 @dc.dataclass
 class CaptureTruth(Config):
-    """Nobody knows the solids: the capture's own depth is the truth."""
+    """The solids are unknown: the capture's own depth is the truth."""
 
     # A capture that `remosplat capture-info` understands.
     folder: str = ""

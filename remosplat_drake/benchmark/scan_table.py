@@ -40,8 +40,8 @@ def scan_table(comparison: Comparison, rule: str) -> Table:
         tuple(rows),
         "Accelerations: mean ± 95 % over the targets that the row itself"
         " reaches, as in the paper's Tables II and III. Collisions and"
-        " clearances are judged by the true solids or, where nobody knows"
-        " them, by the capture's own depth, at ticks and at four points"
+        " clearances are judged by the true solids or, where these are"
+        " unknown, by the capture's own depth, at ticks and at four points"
         " between. The paper's scene and targets are others.",
         quoted=frozenset(range(ours, len(rows))),
     )

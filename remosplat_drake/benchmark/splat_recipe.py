@@ -1,4 +1,4 @@
-"""How a scene's splat is made, and where it is kept.
+"""Makes a scene's splat, and keeps it in the user's cache.
 
 Every recipe has a folder of its own in the user's cache: another recipe
 never takes a splat for its own. In it, splats are named by the content of

@@ -1,4 +1,4 @@
-"""`SplatRecord`: what is known about a splat that was made for a scene."""
+"""`SplatRecord`: facts on a splat that was made for a scene."""
 
 import dataclasses as dc
 import json

@@ -1,4 +1,4 @@
-"""How good the splats of a benchmark are, as a table."""
+"""A table of the quality of a benchmark's splats."""
 
 from collections import defaultdict
 from collections.abc import Sequence

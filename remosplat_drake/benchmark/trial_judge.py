@@ -1,4 +1,4 @@
-"""Judges a benchmark's run: has it arrived, and what has it touched?"""
+"""Judges a benchmark's run: its arrival, and its contacts."""
 
 import dataclasses as dc
 from collections.abc import Sequence

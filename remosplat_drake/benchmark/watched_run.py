@@ -1,6 +1,6 @@
 """`WatchedRun`: whose fault a contact is where cameras tell what moves.
 
-Nobody can heed what has come out of space that no camera sees. So a link that
+No robot can heed what has come out of space that no camera sees. So a link that
 moves towards what it touches is the robot's fault only if cameras have had the
 mover in view for as long as a robot needs: since it was at least the protective
 separation distance away, or since the start.

@@ -18,6 +18,7 @@ ROOMS = (
     "acceptance",
     "app",
     "base",
+    "benchmark",
     "camera",
     "capture",
     "generation",
