@@ -16,7 +16,7 @@ LOCALHOST = "localhost"
 """Interface that only this computer reaches."""
 
 _PERIOD = 0.05
-"""Period at which the page's buttons are polled [s]."""
+"""Time between two looks at the page's buttons [s]."""
 
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
@@ -118,18 +118,17 @@ def wait_for_start(page: MeshcatPage, name: str, console: Console) -> None:
         if not seen and page.meshcat.GetNumActiveConnections():
             seen = True
             console.print("a viewer is there")
-        page.poll()
         time.sleep(_PERIOD)
     if before is not None:
         page.show(before)
 
 
 def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
-    """Serves a page and its buttons until Ctrl-C.
+    """Keeps a page until Ctrl-C.
 
     Args:
         wanted: Whether the page stays; None: if a terminal is attached.
-        page: Meshcat page to serve.
+        page: The page.
         console: Console that tells how to end it.
     """
     if not is_held(wanted):
@@ -137,7 +136,6 @@ def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
     console.print(f"the page stays at {page.url}; Ctrl-C ends")
     try:
         while True:
-            page.poll()
             time.sleep(_PERIOD)
     except KeyboardInterrupt:
         pass

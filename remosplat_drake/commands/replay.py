@@ -98,8 +98,9 @@ def run(arguments: argparse.Namespace) -> int:
     _draw(recorded, page, arguments.rate, console)
     account = _account(recorded, arguments.rate)
     page.end(account.state)
+    page.set_account(account)
     if arguments.save_html:
-        page.save_html(arguments.save_html, account)
+        page.save_html(arguments.save_html)
     console.print(f"watch at [bold]{page.url}[/bold]")
     hold(arguments.hold, page, console)
     return 0

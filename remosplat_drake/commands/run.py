@@ -203,7 +203,7 @@ def run(arguments: argparse.Namespace) -> int:
         if application.log is not None:
             application.log.close()
     if page is not None:
-        page.finish_recording()
+        # People read the verdict while the recording is on its way.
         page.end(state_at_end(result))
     facts = facts_of(result, loop)
     print_summary(result, facts, console)
@@ -211,10 +211,13 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.output:
         known = admission.document()
         save_result(result, application, arguments.output, loop, known)
-    if page is not None and arguments.save_html:
+    if page is not None:
+        page.finish_recording()
         state = state_at_end(result)
         account = account_of(result, scenario, state, facts, start)
-        page.save_html(arguments.save_html, account)
+        page.set_account(account)
+        if arguments.save_html:
+            page.save_html(arguments.save_html)
     if page is not None and not arguments.headless:
         hold(arguments.hold, page, console)
     if result.outcome == INTERRUPTED:

@@ -6,7 +6,6 @@ from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import PageState
-from remosplat_drake.visualization.page_style import badge
 from remosplat_drake.visualization.saved_page.account import Account, Moment
 
 
@@ -19,7 +18,7 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
     """
     error = knowledge.error
     if error.largest is None and not error.trouble:
-        page.set_label("badge", badge(GOOD, "Map", "the true geometry"))
+        page.set_badge(GOOD, "Map", "the true geometry")
         return
     largest = error.largest
     parts = [
@@ -29,7 +28,7 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
     ]
     grade = grade_map(error)
     text = "; ".join(filter(None, parts))
-    page.set_label("badge", badge(grade, f"Map {grade}:", text))
+    page.set_badge(grade, f"Map {grade}:", text)
 
 
 def account_of(
@@ -61,5 +60,4 @@ def account_of(
         influence=collision.influence,
         moments=moments,
         facts=facts,
-        effectors=tuple(result.metrics.effector_paths or ("",)),
     )

@@ -59,6 +59,10 @@ class PageState:
         """Whether the run has ended."""
         return self.phase in (REACHED, MISSED, REPLAYED)
 
+    def document(self) -> dict:
+        """Returns the state as JSON has it."""
+        return {**dc.asdict(self), "over": self.is_over}
+
 
 def preparing(text: str) -> PageState:
     """Returns the state before a run can start.

@@ -27,7 +27,7 @@ from remosplat_drake.visualization.robot_view import (
 from remosplat_drake.visualization.run_view import RunView
 from remosplat_drake.visualization.splat_view import draw_surfels
 from remosplat_drake.visualization.standing_view import StandingView
-from remosplat_drake.visualization.toggle import Toggle
+from remosplat_drake.visualization.toggle import on_off
 
 SPLATS = f"{ROOT}/splat"
 
@@ -169,20 +169,8 @@ def draw_maps(
         is_asked = versions == version
         changed = np.flatnonzero(np.diff(is_asked)) + 1
         for k in (0, *changed.tolist()):
-            meshcat.SetProperty(
-                path,
-                "visible",
-                bool(is_asked[k]),
-                time_in_recording=float(time[k]),
-            )
-    page.add_toggle(
-        Toggle(
-            meshcat,
-            label="Splat: on / off",
-            keycode="Digit1",
-            states=[[SPLATS], []],
-        )
-    )
+            page.scene.show(path, bool(is_asked[k]), float(time[k]))
+    page.add_toggle(on_off("Splat", "1", SPLATS))
 
 
 def _clearances(
@@ -203,7 +191,7 @@ def _make_diagram(page: MeshcatPage, robot: RobotModel) -> Diagram:
     builder.ExportInput(standing_view.GetInputPort("standing"), "standing")
     for port in (
         standing_view.GetInputPort("configuration"),
-        AddRobotView(builder, robot, page.meshcat),
+        AddRobotView(builder, robot, page),
     ):
         builder.ConnectInput("configuration", port)
     return builder.Build()

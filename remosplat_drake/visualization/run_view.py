@@ -9,6 +9,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.clearance_lines import ClearanceLines
 from remosplat_drake.visualization.growing_path import GrowingPath
+from remosplat_drake.visualization.legend import legend
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.sphere_view import SphereView
@@ -24,7 +25,7 @@ _TRACE_HEIGHT = 0.012  # The base's trace lies on the floor, not in it [m].
 
 
 class RunView(LeafSystem):
-    """Draws target, clearances and traces, and serves the page's buttons.
+    """Draws target, clearances and traces.
 
     .. pydrake_system::
 
@@ -38,11 +39,11 @@ class RunView(LeafSystem):
     nothing. Red lines go from sphere surfaces to their closest scene points,
     pale for rows that could bind and strong for rows that do. The end
     effector leaves a yellow trace, the base a blue one; both start anew when
-    time runs backwards. Of several end effectors each has a colour, and a line
-    of text says which.
+    time runs backwards. Of several end effectors each has a colour, which the
+    page's legend names.
 
     Args:
-        page: The page to draw on; its buttons are polled at every publish.
+        page: The page to draw on.
         robot: The robot that moves.
     """
 
@@ -58,20 +59,18 @@ class RunView(LeafSystem):
             AbstractValue.Make(TickReport.before_first(robot.n_q, robot.n_u)),
         )
         self._spheres = SphereView(page, robot)
-        self._lines = ClearanceLines(page.meshcat, robot)
+        self._lines = ClearanceLines(page, robot)
         colors = trace_colors(robot.effectors)
         self._hand_traces = [
-            GrowingPath(page.meshcat, _named(HAND_TRACE, name), rgba(color))
+            GrowingPath(page, _named(HAND_TRACE, name), rgba(color))
             for name, color in colors.items()
         ]
-        if len(colors) > 1:
-            legend = [f"{name} {color}" for name, color in colors.items()]
-            page.set_status(", ".join(legend), "traces")
-        self._base_trace = GrowingPath(page.meshcat, f"{PATHS}/base", _BLUE)
+        page.set_legend(legend(robot.effectors))
+        self._base_trace = GrowingPath(page, f"{PATHS}/base", _BLUE)
         self._report: TickReport | None = None
         self._time = -np.inf
         self._targets = [
-            TargetView(page.meshcat, _named(TARGET, name))
+            TargetView(page, _named(TARGET, name))
             for name in robot.effectors
         ]
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
@@ -87,7 +86,7 @@ class RunView(LeafSystem):
         )
 
     def _publish(self, context: Context):
-        self._page.poll()
+        self._page.beat()
         time = context.get_time()
         q = self._configuration_input.Eval(context)
         report = self._report_input.Eval(context)

@@ -35,15 +35,15 @@ BOXES = """(() => {
   const buttons = {};
   for (const name of ['start', 'stop', 'release']) {
     const e = row(name);
-    if (!e) continue;
+    if (!e?.offsetHeight) continue;
     const [x0, y0, x1, y1] = box(e);
     const there = document.elementFromPoint((x0 + x1) / 2, (y0 + y1) / 2);
     buttons[name] = { box: [x0, y0, x1, y1], free: e.contains(there) };
   }
   return {
     window: [innerWidth, innerHeight, document.documentElement.scrollWidth],
-    bar: box(row('bar')), scene: box(scene), covered, buttons,
-    panel: box(document.querySelector('.dg.main')),
+    bar: box(document.querySelector('#bar')), scene: box(scene), covered,
+    buttons, panel: box(document.querySelector('#panel')),
   };
 })()"""
 """Where everything is on the page [px]."""
@@ -94,7 +94,7 @@ def address(process: subprocess.Popen[str]) -> str:
 
 def wait_until_said(tab: Browser, *words: str):
     """Waits until the bar says something."""
-    bar = "document.querySelector('.remosplat-bar')"
+    bar = "document.querySelector('#bar')"
     for word in words:
         said = f"{bar}?.innerText.includes({json.dumps(word)})"
         tab.wait_for(f"!!{said}")
@@ -161,10 +161,7 @@ def test_a_run_is_started_stopped_released_and_ends(port, tmp_path):
         assert np.linalg.norm(after - before) > 0.2
         # What has ended can be played again, and nothing else.
         for control in ("time", "play"):
-            tab.wait_for(
-                "[...document.querySelectorAll('.dg .cr')].some(e =>"
-                f" e.innerText == {json.dumps(control)} && e.offsetHeight > 20)"
-            )
+            tab.wait_for(f"document.querySelector('#{control}').offsetHeight")
         assert tab.console() == []
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == 0
