@@ -100,16 +100,17 @@ def is_waited_for(arguments: argparse.Namespace) -> bool:
     return sys.stdin.isatty() if wanted is None else wanted
 
 
-def wait_for_start(page: MeshcatPage, name: str, console: Console) -> None:
+def wait_for_start(page: MeshcatPage, goal: str, console: Console) -> None:
     """Waits until somebody presses Start on the page, or Enter here.
 
     Args:
         page: The page, which says what it waits for.
-        name: Name of the scenario.
+        goal: What the run is for, in a sentence.
         console: Console that tells what to do.
     """
     before, clicks = page.state, page.clicks(START)
-    page.show(waiting(name))
+    console.print(goal, soft_wrap=True)
+    page.show(waiting(goal))
     lines = TerminalLines()
     here = ", or Enter here" if lines.is_open else ""
     console.print(f"open it and press Start{here}; Ctrl-C ends")

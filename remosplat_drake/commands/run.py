@@ -45,7 +45,12 @@ from remosplat_drake.commands.hold import (
     wait_for_start,
 )
 from remosplat_drake.commands.number_flags import not_negative
-from remosplat_drake.commands.run_page import account_of, show_verdict
+from remosplat_drake.commands.ready import goal_in_words, show_start
+from remosplat_drake.commands.run_page import (
+    account_of,
+    show_verdict,
+    show_warnings,
+)
 from remosplat_drake.commands.run_summary import facts_of, print_summary
 from remosplat_drake.commands.splat_scenario import load_given
 from remosplat_drake.commands.tables import open_console
@@ -60,7 +65,6 @@ from remosplat_drake.visualization.page_state import (
     preparing,
     unsupervised,
 )
-from remosplat_drake.visualization.robot_view import draw_robot
 
 EXAMPLES = """
 remosplat run BookshelfReach
@@ -169,6 +173,7 @@ def run(arguments: argparse.Namespace) -> int:
         compile_kernels(scenario, world, plans=bool(arguments.hardware))
     if page is not None:
         show_verdict(page, knowledge)
+        show_warnings(page, admission.passage.warnings)
     mcap = opened_recorder(arguments, scenario, world.robot)
     application = build(
         scenario, world, page, hardware=arguments.hardware, mcap=mcap
@@ -188,8 +193,9 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         if page is not None:
             if waits_for_viewer:
-                draw_robot(application.diagram)
-                wait_for_start(page, scenario.name, console)
+                show_start(application)
+                goal = goal_in_words(application, knowledge)
+                wait_for_start(page, f"{scenario.name}: {goal}", console)
             start = time.time() if arguments.hardware else 0.0
             page.start_recording(start)
         result, loop = drive(

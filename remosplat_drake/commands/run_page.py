@@ -1,9 +1,12 @@
 """What a page says of a run, before it and after it."""
 
+from collections.abc import Sequence
+
 from remosplat_drake.app.map_grade import GOOD, grade_map
 from remosplat_drake.app.map_knowledge import MapKnowledge
 from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.safety.gates import Gate
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import PageState
 from remosplat_drake.visualization.saved_page.account import Account, Moment
@@ -29,6 +32,16 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
     grade = grade_map(error)
     text = "; ".join(filter(None, parts))
     page.set_badge(grade, f"Map {grade}:", text)
+
+
+def show_warnings(page: MeshcatPage, warnings: Sequence[Gate]) -> None:
+    """Shows what is wrong with a run, before it begins.
+
+    Args:
+        page: The page.
+        warnings: What is wrong.
+    """
+    page.set_status("", "start", "; ".join(gate.problem for gate in warnings))
 
 
 def account_of(

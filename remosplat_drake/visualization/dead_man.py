@@ -7,6 +7,7 @@ from pydrake.geometry import Meshcat
 SILENCE = 0.5
 """Time without a pulse after which the switch counts as let go [s]."""
 
+
 class DeadMan:
     """The watchdog of a gamepad's dead-man switch.
 

@@ -56,13 +56,12 @@ _LIGHTS = {
 
 
 class MeshcatPage:
-    """A page with a scene of Meshcat's, a bar that says how things stand, a
-    panel and a player.
+    """A page that shows a scene of Meshcat's, with a bar, a panel and a player.
 
-    Meshcat's server sends the shapes of the scene, and hears the buttons. A
-    server of our own has the page itself, and the newest of what moves and of
-    what is said: a browser that draws slowly skips some of it, and is never
-    late.
+    The bar says how things stand. Meshcat's server sends the shapes of the
+    scene, and hears the buttons. A server of our own has the page itself, and
+    the newest of what moves and of what is said: a browser that draws slowly
+    skips some of it, and is never late.
 
     Args:
         port: TCP port; None takes the first free one from 7000 on. Meshcat's

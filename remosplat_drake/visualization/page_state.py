@@ -73,13 +73,13 @@ def preparing(text: str) -> PageState:
     return PageState(WAITING, "Preparing", text)
 
 
-def waiting(name: str) -> PageState:
+def waiting(goal: str) -> PageState:
     """Returns the state before a run that somebody at the page starts.
 
     Args:
-        name: Name of the scenario.
+        goal: What the run is for, in a sentence.
     """
-    return PageState(WAITING, "Ready", f"{name} begins at a click", (START,))
+    return PageState(WAITING, "Ready", goal, (START,))
 
 
 def supervised(

@@ -9,6 +9,7 @@ import html
 from remosplat_drake.visualization.page_state import RELEASE, START, STOP
 
 TOPICS = (
+    "start",
     "supervisor",
     "robot",
     "log",

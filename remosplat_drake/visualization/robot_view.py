@@ -192,7 +192,7 @@ def _show_collision_geometry(
 def _plant_positions(
     robot: RobotModel, plant: MultibodyPlant
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix and vector that map q to positions; locked joints are constants."""
+    """Matrix and vector that map q to positions; locked ones are constants."""
     n = plant.num_positions()
     D = np.zeros((n, robot.n_q))
     y0 = np.zeros(n)

@@ -3,9 +3,15 @@
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Rgba
-from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    LeafSystem,
+)
 
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.clearance_lines import ClearanceLines
 from remosplat_drake.visualization.growing_path import GrowingPath
@@ -20,6 +26,7 @@ TARGET = f"{ROOT}/target"
 PATHS = f"{ROOT}/paths"
 HAND_TRACE = f"{PATHS}/end_effector"
 
+_NAME = "run_view"
 _BLUE = Rgba(0.10, 0.42, 0.92)
 _TRACE_HEIGHT = 0.012  # The base's trace lies on the floor, not in it [m].
 
@@ -70,8 +77,7 @@ class RunView(LeafSystem):
         self._report: TickReport | None = None
         self._time = -np.inf
         self._targets = [
-            TargetView(page, _named(TARGET, name))
-            for name in robot.effectors
+            TargetView(page, _named(TARGET, name)) for name in robot.effectors
         ]
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
         self.DeclareForcedPublishEvent(self._publish)
@@ -81,9 +87,7 @@ class RunView(LeafSystem):
         builder: DiagramBuilder, *, page: MeshcatPage, robot: RobotModel
     ) -> "RunView":
         """Adds a view to a diagram; the caller connects its two ports."""
-        return builder.AddNamedSystem(
-            "run_view", RunView(page=page, robot=robot)
-        )
+        return builder.AddNamedSystem(_NAME, RunView(page=page, robot=robot))
 
     def _publish(self, context: Context):
         self._page.beat()
@@ -95,6 +99,16 @@ class RunView(LeafSystem):
             self._report = report
             self._draw_report(report, time)
         self._spheres.update(q, report.clearances, time)
+
+    def draw_targets(self, aim: Aim, time: float):
+        """Draws the targets of the end effectors.
+
+        Args:
+            aim: The targets.
+            time: Time in a recording [s].
+        """
+        for effector, target in aim.items:
+            self._targets[effector].update(target, time)
 
     def _draw_motion(self, q: np.ndarray, time: float):
         if time < self._time:
@@ -112,8 +126,17 @@ class RunView(LeafSystem):
         self._lines.draw(report, time)
         status = report.status.replace("_", " ")
         self._page.set_status(status)
-        for effector, target in report.aim.items:
-            self._targets[effector].update(target, time)
+        self.draw_targets(report.aim, time)
+
+
+def draw_targets(diagram: Diagram, aim: Aim) -> None:
+    """Draws targets before anything moves.
+
+    Args:
+        diagram: A diagram with a `RunView`.
+        aim: The targets.
+    """
+    diagram.GetSubsystemByName(_NAME).draw_targets(aim, 0.0)
 
 
 def _named(path: str, effector: str) -> str:

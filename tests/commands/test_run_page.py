@@ -109,6 +109,8 @@ def overlap(a: list[float], b: list[float]) -> bool:
 
 def check_layout(tab: Browser, *buttons: str):
     """Nothing covers the scene; what can be pressed is large and in sight."""
+    for button in buttons:
+        tab.wait_for(f"!!document.querySelector('.remosplat-{button}')")
     for width, height in SIZES:
         tab.show_as(width, height, mobile=width < 1000)
         tab.wait_for(f"innerWidth == {width} && innerHeight == {height}")
@@ -144,7 +146,7 @@ def test_a_run_is_started_stopped_released_and_ends(port, tmp_path):
         tab.draw_nothing()
         tab.listen_to_console()
         tab.open(url)
-        wait_until_said(tab, "Ready", "TableReach begins at a click")
+        wait_until_said(tab, "Ready", "reach 0.", "mm from the", "wrong by")
         tab.wait_for(f"!!{HAND}")
         check_layout(tab, "start")
         before = np.array(tab.evaluate(HAND))

@@ -7,9 +7,7 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.visualization.truth_view import TRUTH, TruthView
 
 
-def test_truth_is_drawn_but_hidden_until_asked_for(
-    page, is_visible, pose_of
-):
+def test_truth_is_drawn_but_hidden_until_asked_for(page, is_visible, pose_of):
     X_WP = RigidTransform([1.0, 2.0, 3.0])
     scene = PrimitiveScene(
         boxes=(Box(RigidTransform(), np.array([0.1, 0.2, 0.3])),),

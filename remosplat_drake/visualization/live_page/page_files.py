@@ -7,7 +7,10 @@ from pathlib import Path
 
 from pydrake.common import FindResourceOrThrow
 
-_BEGIN, _END = "<!-- CONNECTION BLOCK BEGIN -->", "<!-- CONNECTION BLOCK END -->"
+_BEGIN, _END = (
+    "<!-- CONNECTION BLOCK BEGIN -->",
+    "<!-- CONNECTION BLOCK END -->",
+)
 """Between them Meshcat's page connects itself, unless it is saved."""
 
 

@@ -18,6 +18,7 @@ _LEAD = 0.5
 _POINTS = 380
 """Greatest number of points of a curve: one for a pixel."""
 
+
 @dc.dataclass(frozen=True)
 class Moment:
     """Something that happened.
