@@ -11,7 +11,12 @@ from rich.console import Console
 from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.map_knowledge import examine_map, target_places
-from remosplat_drake.app.run_files import METRICS, TRAJECTORY, save_result
+from remosplat_drake.app.run_files import (
+    METRICS,
+    TRAJECTORY,
+    run_document,
+    save_result,
+)
 from remosplat_drake.app.run_result import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.start import start_gates
@@ -44,6 +49,7 @@ from remosplat_drake.commands.hold import (
     open_page,
     wait_for_start,
 )
+from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.number_flags import not_negative
 from remosplat_drake.commands.ready import goal_in_words, show_start
 from remosplat_drake.commands.run_page import (
@@ -125,6 +131,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the diagram as a Graphviz .dot file",
     )
+    add_json_argument(parser)
     add_record_argument(parser)
     add_accept_argument(parser)
     add_viewer_argument(parser)
@@ -212,11 +219,14 @@ def run(arguments: argparse.Namespace) -> int:
         # People read the verdict while the recording is on its way.
         page.end(state_at_end(result))
     facts = facts_of(result, loop)
-    print_summary(result, facts, console)
+    document = run_document(result, application, loop, admission.document())
+    if arguments.json:
+        print_json(document)
+    else:
+        print_summary(result, facts, open_console())
     is_recorded = log_is_whole(application, console)
     if arguments.output:
-        known = admission.document()
-        save_result(result, application, arguments.output, loop, known)
+        save_result(result, document, arguments.output)
     if page is not None:
         page.finish_recording()
         state = state_at_end(result)

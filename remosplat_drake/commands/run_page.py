@@ -7,9 +7,13 @@ from remosplat_drake.app.map_knowledge import MapKnowledge
 from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.safety.gates import Gate
+from remosplat_drake.signals import standing as stands
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import PageState
 from remosplat_drake.visualization.saved_page.account import Account, Moment
+
+_TOLD = (stands.MOVING, stands.HELD, stands.STOPPED)
+"""Kinds of standing that are events of a run."""
 
 
 def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
@@ -63,7 +67,13 @@ def account_of(
     trajectory = result.trajectory
     collision = scenario.controller.collision
     time = trajectory.time - start
-    moments = [Moment(float(time[-1]), state.title)] if len(time) else []
+    moments = [
+        Moment(at, f"{standing.kind}: {standing.text}")
+        for at, standing in result.standings
+        if standing.kind in _TOLD
+    ]
+    if len(time):
+        moments.append(Moment(float(time[-1]), state.title))
     return Account(
         state=state,
         time=time,

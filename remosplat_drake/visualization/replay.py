@@ -57,7 +57,6 @@ def record_replay(
     *,
     reach: float,
     events: Sequence[Event] = (),
-    rate: float = 1.0,
     on_frame: Callable[[int, int], None] | None = None,
 ) -> None:
     """Records a run into the page, which then plays it.
@@ -73,10 +72,9 @@ def record_replay(
         maps: All versions of the map in the log, by their numbers.
         reach: Greatest distance of scene points that get a line [m].
         events: The run's events, in the order of their times.
-        rate: Speed of the animation, in seconds of the run per second.
         on_frame: Called with the number of frames that are done, and of all.
     """
-    time = (log.rows["time"] - log.rows["time"][0]) / rate
+    time = log.rows["time"] - log.rows["time"][0]
     page.start_recording(0.0)
     draw_maps(page, maps, log.rows["map_version"], time)
     diagram = _make_diagram(page, robot)

@@ -104,6 +104,7 @@ class Account:
         """Returns what a page shows of it, as JSON has it."""
         moments = [*self.moments, *filter(None, [self.closest()])]
         return {
+            "state": self.state.document(),
             "begin": self.begin,
             "idle": self.idle(),
             "rate": self.rate,

@@ -147,7 +147,9 @@
   const replay = () => {
     // The recording and the account of it come by different ways.
     if (!account || !viewer.animator.duration) return setTimeout(replay, 100);
-    player.open(account, { playing: false, at: viewer.animator.duration });
+    const again = bar?.phase === "replayed";
+    const at = again ? account.begin : viewer.animator.duration;
+    player.open(account, { playing: again, at });
   };
 
   // The dead-man switch of a gamepad counts as held while it says so.

@@ -21,9 +21,17 @@ const player = (() => {
       line.setAttribute("x2", x);
     }
     const past = find("#events button").filter((e) => e.dataset.time <= now);
+    const latest = past[past.length - 1];
     for (const event of find("#events button")) {
-      event.classList.toggle("now", event === past[past.length - 1]);
+      event.classList.toggle("now", event === latest);
     }
+    // The verdict is that of the end.
+    const { state } = account;
+    if (!state || state.phase === "replayed") return;
+    const then = latest?.querySelector("span").textContent ?? "";
+    const title = "Replay";
+    const bar = { ...state, phase: "replayed", title, text: then };
+    panel.show("bar", now < span ? bar : state);
   };
 
   const play = (on) => {
