@@ -39,7 +39,7 @@ MISTAKES = {
     "run --scenario-text {time_limt:0}": "--scenario-text:1: time_limt:0:"
     " unknown field 'time_limt:0' (did you mean 'time_limit'?); valid:",
     "run --scenario-text {controler:{}}": "--scenario-text:1: controler:"
-    " unknown field 'controler' (did you mean 'controller'?); valid: controller,",
+    " unknown field 'controler' (did you mean 'controller'?); valid: ",
     "run TableReach --port PORT": "--port PORT is taken on localhost: choose"
     " another one, or leave the flag out",
     "inspect TableReach --page --port PORT": "--port PORT is taken on",
