@@ -135,7 +135,7 @@ class Browser:
             f"(() => {{ const e = [...document.querySelectorAll("
             f"{json.dumps(selector)})].find(e => (e.closest('li') || e)"
             f".innerText.includes({json.dumps(text)})); if (!e) return null;"
-            "const r = e.getBoundingClientRect();"
+            "const r = e.getBoundingClientRect(); if (!r.width) return null;"
             f"return [r.x + {at} * r.width, r.y + r.height / 2]; }})()"
         )
 

@@ -183,7 +183,7 @@ def main() -> None:
     )
     page = MeshcatPage() if arguments.page else None
     if page is not None:
-        _log(page=page.url)
+        _log(socket=page.meshcat.ws_url())
     application = build(
         scenario, dc.replace(world, field=field), page, hardware=True
     )

@@ -141,6 +141,9 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
         RemoSplatError: The folder holds no session or no such run, or a file
             that it needs cannot be read.
     """
+    if not folder.is_dir():
+        problem = "is no folder" if folder.exists() else "does not exist"
+        raise FileError(folder, f"{problem}; give that of a session")
     session = Session.open(folder)
     run = find_run(folder, number)
     log = read_log(run / LOG)

@@ -14,26 +14,19 @@ METRICS, TRAJECTORY = "metrics.json", "trajectory.npz"
 """Names of a run's files in its output folder."""
 
 
-def save_result(
+def run_document(
     result: RunResult,
     application: Application,
-    folder: Path,
     loop: LoopQuality | None,
     known: dict,
-) -> None:
-    """Writes metrics.json and trajectory.npz, each atomically.
-
-    Where the disk is full, neither takes the place of what was there before.
+) -> dict:
+    """Returns all that was measured in a run, but for its ticks.
 
     Args:
         result: Result of the run.
         application: The diagram that was run.
-        folder: Folder that receives both files.
         loop: Timing of a real robot's loop; None in a simulation.
         known: What was known of the map, from `Admission.document`.
-
-    Raises:
-        FileError: A file cannot be written.
     """
     document = {
         "scenario": application.scenario.source,
@@ -55,6 +48,22 @@ def save_result(
     }
     if loop is not None:
         document["loop"] = dc.asdict(loop)
+    return document
+
+
+def save_result(result: RunResult, document: dict, folder: Path) -> None:
+    """Writes metrics.json and trajectory.npz, each atomically.
+
+    Where the disk is full, neither takes the place of what was there before.
+
+    Args:
+        result: Result of the run.
+        document: What was measured, from `run_document`.
+        folder: Folder that receives both files.
+
+    Raises:
+        FileError: A file cannot be written.
+    """
     with atomic_write(folder / METRICS) as file:
         json.dump(document, file, indent=2)
         file.write("\n")

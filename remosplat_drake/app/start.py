@@ -9,7 +9,7 @@ from remosplat_drake.app.target_config import make_target
 from remosplat_drake.app.world import World
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
-from remosplat_drake.robot.reach import arm_reach, shoulder
+from remosplat_drake.robot.reach import arm_reach, distance_to_reach
 from remosplat_drake.safety.gates import (
     NO_WAY_OUT,
     REFUSAL,
@@ -159,14 +159,16 @@ def _out_of_reach(scenario: Scenario, world: World) -> Iterator[Gate]:
     if not isinstance(scenario.targets, list):
         return
     robot = world.robot
-    p_WA, reach = shoulder(robot, world.q0), arm_reach(robot)
+    reach = arm_reach(robot)
     for i, config in enumerate(scenario.targets):
         if config.effector:
             continue  # The other arms have shoulders of their own.
         field = f"targets[{i}]"
-        p_WT = make_target(config, scenario.source, field).X_WT[:3, 3]
-        way = p_WT - p_WA
-        distance = abs(way[2]) if robot.n_base else float(np.linalg.norm(way))
+        target = make_target(config, scenario.source, field)
+        if not target.asks_for_all_of_place:
+            continue
+        p_WT = target.X_WT[:3, 3]
+        distance = distance_to_reach(robot, world.q0, p_WT)
         if distance > reach:
             where = "above or below" if robot.n_base else "from"
             yield Gate(

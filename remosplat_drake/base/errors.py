@@ -62,8 +62,14 @@ class MissingExtraError(RemoSplatError):
         )
 
 
+_MANY, _LISTED = 10, 5
+"""Number of names that are all listed, and how many are listed of more."""
+
+
 def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
-    """Formats an error about an unknown name, with a guess and all valid names.
+    """Formats an error about an unknown name, with a guess and valid names.
+
+    Of many names it lists the closest.
 
     Args:
         kind: The kind of thing that the name stands for, such as "robot".
@@ -76,6 +82,12 @@ def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
     """
     names = sorted(valid)
     by_key = {n.casefold(): n for n in names}
-    close = get_close_matches(str(name).casefold(), by_key, n=1)
+    given = str(name).casefold()
+    close = get_close_matches(given, by_key, n=1)
     guess = f" (did you mean {by_key[close[0]]!r}?)" if close else ""
-    return f"unknown {kind} {name!r}{guess}; valid: {', '.join(names)}"
+    listed = ", ".join(names)
+    if len(names) > _MANY:
+        nearest = get_close_matches(given, by_key, n=_LISTED, cutoff=0.0)
+        listed = ", ".join(by_key[key] for key in nearest)
+        listed += f" and {len(names) - _LISTED} others"
+    return f"unknown {kind} {name!r}{guess}; valid: {listed}"

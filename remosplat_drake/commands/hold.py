@@ -16,7 +16,7 @@ LOCALHOST = "localhost"
 """Interface that only this computer reaches."""
 
 _PERIOD = 0.05
-"""Period at which the page's buttons are polled [s]."""
+"""Time between two looks at the page's buttons [s]."""
 
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
@@ -100,16 +100,17 @@ def is_waited_for(arguments: argparse.Namespace) -> bool:
     return sys.stdin.isatty() if wanted is None else wanted
 
 
-def wait_for_start(page: MeshcatPage, name: str, console: Console) -> None:
+def wait_for_start(page: MeshcatPage, goal: str, console: Console) -> None:
     """Waits until somebody presses Start on the page, or Enter here.
 
     Args:
         page: The page, which says what it waits for.
-        name: Name of the scenario.
+        goal: What the run is for, in a sentence.
         console: Console that tells what to do.
     """
     before, clicks = page.state, page.clicks(START)
-    page.show(waiting(name))
+    console.print(goal, soft_wrap=True)
+    page.show(waiting(goal))
     lines = TerminalLines()
     here = ", or Enter here" if lines.is_open else ""
     console.print(f"open it and press Start{here}; Ctrl-C ends")
@@ -118,18 +119,17 @@ def wait_for_start(page: MeshcatPage, name: str, console: Console) -> None:
         if not seen and page.meshcat.GetNumActiveConnections():
             seen = True
             console.print("a viewer is there")
-        page.poll()
         time.sleep(_PERIOD)
     if before is not None:
         page.show(before)
 
 
 def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
-    """Serves a page and its buttons until Ctrl-C.
+    """Keeps a page until Ctrl-C.
 
     Args:
         wanted: Whether the page stays; None: if a terminal is attached.
-        page: Meshcat page to serve.
+        page: The page.
         console: Console that tells how to end it.
     """
     if not is_held(wanted):
@@ -137,7 +137,6 @@ def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
     console.print(f"the page stays at {page.url}; Ctrl-C ends")
     try:
         while True:
-            page.poll()
             time.sleep(_PERIOD)
     except KeyboardInterrupt:
         pass

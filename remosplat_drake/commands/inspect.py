@@ -225,7 +225,7 @@ def show(
         show_unseen_space(page, seen.coverage, seen.X_WG, shown=False)
     SensorView(page, views)
     builder = DiagramBuilder()
-    configuration = AddRobotView(builder, world.robot, page.meshcat)
+    configuration = AddRobotView(builder, world.robot, page)
     builder.ExportInput(configuration, "configuration")
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()

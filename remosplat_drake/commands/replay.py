@@ -1,6 +1,7 @@
 """`remosplat replay`: a recorded session plays again in the browser."""
 
 import argparse
+import dataclasses as dc
 import math
 from functools import partial
 from pathlib import Path
@@ -64,7 +65,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=1.0,
         metavar="R",
-        help="seconds of the run that pass in a second (1)",
+        help="seconds of the run that the page plays in a second (1); a saved"
+        " page plays in real time",
     )
     parser.add_argument(
         "--save-html",
@@ -95,9 +97,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.figure:
         _save_figure(recorded, arguments.figure, console)
     page = open_page(arguments)
-    _draw(recorded, page, arguments.rate, console)
-    account = _account(recorded, arguments.rate)
+    _draw(recorded, page, console)
+    account = _account(recorded)
     page.end(account.state)
+    page.set_account(dc.replace(account, rate=arguments.rate))
     if arguments.save_html:
         page.save_html(arguments.save_html, account)
     console.print(f"watch at [bold]{page.url}[/bold]")
@@ -105,9 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _draw(
-    recorded: RecordedRun, page: MeshcatPage, rate: float, console: Console
-) -> None:
+def _draw(recorded: RecordedRun, page: MeshcatPage, console: Console) -> None:
     maps, problems = recorded.maps()
     for problem in problems:
         console.print(f"[yellow]without a map:[/] {problem}")
@@ -119,27 +120,26 @@ def _draw(
             maps,
             reach=recorded.scenario.controller.collision.influence,
             events=recorded.events,
-            rate=rate,
             on_frame=partial(progress.report, "drawing"),
         )
     if recorded.world.truth is not None:
         TruthView(page, recorded.world.truth)
 
 
-def _account(recorded: RecordedRun, rate: float) -> Account:
+def _account(recorded: RecordedRun) -> Account:
     """Returns what the page tells of the run, by the clock of its replay."""
     rows = recorded.log.rows
     first, last = float(rows["time"][0]), float(rows["time"][-1])
     collision = recorded.scenario.controller.collision
     return Account(
         state=replayed(f"{recorded.folder.name}, {last - first:.1f} s"),
-        time=(rows["time"] - first) / rate,
+        time=rows["time"] - first,
         q=rows["q"],
         clearance=rows["clearance"],
         stopping=collision.stopping,
         influence=collision.influence,
         moments=[
-            Moment((e.time - first) / rate, f"{e.kind}: {e.text}")
+            Moment(e.time - first, f"{e.kind}: {e.text}")
             for e in recorded.events
             if first <= e.time <= last and e.kind != REQUEST
         ],

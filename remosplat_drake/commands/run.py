@@ -11,7 +11,12 @@ from rich.console import Console
 from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.map_knowledge import examine_map, target_places
-from remosplat_drake.app.run_files import METRICS, TRAJECTORY, save_result
+from remosplat_drake.app.run_files import (
+    METRICS,
+    TRAJECTORY,
+    run_document,
+    save_result,
+)
 from remosplat_drake.app.run_result import INTERRUPTED, REACHED, RunResult
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.start import start_gates
@@ -44,8 +49,14 @@ from remosplat_drake.commands.hold import (
     open_page,
     wait_for_start,
 )
+from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.number_flags import not_negative
-from remosplat_drake.commands.run_page import account_of, show_verdict
+from remosplat_drake.commands.ready import goal_in_words, show_start
+from remosplat_drake.commands.run_page import (
+    account_of,
+    show_verdict,
+    show_warnings,
+)
 from remosplat_drake.commands.run_summary import facts_of, print_summary
 from remosplat_drake.commands.splat_scenario import load_given
 from remosplat_drake.commands.tables import open_console
@@ -60,7 +71,6 @@ from remosplat_drake.visualization.page_state import (
     preparing,
     unsupervised,
 )
-from remosplat_drake.visualization.robot_view import draw_robot
 
 EXAMPLES = """
 remosplat run BookshelfReach
@@ -121,6 +131,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the diagram as a Graphviz .dot file",
     )
+    add_json_argument(parser)
     add_record_argument(parser)
     add_accept_argument(parser)
     add_viewer_argument(parser)
@@ -169,6 +180,7 @@ def run(arguments: argparse.Namespace) -> int:
         compile_kernels(scenario, world, plans=bool(arguments.hardware))
     if page is not None:
         show_verdict(page, knowledge)
+        show_warnings(page, admission.passage.warnings)
     mcap = opened_recorder(arguments, scenario, world.robot)
     application = build(
         scenario, world, page, hardware=arguments.hardware, mcap=mcap
@@ -188,8 +200,9 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         if page is not None:
             if waits_for_viewer:
-                draw_robot(application.diagram)
-                wait_for_start(page, scenario.name, console)
+                show_start(application)
+                goal = goal_in_words(application, knowledge)
+                wait_for_start(page, f"{scenario.name}: {goal}", console)
             start = time.time() if arguments.hardware else 0.0
             page.start_recording(start)
         result, loop = drive(
@@ -203,18 +216,24 @@ def run(arguments: argparse.Namespace) -> int:
         if application.log is not None:
             application.log.close()
     if page is not None:
-        page.finish_recording()
+        # People read the verdict while the recording is on its way.
         page.end(state_at_end(result))
     facts = facts_of(result, loop)
-    print_summary(result, facts, console)
+    document = run_document(result, application, loop, admission.document())
+    if arguments.json:
+        print_json(document)
+    else:
+        print_summary(result, facts, open_console())
     is_recorded = log_is_whole(application, console)
     if arguments.output:
-        known = admission.document()
-        save_result(result, application, arguments.output, loop, known)
-    if page is not None and arguments.save_html:
+        save_result(result, document, arguments.output)
+    if page is not None:
+        page.finish_recording()
         state = state_at_end(result)
         account = account_of(result, scenario, state, facts, start)
-        page.save_html(arguments.save_html, account)
+        page.set_account(account)
+        if arguments.save_html:
+            page.save_html(arguments.save_html)
     if page is not None and not arguments.headless:
         hold(arguments.hold, page, console)
     if result.outcome == INTERRUPTED:

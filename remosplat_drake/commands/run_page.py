@@ -1,13 +1,19 @@
 """What a page says of a run, before it and after it."""
 
+from collections.abc import Sequence
+
 from remosplat_drake.app.map_grade import GOOD, grade_map
 from remosplat_drake.app.map_knowledge import MapKnowledge
 from remosplat_drake.app.run_result import RunResult
 from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.safety.gates import Gate
+from remosplat_drake.signals import standing as stands
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import PageState
-from remosplat_drake.visualization.page_style import badge
 from remosplat_drake.visualization.saved_page.account import Account, Moment
+
+_TOLD = (stands.MOVING, stands.HELD, stands.STOPPED)
+"""Kinds of standing that are events of a run."""
 
 
 def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
@@ -19,7 +25,7 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
     """
     error = knowledge.error
     if error.largest is None and not error.trouble:
-        page.set_label("badge", badge(GOOD, "Map", "the true geometry"))
+        page.set_badge(GOOD, "Map", "the true geometry")
         return
     largest = error.largest
     parts = [
@@ -29,7 +35,17 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
     ]
     grade = grade_map(error)
     text = "; ".join(filter(None, parts))
-    page.set_label("badge", badge(grade, f"Map {grade}:", text))
+    page.set_badge(grade, f"Map {grade}:", text)
+
+
+def show_warnings(page: MeshcatPage, warnings: Sequence[Gate]) -> None:
+    """Shows what is wrong with a run, before it begins.
+
+    Args:
+        page: The page.
+        warnings: What is wrong.
+    """
+    page.set_status("", "start", "; ".join(gate.problem for gate in warnings))
 
 
 def account_of(
@@ -51,7 +67,13 @@ def account_of(
     trajectory = result.trajectory
     collision = scenario.controller.collision
     time = trajectory.time - start
-    moments = [Moment(float(time[-1]), state.title)] if len(time) else []
+    moments = [
+        Moment(at, f"{standing.kind}: {standing.text}")
+        for at, standing in result.standings
+        if standing.kind in _TOLD
+    ]
+    if len(time):
+        moments.append(Moment(float(time[-1]), state.title))
     return Account(
         state=state,
         time=time,
@@ -61,5 +83,4 @@ def account_of(
         influence=collision.influence,
         moments=moments,
         facts=facts,
-        effectors=tuple(result.metrics.effector_paths or ("",)),
     )

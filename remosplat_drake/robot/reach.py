@@ -43,6 +43,36 @@ def arm_reach(robot: RobotModel) -> float:
     return float(reach)
 
 
+def beyond_reach(robot: RobotModel, q: np.ndarray, p_WT: np.ndarray) -> float:
+    """Returns how far a point is beyond the reach of an only arm at least [m].
+
+    A base drives below or above the point, so only the height counts then. At
+    zero the point may still be out of reach.
+
+    Args:
+        robot: The robot.
+        q: Configuration, shape (n_q,).
+        p_WT: The point in W, shape (3,) [m].
+    """
+    return max(0.0, distance_to_reach(robot, q, p_WT) - arm_reach(robot))
+
+
+def distance_to_reach(
+    robot: RobotModel, q: np.ndarray, p_WT: np.ndarray
+) -> float:
+    """Returns the distance from the shoulder that an arm must reach at least.
+
+    Of a robot with a base it is the height above or below the shoulder [m].
+
+    Args:
+        robot: The robot.
+        q: Configuration, shape (n_q,).
+        p_WT: The point in W, shape (3,) [m].
+    """
+    way = p_WT - shoulder(robot, q)
+    return float(abs(way[2]) if robot.n_base else np.linalg.norm(way))
+
+
 def _body_moved_by(robot: RobotModel, joint: int) -> int:
     """The body that a joint moves, by the joint's entry of q."""
     return int(np.flatnonzero(robot.tree.position == joint)[0])

@@ -153,6 +153,11 @@ class Target:
         return bool(self.weights[:3].any())
 
     @property
+    def asks_for_all_of_place(self) -> bool:
+        """Whether no direction of the position is free."""
+        return not set(self.free) & {"x", "y", "z"}
+
+    @property
     def asks_for_place(self) -> bool:
         """Whether any translation has a weight."""
         return bool(self.weights[3:].any())

@@ -8,6 +8,11 @@ from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_description import RobotDescription
 from remosplat_drake.signals import standing as stands
 from remosplat_drake.signals import thing as things
+from remosplat_drake.signals.binding import (
+    JOINT_LIMIT,
+    MOVER,
+    SELF_COLLISION,
+)
 from remosplat_drake.signals.standing import Standing
 from remosplat_drake.signals.supervisor_state import (
     STARTING,
@@ -23,11 +28,18 @@ CIRCLING = 10.0
 """Time without progress after which the sentence reports it [s]."""
 
 _ADVICE = {
+    things.MAP: "move or turn the target",
+    things.SOLID: "move or turn the target",
+    things.FLOOR: "move the target up",
     things.UNSEEN: "add a frame that sees it",
+    JOINT_LIMIT: "turn the target",
+    SELF_COLLISION: "turn the target",
+    MOVER: "it goes on when that has passed",
     stands.VERIFICATION: "there would be no way to stop in time",
+    stands.NOT_OBEYED: "see whether the robot is enabled",
     stands.NOTHING: "nothing is in the way, it may be out of reach",
 }
-"""Advice that is added for a cause."""
+"""One action for a person, or else the reason, by cause."""
 
 _NEAR = 0.1
 """Distance below which millimetres and degrees matter [m]."""
@@ -47,6 +59,8 @@ class Situation:
         is_there: Whether the end effector has arrived at the target.
         hold: What holds the robot; None while it moves.
         inside: What is most inside its stopping distance; None if nothing is.
+        beyond: How far the target is out of reach at least; 0 if that is not
+            known [m].
         no_nearer_for: Time since the robot last came nearer to the target [s].
         progress: Progress along the targets; None if they are not counted.
         supervision: State of the safety supervisor; None without one.
@@ -60,6 +74,7 @@ class Situation:
     is_there: bool = False
     hold: Hold | None = None
     inside: Hold | None = None
+    beyond: float = 0.0
     no_nearer_for: float = 0.0
     progress: TargetProgress | None = None
     supervision: SupervisorState | None = None
@@ -92,7 +107,9 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
         text = f"{_on_the_way(now)}, {_away(now)} away"
         if math.isfinite(now.beside_line):
             text += f", {1e3 * now.beside_line:.0f} mm beside the line"
-        if now.no_nearer_for >= CIRCLING:
+        if now.beyond:
+            text += f": {_out_of_reach(now)}"
+        elif now.no_nearer_for >= CIRCLING:
             text += f", no nearer for {now.no_nearer_for:.0f} s"
         return Standing(stands.MOVING, text, distance)
     return _held(now, now.hold, robot)
@@ -160,6 +177,8 @@ def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
     part = robot.called(hold.link) if hold.link else "robot"
     text = f"{_what_holds(hold, part)}, {_away(now)} from {_target(now)}"
     advice = _ADVICE.get(hold.cause, "")
+    if now.beyond:
+        advice = _out_of_reach(now)
     text += advice and f": {advice}"
     text += way and f"; {way}"
     return Standing(
@@ -173,6 +192,10 @@ def _held(now: Situation, hold: Hold, robot: RobotDescription) -> Standing:
         clearance=hold.clearance,
         way=way,
     )
+
+
+def _out_of_reach(now: Situation) -> str:
+    return f"it is {now.beyond:.2f} m out of reach, move it nearer"
 
 
 def _what_holds(hold: Hold, part: str) -> str:

@@ -15,7 +15,9 @@ from pydrake.systems.framework import (
 )
 
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.reach import beyond_reach
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.standing import NOT_STARTED, Standing
@@ -41,6 +43,7 @@ class _Memory:
     standing: Standing = NOT_STARTED
     stillness: Stillness | None = None
     looked: float = -np.inf
+    beyond: float = 0.0
 
     def __deepcopy__(self, memo) -> "_Memory":
         return self
@@ -182,6 +185,9 @@ class StandingSystem(LeafSystem):
         still = observe(
             memory.stillness, time, q, aim, X_WEs, may_rest=may_rest
         )
+        beyond = memory.beyond
+        if memory.stillness is None or not aim.equals(memory.stillness.aim):
+            beyond = self._beyond(aim, q)
         name, hold = self._naming(context), None
         if time - still.since >= PAUSE:
             hold = find_hold(report, self._robot, name, memory.standing.link)
@@ -193,13 +199,23 @@ class StandingSystem(LeafSystem):
             is_there=is_there,
             hold=hold,
             inside=find_inside(report, self._robot, name),
+            beyond=beyond,
             no_nearer_for=time - still.nearest_at,
             progress=value_or_none(self._progress_input, context),
             supervision=supervision,
             selection=value_or_none(self._selection_input, context),
         )
         standing = how_things_stand(situation, self._robot.description)
-        return _Memory(standing, still, time)
+        return _Memory(standing, still, time, beyond)
+
+    def _beyond(self, aim: Aim, q: np.ndarray) -> float:
+        """Returns how far a new target is out of reach, if that is known."""
+        robot, target = self._robot, aim.first
+        # Other arms have shoulders of their own.
+        is_asked = target.asks_for_all_of_place and len(robot.effectors) == 1
+        if not (is_asked and aim.is_known and np.isfinite(q).all()):
+            return 0.0
+        return beyond_reach(robot, q, target.X_WT[:3, 3])
 
     def _naming(self, context: Context) -> Naming:
         field: DistanceField = self._field_input.Eval(context)

@@ -1,12 +1,12 @@
 """`ClearanceLines`: lines to the scene points that the controller minds."""
 
 import numpy as np
-from pydrake.geometry import Meshcat, Rgba, Sphere
+from pydrake.geometry import Rgba, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.visualization.page import LIVE, ROOT
+from remosplat_drake.visualization.page import LIVE, ROOT, MeshcatPage
 from remosplat_drake.visualization.shapes import tube_mesh
 
 KEPT = f"{LIVE}/kept_clearances"
@@ -28,12 +28,12 @@ class ClearanceLines:
     only move, so that a recording replays them; it leaves out the thin ones.
 
     Args:
-        meshcat: The page's Meshcat server.
+        page: The page to draw on.
         robot: The robot, for its spheres.
     """
 
-    def __init__(self, meshcat: Meshcat, robot: RobotModel):
-        self._meshcat = meshcat
+    def __init__(self, page: MeshcatPage, robot: RobotModel):
+        self._scene, self._meshcat = page.scene, page.meshcat
         self._robot = robot
         self._tube = tube_mesh(np.array([[0, 0, 0], [0, 0, 1.0]]), _TUBE_RADIUS)
         self._shown: list[bool] = []
@@ -61,8 +61,7 @@ class ClearanceLines:
     def _draw_pale(self, ends: np.ndarray, time: float):
         """Draws the thin lines, if they have changed.
 
-        A browser lays its whole panel of controls out again for each new
-        object: more often than this keeps a core busy.
+        Meshcat sends every shape to every browser, however late.
         """
         is_early = 0 <= time - self._pale_time < _PALE_PERIOD
         if is_early or np.array_equal(ends, self._pale_drawn):
@@ -81,14 +80,11 @@ class ClearanceLines:
         )
         self._meshcat.SetObject(f"{path}/point", Sphere(_DOT_RADIUS), _STRONG)
         self._shown.append(False)
-        start = self._meshcat.get_mutable_recording().start_time()
-        self._show(i, False, time=start)
+        self._show(i, False, time=self._scene.start)
 
     def _show(self, i: int, visible: bool, time: float):
         self._shown[i] = visible
-        self._meshcat.SetProperty(
-            f"{TIGHT}/{i}", "visible", visible, time_in_recording=time
-        )
+        self._scene.show(f"{TIGHT}/{i}", visible, time)
 
     def _place(self, i: int, start: np.ndarray, end: np.ndarray, time: float):
         """Puts the dot on the scene and the tube from there to the sphere."""
@@ -97,15 +93,10 @@ class ClearanceLines:
         if length < _SHORTEST:
             axis, length = np.array([0.0, 0.0, 1.0]), _SHORTEST
         R = RotationMatrix.MakeFromOneVector(axis, axis_index=2)
-        self._meshcat.SetTransform(
-            f"{TIGHT}/{i}", RigidTransform(R, end), time_in_recording=time
-        )
-        self._meshcat.SetProperty(
-            f"{TIGHT}/{i}/line",
-            "scale",
-            [1.0, 1.0, length],
-            time_in_recording=time,
-        )
+        path = f"{TIGHT}/{i}"
+        self._scene.move(path, RigidTransform(R, end), time)
+        scale = [1.0, 1.0, length]
+        self._scene.set_property(f"{path}/line", "scale", scale, time)
 
 
 def line_ends(

@@ -17,6 +17,7 @@ FUTURES = f"{ROOT}/futures"
 _CHOSEN = Rgba(0.55, 0.20, 0.85, 0.95)
 _OTHER = Rgba(0.55, 0.20, 0.85, 0.25)
 _MIN_STEP = 0.004  # Shorter steps of a path are skipped [m].
+_PERIOD = 0.4  # Shortest time between two drawings [s].
 
 
 class GuidanceView(LeafSystem):
@@ -29,8 +30,8 @@ class GuidanceView(LeafSystem):
         - selection
 
     `selection` takes the `Selection` of a `GuidanceSelector`. The chosen
-    candidate's path is solid, the others' are faint; a label among the
-    controls names it.
+    candidate's path is solid, the others' are faint; a line of text
+    names it.
 
     Args:
         page: The page to draw on.
@@ -41,6 +42,7 @@ class GuidanceView(LeafSystem):
         self.set_name("guidance_view")
         self._page = page
         self._drawn: tuple[Rollout, ...] = ()
+        self._drawn_at = -np.inf
         self._selection_input = self.DeclareAbstractInputPort(
             "selection", Value(Selection(DIRECT))
         )
@@ -58,9 +60,11 @@ class GuidanceView(LeafSystem):
         selection = self._selection_input.Eval(context)
         name, missing = selection.guidance.name, selection.missing
         self._page.set_status(name, "guidance", missing)
-        if selection.latest is self._drawn:
+        time = context.get_time()
+        is_early = 0 <= time - self._drawn_at < _PERIOD
+        if selection.latest is self._drawn or is_early:
             return
-        self._drawn = selection.latest
+        self._drawn, self._drawn_at = selection.latest, time
         self._page.meshcat.Delete(FUTURES)
         for i, rollout in enumerate(selection.latest):
             self._draw(i, rollout, rollout.guidance == selection.guidance)

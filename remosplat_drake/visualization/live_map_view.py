@@ -15,7 +15,7 @@ from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
-from remosplat_drake.visualization.toggle import Toggle
+from remosplat_drake.visualization.toggle import on_off
 from remosplat_drake.visualization.unseen_space import (
     add_unseen_toggle,
     draw_layers,
@@ -77,14 +77,7 @@ class LiveMapView(LeafSystem):
         return view
 
     def _add_toggles(self, show_unseen: bool):
-        self._page.add_toggle(
-            Toggle(
-                self._page.meshcat,
-                label="Splat: on / off",
-                keycode="Digit1",
-                states=[[TILES], []],
-            )
-        )
+        self._page.add_toggle(on_off("Splat", "1", TILES))
         add_unseen_toggle(self._page, shown=show_unseen)
 
     def _publish(self, context: Context):

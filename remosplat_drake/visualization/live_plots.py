@@ -21,7 +21,6 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.clearance_plot import clearance_plot
 from remosplat_drake.visualization.page import MeshcatPage
-from remosplat_drake.visualization.page_style import plot
 from remosplat_drake.visualization.svg_plot import SvgPlot
 
 SPAN = 20.0
@@ -138,7 +137,7 @@ class LivePlots(LeafSystem):
     def _draw(self, place: int, context: Context):
         trace = (self._clearance, self._deviation)[place]
         svg = self._plots[place].draw(*trace.ages(context.get_time()))
-        self._page.set_label(f"plot {place}", plot(place, svg))
+        self._page.set_plot(str(place), svg)
 
 
 class RollingTrace:

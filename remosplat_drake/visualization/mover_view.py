@@ -51,7 +51,7 @@ class MoverView(LeafSystem):
 
     def __init__(self, *, page: MeshcatPage):
         LeafSystem.__init__(self)
-        self._meshcat = page.meshcat
+        self._scene, self._meshcat = page.scene, page.meshcat
         self._drawn: dict[str, np.ndarray] = {}
         self._cameras: dict[str, tuple] = {}
         self._movers_input = self.DeclareAbstractInputPort(
@@ -71,7 +71,7 @@ class MoverView(LeafSystem):
         movers: Movers = self._movers_input.Eval(context)
         names = [f"{MOVERS}/{i}_{m.name}" for i, m in enumerate(movers)]
         for gone in set(self._drawn) - set(names):
-            self._meshcat.Delete(gone)
+            self._scene.delete(gone)
             del self._drawn[gone]
         for path, mover in zip(names, movers, strict=True):
             self._draw(path, mover, context.get_time())
@@ -92,11 +92,11 @@ class MoverView(LeafSystem):
             meshcat.SetObject(f"{path}/room", Sphere(room), _ROOM)
             meshcat.SetProperty(f"{path}/room/<object>", "castShadow", False)
             self._drawn[path] = size
-        meshcat.SetTransform(f"{path}/body", mover.X_WM, time_in_recording=time)
+        self._scene.move(f"{path}/body", mover.X_WM, time)
         then = mover.after(AHEAD)
-        meshcat.SetTransform(f"{path}/ghost", then, time_in_recording=time)
+        self._scene.move(f"{path}/ghost", then, time)
         center = RigidTransform(then.translation())
-        meshcat.SetTransform(f"{path}/room", center, time_in_recording=time)
+        self._scene.move(f"{path}/room", center, time)
 
     def _draw_camera(self, camera: MoverCamera):
         pose = camera.X_WC.GetAsMatrix4().round(3).tobytes()

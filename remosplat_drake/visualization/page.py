@@ -1,5 +1,7 @@
 """`MeshcatPage`: the browser page that all views draw on."""
 
+import dataclasses as dc
+import weakref
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,11 +11,16 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.base.tcp_port import is_free
 from remosplat_drake.visualization import page_style
+from remosplat_drake.visualization.live_page.live_scene import LiveScene
+from remosplat_drake.visualization.live_page.newest import Newest
+from remosplat_drake.visualization.live_page.page_files import page_files
+from remosplat_drake.visualization.live_page.page_server import PageServer
 from remosplat_drake.visualization.page_state import PageState
 from remosplat_drake.visualization.saved_page.account import Account
 from remosplat_drake.visualization.saved_page.archive import pack
-from remosplat_drake.visualization.saved_page.html_page import add_player
+from remosplat_drake.visualization.saved_page.html_page import saved_page
 from remosplat_drake.visualization.toggle import Toggle
 
 ROOT = "/remosplat"
@@ -22,6 +29,7 @@ ROOT = "/remosplat"
 LIVE = f"{ROOT}/live"
 """Path below which is what a recording cannot hold, and therefore hides."""
 
+_FIRST_PORT = 7000
 _FLOOR_RADIUS = 30.0
 _FLOOR_DROP = 0.006  # A captured floor must not fight with the drawn one.
 _CAMERA = "/Cameras/default/rotated/<object>"
@@ -48,10 +56,16 @@ _LIGHTS = {
 
 
 class MeshcatPage:
-    """A Meshcat server whose page has a sky, a floor, shadows and controls.
+    """A page that shows a scene of Meshcat's, with a bar, a panel and a player.
+
+    The bar says how things stand. Meshcat's server sends the shapes of the
+    scene, and hears the buttons. A server of our own has the page itself, and
+    the newest of what moves and of what is said: a browser that draws slowly
+    skips some of it, and is never late.
 
     Args:
-        port: TCP port; None takes the first free one from 7000 on.
+        port: TCP port; None takes the first free one from 7000 on. Meshcat's
+            server takes another free one.
         host: Network interface to listen on; "*" stands for all. The page's
             controls can steer a robot, so by default only this computer may
             connect.
@@ -59,6 +73,8 @@ class MeshcatPage:
 
     Attributes:
         meshcat: Drake's server; anything else may be drawn on it, too.
+        scene: Moves what Meshcat has drawn.
+        port: The TCP port.
         status: The lines of text on show, by their topics.
         state: How things stand, as the page says it; None before it is told.
 
@@ -79,20 +95,28 @@ class MeshcatPage:
         host: str = "localhost",
         floor: bool = True,
     ):
-        self.meshcat = _start_server(port, host)
+        self._newest = Newest()
+        self._server = _start_server(port, host, self._newest)
+        self.port = self._server.port
+        self.meshcat = _start_meshcat(host)
+        session = self._server.session
+        files = page_files(self.meshcat.port(), session)
+        self._server.serve(files, self.meshcat.web_url())
+        weakref.finalize(self, self._server.close)
+        self.scene = LiveScene(self.meshcat, self._newest)
+        self._host = "localhost" if host == "*" else host
         self._toggles: list[Toggle] = []
         self.status: dict[str, str] = {}
+        self._notes: dict[str, tuple[str, str]] = {}
         self.state: PageState | None = None
-        self._labels: dict[str, str] = {}
         self._clicks = dict.fromkeys(page_style.BUTTONS, 0)
-        self.meshcat.AddButton(page_style.STYLE)
         self._dress(floor)
         self.look_from(p_WC=(-1.2, -2.8, 2.0), p_WT=(0.65, 0.1, 0.38))
 
     @property
     def url(self) -> str:
         """Address of the page, to open in a browser."""
-        return self.meshcat.web_url()
+        return f"http://{self._host}:{self.port}"
 
     def look_from(self, p_WC: Sequence[float], p_WT: Sequence[float]):
         """Moves the page's camera.
@@ -106,14 +130,23 @@ class MeshcatPage:
             target_in_world=np.array(p_WT, float),
         )
 
-    def add_toggle(self, toggle: Toggle):
-        """Adds a button to those that `poll` serves."""
-        self._toggles.append(toggle)
+    def beat(self):
+        """Marks what is on the page as that of this moment.
 
-    def poll(self):
-        """Serves all buttons that were clicked since the last call."""
-        for toggle in self._toggles:
-            toggle.poll()
+        From now on the page shows the age of its picture, until the run ends.
+        """
+        self._server.beat()
+
+    def add_toggle(self, toggle: Toggle):
+        """Adds a button that shows or hides parts of the scene.
+
+        Args:
+            toggle: The button.
+        """
+        for path, visible in toggle.visible.items():
+            self.meshcat.SetProperty(path, "visible", visible)
+        self._toggles.append(toggle)
+        self._newest.put(("scene",), [dc.asdict(t) for t in self._toggles])
 
     def show(self, state: PageState):
         """Says how things stand, and offers the buttons that do something.
@@ -125,6 +158,8 @@ class MeshcatPage:
             return
         before = self.state.buttons if self.state else ()
         self.state = state
+        # The words come first: a browser gets the buttons when it has time.
+        self._newest.put(("bar",), state.document())
         for button in before:
             if button not in state.buttons:
                 name = page_style.BUTTONS[button]
@@ -135,7 +170,6 @@ class MeshcatPage:
                 self.meshcat.AddButton(
                     page_style.BUTTONS[button], page_style.KEYS[button]
                 )
-        self.set_label("bar", page_style.bar(state))
 
     def clicks(self, button: str) -> int:
         """Returns how often START, STOP or RELEASE was pressed.
@@ -154,6 +188,7 @@ class MeshcatPage:
         Args:
             state: How things stand now.
         """
+        self._server.rest()
         self.show(state)
         for topic in ("supervisor", "robot", "controller", "guidance"):
             self.set_status("", topic)
@@ -161,10 +196,7 @@ class MeshcatPage:
     def set_status(
         self, text: str, topic: str = "controller", trouble: str = ""
     ):
-        """Shows a line of text below the controls, one line for each topic.
-
-        It is sent only when it changes. Lines keep their order and move no
-        button.
+        """Shows a line of text in the panel, one line for each topic.
 
         Args:
             text: Text of the line; without any text the line goes away.
@@ -172,29 +204,58 @@ class MeshcatPage:
             trouble: What has gone wrong; it stands out at the end of the
                 line.
         """
-        said = f"{text} {trouble}".strip()
-        self.status[topic] = said
-        label = page_style.note(topic, text, trouble) if said else ""
-        self.set_label(topic, label)
+        self.status[topic] = f"{text} {trouble}".strip()
+        self._notes[topic] = text, trouble
+        lines = [
+            (topic, *self._notes[topic])
+            for topic in page_style.TOPICS
+            if self.status.get(topic)
+        ]
+        self._newest.put(("notes",), lines)
 
-    def set_label(self, place: str, label: str):
-        """Replaces a label, which is a button without a function.
-
-        Meshcat has no text and no pictures, but draws buttons' names as
-        HTML. The new one comes before the old one goes: nothing blinks.
+    def set_badge(self, grade: str, title: str, text: str):
+        """Shows a verdict on the map.
 
         Args:
-            place: Name of the place; an earlier label there goes.
-            label: The new label, made by `page_style`; empty for none.
+            grade: One of `map_grade`'s, which gives it a colour.
+            title: The verdict in a word or two.
+            text: What it rests on.
         """
-        before = self._labels.get(place, "")
-        if label == before:
-            return
-        if label:
-            self.meshcat.AddButton(label)
-        if before:
-            self.meshcat.DeleteButton(before)
-        self._labels[place] = label
+        badge = {"grade": grade, "title": title, "text": text}
+        self._newest.put(("badge",), badge)
+
+    def set_plot(self, name: str, svg: str):
+        """Shows a plot in the panel.
+
+        Args:
+            name: Name of the plot, whose place it takes.
+            svg: An inline SVG.
+        """
+        self._newest.put(("plot", name), svg)
+
+    def set_legend(self, entries: Sequence[tuple[str, str]]):
+        """Shows the meaning of the scene's colours.
+
+        Args:
+            entries: Colours as HTML has them, and their meaning.
+        """
+        self._newest.put(("legend",), list(entries))
+
+    def set_account(self, account: Account):
+        """Shows what was measured in a run, and lets people play it again.
+
+        Args:
+            account: What is told of the run.
+        """
+        self._newest.put(("account",), account.document())
+
+    def told(self, *key: str):
+        """Returns what the page says about something; None for nothing.
+
+        Args:
+            *key: Its name in `web/panel.js`, such as "badge".
+        """
+        return self._newest.get(key)
 
     def start_recording(self, start: float = 0.0):
         """Records all motion from now on, for replay in the page.
@@ -202,21 +263,19 @@ class MeshcatPage:
         Args:
             start: Time of the diagram at which the recording begins [s].
         """
-        self.meshcat.DeleteRecording()
-        self.meshcat.StartRecording(frames_per_second=16)
-        self.meshcat.get_mutable_recording().set_start_time(start)
+        self.scene.record(start)
 
     def pause_recording(self):
         """Records no more: what a replay holds is in memory."""
-        self.meshcat.StopRecording()
+        self.scene.pause()
 
     def finish_recording(self):
         """Stops recording; the page then replays, also when saved."""
-        start = self.meshcat.get_mutable_recording().start_time()
         self.meshcat.SetProperty(
-            LIVE, "visible", False, time_in_recording=start
+            LIVE, "visible", False, time_in_recording=self.scene.start
         )
-        self.meshcat.StopRecording()
+        self.scene.pause()
+        self.scene.settle()
         self.meshcat.PublishRecording()
         self.meshcat.SetProperty(LIVE, "visible", True)
 
@@ -235,14 +294,15 @@ class MeshcatPage:
             FileError: The file cannot be written.
         """
         path = Path(path)
-        badge = self._labels.get("badge", "")
-        page = add_player(
-            self.meshcat.StaticHtml(),
-            account,
-            state=self.state,
-            toggles=self._toggles,
-            badge=badge,
-        )
+        self.scene.settle()
+        lasting = {
+            topic: self._newest.get((topic,))
+            for topic in ("bar", "badge", "scene", "legend", "account")
+        }
+        if account is not None:
+            lasting["bar"] = account.state.document()
+            lasting["account"] = account.document()
+        page = saved_page(self.meshcat.StaticHtml(), lasting)
         with atomic_write(path) as file:
             file.write(pack(page, path.stem))
 
@@ -271,21 +331,31 @@ class MeshcatPage:
             )
 
 
-def _start_server(port: int | None, host: str) -> Meshcat:
-    if port is not None and not 1024 <= port <= 65535:
+def _start_server(port: int | None, host: str, newest: Newest) -> PageServer:
+    """Opens our server on a port, or on the first free one.
+
+    Raises:
+        RemoSplatError: The port is taken or out of range.
+    """
+    if port is None:
+        port = next(p for p in range(_FIRST_PORT, 65536) if is_free(host, p))
+    if not 1024 <= port <= 65535:
         raise RemoSplatError(
             f"meshcat port {port} is out of range; valid: 1024 to 65535"
         )
     try:
-        return Meshcat(
-            MeshcatParams(host=host, port=port, show_stats_plot=False)
-        )
-    except RuntimeError as error:
-        if port is None:
-            raise RemoSplatError(
-                f"meshcat found no free port on host {host!r}"
-            ) from error
+        return PageServer(host, port, newest)
+    except OSError as error:
         raise RemoSplatError(
             f"meshcat port {port} is taken on host {host!r};"
             " choose another one, or none for the first free one"
+        ) from error
+
+
+def _start_meshcat(host: str) -> Meshcat:
+    try:
+        return Meshcat(MeshcatParams(host=host, show_stats_plot=False))
+    except RuntimeError as error:
+        raise RemoSplatError(
+            f"meshcat found no free port on host {host!r}"
         ) from error

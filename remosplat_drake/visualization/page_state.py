@@ -59,6 +59,10 @@ class PageState:
         """Whether the run has ended."""
         return self.phase in (REACHED, MISSED, REPLAYED)
 
+    def document(self) -> dict:
+        """Returns the state as JSON has it."""
+        return {**dc.asdict(self), "over": self.is_over}
+
 
 def preparing(text: str) -> PageState:
     """Returns the state before a run can start.
@@ -69,13 +73,13 @@ def preparing(text: str) -> PageState:
     return PageState(WAITING, "Preparing", text)
 
 
-def waiting(name: str) -> PageState:
+def waiting(goal: str) -> PageState:
     """Returns the state before a run that somebody at the page starts.
 
     Args:
-        name: Name of the scenario.
+        goal: What the run is for, in a sentence.
     """
-    return PageState(WAITING, "Ready", f"{name} begins at a click", (START,))
+    return PageState(WAITING, "Ready", goal, (START,))
 
 
 def supervised(

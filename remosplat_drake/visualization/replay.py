@@ -27,7 +27,7 @@ from remosplat_drake.visualization.robot_view import (
 from remosplat_drake.visualization.run_view import RunView
 from remosplat_drake.visualization.splat_view import draw_surfels
 from remosplat_drake.visualization.standing_view import StandingView
-from remosplat_drake.visualization.toggle import Toggle
+from remosplat_drake.visualization.toggle import on_off
 
 SPLATS = f"{ROOT}/splat"
 
@@ -57,7 +57,6 @@ def record_replay(
     *,
     reach: float,
     events: Sequence[Event] = (),
-    rate: float = 1.0,
     on_frame: Callable[[int, int], None] | None = None,
 ) -> None:
     """Records a run into the page, which then plays it.
@@ -73,10 +72,9 @@ def record_replay(
         maps: All versions of the map in the log, by their numbers.
         reach: Greatest distance of scene points that get a line [m].
         events: The run's events, in the order of their times.
-        rate: Speed of the animation, in seconds of the run per second.
         on_frame: Called with the number of frames that are done, and of all.
     """
-    time = (log.rows["time"] - log.rows["time"][0]) / rate
+    time = log.rows["time"] - log.rows["time"][0]
     page.start_recording(0.0)
     draw_maps(page, maps, log.rows["map_version"], time)
     diagram = _make_diagram(page, robot)
@@ -169,20 +167,8 @@ def draw_maps(
         is_asked = versions == version
         changed = np.flatnonzero(np.diff(is_asked)) + 1
         for k in (0, *changed.tolist()):
-            meshcat.SetProperty(
-                path,
-                "visible",
-                bool(is_asked[k]),
-                time_in_recording=float(time[k]),
-            )
-    page.add_toggle(
-        Toggle(
-            meshcat,
-            label="Splat: on / off",
-            keycode="Digit1",
-            states=[[SPLATS], []],
-        )
-    )
+            page.scene.show(path, bool(is_asked[k]), float(time[k]))
+    page.add_toggle(on_off("Splat", "1", SPLATS))
 
 
 def _clearances(
@@ -203,7 +189,7 @@ def _make_diagram(page: MeshcatPage, robot: RobotModel) -> Diagram:
     builder.ExportInput(standing_view.GetInputPort("standing"), "standing")
     for port in (
         standing_view.GetInputPort("configuration"),
-        AddRobotView(builder, robot, page.meshcat),
+        AddRobotView(builder, robot, page),
     ):
         builder.ConnectInput("configuration", port)
     return builder.Build()

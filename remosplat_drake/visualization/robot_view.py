@@ -1,4 +1,4 @@
-"""`AddRobotView`: draws the robot in its measured configuration."""
+"""`RobotView`: draws the robot in its measured configuration."""
 
 import numpy as np
 from pydrake.geometry import (
@@ -12,82 +12,134 @@ from pydrake.geometry import (
     SceneGraph,
 )
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import Diagram, DiagramBuilder, InputPort
-from pydrake.systems.primitives import AffineSystem
-from pydrake.systems.rendering import MultibodyPositionToGeometryPose
+from pydrake.multibody.tree import BodyIndex, RigidBody
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    InputPort,
+    LeafSystem,
+)
 
 from remosplat_drake.robot.meshes import link_meshes, register_link_meshes
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.visuals import load_visuals
-from remosplat_drake.visualization.page import ROOT
+from remosplat_drake.visualization.page import ROOT, MeshcatPage
 
 PUBLISH_PERIOD = 1 / 32
 """Time between two pictures of everything that moves [s]."""
+
+PREFIX = f"{ROOT}/robot"
 
 _NAME = "robot_view"
 _GREY = Rgba(0.75, 0.76, 0.78)
 
 
-def AddRobotView(
-    builder: DiagramBuilder, robot: RobotModel, meshcat: Meshcat
-) -> InputPort:
-    """Adds the systems that draw a robot from its configuration alone.
+class RobotView(LeafSystem):
+    """Draws a robot from its configuration alone.
 
-    They know of no station, so a simulated and a real robot look the same.
-    Links are drawn from their meshes, or from their collision geometry where
-    there is none.
+    .. pydrake_system::
+
+        name: RobotView
+        input_ports:
+        - configuration
+
+    It sees no station, so a simulated and a real robot look the same. Links
+    are drawn from their meshes, or from their collision geometry where there
+    is none, below `/remosplat/robot`. Their shapes are sent once, at the
+    start.
 
     Args:
-        builder: Builder of the diagram; it gets a scene graph of the view's
-            own, kinematics and a visualizer.
+        page: The page to draw on.
         robot: The robot to draw.
-        meshcat: The Meshcat server; the robot is drawn below
-            `/remosplat/robot`.
+    """
+
+    def __init__(self, *, page: MeshcatPage, robot: RobotModel):
+        super().__init__()
+        self.set_name(_NAME)
+        self._scene = page.scene
+        self._plant, self._paths = _draw_links(page.meshcat, robot)
+        self._at = self._plant.CreateDefaultContext()
+        self._D, self._y0 = _plant_positions(robot, self._plant)
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
+
+    def _publish(self, context: Context):
+        q = self._configuration_input.Eval(context)
+        self._plant.SetPositions(self._at, self._D @ q + self._y0)
+        for body, path in self._paths:
+            X_WB = self._plant.EvalBodyPoseInWorld(self._at, body)
+            self._scene.move(path, X_WB, context.get_time())
+
+
+def AddRobotView(
+    builder: DiagramBuilder, robot: RobotModel, page: MeshcatPage
+) -> InputPort:
+    """Adds a `RobotView` to a diagram.
+
+    Args:
+        builder: Builder of the diagram.
+        robot: The robot to draw.
+        page: The page to draw on.
 
     Returns:
         The input port for the configuration q, shape (n_q,), which the caller
         connects.
     """
-    scene_graph = builder.AddNamedSystem("robot_view_scene", SceneGraph())
-    plant = make_drawn_plant(robot, scene_graph)
-    to_pose = builder.AddNamedSystem(
-        "robot_view_kinematics", MultibodyPositionToGeometryPose(plant)
-    )
-    positions = builder.AddNamedSystem(
-        "robot_view_positions", _plant_positions(robot, plant)
-    )
-    builder.Connect(positions.get_output_port(), to_pose.get_input_port())
-    builder.Connect(
-        to_pose.get_output_port(),
-        scene_graph.get_source_pose_port(plant.get_source_id()),
-    )
-    visualizer = MeshcatVisualizer.AddToBuilder(
-        builder,
-        scene_graph,
-        meshcat,
-        MeshcatVisualizerParams(
-            role=Role.kIllustration,
-            publish_period=PUBLISH_PERIOD,
-            prefix=f"{ROOT}/robot",
-            # A run must not wipe off what was drawn before it began.
-            delete_on_initialization_event=False,
-        ),
-    )
-    visualizer.set_name(_NAME)
-    return positions.get_input_port()
+    view = builder.AddSystem(RobotView(page=page, robot=robot))
+    return view.GetInputPort("configuration")
 
 
 def draw_robot(diagram: Diagram) -> None:
     """Draws the robot where it starts, before anything moves.
 
     Args:
-        diagram: A diagram with the systems of `AddRobotView`.
+        diagram: A diagram with a `RobotView`.
     """
     context = diagram.CreateDefaultContext()
     view = diagram.GetSubsystemByName(_NAME)
     view.ForcedPublish(view.GetMyContextFromRoot(context))
+
+
+def _draw_links(
+    meshcat: Meshcat, robot: RobotModel
+) -> tuple[MultibodyPlant, list[tuple[RigidBody, str]]]:
+    """Draws the links once.
+
+    Returns:
+        A plant for their poses, and each link that has a shape with its path.
+    """
+    builder = DiagramBuilder()
+    scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
+    plant = make_drawn_plant(robot, scene_graph)
+    builder.AddSystem(plant)
+    builder.Connect(
+        plant.get_geometry_pose_output_port(),
+        scene_graph.get_source_pose_port(plant.get_source_id()),
+    )
+    MeshcatVisualizer.AddToBuilder(
+        builder,
+        scene_graph,
+        meshcat,
+        MeshcatVisualizerParams(
+            role=Role.kIllustration,
+            prefix=PREFIX,
+            # A run must not wipe off what was drawn before it began.
+            delete_on_initialization_event=False,
+        ),
+    )
+    diagram = builder.Build()
+    diagram.ForcedPublish(diagram.CreateDefaultContext())
+    bodies = (plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies()))
+    paths = [
+        (body, f"{PREFIX}/{body.scoped_name().get_full().replace('::', '/')}")
+        for body in bodies
+    ]
+    return plant, [(b, path) for b, path in paths if meshcat.HasPath(path)]
 
 
 def make_drawn_plant(
@@ -137,8 +189,10 @@ def _show_collision_geometry(
             )
 
 
-def _plant_positions(robot: RobotModel, plant: MultibodyPlant) -> AffineSystem:
-    """Maps q to the plant's positions; locked joints are constants."""
+def _plant_positions(
+    robot: RobotModel, plant: MultibodyPlant
+) -> tuple[np.ndarray, np.ndarray]:
+    """Matrix and vector that map q to positions; locked ones are constants."""
     n = plant.num_positions()
     D = np.zeros((n, robot.n_q))
     y0 = np.zeros(n)
@@ -146,12 +200,4 @@ def _plant_positions(robot: RobotModel, plant: MultibodyPlant) -> AffineSystem:
         D[plant.GetJointByName(name).position_start(), i] = 1.0
     for name, value in robot.description.locked.items():
         y0[plant.GetJointByName(name).position_start()] = value
-    none = np.zeros((0, 0))
-    return AffineSystem(
-        A=none,
-        B=np.zeros((0, robot.n_q)),
-        f0=np.zeros(0),
-        C=np.zeros((n, 0)),
-        D=D,
-        y0=y0,
-    )
+    return D, y0

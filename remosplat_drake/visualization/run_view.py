@@ -3,12 +3,19 @@
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Rgba
-from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import (
+    Context,
+    Diagram,
+    DiagramBuilder,
+    LeafSystem,
+)
 
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.clearance_lines import ClearanceLines
 from remosplat_drake.visualization.growing_path import GrowingPath
+from remosplat_drake.visualization.legend import legend
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.sphere_view import SphereView
@@ -19,12 +26,13 @@ TARGET = f"{ROOT}/target"
 PATHS = f"{ROOT}/paths"
 HAND_TRACE = f"{PATHS}/end_effector"
 
+_NAME = "run_view"
 _BLUE = Rgba(0.10, 0.42, 0.92)
 _TRACE_HEIGHT = 0.012  # The base's trace lies on the floor, not in it [m].
 
 
 class RunView(LeafSystem):
-    """Draws target, clearances and traces, and serves the page's buttons.
+    """Draws target, clearances and traces.
 
     .. pydrake_system::
 
@@ -38,11 +46,11 @@ class RunView(LeafSystem):
     nothing. Red lines go from sphere surfaces to their closest scene points,
     pale for rows that could bind and strong for rows that do. The end
     effector leaves a yellow trace, the base a blue one; both start anew when
-    time runs backwards. Of several end effectors each has a colour, and a line
-    of text says which.
+    time runs backwards. Of several end effectors each has a colour, which the
+    page's legend names.
 
     Args:
-        page: The page to draw on; its buttons are polled at every publish.
+        page: The page to draw on.
         robot: The robot that moves.
     """
 
@@ -58,21 +66,18 @@ class RunView(LeafSystem):
             AbstractValue.Make(TickReport.before_first(robot.n_q, robot.n_u)),
         )
         self._spheres = SphereView(page, robot)
-        self._lines = ClearanceLines(page.meshcat, robot)
+        self._lines = ClearanceLines(page, robot)
         colors = trace_colors(robot.effectors)
         self._hand_traces = [
-            GrowingPath(page.meshcat, _named(HAND_TRACE, name), rgba(color))
+            GrowingPath(page, _named(HAND_TRACE, name), rgba(color))
             for name, color in colors.items()
         ]
-        if len(colors) > 1:
-            legend = [f"{name} {color}" for name, color in colors.items()]
-            page.set_status(", ".join(legend), "traces")
-        self._base_trace = GrowingPath(page.meshcat, f"{PATHS}/base", _BLUE)
+        page.set_legend(legend(robot.effectors))
+        self._base_trace = GrowingPath(page, f"{PATHS}/base", _BLUE)
         self._report: TickReport | None = None
         self._time = -np.inf
         self._targets = [
-            TargetView(page.meshcat, _named(TARGET, name))
-            for name in robot.effectors
+            TargetView(page, _named(TARGET, name)) for name in robot.effectors
         ]
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
         self.DeclareForcedPublishEvent(self._publish)
@@ -82,12 +87,10 @@ class RunView(LeafSystem):
         builder: DiagramBuilder, *, page: MeshcatPage, robot: RobotModel
     ) -> "RunView":
         """Adds a view to a diagram; the caller connects its two ports."""
-        return builder.AddNamedSystem(
-            "run_view", RunView(page=page, robot=robot)
-        )
+        return builder.AddNamedSystem(_NAME, RunView(page=page, robot=robot))
 
     def _publish(self, context: Context):
-        self._page.poll()
+        self._page.beat()
         time = context.get_time()
         q = self._configuration_input.Eval(context)
         report = self._report_input.Eval(context)
@@ -96,6 +99,16 @@ class RunView(LeafSystem):
             self._report = report
             self._draw_report(report, time)
         self._spheres.update(q, report.clearances, time)
+
+    def draw_targets(self, aim: Aim, time: float):
+        """Draws the targets of the end effectors.
+
+        Args:
+            aim: The targets.
+            time: Time in a recording [s].
+        """
+        for effector, target in aim.items:
+            self._targets[effector].update(target, time)
 
     def _draw_motion(self, q: np.ndarray, time: float):
         if time < self._time:
@@ -113,8 +126,17 @@ class RunView(LeafSystem):
         self._lines.draw(report, time)
         status = report.status.replace("_", " ")
         self._page.set_status(status)
-        for effector, target in report.aim.items:
-            self._targets[effector].update(target, time)
+        self.draw_targets(report.aim, time)
+
+
+def draw_targets(diagram: Diagram, aim: Aim) -> None:
+    """Draws targets before anything moves.
+
+    Args:
+        diagram: A diagram with a `RunView`.
+        aim: The targets.
+    """
+    diagram.GetSubsystemByName(_NAME).draw_targets(aim, 0.0)
 
 
 def _named(path: str, effector: str) -> str:

@@ -10,7 +10,7 @@ from remosplat_drake.oracle.view_images import SphereViews
 from remosplat_drake.visualization.depth_views import range_colors
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.shapes import tube_mesh
-from remosplat_drake.visualization.toggle import Toggle
+from remosplat_drake.visualization.toggle import on_off
 
 SENSOR = f"{ROOT}/sensor"
 SEEN = f"{SENSOR}/seen"
@@ -52,14 +52,7 @@ class SensorView:
         )
         _draw_rays(meshcat, views)
         _draw_seen(meshcat, views)
-        page.add_toggle(
-            Toggle(
-                meshcat,
-                label="Seen surface: on / off",
-                keycode="Digit4",
-                states=[[SEEN], []],
-            )
-        )
+        page.add_toggle(on_off("Seen surface", "4", SEEN))
 
 
 def frustum_edges(

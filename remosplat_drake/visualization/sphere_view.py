@@ -7,7 +7,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
-from remosplat_drake.visualization.toggle import Toggle
+from remosplat_drake.visualization.toggle import on_off
 
 SPHERES = f"{ROOT}/spheres"
 
@@ -21,8 +21,7 @@ class SphereView:
     """Draws translucent spheres, red where the scene is near.
 
     They are hidden until somebody clicks their button. Hidden ones move with
-    the robot, too: they may be asked for after the run, or in its replay. Only
-    the colours wait until they are on show.
+    the robot, too: each page shows them when its onlooker wants.
 
     Args:
         page: The page to draw on.
@@ -30,7 +29,7 @@ class SphereView:
     """
 
     def __init__(self, page: MeshcatPage, robot: RobotModel):
-        self._meshcat = page.meshcat
+        self._scene, meshcat = page.scene, page.meshcat
         self._robot = robot
         model = robot.spheres
         self._links = tuple(dict.fromkeys(model.links))
@@ -42,20 +41,14 @@ class SphereView:
         palette = clearance_colors(np.linspace(0.0, _FAR, _STEPS))
         self._palette = [[*map(float, rgb), _ALPHA] for rgb in palette]
         for i, path in enumerate(self._paths):
-            self._meshcat.SetObject(
+            meshcat.SetObject(
                 path, Sphere(model.radius[i]), Rgba(*self._palette[-1])
             )
-            self._meshcat.SetTransform(path, RigidTransform(model.p_LS[i]))
-        self._toggle = Toggle(
-            page.meshcat,
-            label="Robot spheres: off / on",
-            keycode="Digit2",
-            states=[[], [SPHERES]],
-        )
-        page.add_toggle(self._toggle)
+            meshcat.SetTransform(path, RigidTransform(model.p_LS[i]))
+        page.add_toggle(on_off("Robot spheres", "2", SPHERES, shown=False))
 
     def update(self, q: np.ndarray, clearances: Clearances, time: float):
-        """Moves the spheres, and colours them if they are on show.
+        """Moves and colours the spheres.
 
         Args:
             q: Measured configuration, shape (n_q,).
@@ -65,20 +58,14 @@ class SphereView:
         """
         X_WL = self._robot.body_poses(q)
         for link, body in zip(self._links, self._body, strict=True):
-            self._meshcat.SetTransform(
-                f"{SPHERES}/{link}",
-                RigidTransform(X_WL[body]),
-                time_in_recording=time,
-            )
-        if self._toggle.state == 0:
-            return
+            X = RigidTransform(X_WL[body])
+            self._scene.move(f"{SPHERES}/{link}", X, time)
         distance = clearances.per_sphere(len(self._paths))
         fraction = np.clip(distance / _FAR, 0.0, 1.0)
         shade = np.rint((_STEPS - 1) * fraction).astype(int)
         for i in np.flatnonzero(shade != self._shade):
-            self._meshcat.SetProperty(
-                f"{self._paths[i]}/<object>", "color", self._palette[shade[i]]
-            )
+            node = f"{self._paths[i]}/<object>"
+            self._scene.set_property(node, "color", self._palette[shade[i]])
         self._shade = shade
 
 

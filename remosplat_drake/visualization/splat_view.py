@@ -50,10 +50,9 @@ class SplatView:
             page.set_status(shown_of(len(shown), len(splat)), "splat")
         page.add_toggle(
             Toggle(
-                meshcat,
-                label="Splat: surfels / points / off",
-                keycode="Digit1",
-                states=[[SURFELS], [POINTS], []],
+                "Splat",
+                "1",
+                (("discs", (SURFELS,)), ("points", (POINTS,)), ("off", ())),
             )
         )
 

@@ -96,7 +96,7 @@ class StandingView(LeafSystem):
             if not self._has_place:
                 self._has_place = True
                 _draw_ring(self._page.meshcat)
-                self._show(PLACE, False, _start(self._page.meshcat))
+                self._show(PLACE, False, self._page.scene.start)
             self._move(PLACE, self._facing(link, p_W, q), time)
         if self._has_place:
             self._show(PLACE, p_W is not None, time)
@@ -123,15 +123,13 @@ class StandingView(LeafSystem):
             self._page.meshcat.SetTransform(f"{path}/{i}", RigidTransform(p_LS))
             _shine_through(self._page.meshcat, f"{path}/{i}")
         self._links[link] = False
-        self._show(path, False, _start(self._page.meshcat))
+        self._show(path, False, self._page.scene.start)
 
     def _move(self, path: str, X: RigidTransform, time: float):
-        self._page.meshcat.SetTransform(path, X, time_in_recording=time)
+        self._page.scene.move(path, X, time)
 
     def _show(self, path: str, visible: bool, time: float):
-        self._page.meshcat.SetProperty(
-            path, "visible", visible, time_in_recording=time
-        )
+        self._page.scene.show(path, visible, time)
 
 
 def _draw_ring(meshcat: Meshcat):
@@ -149,7 +147,3 @@ def _shine_through(meshcat: Meshcat, path: str):
     node = f"{path}/<object>"
     meshcat.SetProperty(node, "material.depthTest", False)
     meshcat.SetProperty(node, "renderOrder", _LAST)
-
-
-def _start(meshcat: Meshcat) -> float:
-    return meshcat.get_mutable_recording().start_time()

@@ -1,10 +1,11 @@
 """`TargetView`: the target on the page, with what it leaves free."""
 
 import numpy as np
-from pydrake.geometry import Cylinder, Meshcat, Rgba, Sphere
+from pydrake.geometry import Cylinder, Rgba, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.signals.target import DIRECTIONS, Target
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.shapes import (
     draw_triad,
     tube_mesh,
@@ -25,12 +26,12 @@ class TargetView:
     target that is passed, and an orange line to one that is reached on a line.
 
     Args:
-        meshcat: The page's Meshcat server.
+        page: The page to draw on.
         path: Path in the scene tree below which all of it goes.
     """
 
-    def __init__(self, meshcat: Meshcat, path: str):
-        self._meshcat = meshcat
+    def __init__(self, page: MeshcatPage, path: str):
+        self._scene, self._meshcat = page.scene, page.meshcat
         self._path = path
         self._marks = f"{path}/marks"
         self._lines = f"{path}_lines"
@@ -38,8 +39,8 @@ class TargetView:
         self._drawn: set[str] = set()
         self._targets = 0
         self._latest: Target | None = None
-        draw_triad(meshcat, path)
-        meshcat.SetProperty(path, "visible", False)
+        draw_triad(page.meshcat, path)
+        self._scene.set_property(path, "visible", False)
 
     def update(self, target: Target, time: float):
         """Draws a target.
@@ -49,17 +50,12 @@ class TargetView:
             time: Time in a recording [s].
         """
         known = target.is_known
-        self._meshcat.SetProperty(
-            self._path, "visible", known, time_in_recording=time
-        )
+        self._scene.show(self._path, known, time)
         if not known:
             return
         R_WT = RotationMatrix.ProjectToRotationMatrix(target.X_WT[:3, :3])
-        self._meshcat.SetTransform(
-            self._path,
-            RigidTransform(R_WT, target.X_WT[:3, 3]),
-            time_in_recording=time,
-        )
+        X_WT = RigidTransform(R_WT, target.X_WT[:3, 3])
+        self._scene.move(self._path, X_WT, time)
         if self._latest is None or not target.equals(self._latest):
             self._latest = target
             self._show(self._marks_of(target), time)
@@ -120,7 +116,5 @@ class TargetView:
 
     def _show(self, paths: set[str], time: float):
         for path in self._shown ^ paths:
-            self._meshcat.SetProperty(
-                path, "visible", path in paths, time_in_recording=time
-            )
+            self._scene.show(path, path in paths, time)
         self._shown = paths

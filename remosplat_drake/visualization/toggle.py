@@ -1,65 +1,44 @@
 """`Toggle`: a button of the page that steps through states."""
 
-from collections.abc import Sequence
-
-from pydrake.geometry import Meshcat
-
-from remosplat_drake.visualization import page_style
+import dataclasses as dc
 
 
+@dc.dataclass(frozen=True)
 class Toggle:
     """A button that shows another set of objects after each click.
 
-    Meshcat counts clicks on the server's side; somebody has to `poll` them.
-
-    Args:
-        meshcat: The page's Meshcat server.
-        label: What the button says.
-        keycode: Key that clicks it, for example "Digit1".
-        states: Paths in the scene tree that are visible in each state; the
-            paths of all other states are hidden then.
-        initial: Index of the state to begin with.
+    The page steps through the states by itself, so each onlooker has states
+    of their own, which last when the program has ended.
 
     Attributes:
-        name: Name of the button on Meshcat.
-        label: What the button says.
+        label: What the button is about.
         key: Key that clicks it.
-        states: Paths that are visible in each state.
+        states: Name of each state, and the paths in the scene tree that are
+            visible in it; the paths of all other states are hidden then.
+        initial: Index of the state to begin with.
     """
 
-    def __init__(
-        self,
-        meshcat: Meshcat,
-        *,
-        label: str,
-        keycode: str,
-        states: Sequence[Sequence[str]],
-        initial: int = 0,
-    ):
-        self._meshcat = meshcat
-        self.label = label
-        self.key = keycode.removeprefix("Digit")
-        self.name = page_style.toggle(label, self.key)
-        self.states = tuple(tuple(paths) for paths in states)
-        self._paths = sorted({path for paths in states for path in paths})
-        self._initial = initial
-        meshcat.AddButton(self.name, keycode)
-        self._show(initial)
+    label: str
+    key: str
+    states: tuple[tuple[str, tuple[str, ...]], ...]
+    initial: int = 0
 
     @property
-    def state(self) -> int:
-        """Index of the present state."""
-        return self._state
+    def visible(self) -> dict[str, bool]:
+        """Whether each path is visible to begin with."""
+        shown = self.states[self.initial][1]
+        return {
+            path: path in shown for _, paths in self.states for path in paths
+        }
 
-    def poll(self):
-        """Counts the clicks, and shows the state that they lead to."""
-        clicks = self._meshcat.GetButtonClicks(self.name)
-        state = (self._initial + clicks) % len(self.states)
-        if state != self._state:
-            self._show(state)
 
-    def _show(self, state: int):
-        self._state = state
-        for path in self._paths:
-            visible = path in self.states[state]
-            self._meshcat.SetProperty(path, "visible", visible)
+def on_off(label: str, key: str, path: str, *, shown: bool = True) -> Toggle:
+    """Returns a toggle that shows or hides one thing.
+
+    Args:
+        label: What the button is about.
+        key: Key that clicks it.
+        path: Path of the thing in the scene tree.
+        shown: Whether it is visible to begin with.
+    """
+    return Toggle(label, key, (("on", (path,)), ("off", ())), int(not shown))

@@ -4,7 +4,7 @@ from pydrake.geometry import Box, Cylinder, Rgba
 
 from remosplat_drake.scene import primitive_scene as scenes
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
-from remosplat_drake.visualization.toggle import Toggle
+from remosplat_drake.visualization.toggle import on_off
 
 TRUTH = f"{ROOT}/truth"
 
@@ -32,11 +32,4 @@ class TruthView:
             shape = Cylinder(cylinder.radius, 2 * cylinder.half_height)
             meshcat.SetObject(path, shape, _COLOR)
             meshcat.SetTransform(path, cylinder.X_WP)
-        page.add_toggle(
-            Toggle(
-                meshcat,
-                label="Ground truth: off / on",
-                keycode="Digit3",
-                states=[[], [TRUTH]],
-            )
-        )
+        page.add_toggle(on_off("Ground truth", "3", TRUTH, shown=False))

@@ -9,7 +9,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
-from remosplat_drake.visualization.toggle import Toggle
+from remosplat_drake.visualization.toggle import on_off
 
 UNSEEN_SPACE = f"{ROOT}/map/unseen"
 
@@ -59,15 +59,7 @@ def add_unseen_toggle(page: MeshcatPage, *, shown: bool) -> None:
         page: The page that gets the button.
         shown: Whether unseen space is visible to begin with.
     """
-    page.add_toggle(
-        Toggle(
-            page.meshcat,
-            label="Unseen space: on / off",
-            keycode="Digit4",
-            states=[[UNSEEN_SPACE], []],
-            initial=0 if shown else 1,
-        )
-    )
+    page.add_toggle(on_off("Unseen space", "4", UNSEEN_SPACE, shown=shown))
 
 
 def draw_layers(meshcat: Meshcat, coverage: Coverage) -> Iterator[str | None]:

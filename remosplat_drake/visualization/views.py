@@ -64,7 +64,7 @@ def AddViews(
     if movers is not None:
         mover_view = MoverView.AddToBuilder(builder, page=page)
         builder.Connect(movers, mover_view.GetInputPort("movers"))
-    robot_input = AddRobotView(builder, robot, page.meshcat)
+    robot_input = AddRobotView(builder, robot, page)
     builder.Connect(configuration, robot_input)
     if truth is not None:
         TruthView(page, truth)

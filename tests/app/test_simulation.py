@@ -16,7 +16,12 @@ from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator, SimulatorConfig
 
 from remosplat_drake.app.diagram import Application, build
-from remosplat_drake.app.run_files import METRICS, TRAJECTORY, save_result
+from remosplat_drake.app.run_files import (
+    METRICS,
+    TRAJECTORY,
+    run_document,
+    save_result,
+)
 from remosplat_drake.app.run_monitor import RunMonitor
 from remosplat_drake.app.run_result import (
     INTERRUPTED,
@@ -206,11 +211,15 @@ def test_a_run_does_not_keep_its_reports(folder):
     assert alive[0] == alive[1]
 
 
+def save(result, application, folder):
+    save_result(result, run_document(result, application, None, {}), folder)
+
+
 def test_the_files_of_a_folder_are_of_one_run(folder):
     """The metrics of the second run do not fit on the disk."""
     application = make_application(folder, "Here")
     first = run(application)
-    save_result(first, application, folder, None, {})
+    save(first, application, folder)
     files = [folder / name for name in (METRICS, TRAJECTORY)]
     before = [file.read_bytes() for file in files]
     application = make_application(folder, "One")
@@ -220,11 +229,11 @@ def test_the_files_of_a_folder_are_of_one_run(folder):
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
     try:
         with pytest.raises(FileError, match=r"metrics\.json: .*too large"):
-            save_result(talkative, application, folder, None, {})
+            save(talkative, application, folder)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert [file.read_bytes() for file in files] == before
-    save_result(second, application, folder, None, {})
+    save(second, application, folder)
     for file, old in zip(files, before, strict=True):
         assert file.read_bytes() != old
 
@@ -301,9 +310,7 @@ def remosplat_run(folder: Path, name: str, *flags: str) -> int:
 def test_reaching_exits_with_0_and_leaves_its_record(folder, capfd):
     output = folder / "new" / "output"
     assert remosplat_run(folder, "One", "--output", str(output)) == 0
-    captured = capfd.readouterr()
-    assert captured.out == ""
-    assert "reached" in captured.err
+    assert "reached" in capfd.readouterr().out
     metrics = json.loads((output / "metrics.json").read_text())
     assert metrics["outcome"] == REACHED
     assert metrics["standing"]["kind"] == "reached"
@@ -324,9 +331,9 @@ def test_not_reaching_exits_with_1_and_says_how_far_it_is(folder, capfd):
         remosplat_run(folder, "Far", "--scenario-text", "{time_limit: 0.2}")
         == 1
     )
-    error = " ".join(capfd.readouterr().err.split())
+    said = " ".join(capfd.readouterr().out.split())
     told = r"time limit: moving to the target, (8\.9|9\.0)\d m away"
-    assert re.search(told, error)
+    assert re.search(told, said)
 
 
 def test_a_stop_exits_with_1_and_is_named(folder, capfd):

@@ -124,12 +124,12 @@ def run(name: str, text: str) -> int:
 def test_a_folded_arm_is_told_so_and_moves_out(capfd):
     text = f"{{time_limit: 0.2, robot: {{arm: {FOLDED}}}}}"
     assert run("Ur5eReach", text) == 1
-    said = capfd.readouterr().err
+    captured = capfd.readouterr()
     assert (
         f"warning: {START_TOO_NEAR}: robot.arm: forearm and flange overlap by"
-        " 11 mm; the robot keeps 10 mm from itself" in said
+        " 11 mm; the robot keeps 10 mm from itself" in captured.err
     )
-    assert "moving out: " in said
+    assert "moving out: " in captured.out
 
 
 def test_a_target_out_of_reach_is_told_with_its_field(capfd):

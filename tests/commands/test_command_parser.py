@@ -63,7 +63,7 @@ def test_help_of_a_command_ends_with_examples_of_it(command, capsys):
         (
             ["run", "--scenariotext", "{}"],
             "run: unknown flag '--scenariotext' (did you mean"
-            " '--scenario-text'?); valid: --accept, ",
+            " '--scenario-text'?); valid: --scenario-text, ",
         ),
         (
             ["convert", "--headless"],

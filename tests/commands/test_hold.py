@@ -4,9 +4,11 @@ import io
 import sys
 
 import pytest
+from page_messages import click
 from rich.console import Console
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.commands import hold
 from remosplat_drake.commands.hold import is_waited_for, wait_for_start
 from remosplat_drake.commands.main import main
 from remosplat_drake.visualization.page import MeshcatPage
@@ -52,39 +54,20 @@ def test_a_refused_wait_is_one_line(capsys):
     assert said == "remosplat: --wait-for-viewer: not with --headless\n"
 
 
-class Finger:
-    """Presses Start at the third look, and remembers what it saw."""
-
-    def __init__(self, page: MeshcatPage):
-        self._page, self.phases = page, []
-
-    def poll(self):
-        assert self._page.state is not None
-        self.phases.append(self._page.state.phase)
-        if len(self.phases) == 3:
-            name = BUTTONS[START]
-            self._page.meshcat._InjectWebsocketMessage(packed_click(name))
-
-
 def test_start_begins_the_run_and_gives_the_page_back(monkeypatch):
     monkeypatch.setattr(sys, "stdin", io.StringIO())
     page = MeshcatPage()
     page.show(unsupervised())
-    finger = Finger(page)
-    page.add_toggle(finger)
+    seen = []
+
+    def press(*_):
+        seen.append(page.state)
+        click(page.meshcat, BUTTONS[START])
+
     text = io.StringIO()
-    wait_for_start(page, "TableReach", Console(file=text, width=200))
-    assert finger.phases == [WAITING] * 3
+    console = Console(file=text, width=200)
+    monkeypatch.setattr(hold.time, "sleep", press)
+    wait_for_start(page, "TableReach", console)
+    assert [state.phase for state in seen] == [WAITING]
     assert page.state == unsupervised()
     assert "press Start; Ctrl-C" in text.getvalue()
-
-
-def packed_click(name: str) -> bytes:
-    """MessagePack of what Meshcat's page sends for a click."""
-    text = name.encode()
-    return (
-        b"\x82\xa4type\xa6button\xa4name"
-        + b"\xda"
-        + len(text).to_bytes(2, "big")
-        + text
-    )

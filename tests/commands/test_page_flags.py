@@ -14,7 +14,13 @@ LOOPBACK = "0100007F"
 
 def reaches_all(page: MeshcatPage) -> bool:
     """Whether the page's server listens on every interface, by Linux."""
-    port = f":{page.meshcat.port():04X}"
+    ports = tuple(f":{port:04X}" for port in (page.port, page.meshcat.port()))
+    reached = [_reaches_all(port) for port in ports]
+    assert reached[0] == reached[1]
+    return reached[0]
+
+
+def _reaches_all(port: str) -> bool:
     for table in ("tcp", "tcp6"):
         lines = Path("/proc/net", table).read_text().splitlines()[1:]
         for address, state in (

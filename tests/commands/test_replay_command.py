@@ -56,6 +56,14 @@ def test_a_map_that_is_lost_is_left_out(session, capsys):
     assert "map_0001.rsmap" in capsys.readouterr().err.replace("\n", "")
 
 
+def test_a_missing_file_is_named_as_it_was_given(tmp_path, capsys):
+    path = tmp_path / "nofile.mcap"
+    assert replay(path) == USER_ERROR
+    said = capsys.readouterr().err
+    problem = "does not exist; give that of a session"
+    assert said == f"remosplat: {path}: {problem}\n"
+
+
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [

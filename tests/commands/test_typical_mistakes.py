@@ -21,7 +21,7 @@ end_header
 MISTAKES = {
     "rnu TableReach": "unknown command 'rnu' (did you mean 'run'?); valid: ",
     "run TabelReach": "unknown scenario 'TabelReach' (did you mean"
-    " 'TableReach'?); valid: BookshelfDynamic,",
+    " 'TableReach'?); valid: TableReach, BookshelfReach,",
     "run kitchn.yaml": "kitchn.yaml: no such file (did you mean"
     " 'kitchen.yaml'?)",
     "run kitchen.yaml:Kichen": "kitchen.yaml: unknown scenario 'Kichen' (did"
@@ -30,16 +30,16 @@ MISTAKES = {
     " nor a splat (a folder without meta.json is no SOG)",
     "run mesh.ply": "mesh.ply: no Gaussian splat: property",
     "run TableReach --headless --recrod a.mcap": "run: unknown flag"
-    " '--recrod' (did you mean '--record'?); valid: --accept,",
+    " '--recrod' (did you mean '--record'?); valid: --record,",
     "convert a.ply b.ply --headless": "convert: unknown flag '--headless' (a"
-    " flag of run, teleop); valid: --align, --align-points,",
+    " flag of run, teleop); valid: ",
     "run TableReach --realtime-rate -1": "run: --realtime-rate: -1 is not a"
     " number >= 0",
     "run TableReach --headless --output full": "full/metrics.json:",
     "run --scenario-text {time_limt:0}": "--scenario-text:1: time_limt:0:"
     " unknown field 'time_limt:0' (did you mean 'time_limit'?); valid:",
     "run --scenario-text {controler:{}}": "--scenario-text:1: controler:"
-    " unknown field 'controler' (did you mean 'controller'?); valid: arrival,",
+    " unknown field 'controler' (did you mean 'controller'?); valid: ",
     "run TableReach --port PORT": "--port PORT is taken on localhost: choose"
     " another one, or leave the flag out",
     "inspect TableReach --page --port PORT": "--port PORT is taken on",

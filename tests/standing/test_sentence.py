@@ -98,18 +98,22 @@ SENTENCES = {
     ),
     "hand held 21 mm from unseen space, 0.52 m from the target: add a frame"
     " that sees it": held(things.UNSEEN, "unseen space", HAND, 0.021),
-    "elbow held 3 mm inside the shelf, 0.52 m from the target": held(
-        things.SOLID, "the shelf", "panda_link4", -0.003
-    ),
-    "base held 30 mm from the map's surface, 0.52 m from the target": held(
+    "elbow held 3 mm inside the shelf, 0.52 m from the target: move or turn"
+    " the target": held(things.SOLID, "the shelf", "panda_link4", -0.003),
+    "base held 30 mm from the map's surface, 0.52 m from the target: move or"
+    " turn the target": held(
         things.MAP, things.THE_MAP.name, "base_link", 0.030
     ),
-    "elbow held at the lower limit of joint 4, 0.52 m from the target": held(
+    "elbow held at the lower limit of joint 4, 0.52 m from the target: turn"
+    " the target": held(
         stands.JOINT_LIMIT, "the lower limit of joint 4", "panda_link4"
     ),
-    "hand held 10 mm from the base, 0.52 m from the target": held(
-        stands.SELF_COLLISION, "the base", HAND, 0.010
-    ),
+    "hand held 10 mm from the base, 0.52 m from the target: turn the"
+    " target": held(stands.SELF_COLLISION, "the base", HAND, 0.010),
+    "moving to the target, 0.52 m away: it is 0.30 m out of reach, move it"
+    " nearer": dc.replace(FAR, beyond=0.3, no_nearer_for=CIRCLING + 2),
+    "robot stands still, 0.52 m from the target: it is 0.30 m out of reach,"
+    " move it nearer": held(stands.NOTHING, beyond=0.3),
     "moving out: hand 5 mm from the base, 0.52 m from the target": dc.replace(
         FAR, inside=Hold(stands.SELF_COLLISION, "the base", HAND, ROUND, 0.005)
     ),
@@ -125,9 +129,8 @@ SENTENCES = {
         stands.NOTHING,
         inside=Hold(stands.SELF_COLLISION, "the base", HAND, ROUND, -0.031),
     ),
-    "hand waits for Ada, 0.52 m from the target": held(
-        stands.MOVER, "Ada", HAND
-    ),
+    "hand waits for Ada, 0.52 m from the target: it goes on when that has"
+    " passed": held(stands.MOVER, "Ada", HAND),
     "robot held by leash (dog), 0.52 m from the target": held(
         stands.CONSTRAINT, "leash (dog)"
     ),
@@ -136,20 +139,20 @@ SENTENCES = {
     "braking: target is not finite, 0.52 m from the target": held(
         stands.NO_COMMAND, "target is not finite"
     ),
-    "robot is told to move and stands still, 0.52 m from the target": held(
-        stands.NOT_OBEYED
-    ),
+    "robot is told to move and stands still, 0.52 m from the target: see"
+    " whether the robot is enabled": held(stands.NOT_OBEYED),
     "robot stands still, 0.52 m from the target: nothing is in the way, it may"
     " be out of reach": held(stands.NOTHING),
-    "hand held 21 mm from the can, 0.52 m from the target; no path found": held(
+    "hand held 21 mm from the can, 0.52 m from the target: move or turn the"
+    " target; no path found": held(
         things.SOLID,
         "the can",
         HAND,
         0.021,
         selection=Selection(DIRECT, unreachable="no path found"),
     ),
-    "hand held 21 mm from the can, 0.52 m from the target; guidance knows no"
-    " way": held(
+    "hand held 21 mm from the can, 0.52 m from the target: move or turn the"
+    " target; guidance knows no way": held(
         things.SOLID,
         "the can",
         HAND,
@@ -208,7 +211,8 @@ def test_the_end_of_a_robot_that_is_held(frankie):
     end = at_end(how_things_stand(now, frankie.description), "time limit")
     assert end.kind == stands.ENDED
     assert end.text == (
-        "time limit: hand held 21 mm from the can, 0.52 m from the target"
+        "time limit: hand held 21 mm from the can, 0.52 m from the target:"
+        " move or turn the target"
     )
     assert (end.cause, end.link) == (things.SOLID, HAND)
     assert at_end(end, "interrupted") is end

@@ -24,7 +24,7 @@ def test_a_solid_is_called_by_its_name(tmp_path):
     assert 0.02 < standing.clearance < 0.03
     assert re.fullmatch(
         r"time limit: (left|right) finger held 2\d mm from the shelf,"
-        r" 0\.\d\d m from the target",
+        r" 0\.\d\d m from the target: move or turn the target",
         standing.text,
     )
 

@@ -29,10 +29,11 @@ def click() -> Callable[[Meshcat, str], None]:
 
 
 @pytest.fixture
-def is_visible() -> Callable[[Meshcat, str], bool]:
+def is_visible(page) -> Callable[[Meshcat, str], bool]:
     """Reads a path's own visibility (true unless set)."""
 
     def _is_visible(meshcat: Meshcat, path: str) -> bool:
+        page.scene.settle()
         packed = meshcat._GetPackedProperty(path, "visible")
         assert packed[-1:] in (b"", b"\xc2", b"\xc3")
         return packed[-1:] != b"\xc2"
@@ -41,10 +42,11 @@ def is_visible() -> Callable[[Meshcat, str], bool]:
 
 
 @pytest.fixture
-def pose_of() -> Callable[[Meshcat, str], np.ndarray]:
+def pose_of(page) -> Callable[[Meshcat, str], np.ndarray]:
     """Reads a path's transform in its parent, a 4x4 matrix."""
 
     def _pose_of(meshcat: Meshcat, path: str) -> np.ndarray:
+        page.scene.settle()
         packed = meshcat._GetPackedTransform(path)
         # MessagePack: 16 doubles of 9 bytes each, column by column, at the end.
         numbers = struct.unpack(">" + 16 * "xd", packed[-16 * 9 :])

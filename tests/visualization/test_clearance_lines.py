@@ -47,7 +47,7 @@ def test_no_rows_no_lines(frankie):
 def test_tight_row_gets_a_thick_line_at_its_witness(
     page, frankie, report, pose_of, is_visible
 ):
-    dut = ClearanceLines(page.meshcat, frankie)
+    dut = ClearanceLines(page, frankie)
     dut.draw(report, time=0.0)
     assert page.meshcat.HasPath(KEPT)
     X = pose_of(page.meshcat, f"{TIGHT}/0")
@@ -58,7 +58,7 @@ def test_tight_row_gets_a_thick_line_at_its_witness(
 
 
 def test_lines_disappear_with_their_rows(page, frankie, report, is_visible):
-    dut = ClearanceLines(page.meshcat, frankie)
+    dut = ClearanceLines(page, frankie)
     dut.draw(report, time=0.0)
     pale = len(page.meshcat._GetPackedObject(KEPT))
     nothing = TickReport.before_first(frankie.n_q, frankie.n_u)
@@ -81,5 +81,5 @@ def test_contact_has_a_line_of_no_length(page, frankie, report, pose_of):
         report,
         clearances=dc.replace(rows, p_WC=touch, distance=np.zeros(3)),
     )
-    ClearanceLines(page.meshcat, frankie).draw(at_contact, time=0.0)
+    ClearanceLines(page, frankie).draw(at_contact, time=0.0)
     assert np.isfinite(pose_of(page.meshcat, f"{TIGHT}/0")).all()

@@ -9,7 +9,7 @@ from remosplat_drake.visualization.growing_path import GrowingPath
 
 @pytest.fixture
 def dut(page) -> GrowingPath:
-    return GrowingPath(page.meshcat, "/trace", Rgba(1, 1, 0))
+    return GrowingPath(page, "/trace", Rgba(1, 1, 0))
 
 
 def walk(dut, steps, start=0):

@@ -32,6 +32,7 @@ def show(page):
 
     def _show(selection: Selection):
         port.FixValue(context, Value(selection))
+        context.SetTime(context.get_time() + 1.0)
         dut.ForcedPublish(context)
 
     return _show

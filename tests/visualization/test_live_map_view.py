@@ -14,7 +14,6 @@ from remosplat_drake.visualization.live_map_view import (
     TILES,
     LiveMapView,
 )
-from remosplat_drake.visualization.page_style import toggle
 from remosplat_drake.visualization.unseen_space import UNSEEN_SPACE
 
 
@@ -99,11 +98,6 @@ def test_what_is_left_over_is_wiped_off(show, page):
     assert drawn(page) == (2, 0)
 
 
-def test_buttons_hide_splat_and_unseen_space(show, page, click, is_visible):
+def test_unseen_space_is_hidden_to_begin_with(show, page, is_visible):
     assert is_visible(page.meshcat, TILES)
     assert not is_visible(page.meshcat, UNSEEN_SPACE)
-    click(page.meshcat, toggle("Splat: on / off", "1"))
-    click(page.meshcat, toggle("Unseen space: on / off", "4"))
-    page.poll()
-    assert not is_visible(page.meshcat, TILES)
-    assert is_visible(page.meshcat, UNSEEN_SPACE)

@@ -20,11 +20,8 @@ from remosplat_drake.visualization.page_state import (
 )
 from remosplat_drake.visualization.page_style import (
     BUTTONS,
-    STYLE,
-    bar,
     button,
     heading,
-    note,
     slider,
 )
 
@@ -51,21 +48,21 @@ def test_page_is_dressed(page, is_visible):
 
 
 def test_status_replaces_the_previous_one(page):
-    dressed = set(page.meshcat.GetButtonNames())
     page.set_status("optimal")
     page.set_status("relaxed")
-    added = set(page.meshcat.GetButtonNames()) - dressed
-    assert added == {note("controller", "relaxed")}
+    assert page.status == {"controller": "relaxed"}
     page.set_status("")
-    assert set(page.meshcat.GetButtonNames()) == dressed
+    assert page.status == {"controller": ""}
+    # Meshcat's panel would be laid out anew with each line of text.
+    assert page.meshcat.GetButtonNames() == []
 
 
 def test_text_is_shown_as_it_is():
     """No quotation mark ends Meshcat's script, no bracket begins a tag."""
-    text = note("map", "<b> 'C:\\n' is \"odd\" &\n more")
+    text = button("<b> 'C:\\n' is \"odd\" &\n more")
     shown = "&lt;b&gt; &#x27;C:&#92;n&#x27; is &quot;odd&quot; &amp; more"
     assert shown in text
-    for name in (STYLE, heading("a"), button("a", "b"), slider("a", "b")):
+    for name in (heading("a"), button("a", "b"), slider("a", "b")):
         assert "'" not in name and "\\" not in name
 
 
@@ -127,11 +124,3 @@ def test_buttons_are_there_as_long_as_they_do_something(page, click):
     assert [page.clicks(b) for b in (START, STOP, RELEASE)] == [1, 1, 1]
     click(page.meshcat, BUTTONS[STOP])
     assert page.clicks(STOP) == 1
-
-
-def test_a_bar_says_how_things_stand():
-    state = PageState(STOPPED, "Stopped", "5 < 6 & 'late'")
-    assert "5 &lt; 6 &amp; &#x27;late&#x27;" in bar(state)
-    assert "remosplat-is-stopped" in bar(state)
-    assert "is-over" not in bar(state)
-    assert "is-over" in bar(ended("", reached=False))

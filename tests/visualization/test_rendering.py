@@ -39,7 +39,7 @@ def test_browser_shows_robot_splat_and_floor(
 ):
     monkeypatch.setattr(robot_view, "link_meshes", lambda visuals: {})
     builder = DiagramBuilder()
-    builder.ExportInput(AddRobotView(builder, frankie, page.meshcat), "q")
+    builder.ExportInput(AddRobotView(builder, frankie, page), "q")
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     q = np.array([0.0, 0.0, 0.0, *frankie.home])

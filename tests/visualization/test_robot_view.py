@@ -13,9 +13,9 @@ from remosplat_drake.visualization.robot_view import AddRobotView
 THREE_LINK = Path(__file__).parents[1] / "data" / "three_link.yaml"
 
 
-def draw(robot, meshcat, q):
+def draw(robot, page, q):
     builder = DiagramBuilder()
-    builder.ExportInput(AddRobotView(builder, robot, meshcat), "q")
+    builder.ExportInput(AddRobotView(builder, robot, page), "q")
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     diagram.GetInputPort("q").FixValue(context, q)
@@ -33,7 +33,7 @@ def test_links_are_where_the_model_has_them(
 ):
     rng = np.random.default_rng(0)
     q = rng.uniform(-1, 1, frankie.n_q)
-    draw(frankie, page.meshcat, q)
+    draw(frankie, page, q)
     X_WL = frankie.body_poses(q)
     for path in (
         "base/base_link",
@@ -47,7 +47,7 @@ def test_links_are_where_the_model_has_them(
 
 
 def test_primitives_stand_in_for_absent_meshes(page, frankie, without_meshes):
-    draw(frankie, page.meshcat, np.zeros(frankie.n_q))
+    draw(frankie, page, np.zeros(frankie.n_q))
     links = {link for link in frankie.spheres.links if "hand" not in link}
     drawn = {
         link
@@ -60,5 +60,5 @@ def test_primitives_stand_in_for_absent_meshes(page, frankie, without_meshes):
 
 def test_arm_on_a_fixed_base_without_visuals(page):
     robot = load_robot(THREE_LINK)
-    draw(robot, page.meshcat, robot.home)
+    draw(robot, page, robot.home)
     assert page.meshcat.HasPath("/remosplat/robot/three_link/forearm")

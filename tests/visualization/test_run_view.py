@@ -16,7 +16,7 @@ from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, TickReport
 from remosplat_drake.visualization.clearance_lines import TIGHT
-from remosplat_drake.visualization.page_style import toggle
+from remosplat_drake.visualization.legend import legend
 from remosplat_drake.visualization.run_view import PATHS, TARGET, RunView
 
 THREE_LINK = Path(__file__).parents[1] / "data" / "three_link.yaml"
@@ -79,14 +79,11 @@ def test_shows_what_the_report_says(page, frankie, q, pose_of, is_visible):
     assert page.status["controller"] == "relaxed"
 
 
-def test_traces_of_several_end_effectors_are_told_apart(page):
-    RunView(page=page, robot=load_robot("two_pandas"))
-    assert page.status["traces"] == "left yellow, right magenta"
-
-
-def test_one_end_effector_needs_no_legend(page, frankie):
-    RunView(page=page, robot=frankie)
-    assert "traces" not in page.status
+def test_the_legend_names_each_of_several_end_effectors():
+    alone, both = legend(("",)), legend(("left", "right"))
+    assert alone[0] == ("#ffdb00", "path of the end effector")
+    assert [text for _, text in both[:2]] == ["path of left", "path of right"]
+    assert both[0][0] != both[1][0] and both[2:] == alone[1:]
 
 
 def test_before_the_first_tick_there_is_no_target(page, frankie, q, is_visible):
@@ -145,17 +142,9 @@ def test_traces_grow_and_restart_when_time_does(page, frankie, q):
     assert not page.meshcat.HasPath(f"{PATHS}/base/0")
 
 
-def test_serves_the_buttons(page, frankie, q, click, is_visible):
-    report = make_report(frankie, SignedDistanceField(SCENE), q)
-    show = make_dut(page, frankie, q, report)
-    click(page.meshcat, toggle("Robot spheres: off / on", "2"))
-    show(q, report, 0.1)
-    assert is_visible(page.meshcat, "/remosplat/spheres")
-
-
 def test_publishes_at_its_own_rate_in_a_diagram(page, monkeypatch):
-    polls = []
-    monkeypatch.setattr(page, "poll", lambda: polls.append(None))
+    beats = []
+    monkeypatch.setattr(page, "beat", lambda: beats.append(None))
     robot = load_robot(THREE_LINK)  # No base, so no trace of it.
     builder = DiagramBuilder()
     dut = RunView.AddToBuilder(builder, page=page, robot=robot)
@@ -170,5 +159,5 @@ def test_publishes_at_its_own_rate_in_a_diagram(page, monkeypatch):
         AbstractValue.Make(TickReport.before_first(robot.n_q, robot.n_u)),
     )
     simulator.AdvanceTo(0.99)
-    assert len(polls) == 32
+    assert len(beats) == 32
     assert not page.meshcat.HasPath(f"{PATHS}/base/0")

@@ -150,7 +150,7 @@ def test_a_real_robots_page_has_a_stop_and_no_release(page, click):
 )
 def test_a_browser_stops_and_releases(page, application):
     """By key, by mouse, and the page says so."""
-    text = "document.querySelector('.dg').innerText"
+    text = "document.body.innerText"
     with open_browser((600, 400)) as tab:
         tab.open(page.url)
         tab.wait_for(f"{text}.includes('STOP')")

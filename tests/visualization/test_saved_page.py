@@ -136,7 +136,7 @@ def test_a_browser_plays_a_saved_page(page, tmp_path, size):
         moments=[Moment(9.0, "an <event>")],
         facts=[("path", "0.2 m")],
     )
-    page.set_label("badge", '<span class="remosplat-badge">Map good</span>')
+    page.set_badge("good", "Map good", "")
     page.save_html(tmp_path / "run.html", account)
     with open_browser((1280, 900)) as tab:
         tab.show_as(*size)
@@ -160,16 +160,3 @@ def test_a_browser_plays_a_saved_page(page, tmp_path, size):
         assert tab.evaluate(line) == pytest.approx(46 + 0.9 * 320, abs=2)
         assert tab.evaluate("scrollX + document.body.scrollWidth") <= size[0]
         assert tab.console() == []
-
-
-def test_the_legend_names_each_of_several_end_effectors():
-    still = np.arange(2.0), np.zeros((2, 3))
-    alone = make_account(*still)
-    assert alone.legend[0] == ("#ffdb00", "path of the end effector")
-    both = make_account(*still, effectors=("left", "right"))
-    assert [text for _, text in both.legend[:2]] == [
-        "path of left",
-        "path of right",
-    ]
-    assert both.legend[0][0] != both.legend[1][0]
-    assert both.legend[2:] == alone.legend[1:]

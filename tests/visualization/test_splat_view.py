@@ -5,7 +5,6 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization import splat_view
-from remosplat_drake.visualization.page_style import toggle
 from remosplat_drake.visualization.splat_view import (
     POINTS,
     SURFELS,
@@ -27,7 +26,7 @@ def make_splat(scales, opacities=None, colors=(0.5, 0.5, 0.5)):
     )
 
 
-def test_splat_is_drawn_below_its_pose(page, pose_of, click, is_visible):
+def test_splat_is_drawn_below_its_pose(page, pose_of, is_visible):
     X_WG = RigidTransform([1.0, 2.0, 3.0])
     SplatView(page, make_splat([[0.1, 0.1]] * 3), X_WG)
     assert page.meshcat.HasPath(SURFELS) and page.meshcat.HasPath(POINTS)
@@ -35,10 +34,8 @@ def test_splat_is_drawn_below_its_pose(page, pose_of, click, is_visible):
         pose_of(page.meshcat, "/remosplat/splat"), X_WG.GetAsMatrix4()
     )
 
-    click(page.meshcat, toggle("Splat: surfels / points / off", "1"))
-    page.poll()
-    assert is_visible(page.meshcat, POINTS)
-    assert not is_visible(page.meshcat, SURFELS)
+    assert is_visible(page.meshcat, SURFELS)
+    assert not is_visible(page.meshcat, POINTS)
 
 
 def test_faint_splats_are_not_drawn(page):

@@ -81,10 +81,9 @@ def test_a_foreign_page_stops_the_robot_and_does_nothing_else(tmp_path):
         process = stack.enter_context(
             controller(url, path, "--page", "--scenario-text", TOUR)
         )
-        assert tap.wait(lambda: log.latest("page") is not None, PATIENCE)
+        assert tap.wait(lambda: log.latest("socket") is not None, PATIENCE)
         foreign = tmp_path / "foreign.html"
-        socket = log.latest("page").replace("http", "ws", 1)
-        foreign.write_text(FOREIGN % socket)
+        foreign.write_text(FOREIGN % log.latest("socket"))
         tab.open(foreign.as_uri())
         tab.wait_for("opened")
 

@@ -22,7 +22,7 @@ from remosplat_drake.teleop.target_motion import MotionLaw
 from remosplat_drake.teleop.teleop_config import SavedPose, TeleopConfig
 from remosplat_drake.visualization import dead_man
 from remosplat_drake.visualization import teleop_panel as tp
-from remosplat_drake.visualization.dead_man import PULSE, SILENCE
+from remosplat_drake.visualization.dead_man import SILENCE, pulse
 from remosplat_drake.visualization.page_style import button
 from remosplat_drake.visualization.teleop_panel import TeleopPanel
 
@@ -191,10 +191,10 @@ def clock(monkeypatch) -> SimpleNamespace:
 def test_a_gamepad_needs_its_dead_man_button(rig, clock):
     meshcat = rig.page.meshcat
     move_gamepad(meshcat, [0.0, -1.0, 0.0, 0.0], [0.0] * 6)
-    click(meshcat, PULSE)
+    click(meshcat, pulse(CONFIG.gamepad.dead_man))
     assert rig.command.V_W is None
     move_gamepad(meshcat, [0.0, -1.0, 0.0, 0.0], HELD)
-    click(meshcat, PULSE)
+    click(meshcat, pulse(CONFIG.gamepad.dead_man))
     command = rig.command
     assert command.source == "gamepad"
     speed = CONFIG.gamepad.speed
@@ -206,7 +206,7 @@ def test_a_page_that_is_silent_holds_no_button(rig, clock):
     meshcat = rig.page.meshcat
     move_gamepad(meshcat, [0.0, -1.0, 0.0, 0.0], HELD)
     assert rig.command.V_W is None
-    click(meshcat, PULSE)
+    click(meshcat, pulse(CONFIG.gamepad.dead_man))
     assert rig.command.V_W is not None
     clock.now += 0.9 * SILENCE
     assert rig.command.V_W is not None

@@ -49,19 +49,19 @@ class Operator:
 
     def line(self, topic: str) -> str:
         """What the page says about a topic."""
-        text = f"document.querySelector('.remosplat-about-{topic}')?.innerText"
+        text = f"document.querySelector('[data-topic={topic}]')?.innerText"
         return self.tab.evaluate(f"{text} ?? ''")
 
     @property
     def bar(self) -> str:
         """How things stand, as the page says it."""
-        bar = "document.querySelector('.remosplat-bar').innerText"
+        bar = "document.querySelector('#bar').innerText"
         return self.tab.evaluate(bar)
 
     @property
     def said(self) -> str:
         """All lines of the page."""
-        notes = "[...document.querySelectorAll('.remosplat-note')]"
+        notes = "[...document.querySelectorAll('#notes p')]"
         return self.tab.evaluate(f"{notes}.map(n => n.innerText).join('; ')")
 
     def until(self, condition: Callable[[], bool]):

@@ -2,40 +2,20 @@
 
 from pydrake.geometry import Sphere
 
-from remosplat_drake.visualization.toggle import Toggle
+from remosplat_drake.visualization.toggle import Toggle, on_off
 
 
-def test_clicks_step_through_the_states(page, click, is_visible):
-    meshcat = page.meshcat
+def test_the_first_state_is_shown_to_begin_with(page, is_visible):
     for path in ("/a", "/b"):
-        meshcat.SetObject(path, Sphere(1))
-    dut = Toggle(
-        meshcat, label="Show", keycode="Digit9", states=[["/a"], ["/b"], []]
-    )
-    page.add_toggle(dut)
-
-    def shown():
-        page.poll()
-        return [is_visible(meshcat, path) for path in ("/a", "/b")]
-
-    assert shown() == [True, False]
-    click(meshcat, dut.name)
-    assert is_visible(meshcat, "/a")  # Nothing happens before a poll.
-    assert shown() == [False, True]
-    click(meshcat, dut.name)
-    assert shown() == [False, False]
-    click(meshcat, dut.name)
-    click(meshcat, dut.name)
-    assert shown() == [False, True]
-    assert dut.state == 1
+        page.meshcat.SetObject(path, Sphere(1))
+    states = (("one", ("/a",)), ("other", ("/b",)), ("off", ()))
+    page.add_toggle(Toggle("Show", "9", states))
+    assert is_visible(page.meshcat, "/a")
+    assert not is_visible(page.meshcat, "/b")
 
 
-def test_first_state_may_be_any(page, is_visible):
-    Toggle(
-        page.meshcat,
-        label="Show",
-        keycode="Digit9",
-        states=[["/a"], []],
-        initial=1,
-    )
-    assert not is_visible(page.meshcat, "/a")
+def test_what_is_off_to_begin_with_is_hidden(page, is_visible):
+    page.add_toggle(on_off("Thing", "8", "/thing", shown=False))
+    page.add_toggle(on_off("Other", "7", "/other"))
+    assert not is_visible(page.meshcat, "/thing")
+    assert is_visible(page.meshcat, "/other")

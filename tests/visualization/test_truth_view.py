@@ -4,13 +4,10 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
-from remosplat_drake.visualization.page_style import toggle
 from remosplat_drake.visualization.truth_view import TRUTH, TruthView
 
 
-def test_truth_is_drawn_but_hidden_until_asked_for(
-    page, click, is_visible, pose_of
-):
+def test_truth_is_drawn_but_hidden_until_asked_for(page, is_visible, pose_of):
     X_WP = RigidTransform([1.0, 2.0, 3.0])
     scene = PrimitiveScene(
         boxes=(Box(RigidTransform(), np.array([0.1, 0.2, 0.3])),),
@@ -22,6 +19,3 @@ def test_truth_is_drawn_but_hidden_until_asked_for(
         pose_of(page.meshcat, f"{TRUTH}/cylinder_0"), X_WP.GetAsMatrix4()
     )
     assert not is_visible(page.meshcat, TRUTH)
-    click(page.meshcat, toggle("Ground truth: off / on", "3"))
-    page.poll()
-    assert is_visible(page.meshcat, TRUTH)

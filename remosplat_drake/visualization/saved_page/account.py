@@ -8,7 +8,6 @@ import numpy as np
 
 from remosplat_drake.visualization.clearance_plot import clearance_plot
 from remosplat_drake.visualization.page_state import PageState
-from remosplat_drake.visualization.trace_colors import HEX, trace_colors
 
 _STILL = 0.002
 """Speed of a joint below which it stands still [rad/s, m/s]."""
@@ -18,13 +17,6 @@ _LEAD = 0.5
 """Time that is shown of standing still, before and after [s]."""
 _POINTS = 380
 """Greatest number of points of a curve: one for a pixel."""
-
-_LEGEND = (
-    ("#1a6beb", "path of the base"),
-    ("#e00f0d", "what holds the robot back"),
-    ("#8c33d9", "futures that guidance has simulated"),
-)
-"""Colours of the scene, and what they mean, besides the hands'."""
 
 
 @dc.dataclass(frozen=True)
@@ -54,7 +46,7 @@ class Account:
         influence: Clearance beyond which the oracle reports none [m].
         moments: What happened, in the order of time.
         facts: Names and values of what was measured.
-        effectors: Names of the end effectors; one without a name is the only.
+        rate: Seconds of the run that the player plays in a second.
     """
 
     state: PageState
@@ -65,16 +57,7 @@ class Account:
     influence: float
     moments: Sequence[Moment] = ()
     facts: Sequence[tuple[str, str]] = ()
-    effectors: Sequence[str] = ("",)
-
-    @property
-    def legend(self) -> list[tuple[str, str]]:
-        """Colours of the scene as HTML has them, and what they mean."""
-        hands = [
-            (HEX[color], f"path of {name or 'the end effector'}")
-            for name, color in trace_colors(self.effectors).items()
-        ]
-        return [*hands, *_LEGEND]
+    rate: float = 1.0
 
     @property
     def begin(self) -> float:
@@ -116,6 +99,19 @@ class Account:
             self.stopping, self.influence, span=span, elapsed=True
         )
         return [plot.draw(*thinned(self.time, self.clearance, np.nanmin))]
+
+    def document(self) -> dict:
+        """Returns what a page shows of it, as JSON has it."""
+        moments = [*self.moments, *filter(None, [self.closest()])]
+        return {
+            "state": self.state.document(),
+            "begin": self.begin,
+            "idle": self.idle(),
+            "rate": self.rate,
+            "facts": list(self.facts),
+            "plots": self.plots(),
+            "moments": sorted((m.time, m.text) for m in moments),
+        }
 
 
 def thinned(

@@ -7,7 +7,8 @@ import re
 import struct
 import zlib
 from collections.abc import Sequence
-from importlib import resources
+
+from remosplat_drake.visualization.live_page.page_files import resource
 
 _ASSET = re.compile(r'"data:application/octet-[a-z]+;base64,([A-Za-z0-9+/=]*)"')
 _COMMAND = re.compile(
@@ -87,9 +88,3 @@ def _by_place(data: bytes, stride: int) -> bytes:
     end = len(data) // stride * stride
     places = [data[k:end:stride] for k in range(stride)]
     return b"".join([*places, data[end:]])
-
-
-def resource(name: str) -> str:
-    """Returns the text of a file beside this one."""
-    folder = resources.files("remosplat_drake.visualization.saved_page")
-    return folder.joinpath(name).read_text("utf-8")

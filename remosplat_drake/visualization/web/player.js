@@ -1,12 +1,11 @@
-// The player of a saved page: one time line for the scene, the plots and the
-// list of events. `account` is what Python wrote: see `account.py`.
-(() => {
-  const account = JSON.parse(document.getElementById("account").textContent);
+// The player: one time line for the scene, the plots and the list of events.
+const player = (() => {
   const find = (selector) => [...document.querySelectorAll(selector)];
   const [slider] = find("#time");
   const [button] = find("#play");
   const [clock] = find("#clock");
-  const span = viewer.animator.duration;
+  let account = { begin: 0, idle: [] };
+  let span = 0;
   let now = 0;
   let playing = false;
 
@@ -22,9 +21,17 @@
       line.setAttribute("x2", x);
     }
     const past = find("#events button").filter((e) => e.dataset.time <= now);
+    const latest = past[past.length - 1];
     for (const event of find("#events button")) {
-      event.classList.toggle("now", event === past[past.length - 1]);
+      event.classList.toggle("now", event === latest);
     }
+    // The verdict is that of the end.
+    const { state } = account;
+    if (!state || state.phase === "replayed") return;
+    const then = latest?.querySelector("span").textContent ?? "";
+    const title = "Replay";
+    const bar = { ...state, phase: "replayed", title, text: then };
+    panel.show("bar", now < span ? bar : state);
   };
 
   const play = (on) => {
@@ -40,53 +47,39 @@
     before = time;
     if (playing) {
       const idle = account.idle.find(([a, b]) => a <= now && now < b);
-      show(idle ? idle[1] : now + passed);
+      show(idle ? idle[1] : now + passed * account.rate);
       if (now >= span) play(false);
     }
     requestAnimationFrame(step);
   };
 
-  const toggle = (item) => {
-    const { states, element } = item;
-    for (const path of new Set(states.flat())) {
-      const shown = states[item.state].includes(path);
-      viewer.set_property(path.split("/").slice(1), "visible", shown);
-    }
-    viewer.set_dirty();
-    element.setAttribute("aria-pressed", states[item.state].length > 0);
-  };
-
-  slider.max = span;
   slider.addEventListener("input", () => (play(false), show(+slider.value)));
   button.addEventListener("click", () => play(!playing));
-  for (const event of find("#events button")) {
-    event.addEventListener("click", () => {
-      play(false);
-      show(+event.dataset.time);
-    });
-  }
-  for (const [i, item] of account.toggles.entries()) {
-    item.element = find("#toggles button")[i];
-    const next = () => {
-      item.state = (item.state + 1) % item.states.length;
-      toggle(item);
-    };
-    item.element.addEventListener("click", next);
-    addEventListener("keydown", (press) => press.key === item.key && next());
-    toggle(item);
-  }
+  document.addEventListener("click", (click) => {
+    const event = click.target.closest("#events button");
+    if (!event || !span) return;
+    play(false);
+    show(+event.dataset.time);
+  });
   addEventListener("keydown", (press) => {
-    if (press.key !== " ") return;
+    if (press.key !== " " || !span) return;
     press.preventDefault();
     play(!playing);
   });
-  if (span) {
-    viewer.animator.pause();
-    show(account.begin);
-    play(true);
-  } else {
-    find("#player")[0].hidden = true;
-  }
   requestAnimationFrame(step);
-  dispatchEvent(new Event("resize"));
+
+  // Takes over a recording, which begins with the first motion.
+  const open = (told, { playing: on, at }) => {
+    account = { rate: 1, ...told };
+    span = viewer.animator.duration;
+    slider.max = span;
+    find("#player")[0].hidden = !span;
+    if (!span) return;
+    viewer.animator.pause();
+    show(at ?? account.begin);
+    play(on);
+    dispatchEvent(new Event("resize"));
+  };
+
+  return { open };
 })();

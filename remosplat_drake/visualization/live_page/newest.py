@@ -1,0 +1,100 @@
+"""`Newest`: the newest value of each thing that a page shows."""
+
+import time
+from threading import Condition
+from typing import Any
+
+Key = tuple[str, ...]
+"""Name of a thing: its kind, and what of that kind it is."""
+
+
+class Newest:
+    """Values of which an onlooker gets the newest only.
+
+    Each change has a number. An onlooker that has drawn all changes up to a
+    number asks for those after it: that acknowledges the former, and what was
+    replaced meanwhile is never sent. So a slow onlooker skips values and does
+    not fall behind, and nothing is kept for it.
+
+    Threads may share it.
+    """
+
+    def __init__(self):
+        self._entries: dict[Key, tuple[int, Any]] = {}
+        self._version = 0
+        self._news = Condition()
+
+    def put(self, key: Key, value: Any) -> None:
+        """Replaces a value.
+
+        Args:
+            key: The thing.
+            value: Its value, as JSON has it or `bytes`; it must not change
+                afterwards.
+        """
+        with self._news:
+            known = self._entries.get(key)
+            if known is not None and known[1] == value:
+                return
+            self._version += 1
+            self._entries[key] = self._version, value
+            self._news.notify_all()
+
+    def drop(self, start: Key) -> None:
+        """Forgets things; onlookers keep what they have drawn of them.
+
+        Args:
+            start: The kind, and the beginning of the name.
+        """
+        kind, name = start
+        with self._news:
+            for key in list(self._entries):
+                if key[0] == kind and key[1].startswith(name):
+                    del self._entries[key]
+
+    def get(self, key: Key) -> Any:
+        """Returns a value; None if there is none.
+
+        Args:
+            key: The thing.
+        """
+        with self._news:
+            known = self._entries.get(key)
+        return None if known is None else known[1]
+
+    def of_kind(self, kind: str) -> dict[Key, Any]:
+        """Returns all values of a kind.
+
+        Args:
+            kind: First part of their names.
+        """
+        with self._news:
+            entries = list(self._entries.items())
+        return {key: value for key, (_, value) in entries if key[0] == kind}
+
+    def after(
+        self, version: int, patience: float = 0.0
+    ) -> tuple[int, list[tuple[Key, Any]]]:
+        """Returns what has changed, waiting for a change if nothing has.
+
+        Args:
+            version: Number of the last change that the onlooker has drawn; 0
+                for none.
+            patience: Longest wait [s].
+
+        Returns:
+            Number of the latest change, and the changed values.
+        """
+        with self._news:
+            end = time.monotonic() + patience
+            while self._version <= version:
+                left = end - time.monotonic()
+                if left <= 0:
+                    break
+                self._news.wait(left)
+            changed = [
+                (key, value)
+                for key, (at, value) in self._entries.items()
+                if at > version
+            ]
+            return self._version, changed

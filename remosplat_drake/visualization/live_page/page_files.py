@@ -1,0 +1,74 @@
+"""Files of the page: Meshcat's viewer, with a bar, a panel and a player."""
+
+import json
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+from pydrake.common import FindResourceOrThrow
+
+_BEGIN, _END = (
+    "<!-- CONNECTION BLOCK BEGIN -->",
+    "<!-- CONNECTION BLOCK END -->",
+)
+"""Between them Meshcat's page connects itself, unless it is saved."""
+
+
+def page_files(socket: int, session: str) -> dict[str, tuple[str, bytes]]:
+    """Returns type and content of the files of a page that is served.
+
+    Args:
+        socket: TCP port of Meshcat's websocket.
+        session: Name of the server that answers what is new.
+    """
+    script = "text/javascript"
+    viewer = _meshcat("html").decode()
+    before, _, rest = viewer.partition(_BEGIN)
+    given = json.dumps({"socket": socket, "session": session})
+    document = with_panel(
+        before + rest.partition(_END)[2],
+        f"const remosplat = {given};",
+        resource("live.js"),
+    )
+    return {
+        "/": ("text/html; charset=utf-8", document.encode()),
+        "/meshcat.js": (script, _meshcat("js")),
+        "/favicon.ico": ("image/x-icon", _meshcat("ico")),
+    }
+
+
+def with_panel(page: str, *scripts: str) -> str:
+    """Adds bar, panel and player to a page of Meshcat.
+
+    They come first: people read them while the viewer is still loading.
+
+    Args:
+        page: The page.
+        *scripts: What runs after them.
+    """
+    before, body, after = page.partition("<body>")
+    head = (
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<style>{resource('page.css')}</style></head>"
+    )
+    code = [resource("panel.js"), resource("player.js"), *scripts]
+    tags = "".join(f"<script>{text}</script>" for text in code)
+    before = before.replace("</head>", head)
+    return f"{before}{body}{resource('body.html')}{tags}{after}"
+
+
+@cache
+def resource(name: str) -> str:
+    """Returns the text of one of our files.
+
+    Args:
+        name: The file's name.
+    """
+    folder = resources.files("remosplat_drake.visualization") / "web"
+    return folder.joinpath(name).read_text("utf-8")
+
+
+@cache
+def _meshcat(kind: str) -> bytes:
+    path = FindResourceOrThrow(f"drake/geometry/meshcat.{kind}")
+    return Path(path).read_bytes()

@@ -1,0 +1,182 @@
+"""`PageServer`: serves a page's files, and answers what is new on it."""
+
+import base64
+import json
+import secrets
+import socket
+import time
+from collections.abc import Mapping
+from functools import partial
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+from urllib.request import urlopen
+
+from remosplat_drake.visualization.live_page.newest import Newest
+
+NEWEST = "/newest"
+"""Path at which a page asks for what is new."""
+
+KEEP_ALIVE = 0.25
+"""Longest time that such a question waits for an answer [s]."""
+
+_MESHES = "/cas-v1/"
+"""Path below which Meshcat has what shapes are loaded from."""
+
+_SETTLE = 0.01
+"""Time between the first change and the answer [s]: changes come in groups."""
+
+
+class PageServer:
+    """A web server in threads of its own.
+
+    A page asks `/newest?after=N` again and again. The answer, in JSON, has the
+    newest values of all that has changed after change N, and the number of the
+    latest change. A page asks anew when it has drawn the answer; so at most
+    one answer is under way to it, and that is the newest.
+
+    Args:
+        host: Network interface to listen on; "*" stands for all.
+        port: TCP port; 0 takes a free one.
+        newest: The values.
+
+    Attributes:
+        port: The TCP port.
+        session: Name of this server among those that had the same port.
+        is_closed: Whether it serves nothing any more.
+
+    Raises:
+        OSError: The port is taken, or there is no such interface.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        newest: Newest,
+    ):
+        self.session = secrets.token_hex(8)
+        self.is_closed = False
+        self._newest = newest
+        self._beat: float | None = None
+        self._files: dict[str, tuple[str, bytes]] = {}
+        self._meshcat = ""
+        self._server = _Server(
+            ("" if host == "*" else host, port), partial(_Handler, self)
+        )
+        self.port: int = self._server.server_address[1]
+        Thread(target=self._server.serve_forever, daemon=True).start()
+
+    def serve(
+        self, files: Mapping[str, tuple[str, bytes]], meshcat: str
+    ) -> None:
+        """Serves files besides what is new.
+
+        Args:
+            files: Type and content of each file, by its path.
+            meshcat: Address of Meshcat's server, which has the meshes.
+        """
+        self._files.update(files)
+        self._meshcat = meshcat
+
+    def beat(self) -> None:
+        """Marks the present values as those of this moment."""
+        self._beat = time.monotonic()
+
+    def rest(self) -> None:
+        """Marks the values as lasting: they do not grow old."""
+        self._beat = None
+
+    def close(self) -> None:
+        """Serves nothing any more, on open connections neither."""
+        self.is_closed = True
+        self._server.shutdown()
+        self._server.server_close()
+
+    def file(self, path: str) -> tuple[str, bytes] | None:
+        """Returns type and content of a file; None if there is none.
+
+        Args:
+            path: Its path.
+        """
+        if path.startswith(_MESHES) and self._meshcat:
+            # A browser takes them from the page's own address only.
+            with urlopen(self._meshcat + path) as answer:
+                return "application/octet-stream", answer.read()
+        return self._files.get(path)
+
+    def answer(self, after: int) -> bytes:
+        """Returns what is new, in JSON.
+
+        Args:
+            after: Number of the last change that the page has drawn.
+        """
+        asked = time.monotonic()
+        version, changes = self._newest.after(after, KEEP_ALIVE)
+        if changes and after:
+            time.sleep(_SETTLE)
+            version, changes = self._newest.after(after)
+        now, beat = time.monotonic(), self._beat
+        document = {
+            "session": self.session,
+            "version": version,
+            "waited": now - asked,
+            "age": 0.0 if beat is None else now - beat,
+            "changes": [[*key, _plain(value)] for key, value in changes],
+        }
+        return json.dumps(document, separators=(",", ":")).encode()
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+
+    def __init__(self, address: tuple[str, int], handler):
+        if ":" in address[0]:
+            self.address_family = socket.AF_INET6
+        super().__init__(address, handler)
+
+    def handle_error(self, request, client_address) -> None:
+        """Ignores onlookers that leave in the middle of an answer."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True
+
+    def __init__(self, page: PageServer, *arguments):
+        self._page = page
+        super().__init__(*arguments)
+
+    def do_GET(self) -> None:
+        """Sends a file, or what is new."""
+        if self._page.is_closed:
+            self.close_connection = True
+            return
+        url = urlsplit(self.path)
+        if url.path == NEWEST:
+            after = parse_qs(url.query).get("after", ["0"])[0]
+            number = int(after) if after.isdecimal() else 0
+            self._send("application/json", self._page.answer(number))
+            return
+        file = self._page.file(url.path)
+        if file is None:
+            self.send_error(404)
+        else:
+            self._send(*file)
+
+    def _send(self, kind: str, content: bytes) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(content)))
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        self.wfile.write(content)
+
+    def log_message(self, format: str, *args) -> None:
+        """Says nothing in the terminal."""
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON has it."""
+    return base64.b64encode(value).decode() if type(value) is bytes else value

@@ -1,0 +1,172 @@
+// A page that is served. Shapes come from Meshcat, everything else from our
+// own server: it answers with the newest of what has changed since the last
+// picture, and is asked again when that has been drawn.
+(() => {
+  const { socket, session } = remosplat;
+  const OLD = 0.5; // Age from which on it is said [s].
+  const LOOK = 0.1; // Time between two looks at the age [s].
+  const LOST = 20; // Looks without an answer after which none is expected.
+  const moved = new Set(); // Paths and properties that only we change.
+  let version = 0;
+  let heard = performance.now();
+  let behind = 0; // Age of the answer when it came [s].
+  let drawnIn = 0; // Time that the last picture took [s].
+  // Counted in looks: a browser that is busy drawing has lost nothing.
+  let silence = 0;
+  let bar = null;
+  let hasMeshcat = null;
+  let account = null;
+
+  const path = (name) => name.split("/").slice(1);
+
+  const change = ([kind, name, ...rest]) => {
+    if (kind === "pose") {
+      const bytes = Uint8Array.from(atob(rest[0]), (c) => c.charCodeAt(0));
+      viewer.set_transform(path(name), new Float64Array(bytes.buffer));
+      moved.add(name);
+    } else if (kind === "property") {
+      viewer.set_property(path(name), ...rest);
+      moved.add(name + " " + rest[0]);
+    } else {
+      if (kind === "bar") bar = name;
+      if (kind === "account") account = name;
+      panel.show(kind, name, ...rest);
+    }
+  };
+
+  const isMotion = ([kind]) => kind === "pose" || kind === "property";
+  let early = []; // What moves before Meshcat is there.
+
+  const age = () => (performance.now() - heard) / 1000 + behind;
+
+  const look = () => {
+    silence += 1;
+    tellAge();
+  };
+
+  const tellAge = () => {
+    const over = bar?.over;
+    const lost = silence > LOST;
+    const deaf = lost || hasMeshcat === false;
+    document.documentElement.dataset.deaf = deaf;
+    const old = Math.max(age(), drawnIn);
+    const text = over
+      ? lost ? "the program has ended" : ""
+      : lost
+        ? `no connection: as of ${age().toFixed(0)} s ago`
+        : deaf
+          ? "no connection for buttons and shapes"
+          : old > OLD
+            ? `${old.toFixed(1)} s old`
+            : "";
+    const place = document.getElementById("age");
+    if (place.textContent !== text) place.textContent = text;
+  };
+
+  // Until the browser has drawn; a hidden page draws nothing.
+  const drawn = () =>
+    new Promise((done) => {
+      const begun = performance.now();
+      const end = () => {
+        drawnIn = document.hidden ? 0 : (performance.now() - begun) / 1000;
+        done();
+      };
+      const frame = requestAnimationFrame(() => setTimeout(end));
+      if (document.hidden) setTimeout(() => (cancelAnimationFrame(frame), end()), 50);
+    });
+
+  const pause = (seconds) => new Promise((go) => setTimeout(go, 1000 * seconds));
+
+  const listen = async () => {
+    for (;;) {
+      const asked = performance.now();
+      try {
+        const reply = await fetch(`/newest?after=${version}`);
+        const answer = await reply.json();
+        if (answer.session !== session) return location.reload();
+        heard = performance.now();
+        silence = 0;
+        // At most so long ago; the server knows how long it has waited.
+        behind = Math.max(0, (heard - asked) / 1000 - answer.waited) + answer.age;
+        version = answer.version;
+        const motion = early.concat(answer.changes.filter(isMotion));
+        answer.changes.filter((item) => !isMotion(item)).forEach(change);
+        early = window.viewer ? [] : motion;
+        if (window.viewer && motion.length) {
+          motion.forEach(change);
+          viewer.set_dirty();
+        }
+      } catch (error) {
+        silence = Math.max(silence, LOST);
+        await pause(0.5);
+        continue;
+      }
+      tellAge();
+      await drawn();
+    }
+  };
+
+  // A picture that takes long leaves time for the news after it.
+  const draw = () => {
+    let after = 0;
+    viewer.animate = () => {
+      viewer.animator.update();
+      const begun = performance.now();
+      if (!viewer.needs_render || begun < after) return;
+      viewer.render();
+      const end = performance.now();
+      after = end + Math.min(100, 0.3 * (end - begun));
+    };
+  };
+
+  const connect = () => {
+    const address = `ws://${location.hostname}:${socket}`;
+    // Meshcat's own functions send by `viewer.connection`, and `connection`.
+    const ours = (window.connection = viewer.connection = new WebSocket(address));
+    ours.binaryType = "arraybuffer";
+    ours.onopen = () => {
+      if (hasMeshcat === false) return location.reload();
+      hasMeshcat = true;
+      viewer.render_callback();
+    };
+    ours.onclose = () => {
+      hasMeshcat = false;
+      tellAge();
+      setTimeout(connect, 1000);
+    };
+    ours.onmessage = (message) => {
+      const command = viewer.decode(message);
+      const { type, path: name, property } = command;
+      const ownedBy = type === "set_transform" ? name : name + " " + property;
+      if (moved.has(ownedBy) && !bar?.over) return;
+      viewer.handle_command(command);
+      if (type === "set_animation") replay();
+    };
+  };
+
+  const replay = () => {
+    // The recording and the account of it come by different ways.
+    if (!account || !viewer.animator.duration) return setTimeout(replay, 100);
+    const again = bar?.phase === "replayed";
+    const at = again ? account.begin : viewer.animator.duration;
+    player.open(account, { playing: again, at });
+  };
+
+  // The dead-man switch of a gamepad counts as held while it says so.
+  setInterval(() => {
+    const switched = document.querySelector(".remosplat-pulse");
+    if (!switched || document.hidden) return;
+    const pad = [...(navigator.getGamepads?.() || [])].find((p) => p?.connected);
+    if (!(pad?.buttons[switched.dataset.button]?.value > 0.5)) return;
+    switched.closest("li").click();
+  }, 50);
+
+  listen();
+  setInterval(look, 1000 * LOOK);
+  addEventListener("DOMContentLoaded", () => {
+    document.getElementById("controls").append(document.querySelector(".dg.main"));
+    draw();
+    connect();
+    dispatchEvent(new Event("resize"));
+  });
+})();
