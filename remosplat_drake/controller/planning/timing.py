@@ -27,7 +27,7 @@ from remosplat_drake.controller.planning.steering import stretch_commands
 from remosplat_drake.controller.program.path import Path
 from remosplat_drake.robot.robot_model import RobotModel
 
-_STEP = 0.04
+_STEP = 0.06
 """Longest piece of a path between two speeds, in radians and metres alike."""
 
 _SHARE = 0.9
