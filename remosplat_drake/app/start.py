@@ -7,9 +7,9 @@ import numpy as np
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.target_config import make_target
 from remosplat_drake.app.world import World
+from remosplat_drake.controller.planning.out_of_reach import out_of_reach
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
-from remosplat_drake.robot.reach import arm_reach, distance_to_reach
 from remosplat_drake.safety.gates import (
     NO_WAY_OUT,
     REFUSAL,
@@ -18,6 +18,7 @@ from remosplat_drake.safety.gates import (
     TARGET_OUT_OF_REACH,
     Gate,
 )
+from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.standing.names import name_thing
 
@@ -155,24 +156,17 @@ def _relation(one: str, other: str, gap: float) -> str:
 
 
 def _out_of_reach(scenario: Scenario, world: World) -> Iterator[Gate]:
-    """Targets that no posture of the arm reaches; a base only drives."""
+    """Targets that no posture of an arm reaches; a base only drives."""
     if not isinstance(scenario.targets, list):
         return
     robot = world.robot
-    reach = arm_reach(robot)
+    effectors = {"": 0, **{name: i for i, name in enumerate(robot.effectors)}}
     for i, config in enumerate(scenario.targets):
-        if config.effector:
-            continue  # The other arms have shoulders of their own.
-        field = f"targets[{i}]"
+        if config.effector not in effectors:
+            continue  # The run itself says so.
+        field, effector = f"targets[{i}]", effectors[config.effector]
         target = make_target(config, scenario.source, field)
-        if not target.asks_for_all_of_place:
-            continue
-        p_WT = target.X_WT[:3, 3]
-        distance = distance_to_reach(robot, world.q0, p_WT)
-        if distance > reach:
-            where = "above or below" if robot.n_base else "from"
-            yield Gate(
-                TARGET_OUT_OF_REACH,
-                f"{field}.translation: it lies {distance:.2f} m {where} the"
-                f" shoulder, and the arm reaches {reach:.2f} m",
-            )
+        aim = Aim((None,) * effector + (target,))
+        problem = out_of_reach(robot, aim, world.q0)
+        if problem:
+            yield Gate(TARGET_OUT_OF_REACH, f"{field}.translation: {problem}")

@@ -6,7 +6,6 @@ control ticks and at the end, and the commands u (T, n_u) between them.
 
 import numpy as np
 
-from remosplat_drake.robot.arm_dynamics import ArmDynamics
 from remosplat_drake.robot.pose_error import PoseError, pose_error
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
@@ -191,7 +190,7 @@ def torque_share(
     Returns:
         The share; None where the model file states no limits.
     """
-    dynamics = ArmDynamics.of(robot)
+    dynamics = robot.dynamics
     if not np.isfinite(dynamics.limit).any():
         return None
     q = q[: len(u)]
@@ -199,7 +198,7 @@ def torque_share(
     v = np.array([robot.velocity_map(q_t) @ u_t for q_t, u_t in pairs])
     v = v.reshape(-1, robot.n_q)
     a = np.diff(v, axis=0, prepend=np.zeros((1, robot.n_q))) / dt
-    torques = np.abs(dynamics.torques(q, v, a))
+    torques = np.abs(dynamics.torques(q, v[:, None], a[:, None]))
     return float((torques / dynamics.limit).max(initial=0.0))
 
 

@@ -24,7 +24,7 @@ def shoulder(robot: RobotModel, q: np.ndarray, effector: int = 0) -> np.ndarray:
 def arm_reach(robot: RobotModel) -> float:
     """Returns a bound on how far the arm reaches from its shoulder [m].
 
-    It is the length of the arm laid out straight, whatever its joints allow, to
+    It is the length of the arm laid out straight, at any joint limits, to
     the surface of its farthest sphere: an upper bound.
     """
     tree, first = robot.tree, _body_moved_by(robot, robot.n_q - len(robot.home))
@@ -43,34 +43,43 @@ def arm_reach(robot: RobotModel) -> float:
     return float(reach)
 
 
-def beyond_reach(robot: RobotModel, q: np.ndarray, p_WT: np.ndarray) -> float:
-    """Returns how far a point is beyond the reach of an only arm at least [m].
+def end_effector_reach(robot: RobotModel, effector: int = 0) -> float:
+    """Returns how far an end effector can be from its arm's first joint [m].
 
-    A base drives below or above the point, so only the height counts then. At
-    zero the point may still be out of reach.
+    It is the length of all links together, at any limits of the joints.
 
     Args:
         robot: The robot.
-        q: Configuration, shape (n_q,).
-        p_WT: The point in W, shape (3,) [m].
+        effector: Index of the end effector.
     """
-    return max(0.0, distance_to_reach(robot, q, p_WT) - arm_reach(robot))
+    chain, first = robot.chains[effector], robot.n_q - len(robot.home)
+    joints = np.flatnonzero(chain.position >= first)
+    length = np.linalg.norm(chain.X_MF[joints[1:], :3, 3], axis=1).sum()
+    slides = chain.position[joints[chain.kind[joints] == PRISMATIC]]
+    travel = np.maximum(abs(robot.position_lower), abs(robot.position_upper))
+    length += travel[slides].sum()
+    if len(joints):
+        length += np.linalg.norm(chain.X_ME[:3, 3])
+    return float(length)
 
 
-def distance_to_reach(
-    robot: RobotModel, q: np.ndarray, p_WT: np.ndarray
+def beyond_reach(
+    robot: RobotModel, q: np.ndarray, p_WT: np.ndarray, effector: int = 0
 ) -> float:
-    """Returns the distance from the shoulder that an arm must reach at least.
+    """Returns how far a point is beyond an end effector's reach at least [m].
 
-    Of a robot with a base it is the height above or below the shoulder [m].
+    A base drives on a plane, so that of its robot only the height of the arm's
+    first joint counts. At zero the point may still be out of reach.
 
     Args:
         robot: The robot.
         q: Configuration, shape (n_q,).
         p_WT: The point in W, shape (3,) [m].
+        effector: Index of the end effector.
     """
-    way = p_WT - shoulder(robot, q)
-    return float(abs(way[2]) if robot.n_base else np.linalg.norm(way))
+    way = p_WT - shoulder(robot, q, effector)
+    distance = abs(way[2]) if robot.n_base else np.linalg.norm(way)
+    return max(0.0, float(distance) - end_effector_reach(robot, effector))
 
 
 def _body_moved_by(robot: RobotModel, joint: int) -> int:

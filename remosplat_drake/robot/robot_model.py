@@ -18,6 +18,7 @@ from remosplat_drake.base.ranges import joined
 from remosplat_drake.base.reading import reads_file
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.actuators import Actuator, default_actuators
+from remosplat_drake.robot.arm_dynamics import ArmDynamics
 from remosplat_drake.robot.joint_limits import JointLimits
 from remosplat_drake.robot.model_file import add_robot_model, find_frame
 from remosplat_drake.robot.motion_bounds import hessian_bound, jacobian_bound
@@ -37,6 +38,7 @@ from remosplat_drake.robot.sphere_model import (
     Spheres,
     load_sphere_model,
 )
+from remosplat_drake.robot.sphere_tree import SphereTree
 
 ROUNDING = 1e-3
 """Distance beyond a joint's limit that is no more than rounding [rad, m]."""
@@ -54,6 +56,7 @@ class RobotModel:
         description: The robot description that it was made from.
         spheres: The sphere model in use.
         tree: The kinematic tree, body 0 being the world.
+        dynamics: The torques that motions take.
         n_q: Number of configuration variables (10 for Frankie).
         n_u: Number of commanded velocities (9 for Frankie).
         n_base: Number of base commands: 3 (omnidirectional), 2 (differential)
@@ -111,6 +114,9 @@ class RobotModel:
         self._base_q = len(base_joints)
         self.tree = kin.make_kinematic_tree(
             plant, self.joint_names, description.locked
+        )
+        self.dynamics = ArmDynamics.read(
+            plant, self.tree, base_joints, description.arm.joints
         )
         self._check_allowed_collisions()
         limits = JointLimits.read(description, plant)
@@ -512,6 +518,21 @@ class RobotModel:
         """
         moves = self._moves[self._body_S]
         return hessian_bound(self.jacobian_bound, self.screw_turns, moves)
+
+    @cached_property
+    def sphere_tree(self) -> Packed[SphereTree]:
+        """Balls around the spheres, and the spheres."""
+        screws = self.screw_body, self.screw_turns
+
+        def bend(body: np.ndarray, p_LS: np.ndarray) -> np.ndarray:
+            reach, turns = self.joint_reach, self.screw_turns
+            bound = jacobian_bound(self.tree, reach, screws, body, p_LS)
+            return hessian_bound(bound, turns, self._moves[body])
+
+        ignore_below = self._ignore_below
+        return Packed(
+            SphereTree.make(self.spheres, self._body_S, ignore_below, bend)
+        )
 
 
 @reads_file

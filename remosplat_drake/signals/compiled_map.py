@@ -339,6 +339,21 @@ def _is_lipschitz(compiled):
     return lambda compiled: True
 
 
+def is_compiled(compiled) -> bool:
+    """Returns whether kernels compute a map's distances; for kernels only.
+
+    Args:
+        compiled: The map, as `DistanceField.placed`, or a `PythonMap`.
+    """
+    return not _is_pythons(compiled)
+
+
+@overload(is_compiled)
+def _is_compiled(compiled):
+    known = not _is_pythons(compiled)
+    return lambda compiled: known
+
+
 def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
     """Computes clearances of spheres, exact below a reach, else the reach.
 
@@ -348,7 +363,8 @@ def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
         placed: The map, as `DistanceField.compiled` if that is 1-Lipschitz, or
             else a `PythonMap`, its `Misplacement`, and the number of the
             `PythonCalls`.
-        robot: The `RobotArrays`.
+        robot: The `RobotArrays`, or what else has radii and `ignore_below` if
+            the map is compiled.
         sphere: Indices of the spheres, shape (n,).
         p_WS: Their centres in W, shape (n, 3) [m].
         R_WL: Orientations of their links, shape (n, 3, 3).

@@ -210,12 +210,14 @@ class StandingSystem(LeafSystem):
 
     def _beyond(self, aim: Aim, q: np.ndarray) -> float:
         """Returns how far a new target is out of reach, if that is known."""
-        robot, target = self._robot, aim.first
-        # Other arms have shoulders of their own.
-        is_asked = target.asks_for_all_of_place and len(robot.effectors) == 1
-        if not (is_asked and aim.is_known and np.isfinite(q).all()):
+        if not (aim.is_known and np.isfinite(q).all()):
             return 0.0
-        return beyond_reach(robot, q, target.X_WT[:3, 3])
+        lacking = (
+            beyond_reach(self._robot, q, target.X_WT[:3, 3], effector)
+            for effector, target in aim.items
+            if target.asks_for_all_of_place
+        )
+        return max(lacking, default=0.0)
 
     def _naming(self, context: Context) -> Naming:
         field: DistanceField = self._field_input.Eval(context)

@@ -20,6 +20,7 @@ from remosplat_drake.controller.planning.goal_configurations import (
 )
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.controller.planning.plan import Plan
+from remosplat_drake.controller.planning.timing import TimingLimits
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.timing.measuring import Case
 
@@ -51,7 +52,8 @@ def _cases(name: str) -> list[Case]:
         scenario.controller, world.robot, scenario.control_period
     )
     config = scenario.controller.guidance.planning
-    planner = MotionPlanner(world.robot, law.self_clearance, config)
+    timing = TimingLimits(law.collision, config.approach_scale, law.dt)
+    planner = MotionPlanner(world.robot, law.self_clearance, config, timing)
     stopping = law.collision.stopping
     q, field = world.q0, world.field
 

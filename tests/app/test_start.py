@@ -137,7 +137,20 @@ def test_a_target_out_of_reach_is_told_with_its_field(capfd):
     assert run("PandaReach", text) == 1
     said = capfd.readouterr().err
     assert f"warning: {TARGET_OUT_OF_REACH}: targets[0].translation: " in said
-    assert "from the shoulder, and the arm reaches" in said
+    assert "m out of reach of the arm, which is " in said
+
+
+def test_each_arm_has_a_reach_of_its_own():
+    """The left one's target is beyond it, though the right one is as long."""
+    near, far = "[0.5, -0.3, 0.5]", "[0.5, 2.5, 0.5]"
+    scenario = load_scenario(
+        "TwoPandasReach",
+        "{targets: [{effector: right, translation: " + near + "},"
+        " {effector: left, translation: " + far + "}]}",
+    )
+    gates = start_gates(scenario, load_world(scenario))
+    assert [g.name for g in gates] == [TARGET_OUT_OF_REACH]
+    assert gates[0].problem.startswith("targets[1].translation: ")
 
 
 def test_a_real_robot_is_refused_unless_it_is_accepted(capfd):

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from remosplat_drake.robot.reach import arm_reach, beyond_reach, shoulder
+from remosplat_drake.robot.reach import (
+    beyond_reach,
+    end_effector_reach,
+    shoulder,
+)
 from remosplat_drake.robot.robot_model import load_robot
 
 
@@ -11,7 +15,8 @@ from remosplat_drake.robot.robot_model import load_robot
 def test_a_point_straight_above_is_out_of_reach_by_what_is_lacking(model):
     robot = load_robot(model)
     q = np.array([*[0.0] * robot.n_base, *robot.home])
-    far = shoulder(robot, q) + [0.0, 0.0, arm_reach(robot) + 0.3]
+    far = shoulder(robot, q)
+    far[2] += end_effector_reach(robot) + 0.3
     assert beyond_reach(robot, q, far) == pytest.approx(0.3)
     assert beyond_reach(robot, q, far - [0.0, 0.0, 0.4]) == 0.0
 

@@ -8,6 +8,7 @@ uses.
 """
 
 import hashlib
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Generic, TypeVar
 
@@ -48,18 +49,20 @@ class Packed(Generic[Values]):
         address: Address of the array headers.
     """
 
-    __slots__ = ("_numba_type_", "_words", "address", "values")
+    __slots__ = ("_looks", "_numba_type_", "_words", "address", "values")
 
     def __init__(self, values: Values):
         """Packs a named tuple.
 
         Args:
             values: The named tuple. Arrays that are not contiguous are copied;
-                nested named tuples are packed, too.
+                nested named tuples are packed, too, unless they are already.
         """
-        self.values = _contiguous(values)
-        self._numba_type_ = _known_type(self.values)
-        self._words = np.array(_words(self.values), np.int64)
+        parts = _contiguous(values)
+        self.values = _unpacked(parts)
+        self._looks = _looks(parts)
+        self._numba_type_ = _known_type(self._looks, self.values)
+        self._words = np.array(_words(parts), np.int64)
         self.address = _address(self._words)
 
     def __getattr__(self, name: str) -> Any:
@@ -76,18 +79,30 @@ class Packed(Generic[Values]):
 
 
 def _contiguous(value: Any) -> Any:
-    if isinstance(value, Packed):
-        return value.values
     if isinstance(value, np.ndarray):
         return np.ascontiguousarray(value)
+    return _of_parts(value, _contiguous)
+
+
+def _unpacked(value: Any) -> Any:
+    """Returns the values of what is packed already in its place."""
+    if isinstance(value, Packed):
+        return value.values
+    return _of_parts(value, _unpacked)
+
+
+def _of_parts(value: Any, convert: Callable[[Any], Any]) -> Any:
+    """Converts all parts of a tuple, and leaves other values as they are."""
     if isinstance(value, tuple):
         make = getattr(type(value), "_make", tuple)
-        return make(_contiguous(part) for part in value)
+        return make(map(convert, value))
     return value
 
 
 def _words(value: Any) -> list[int]:
     """Returns the stored words; of an array address, shape and strides."""
+    if isinstance(value, Packed):
+        return value._words.tolist()
     if isinstance(value, np.ndarray):
         return [_address(value), *value.shape, *value.strides]
     if isinstance(value, tuple):
@@ -150,9 +165,8 @@ class PackedType(types.Type):
 _types: dict[tuple, "PackedType"] = {}
 
 
-def _known_type(values: Any) -> PackedType:
+def _known_type(looks: Any, values: Any) -> PackedType:
     """Returns the type of a named tuple, created once for each layout."""
-    looks = _looks(values)
     if looks not in _types:
         _types[looks] = _packed_type(values)
     return _types[looks]
@@ -160,6 +174,8 @@ def _known_type(values: Any) -> PackedType:
 
 def _looks(value: Any) -> Any:
     """Returns a key that differs for values of different types."""
+    if isinstance(value, Packed):
+        return value._looks
     if isinstance(value, np.ndarray):
         return value.dtype, value.ndim
     if isinstance(value, tuple):

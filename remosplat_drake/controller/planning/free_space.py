@@ -80,29 +80,35 @@ class FreeSpace:
         self.checks = 0
         own, own_level = no_own_arrays(robot), np.zeros(0)
         if self_clearance is not None:
-            own, least = self_clearance.arrays.values, self_clearance.stopping
+            own, least = self_clearance.arrays, self_clearance.stopping
             own_level = self_clearance.distances(start, least)
             own_level = np.minimum(own_level, least)
         compiled, off = map_for_kernels(field)
-        arrays = SpaceArrays(
-            robot=robot.arrays.values,
-            map=compiled.values,
+        balls = robot.sphere_tree
+        ball_level = np.full(len(balls.radius), float(stopping))
+        level = ball_level[-len(robot.spheres) :]
+        values = SpaceArrays(
+            robot=robot.arrays,
+            map=compiled,
             off=off,
-            level=np.full(len(robot.spheres), float(stopping)),
+            level=level,
+            balls=balls,
+            ball_level=ball_level,
+            # Mostly the hand, whose balls are the last, is what has no room.
+            ball_order=np.arange(len(balls.first) - 1)[::-1],
             own=own,
             own_level=own_level,
-            link_level=_most_by_link(own.pairs, own_level),
-            own_work=OwnWork.make(robot.arrays.values.tree, own.pairs),
+            link_level=_most_by_link(own.values.pairs, own_level),
+            own_work=OwnWork.make(robot.arrays.values.tree, own.values.pairs),
             movers=standing.arrays,
             mover_level=standing.levels(robot.spheres_at(start)),
             lower=self.lower,
             upper=self.upper,
             backing=float(backing),
         )
-        self.arrays = Packed(arrays)
+        self.arrays = Packed(values)
         # Where there is less than that at the start, no more is kept.
-        level = arrays.level + self.rooms(start[None], 0.0)[0]
-        self.arrays = Packed(arrays._replace(level=level))
+        level += self.rooms(start[None], 0.0)[0]
 
     def is_free(self, q: np.ndarray) -> bool:
         """Tells whether a configuration keeps all distances.

@@ -16,8 +16,9 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
-_ROUND = 100
-"""Groups of draws in a round; the search ends when it has found enough."""
+_ROUND = 20, 100
+"""Groups of draws in the first round and in later ones; the search ends when it
+has found enough."""
 
 _COMPARED = 100
 """Most configurations without room among which the best is taken."""
@@ -89,9 +90,9 @@ def goal_configurations(
     own[1, -len(space.robot.home) :] = space.robot.home
     own = np.clip(own, space.lower, space.upper)
     found, is_open, tried = _reaching(space, arms, own[:, None], most)
-    left = _PATIENCE * seeds
+    left, (round_size, later) = _PATIENCE * seeds, _ROUND
     while tried < seeds and left > 0 and is_open.sum() < most:
-        count = min(_ROUND, left, seeds)
+        count, round_size = min(round_size, left, seeds), later
         draws = _draws(space, aim, q, count * _GROUP, rng)
         draws = draws.reshape(count, _GROUP, len(q))
         missing = most - int(is_open.sum())

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import reals
 from remosplat_drake.robot.base_motion import base_command
 
 _NO_WAY = 1e-6
@@ -128,6 +129,21 @@ def stretch_command(a, b, n_base):
     for j in range(first, len(a)):
         u[n_base + j - first] = b[j] - a[j]
     return u
+
+
+@kernel(returns=reals(2))
+def stretch_commands(corners, n_base):
+    """Computes `stretch_command` from each corner to the next, (k, n_u).
+
+    Args:
+        corners: Corners of a motion, shape (k + 1, n_q) [rad, m].
+        n_base: Number of base commands, 3, 2 or 0.
+    """
+    k, n_q = len(corners) - 1, corners.shape[1]
+    commands = np.empty((k, n_q - 3 + n_base if n_base else n_q))
+    for i in range(k):
+        commands[i] = stretch_command(corners[i], corners[i + 1], n_base)
+    return commands
 
 
 @kernel(linked=True)

@@ -20,12 +20,14 @@ from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.kernels.controllable_speeds import (
     controllable_speeds,
 )
-from remosplat_drake.controller.planning.steering import stretch_command
+from remosplat_drake.controller.planning.kernels.room_speeds import (
+    speeds_in_room,
+)
+from remosplat_drake.controller.planning.steering import stretch_commands
 from remosplat_drake.controller.program.path import Path
-from remosplat_drake.robot.arm_dynamics import ArmDynamics
 from remosplat_drake.robot.robot_model import RobotModel
 
-_STEP = 0.04
+_STEP = 0.06
 """Longest piece of a path between two speeds, in radians and metres alike."""
 
 _SHARE = 0.9
@@ -34,9 +36,6 @@ left to get back to it."""
 
 _SHARP = 0.3
 """Change of direction from which on a corner is no bend [rad]."""
-
-_FAR = 0.2
-"""Room of a sphere beyond which it does not slow the robot down [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -74,14 +73,18 @@ def timed_path(
     if len(path.q) < 2:
         return path
     step = np.diff(path.s)
-    rate = np.array(
-        [stretch_command(a, b, robot.n_base) for a, b in pairwise(path.q)]
-    )
-    rate /= step[:, None]
+    rate = stretch_commands(path.q, robot.n_base) / step[:, None]
     turn, bend, is_sharp = _turns(rate, step)
     fastest = _fastest(rate, robot.velocity_limit)
     fastest[1:] = np.minimum(fastest[1:], fastest[:-1])
-    fastest = np.minimum(fastest, _fastest_in_room(space, path, limits))
+    slope = approach_speed(
+        limits.damper, limits.approach_scale, space.stopping, 1.0
+    )
+    law = slope, space.stopping, CREEP
+    with space.calls() as line:
+        fastest = speeds_in_room(
+            space.arrays, line, (path.q, path.s), fastest, law
+        )
     # At a sharp corner, the command changes at once, by what a period allows.
     acceleration = _SHARE * robot.acceleration_limit
     through = _fastest(turn, acceleration * limits.dt)
@@ -134,40 +137,13 @@ def _torques(
 
     At rest a motor has what it needs.
     """
-    dynamics, q = ArmDynamics.of(robot), path.q[:-1]
     step = np.diff(path.s)
     rate = np.diff(path.q, axis=0) / step[:, None]
     (_, bend, _), zero = _turns(rate, step), np.zeros_like(rate)
-    at_rest = dynamics.torques(q, zero, zero)
-    pushing = dynamics.torques(q, zero, rate) - at_rest
-    turning = dynamics.torques(q, rate, bend) - at_rest
+    v, a = np.stack([zero, zero, rate], 1), np.stack([zero, rate, bend], 1)
+    torque = robot.dynamics.torques(path.q[:-1], v, a)
+    at_rest = torque[:, 0]
+    pushing, turning = torque[:, 1] - at_rest, torque[:, 2] - at_rest
     most = np.abs(at_rest).max(axis=0)
-    return pushing, turning, at_rest, np.maximum(_SHARE * dynamics.limit, most)
-
-
-def _fastest_in_room(
-    space: FreeSpace, path: Path, limits: TimingLimits
-) -> np.ndarray:
-    """The greatest speeds at which the damper lets all spheres be, (k,) [1/s].
-
-    Where the damper's law leaves less than `CREEP`, it moves the robot aside.
-    """
-    robot, stopping = space.robot, space.stopping
-    k, n = len(path.s) - 1, len(robot.spheres)
-    spheres = robot.spheres_of_all(path.q)
-    found = space.field.clearances(spheres, stopping + _FAR)
-    here = found.sphere < k * n
-    sphere, n_W = found.sphere[here], found.direction_W[here]
-    node = sphere // n
-    step_W = spheres.p_WS[sphere + n] - spheres.p_WS[sphere]
-    rate = np.einsum("mi,mi->m", n_W, step_W) / np.diff(path.s)[node]
-    allowed = approach_speed(
-        limits.damper,
-        limits.approach_scale,
-        stopping,
-        found.distance[here] - stopping,
-    )
-    near = rate > 0.0
-    speed = np.full(k, np.inf)
-    np.minimum.at(speed, node[near], allowed[near] / rate[near])
-    return np.maximum(speed, CREEP)
+    limit = np.maximum(_SHARE * robot.dynamics.limit, most)
+    return pushing, turning, at_rest, limit

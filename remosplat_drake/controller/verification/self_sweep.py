@@ -19,7 +19,7 @@ from remosplat_drake.robot.self_collision.pairs import (
 )
 
 
-def no_own_arrays(robot: RobotModel) -> OwnArrays:
+def no_own_arrays(robot: RobotModel) -> Packed[OwnArrays]:
     """Returns the arrays of a robot that keeps no distance from itself.
 
     Args:
@@ -36,7 +36,7 @@ def no_own_arrays(robot: RobotModel) -> OwnArrays:
         *(no_boxes, no_shapes, no_shapes),
     )
     no_rate = np.zeros((0, robot.n_u))
-    return OwnArrays(pairs, no_rate, no_rate, robot.screw_turns)
+    return Packed(OwnArrays(pairs, no_rate, no_rate, robot.screw_turns))
 
 
 @dc.dataclass(frozen=True, eq=False)

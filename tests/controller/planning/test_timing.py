@@ -22,7 +22,6 @@ from remosplat_drake.controller.planning.timing import TimingLimits, timed_path
 from remosplat_drake.controller.program.kernels.path_speeds import way_ahead
 from remosplat_drake.controller.program.path import Path
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
-from remosplat_drake.robot.arm_dynamics import ArmDynamics
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
@@ -109,9 +108,9 @@ def test_no_limit_is_exceeded(panda, empty, seed, count):
     assert (np.abs(u_dot) <= most + 1e-6).all()
     jump = np.abs(turn[is_sharp]) * path.v[:-1][is_sharp, None]
     assert (jump <= most * LIMITS.dt + 1e-6).all()
-    dynamics = ArmDynamics.of(robot)
-    torque = dynamics.torques(path.q[:-1], rate * path.v[:-1, None], u_dot)
-    assert (np.abs(torque) <= dynamics.limit).all()
+    u = rate * path.v[:-1, None]
+    torque = robot.dynamics.torques(path.q[:-1], u[:, None], u_dot[:, None])
+    assert (np.abs(torque) <= robot.dynamics.limit).all()
 
 
 def test_speeds_follow_the_dampers_law_where_room_is_small(three_link):

@@ -1,8 +1,9 @@
 """Whether a robot keeps off a map, at a place or all along a motion.
 
-Between two looks a room falls to no less than (r_0 + r_1 - s) / 2, see
-`verification/kernels/between_looks.py`. So a motion is looked at from coarse
-to fine: where that is too little for some spheres, they are looked at half way.
+A part of a motion is looked at in its middle: where a sphere has more room
+there than the way that it takes from there to either end, the part is free. The
+others are looked at again, in the middles of both halves. Balls around several
+spheres come first.
 """
 
 import numpy as np
@@ -12,27 +13,27 @@ from remosplat_drake.base.kernels.returns import TRUTH, reals
 from remosplat_drake.base.vectors import set_vector
 from remosplat_drake.controller.verification.kernels.between_looks import (
     TOLERANCE,
-    apart,
     bend_of,
     longest_way,
 )
 from remosplat_drake.robot.kinematics import (
     advance,
     body_poses,
-    place_points,
+    copy_poses,
     sphere_points,
 )
 from remosplat_drake.signals.compiled_map import (
+    is_compiled,
     is_lipschitz,
     sphere_clearances,
 )
 
 _HALVES = 10
-"""How often the time between two looks is halved; what is unknown then is
+"""How often a part of a motion is halved; what is unknown then is
 refused."""
 
-_SOME = 10
-"""Number of spheres that are looked at before it is asked whether to go on."""
+_SOME = 4
+"""Number of balls that are looked at before it is asked whether to go on."""
 
 _MARGIN = 1e-6
 """By how much more than is wanted is asked for, against rounding [m]."""
@@ -51,14 +52,17 @@ def is_off_the_map(space, line, X_WL):
         line: Number of the `PythonCalls` of its map.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
-    robot, n = space.robot, len(space.level)
-    at = sphere_points(X_WL, robot.body_S, robot.p_LS)
-    wanted, room = np.zeros(n), np.empty(n)
-    # Mostly the hand, whose spheres are the last, is what has no room.
-    for end in range(n, 0, -_SOME):
-        for i in range(n):
-            room[i] = -np.inf if end - _SOME <= i < end else np.inf
-        if not _look(space, line, at, wanted, room, -_ROUNDING):
+    m, order = len(space.ball_level), space.ball_order
+    item, bend, speed = np.empty(m, np.int64), np.zeros(m), np.zeros(0)
+    part = X_WL, X_WL, X_WL, 0.0, speed, bend, -_ROUNDING
+    for first in range(0, len(order), _SOME):
+        count = min(len(order) - first, _SOME)
+        for k in range(count):
+            item[k] = order[first + k]
+        if _look_at(space, line, part, item, count) != 0:
+            # Mostly, these have too little room the next time, too.
+            for k in range(count):
+                order[k], order[first + k] = order[first + k], order[k]
             return False
     return True
 
@@ -81,7 +85,7 @@ def rooms(space, line, q, far):
     for k in range(len(q)):
         X_WL, _ = body_poses(robot.tree, q[k])
         at = sphere_points(X_WL, robot.body_S, robot.p_LS)
-        _look(space, line, at, wanted, found[k], 0.0)
+        look(space, line, at, wanted, found[k], 0.0)
         for i in range(n):
             if found[k, i] > far:
                 found[k, i] = far
@@ -93,90 +97,176 @@ def keeps_off_the_map(space, line, q, u, looks):
     """Tells whether all spheres keep their clearances on a motion.
 
     They keep them less verification's tolerance. Of a map that is not
-    1-Lipschitz only the first looks are known.
+    1-Lipschitz only what it is at the looks is known.
 
     Args:
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
         q: Configuration at which it starts, shape (n_q,) [rad, m].
         u: The command, which is held for a second, shape (n_u,).
-        looks: Into how many equal parts the first looks cut the motion.
+        looks: Into how many equal parts the motion is cut at first.
     """
-    robot, n = space.robot, len(space.level)
-    n_base, knows_between = robot.n_base, is_lipschitz(space.map)
-    speed = np.abs(u)
-    bend, wanted = np.empty(n), np.empty(n)
-    for i in range(n):
-        bend[i] = bend_of(robot.hessian_bound[i], speed)
-    # A stack, the end of the motion lowest: most that is not free ends there.
-    time = np.zeros(looks + 1 + _HALVES)
-    point = np.empty((len(time), n, 3))
-    R_WL, room = np.empty((looks + 1, n, 3, 3)), np.empty((len(time), n))
+    tree, n_base, balls = space.robot.tree, space.robot.n_base, space.balls
+    m, speed, b = len(space.ball_level), np.abs(u), len(tree.parent)
+    bend = np.full(m, -1.0)
+    # A stack, the end of the motion lowest: the next part is between the
+    # topmost two.
+    most = looks + 1 + _HALVES
+    time, X_WL = np.empty(most), np.empty((most, b, 4, 4))
+    item, count = np.empty((most, m), np.int64), np.empty(most, np.int64)
     for k in range(looks + 1):
         time[k] = 1.0 - k / looks
-        X_WL, _ = body_poses(robot.tree, advance(q, u, n_base, time[k]))
-        place_points(X_WL, robot.body_S, robot.p_LS, point[k], R_WL[k])
-    for k in range(looks + 1):
-        for i in range(n):
-            before, way = 0.0, 0.0
-            room[k, i] = -np.inf
-            if k > 0 and knows_between:
-                p, p_before = point[k, i], point[k - 1, i]
-                room[k, i] = room[k - 1, i] - apart(p_before, p)
-                before = longest_way(p_before, p, bend[i], 1.0 / looks)
-            if k < looks:
-                p, p_after = point[k, i], point[k + 1, i]
-                way = longest_way(p, p_after, bend[i], 1.0 / looks)
-            wanted[i] = max(0.5 * max(way, before) - TOLERANCE, 0.0)
-        at = point[k], R_WL[k]
-        if not _look(space, line, at, wanted, room[k], -TOLERANCE):
-            return False
+        X, _ = body_poses(tree, advance(q, u, n_base, time[k]))
+        copy_poses(X, X_WL[k])
+        count[k] = len(balls.first) - 1
+        for i in range(count[k]):
+            item[k, i] = i
     top = looks
-    while top > 0 and knows_between:
-        span = time[top - 1] - time[top]
-        if not _want_more(point, room, top, bend, span, wanted):
+    while top > 0:
+        half = 0.5 * (time[top - 1] - time[top])
+        X, _ = body_poses(tree, advance(q, u, n_base, time[top] + half))
+        part = X_WL[top], X, X_WL[top - 1], half, speed, bend, -TOLERANCE
+        left = _look_at(space, line, part, item[top], count[top])
+        if left == 0:
             top -= 1
             continue
-        if top + 1 == len(time):
+        if left < 0 or top + 1 == most:
             return False
+        count[top] = count[top + 1] = left
+        for i in range(left):
+            item[top + 1, i] = item[top, i]
         time[top + 1] = time[top]
-        time[top] += 0.5 * span
-        for i in range(n):
-            room[top + 1, i] = room[top, i]
-            room[top, i] = np.inf if wanted[i] < 0.0 else -np.inf
-            set_vector(point[top + 1, i], point[top, i])
-        X_WL, _ = body_poses(robot.tree, advance(q, u, n_base, time[top]))
-        place_points(X_WL, robot.body_S, robot.p_LS, point[top], R_WL[0])
-        at = point[top], R_WL[0]
-        if not _look(space, line, at, wanted, room[top], -TOLERANCE):
-            return False
+        time[top] += half
+        copy_poses(X_WL[top], X_WL[top + 1])
+        copy_poses(X, X_WL[top])
         top += 1
     return True
 
 
 @helper
-def _want_more(point, room, top, bend, span, wanted):
-    """Tells whether a room may fall too low between the topmost two looks.
+def _look_at(space, line, part, item, count):
+    """Looks at balls and spheres, and keeps those that want a closer look.
 
-    Fills in what is wanted half way: -1 of spheres that are known to be clear.
+    Spheres take the places of balls that are not known to be clear.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        part: Of a part of a motion the poses of all bodies at its start, in its
+            middle and at its end, shape (b, 4, 4) each; half the time that it
+            takes; absolute values of the command; bounds on how fast the
+            velocities of the m balls and spheres change, -1 of those not known
+            yet, shape (m,) [m/s^2]; and the least room to keep [m].
+        item: Balls and spheres to look at, shape (m,); then the spheres that
+            are not known to be clear on the whole part.
+        count: Number of those to look at.
+
+    Returns:
+        Number of these spheres; -1 if one has too little room in the middle.
     """
-    is_open = False
-    for i in range(len(bend)):
-        p, p_next = point[top, i], point[top - 1, i]
-        way = longest_way(p, p_next, bend[i], span)
-        wanted[i] = -1.0
-        if not room[top, i] + room[top - 1, i] - way >= -2.0 * TOLERANCE:
-            wanted[i] = max(0.25 * way - TOLERANCE, 0.0)
-            is_open = True
-    return is_open
+    balls, level, least = space.balls, space.ball_level, part[6]
+    groups, left = len(balls.first) - 1, 0
+    room, wanted = np.empty(len(level)), np.empty(len(level))
+    while count > 0:
+        _measure(space, line, part, item[left : left + count], room, wanted)
+        kept, opened = left, np.empty(count, np.int64)
+        opens = 0
+        for row in range(count):
+            i = item[left + row]
+            if room[row] >= wanted[row]:
+                continue
+            if i < groups:
+                opened[opens] = i
+                opens += 1
+                continue
+            if not room[row] >= least:
+                return -1
+            item[kept] = i
+            kept += 1
+        left, count = kept, 0
+        for k in range(opens):
+            first, end = balls.first[opened[k]], balls.first[opened[k] + 1]
+            for place in range(first, end):
+                item[left + count] = balls.member[place]
+                count += 1
+    return left
 
 
 @helper
-def _look(space, line, at, wanted, room, least):
+def _measure(space, line, part, item, room, wanted):
+    """Measures rooms in the middle of a part, exact up to those wanted.
+
+    A ball or a sphere is clear on the whole part if its room there is at least
+    as large as the way to either end, but for the room that it may lack.
+    """
+    before, middle, after, half, speed, bend, least = part
+    balls, level, count = space.balls, space.ball_level, len(item)
+    p_WS, p = np.empty((count, 3)), np.empty(3)
+    reach, found = np.empty(count), np.empty(count)
+    for row in range(count):
+        i = item[row]
+        if bend[i] < 0.0:
+            bend[i] = bend_of(balls.hessian_bound[i], speed)
+        at = balls.body[i], balls.p_LS[i]
+        _place(middle, at, p_WS[row])
+        _place(before, at, p)
+        way = longest_way(p, p_WS[row], bend[i], half)
+        _place(after, at, p)
+        way = max(way, longest_way(p, p_WS[row], bend[i], half))
+        wanted[row] = way + least
+        reach[row] = level[i] + max(wanted[row], 0.0) + _MARGIN
+    if is_compiled(space.map):
+        placed, R_WL = (space.map, space.off, line), np.empty((0, 3, 3))
+        sphere_clearances(placed, balls, item, p_WS, R_WL, reach, found)
+    else:
+        _measure_in_python(space, line, (middle, p_WS), item, reach, found)
+    for row in range(count):
+        room[row] = found[row] - level[item[row]]
+        if not is_lipschitz(space.map):
+            wanted[row] = least
+
+
+@helper
+def _measure_in_python(space, line, at, item, reach, found):
+    """Measures clearances by a map that measures those of spheres alone."""
+    X_WL, p_WS = at
+    balls, groups, count = space.balls, len(space.balls.first) - 1, len(item)
+    if item[0] < groups:
+        found[:] = -np.inf
+        return
+    sphere, R_WL = item - groups, np.empty((count, 3, 3))
+    for row in range(count):
+        for r in range(3):
+            set_vector(R_WL[row, r], X_WL[balls.body[item[row]], r])
+    placed = space.map, space.off, line
+    sphere_clearances(placed, space.robot, sphere, p_WS, R_WL, reach, found)
+
+
+@helper
+def _place(X_WL, at, p_WS):
+    """Fills in where a point of a body is in W."""
+    body, p_LS = at
+    for r in range(3):
+        p_WS[r] = X_WL[body, r, 3]
+        for c in range(3):
+            p_WS[r] += X_WL[body, r, c] * p_LS[c]
+
+
+@helper
+def look(space, line, at, wanted, room, least):
     """Asks the map where a lower bound of a room is not as large as wanted.
 
-    Puts the answers in, exact up to what is wanted, and tells whether all of
-    them are at least as large as `least` [m].
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        at: Centres of the spheres in W, shape (n, 3) [m], and the orientations
+            of their links, shape (n, 3, 3).
+        wanted: Rooms up to which answers are exact, shape (n,) [m].
+        room: Lower bounds, in place of which answers are put, shape (n,) [m].
+        least: Least room that answers should have [m].
+
+    Returns:
+        Whether all answers have it.
     """
     p_WS, R_WL = at
     n, count = len(room), 0

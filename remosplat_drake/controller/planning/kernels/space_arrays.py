@@ -4,9 +4,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.planning.kernels.own_work import OwnWork
 from remosplat_drake.controller.verification.kernels.verified import OwnArrays
 from remosplat_drake.robot.robot_arrays import RobotArrays
+from remosplat_drake.robot.sphere_tree import SphereTree
 from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.signals.compiled_map import Misplacement
 
@@ -21,12 +23,15 @@ class SpaceArrays(NamedTuple):
         map: The map, as `map_for_kernels` returns it.
         off: Its misplacement.
         level: Clearance that each sphere keeps from the map, shape (n,) [m].
+        balls: Balls around the spheres, and the spheres.
+        ball_level: Clearance that each of these keeps, shape (m,) [m].
+        ball_order: The order in which the balls are looked at, shape (g,);
+            written to, so that a space serves one thread at a time.
         own: The pairs of the robot's own shapes.
         own_level: Distance that each pair keeps, shape (k,) [m].
         link_level: Largest distance that the shapes of each pair of links must
             keep of those computed, shape (l,) [m].
-        own_work: Memory in which kernels look at these; so a space serves one
-            thread at a time.
+        own_work: Memory in which kernels look at these.
         movers: What stands in the way besides the scene, as large as what it
             keeps clear of the robot.
         mover_level: Distance that each sphere keeps from it, shape (n,) [m].
@@ -35,11 +40,14 @@ class SpaceArrays(NamedTuple):
         backing: Longest way that the base may drive backwards [m].
     """
 
-    robot: RobotArrays
+    robot: RobotArrays | Packed[RobotArrays]
     map: Any
     off: Misplacement
     level: np.ndarray
-    own: OwnArrays
+    balls: SphereTree | Packed[SphereTree]
+    ball_level: np.ndarray
+    ball_order: np.ndarray
+    own: OwnArrays | Packed[OwnArrays]
     own_level: np.ndarray
     link_level: np.ndarray
     own_work: OwnWork

@@ -1,0 +1,97 @@
+"""The greatest speeds along a path at which a damper lets a robot be."""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.returns import reals
+from remosplat_drake.controller.planning.kernels.map_looks import look
+from remosplat_drake.controller.verification.kernels.between_looks import apart
+from remosplat_drake.robot.kinematics import body_poses, place_points
+from remosplat_drake.signals.compiled_map import is_lipschitz
+
+_FAR = 0.2
+"""Room of a sphere beyond which it does not slow the robot down [m]."""
+
+_AHEAD = 0.05
+"""By how much farther than needed a sphere is looked at: until it has moved by
+that, it needs no other look [m]."""
+
+
+@kernel(returns=reals(1))
+def speeds_in_room(space, line, path, fastest, law):
+    """Bounds the speeds along a path by the room of the spheres.
+
+    On a piece of the path of length s, on which the room of a sphere falls from
+    r to r', the damper allows v (r - r') / s <= c r.
+
+    Args:
+        space: The `SpaceArrays`.
+        line: Number of the `PythonCalls` of its map.
+        path: The nodes, shape (k + 1, n_q) [rad, m], and the arc length to each
+            of them, shape (k + 1,).
+        fastest: Bounds by other limits, shape (k,) [1/s].
+        law: The slope c [1/s], the stopping distance from which on room counts
+            [m], and the least speed: what is slower is not slowed down [1/s].
+
+    Returns:
+        The lesser of both bounds on each piece, shape (k,) [1/s].
+    """
+    robot, n, (q, s), (slope, stopping, creep) = (
+        space.robot,
+        len(space.level),
+        path,
+        law,
+    )
+    speed, knows_between = fastest.copy(), is_lipschitz(space.map)
+    short = stopping - space.level
+    p_before, R_before = np.empty((n, 3)), np.empty((n, 3, 3))
+    p_WS, R_WL = np.empty((n, 3)), np.empty((n, 3, 3))
+    room, room_before = np.full(n, -np.inf), np.full(n, -np.inf)
+    wanted, wanted_before = np.zeros(n), np.zeros(n)
+    X_WL, _ = body_poses(robot.tree, q[0])
+    place_points(X_WL, robot.body_S, robot.p_LS, p_WS, R_WL)
+    for k in range(len(q)):
+        for i in range(n):
+            wanted_before[i], wanted[i] = wanted[i], 0.0
+            for c in range(3):
+                p_before[i, c] = p_WS[i, c]
+        R_before[:] = R_WL
+        if k < len(speed):
+            X_WL, _ = body_poses(robot.tree, q[k + 1])
+            place_points(X_WL, robot.body_S, robot.p_LS, p_WS, R_WL)
+            if speed[k] > creep:
+                longest = speed[k] / (slope * (s[k + 1] - s[k]))
+                for i in range(n):
+                    way = apart(p_before[i], p_WS[i])
+                    wanted[i] = min(longest * way, _FAR) + short[i]
+        _look_at_most(
+            space, line, (p_before, R_before), wanted, wanted_before, room
+        )
+        if k > 0:
+            step = s[k] - s[k - 1]
+            least = speed[k - 1]
+            for i in range(n):
+                nearer = room_before[i] - room[i]
+                if room_before[i] < wanted_before[i] and nearer > 0.0:
+                    allowed = slope * (room_before[i] - short[i]) * step
+                    least = min(least, allowed / nearer)
+            speed[k - 1] = max(least, min(speed[k - 1], creep))
+        for i in range(n):
+            room_before[i] = room[i]
+            if knows_between:
+                room[i] -= apart(p_before[i], p_WS[i])
+            else:
+                room[i] = -np.inf
+    return speed
+
+
+@helper
+def _look_at_most(space, line, at, wanted, wanted_before, room):
+    """Measures rooms of which a lower bound is less than is wanted."""
+    n = len(room)
+    reach = np.empty(n)
+    for i in range(n):
+        most = max(wanted[i], wanted_before[i])
+        # What is known to be enough is not looked at.
+        reach[i] = -np.inf if room[i] > most else most + _AHEAD
+    look(space, line, at, reach, room, -np.inf)

@@ -1,0 +1,122 @@
+"""`SphereTree`: balls around the spheres of a link, so that few are looked at.
+
+What keeps a distance from a ball keeps it from all spheres within. A ball moves
+with its link, as the spheres do, so that bounds on its motion are those of a
+sphere.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from remosplat_drake.robot.sphere_model import SphereModel
+
+_LARGEST = 0.2
+"""Radius above which a ball is split, if it holds several spheres [m]."""
+
+_STEPS = 100
+"""Steps towards the centre of the least ball."""
+
+
+class SphereTree(NamedTuple):
+    """g balls around n spheres, and the spheres behind them: m = g + n in all.
+
+    Attributes:
+        body: Body of each, shape (m,).
+        p_LS: Centres in their links, shape (m, 3) [m].
+        radius: Radii, shape (m,) [m].
+        ignore_below: Height below which each ignores the map, shape (m,) [m].
+        hessian_bound: Bounds on |d2p_WS / dq_j dq_k|, shape (m, n_u, n_u).
+        first: Place in `member` of each ball's first sphere, and the end, shape
+            (g + 1,).
+        member: The spheres by ball, as places in these m, shape (n,).
+    """
+
+    body: np.ndarray
+    p_LS: np.ndarray
+    radius: np.ndarray
+    ignore_below: np.ndarray
+    hessian_bound: np.ndarray
+    first: np.ndarray
+    member: np.ndarray
+
+    @staticmethod
+    def make(
+        spheres: SphereModel,
+        body_S: np.ndarray,
+        ignore_below: np.ndarray,
+        bend: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    ) -> "SphereTree":
+        """Puts balls around the spheres of a robot.
+
+        Args:
+            spheres: The n spheres.
+            body_S: Their bodies, shape (n,).
+            ignore_below: Height below which each ignores the map, shape (n,)
+                [m].
+            bend: Function that bounds |d2p_WP / dq_j dq_k| of points P, by
+                their bodies, shape (k,), and places there, shape (k, 3) [m].
+        """
+        groups = _groups(spheres)
+        around = [
+            enclosing_ball(spheres.p_LS[group], spheres.radius[group])
+            for group in groups
+        ]
+        leader = np.array([group[0] for group in groups])
+        body = np.concatenate([body_S[leader], body_S])
+        p_LS = np.concatenate([[p_LB for p_LB, _ in around], spheres.p_LS])
+        return SphereTree(
+            body,
+            p_LS,
+            np.concatenate([[radius for _, radius in around], spheres.radius]),
+            np.concatenate([ignore_below[leader], ignore_below]),
+            bend(body, p_LS),
+            np.cumsum([0, *map(len, groups)]),
+            len(groups) + np.concatenate(groups),
+        )
+
+
+def _groups(spheres: SphereModel) -> list[np.ndarray]:
+    """Divides the spheres of each link into groups with small balls around."""
+    links = np.array(spheres.links)
+    groups, left = (
+        [],
+        [
+            np.flatnonzero(links == link)
+            for link in dict.fromkeys(spheres.links)
+        ],
+    )
+    while left:
+        group = left.pop()
+        p_LS = spheres.p_LS[group]
+        _, radius = enclosing_ball(p_LS, spheres.radius[group])
+        if len(group) == 1 or radius <= _LARGEST:
+            groups.append(group)
+            continue
+        along = p_LS[:, np.argmax(np.ptp(p_LS, axis=0))]
+        order = group[np.argsort(along, kind="stable")]
+        left.extend(np.array_split(order, 2))
+    return groups[::-1]
+
+
+def enclosing_ball(
+    centers: np.ndarray, radius: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Finds a ball around balls, not much larger than the least.
+
+    Steps towards the farthest one grow shorter (Badoiu and Clarkson 2003).
+
+    Args:
+        centers: Their centres, shape (k, 3) [m].
+        radius: Their radii, shape (k,) [m].
+
+    Returns:
+        Its centre, shape (3,), and its radius [m].
+    """
+    center = centers.mean(axis=0)
+    for step in range(2, _STEPS):
+        away = np.linalg.norm(centers - center, axis=1) + radius
+        center = center + (centers[away.argmax()] - center) / step
+    away = np.linalg.norm(centers - center, axis=1) + radius
+    return center, float(away.max())
