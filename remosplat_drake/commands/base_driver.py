@@ -125,7 +125,7 @@ def _leave(driver: BaseDriver, link: BaseLink, pacer: Pacer) -> None:
 def _arcl(
     arguments: argparse.Namespace, tell: Tell
 ) -> Iterator[list[ArclMonitor]]:
-    """Asks over ARCL while the context lasts, if somebody wants it."""
+    """Asks over ARCL while the context lasts, if a flag asks for it."""
     if arguments.arcl is None:
         yield []
         return

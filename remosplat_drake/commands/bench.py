@@ -1,4 +1,4 @@
-"""`remosplat bench`: how long things take on this machine."""
+"""`remosplat bench`: measures times on this machine."""
 
 import argparse
 import dataclasses as dc
@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=[*GROUPS, *ON_A_WIRE],
         help="only this group of cases (default: all that are timed);"
         " hardware drives the stand-in robot by the clock, sight does so before"
-        " cameras that see somebody move, faults lets things go wrong with it",
+        " cameras that see a person move, faults lets things go wrong with it",
     )
     parser.add_argument(
         "--scenario", help="scenario of whose run tick and solvers are"

@@ -216,7 +216,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _trials(
     arguments: argparse.Namespace, folders: tuple[Path, ...], drawing: Drawing
 ) -> list[Trial]:
-    """All trials, scene by scene: who interrupts has compared all in some."""
+    """All trials, scene by scene: an interrupt leaves some scenes complete."""
     chosen = arguments.methods or default_methods(arguments.suite)
     names = chosen.split(",")
     trials: list[Trial] = []

@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     inbox = Inbox(open_wire(arguments.lcm_url), heard.channels)
     lcm, url = open_camera_wire(arguments)
     camera = _camera(arguments.camera, scenario, world, lcm)
-    # Rendering must not delay those who move the robot.
+    # Rendering must not delay the programs that move the robot.
     os.nice(_YIELD)
     with stop_signals() as request:
         open_console(stderr=True).print(f"the camera is on {url}; Ctrl-C ends")

@@ -72,7 +72,7 @@ def admitted(
         The capture to use, and what remains to be said against it.
 
     Raises:
-        RemoSplatError: The capture has a defect that nobody has accepted; one
+        RemoSplatError: The capture has a defect that is not accepted; one
             line says what was found and what helps.
     """
     result = Repair(capture, inspect_capture(capture))

@@ -1,4 +1,4 @@
-"""`remosplat capture-info`: what a capture holds, and whether to trust it."""
+"""`remosplat capture-info`: a capture's contents, and its defects."""
 
 import argparse
 from pathlib import Path

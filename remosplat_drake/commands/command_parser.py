@@ -57,7 +57,7 @@ class CommandParser(argparse.ArgumentParser):
             description=f"{summary[0].upper()}{summary[1:]}.",
             epilog=f"examples:\n  {indented}",
             formatter_class=_HelpFormatter,
-            # Nobody moves a real robot by --har: flags are written out.
+            # No real robot is moved by --har: flags are written out.
             allow_abbrev=False,
         )
         # Of its own, `argparse` takes -1e-3 for a flag.

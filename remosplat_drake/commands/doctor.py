@@ -1,4 +1,4 @@
-"""`remosplat doctor`: what must hold before the real robot moves."""
+"""`remosplat doctor`: checks that a real robot may move."""
 
 import argparse
 import copy
@@ -191,7 +191,7 @@ def _drill(
     for name in needed_drills(robot.n_base > 0):
         left_out = {name, "all"} & set(arguments.skip)
         if left_out or not (arguments.yes or _agreed(name)):
-            why = "--skip" if left_out else "nobody agreed"
+            why = "--skip" if left_out else "no person agreed"
             yield Finding(name, SKIPPED, why, DRILLS[name], "a person", "")
         else:
             yield begin[name]()
@@ -223,7 +223,7 @@ def _base_speeds(
 
 
 def _agreed(name: str) -> bool:
-    """Asks the person at the terminal; nobody there agrees to nothing."""
+    """Asks the person at the terminal; without one nothing is agreed."""
     if not sys.stdin.isatty():
         return False
     answer = input(f"{name}: {DRILLS[name]}. Go on? [y/N] ")

@@ -1,4 +1,4 @@
-"""`remosplat driver-check`: does a robot's driver keep to the wire's rules?"""
+"""`remosplat driver-check`: checks a robot's driver by the wire's rules."""
 
 import argparse
 import contextlib

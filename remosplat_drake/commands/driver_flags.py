@@ -1,4 +1,4 @@
-"""What the command lines of `arm-driver` and `base-driver` have in common."""
+"""Flags that `arm-driver` and `base-driver` have in common."""
 
 import argparse
 

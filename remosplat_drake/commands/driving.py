@@ -95,7 +95,7 @@ def drive(
 
         def explain(t: float, standing: Standing):
             if standing.kind == stands.HELD:
-                # Whole in a pipe: the width there is nobody's.
+                # Whole in a pipe, which has no width.
                 line = Text(f"{t:.2f} s  ", "dim")
                 line.append(standing.text, _COLOURS[standing.kind])
                 console.print(line, soft_wrap=not console.is_terminal)
@@ -144,7 +144,7 @@ def say_trouble(trouble: str, console: Console) -> None:
 
 
 def strangers(application: Application) -> str:
-    """Says who else was on a real robot's wire, in a line; empty if nobody."""
+    """Names other programs on a real robot's wire, in a line; empty if none."""
     assert isinstance(application.station, HardwareStation)
     guard = application.station.link.guard
     said = guard.summary() if guard else ""

@@ -1,4 +1,4 @@
-"""A first scenario for a robot that nobody has driven yet.
+"""A first scenario for a robot that has not been driven yet.
 
 There is a post on the floor, and targets on both sides of it. What the
 scenario says has been tried: the targets are those that a simulated run

@@ -69,7 +69,7 @@ class Admission:
         """Prints what the map knows; asks to confirm what is accepted.
 
         Raises:
-            RemoSplatError: Nobody confirms it.
+            RemoSplatError: No person confirms it.
         """
         describe(self.knowledge, self.passage.warnings, console)
         for gate in self.passage.accepted:
@@ -122,12 +122,12 @@ def _confirm(gate: Gate, console: Console) -> None:
     """Asks for a gate's name to be typed before a real robot moves.
 
     Raises:
-        RemoSplatError: Nobody sits at a terminal, or types something else.
+        RemoSplatError: There is no terminal, or something else is typed.
     """
     flag = f"--accept {gate.name}"
     if sys.stdin is None or not sys.stdin.isatty():
         raise RemoSplatError(
-            f"{flag}: with --hardware somebody has to confirm that at a"
+            f"{flag}: with --hardware a person has to confirm that at a"
             f" terminal, and there is none ({gate.problem})"
         )
     # What was typed before the question is no answer to it.
@@ -141,7 +141,7 @@ def _confirm(gate: Gate, console: Console) -> None:
 
 
 def _tell(console: Console, line: str, style: str = "") -> None:
-    """One line, whatever the terminal's width and the text's brackets."""
+    """One line, at any width of the terminal and with any brackets."""
     console.print(
         line, style=style, markup=False, highlight=False, soft_wrap=True
     )

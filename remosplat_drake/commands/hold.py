@@ -54,7 +54,7 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
     host = arguments.host
     if host != LOCALHOST and getattr(arguments, "hardware", False):
         raise RemoSplatError(
-            "--host: not with --hardware: Meshcat asks nobody who they are"
+            "--host: not with --hardware: Meshcat does not know its visitors"
         )
     # As Meshcat has it.
     host = "*" if host == "0.0.0.0" else host
@@ -67,18 +67,18 @@ def is_held(wanted: bool | None) -> bool:
 
 
 def add_viewer_argument(parser: argparse.ArgumentParser) -> None:
-    """Declares the flag that lets a run wait for somebody who looks on."""
+    """Declares the flag that lets a run wait for a viewer."""
     parser.add_argument(
         "--wait-for-viewer",
         action=argparse.BooleanOptionalAction,
         default=None,
-        help="begin when somebody presses Start on the page (default: in a"
+        help="begin when a person presses Start on the page (default: in a"
         " terminal)",
     )
 
 
 def is_waited_for(arguments: argparse.Namespace) -> bool:
-    """Whether a run waits for somebody at its page before it begins.
+    """Whether a run waits for a viewer of its page before it begins.
 
     Args:
         arguments: The command line, with `wait_for_viewer`, `headless` and
@@ -101,7 +101,7 @@ def is_waited_for(arguments: argparse.Namespace) -> bool:
 
 
 def wait_for_start(page: MeshcatPage, goal: str, console: Console) -> None:
-    """Waits until somebody presses Start on the page, or Enter here.
+    """Waits until a person presses Start on the page, or Enter here.
 
     Args:
         page: The page, which says what it waits for.

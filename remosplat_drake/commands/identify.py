@@ -1,4 +1,4 @@
-"""`remosplat identify`: how the real robot's axes follow their commands."""
+"""`remosplat identify`: measures how a real robot's axes follow commands."""
 
 import argparse
 import dataclasses as dc
@@ -141,7 +141,7 @@ def run(arguments: argparse.Namespace) -> int:
         slowest = np.minimum(*np.abs(hardware.base_bounds))[axes_B]
         limit[: robot.n_base] = np.minimum(limit[: robot.n_base], slowest)
     if not (arguments.yes or _agrees(console, len(axes))):
-        raise RemoSplatError("identify: nobody agreed; nothing has moved")
+        raise RemoSplatError("identify: no person agreed; nothing has moved")
     application = build_velocity_run(scenario, world)
     fits: dict[int, Fit] = {}
     for axis in axes:

@@ -1,4 +1,4 @@
-"""`remosplat inspect`: what one robot sphere sees of the splat."""
+"""`remosplat inspect`: the splat near one sphere of the robot."""
 
 import argparse
 from pathlib import Path

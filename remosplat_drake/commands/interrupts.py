@@ -11,8 +11,8 @@ def interrupts_deferred() -> Iterator[None]:
     """Keeps Ctrl-C waiting until the end of the block.
 
     A compiled module that is interrupted in the middle of its import reports
-    that it is broken. Elsewhere than in the main thread, and where somebody
-    else handles the signal, nothing changes.
+    that it is broken. Elsewhere than in the main thread, and where another
+    handler has the signal, nothing changes.
     """
     default = signal.default_int_handler
     if (

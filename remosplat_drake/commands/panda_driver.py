@@ -72,8 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--status-only",
         action="store_true",
-        help="publish the arm's statuses, whatever its mode, and command"
-        " nothing",
+        help="publish the arm's statuses, in any mode, and command nothing",
     )
     parser.add_argument(
         "--joint-torque-limit",

@@ -1,4 +1,4 @@
-"""`remosplat quality`: how far a splat can be trusted."""
+"""`remosplat quality`: measures the error of a splat."""
 
 import argparse
 import dataclasses as dc

@@ -1,4 +1,4 @@
-"""What a person needs to know of a run before pressing START."""
+"""Facts of a run that a person needs before pressing START."""
 
 import numpy as np
 from pydrake.systems.framework import Context, OutputPort

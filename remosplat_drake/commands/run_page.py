@@ -1,4 +1,4 @@
-"""What a page says of a run, before it and after it."""
+"""States of a run's page, before the run and after it."""
 
 from collections.abc import Sequence
 
@@ -20,7 +20,7 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
     """Shows how good a map is, as a coloured badge.
 
     Args:
-        page: The page of whatever runs on that map.
+        page: The page of the run on that map.
         knowledge: What is known of the map.
     """
     error = knowledge.error

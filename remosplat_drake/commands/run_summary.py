@@ -1,4 +1,4 @@
-"""What people are told of a run when it has ended."""
+"""The summary of a run that has ended."""
 
 from rich.console import Console
 from rich.table import Table

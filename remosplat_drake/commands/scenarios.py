@@ -1,4 +1,4 @@
-"""`remosplat scenarios`: what can be run."""
+"""`remosplat scenarios`: lists the scenarios that can be run."""
 
 import argparse
 from pathlib import PurePosixPath

@@ -88,7 +88,7 @@ def load_given(
         return load_scenario(spec, override)
     if hardware:
         raise RemoSplatError(
-            f"--hardware: needs a scenario that somebody has looked at, and"
+            f"--hardware: needs a scenario that a person has looked at, and"
             f" {splat} is a splat"
         )
     beside = scenario_path(splat)
@@ -207,7 +207,7 @@ def _check_floor(splat_W: GaussianSplat) -> None:
 def _free_space(scenario: Scenario):
     """What tells which points in W are known to be free.
 
-    Where nobody knows what was seen, all are taken to be: the clear way from
+    Where seen space is unknown, all are taken to be seen: the clear way from
     the base keeps the target out of solids.
     """
     path = seen_file(scenario)
@@ -221,7 +221,7 @@ def _free_space(scenario: Scenario):
 
 
 def _words(task: Suggestion, robot: RobotModel) -> str:
-    """Says who starts where, and what the target is."""
+    """Says where the robot starts, and where its target is."""
     x, y, z = task.X_WT.translation()
     start = "at the origin"
     if not task.X_WG.IsExactlyIdentity():

@@ -31,7 +31,7 @@ def suggested_entry(
         task: The task.
         robot: The robot, as the scenario is to give it.
         map_error: Largest over-estimate of a distance by the splat [m]; None
-            if nobody knows it.
+            if it is unknown.
     """
     scene: dict = {"splat": splat}
     if not task.X_WG.IsExactlyIdentity():

@@ -1,4 +1,4 @@
-"""Where commands print, and tables that fit there.
+"""Consoles that commands print to, and tables that fit there.
 
 In a terminal a table is as wide as the terminal at most; in a pipe or a file
 nothing is cut and no line is broken.

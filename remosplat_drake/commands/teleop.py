@@ -177,8 +177,8 @@ def run(arguments: argparse.Namespace) -> int:
     )
     log = application.log
     assert log is not None
-    # A page releases a stopped robot, and whoever arms a real one. A script of
-    # a given duration waits for nobody.
+    # A page releases a stopped robot, and a person arms a real one. A script of
+    # a given duration does not wait.
     waits = arguments.hardware and math.isinf(arguments.duration)
     try:
         console.print(f"everything goes to [bold]{folder}[/bold]")
@@ -327,17 +327,17 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
     by_meshcat = arguments.viewer == MESHCAT
     if arguments.host != LOOPBACK and (by_meshcat or arguments.headless):
         raise RemoSplatError(
-            "--host: only with the cockpit, which knows who operates"
+            "--host: only with the cockpit, which knows its operator"
         )
     if arguments.hardware and by_meshcat and not any(sources):
         raise RemoSplatError(
             "--hardware: Meshcat's page of a real robot only stops it; take"
-            " the cockpit, or let somebody else move the target: --trajectory"
+            " the cockpit, or let another program move the target: --trajectory"
             " FILE, or teleop.pose_stream in the scenario"
         )
     if arguments.headless and not any(sources):
         raise RemoSplatError(
-            "--headless: without the page somebody else must move the target:"
+            "--headless: without the page another program must move the target:"
             " --trajectory FILE, or teleop.pose_stream in the scenario"
         )
     return scenario

@@ -1,4 +1,4 @@
-"""What the command line makes of a defect that a file has brought to light."""
+"""Reports defects of the program that a file has brought to light."""
 
 import hashlib
 import os

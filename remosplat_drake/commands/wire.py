@@ -1,4 +1,4 @@
-"""What the command lines of drivers have in common."""
+"""Flags and checks that commands on a wire have in common."""
 
 import argparse
 from collections.abc import Collection
@@ -45,7 +45,7 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
         "--hardware",
         action="store_true",
         help="drive a real robot, or its stand-in, over LCM; it stands until"
-        " somebody arms it",
+        " a person arms it",
     )
     add_robot_choice(parser)
     parser.add_argument(
@@ -124,14 +124,14 @@ def leased_inbox(
     *,
     open_channels: Collection[str] = (),
 ) -> LeasedInbox:
-    """Makes the inbox of a driver that obeys one session, and says whom.
+    """Makes the inbox of a driver that obeys one session, and names it.
 
     Args:
         lcm: The wire.
         channels: Channels of commands.
-        name: What the driver is.
-        console: Console for whom it obeys and whom it refuses.
-        open_channels: Channels that anybody may use.
+        name: Name of the driver.
+        console: Console that prints the sessions it obeys and refuses.
+        open_channels: Channels that every program may use.
     """
     return LeasedInbox(
         lcm,

@@ -21,6 +21,7 @@ ROOMS = (
     "benchmark",
     "camera",
     "capture",
+    "commands",
     "generation",
     "hardware",
     "mapping",
