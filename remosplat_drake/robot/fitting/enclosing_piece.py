@@ -64,15 +64,19 @@ def _axes(p: np.ndarray) -> np.ndarray:
 
 
 class Pieces:
-    """Convex pieces as `standing_out` asks for them."""
+    """Convex pieces as `standing_out` asks for them.
+
+    Attributes:
+        planes: Outward normals and offsets of the faces of all pieces, normal .
+            x + offset being the height above them, shape (k, 4) [m].
+        first: Where each piece's planes begin, shape (n + 1,).
+    """
 
     def __init__(self, pieces: list[ConvexPiece]):
         """Finds the planes of some pieces, at least one."""
-        hulls = [ConvexHull(piece.vertices) for piece in pieces]
-        counts = [len(hull.equations) for hull in hulls]
-        self._first = np.cumsum([0, *counts[:-1]])
-        planes = np.vstack([hull.equations for hull in hulls])
-        self._normals, self._offsets = planes[:, :3].T.copy(), planes[:, 3]
+        planes = [ConvexHull(piece.vertices).equations for piece in pieces]
+        self.planes = np.vstack(planes)
+        self.first = np.cumsum([0, *map(len, planes)])
 
     def outside_each(self, p: np.ndarray) -> np.ndarray:
         """Computes the greatest height of points above each piece's planes.
@@ -84,5 +88,5 @@ class Pieces:
             Shape (n, k) [m], negative inside; less than the distance where an
             edge or a corner is nearest.
         """
-        heights = p @ self._normals + self._offsets
-        return np.maximum.reduceat(heights, self._first, axis=1)
+        heights = p @ self.planes[:, :3].T + self.planes[:, 3]
+        return np.maximum.reduceat(heights, self.first[:-1], axis=1)
