@@ -58,22 +58,21 @@ def find_mirror(robot: RobotModel) -> Mirror | None:
     Returns:
         The mirror; None if there is none, or not two arms.
     """
-    chains = [
-        _joints(robot, effector) for effector in robot.arrays.values.body_E
-    ]
+    bodies = robot.arrays.values.body_E
+    chains = [_joints(robot, int(body)) for body in bodies]
     if len(chains) != 2 or len(chains[0]) != len(chains[1]):
         return None
-    n_base = robot.n_base
-    state = robot.state(np.zeros(robot.n_q)).arrays
-    axis, origin = state.a_W[n_base:], state.o_W[n_base:]
-    turns = robot.arm_turns
     ends = [
-        next((i for i in chain if i not in other), None)
+        [i for i in chain if i not in other]
         for chain, other in (chains, chains[::-1])
     ]
-    if None in ends:
+    if not all(ends):
         return None
-    middle = np.array([0.0, origin[ends, 1].mean(), 0.0])
+    state = robot.state(np.zeros(robot.n_q)).arrays
+    axis, origin = state.a_W[robot.n_base :], state.o_W[robot.n_base :]
+    turns = robot.arm_turns
+    shoulders = origin[[end[0] for end in ends]]
+    middle = np.array([0.0, shoulders[:, 1].mean(), 0.0])
     twin, sign = np.full(len(axis), -1), np.zeros(len(axis))
     for a, b in (*zip(*chains, strict=True), *zip(*chains[::-1], strict=True)):
         mirrored = _ACROSS * axis[a]
@@ -95,5 +94,5 @@ def find_mirror(robot: RobotModel) -> Mirror | None:
 def _joints(robot: RobotModel, body: int) -> list[int]:
     """The arm's joints that move a body, from the root on."""
     first = robot.n_q - len(robot.home)
-    positions = robot.tree.position[robot.tree.chain(int(body))]
+    positions = robot.tree.position[robot.tree.chain(body)]
     return [int(i) - first for i in positions if i >= first]
