@@ -7,7 +7,6 @@ from scipy.spatial import ConvexHull
 from remosplat_drake.robot.fitting.convex_pieces import (
     ConvexPiece,
     convex_piece,
-    stretched,
 )
 from remosplat_drake.robot.fitting.decomposition import decompose
 from remosplat_drake.robot.fitting.enclosing_piece import (
@@ -49,14 +48,14 @@ def test_a_bracket_becomes_its_two_bars():
     assert standing_out(bracket(), Pieces(pieces)) <= 0.0
     # The bars hold 5 litres; the hull of the bracket holds 7.
     assert sum(piece.volume for piece in pieces) == pytest.approx(5e-3, rel=0.1)
-    # Pieces are nowhere in the bend but for what they are stretched by.
+    # Pieces are nowhere in the bend but for what they are thickened by.
     bend = np.array([[0.1, 0.1, 0.05]]) + 8 * SLACK
     assert Pieces(pieces).outside_each(bend).min() > 0.0
 
 
 def test_a_mesh_in_one_piece_is_its_hull():
     piece = enclosing_piece(bracket())
-    assert piece.volume == pytest.approx(7e-3, rel=1e-2)
+    assert piece.volume == pytest.approx(7e-3, rel=2e-2)
     assert standing_out(bracket(), Pieces([piece])) <= 0.0
 
 
@@ -75,7 +74,7 @@ def test_a_flat_mesh_gets_a_thickness():
 
 
 @pytest.mark.parametrize("height", [1e-4, 2e-3, 5e-3, 0.02])
-def test_a_wedge_is_not_stretched_beyond_its_edge(height):
+def test_a_wedge_stands_out_no_farther_than_a_box(height):
     """A tenth of a metre long, as thin as a sheet at one end."""
     rng = np.random.default_rng(3)
     x, y, z = rng.uniform(0, 1, (3, 600))
@@ -85,28 +84,3 @@ def test_a_wedge_is_not_stretched_beyond_its_edge(height):
     assert standing_out(surface, Pieces([piece])) <= 0.0
     hull = Pieces([convex_piece(p, 0.0)])
     assert hull.outside_each(piece.vertices).max() < 4 * SLACK
-
-
-def test_stretching_ends_where_the_middle_of_the_box_is_outside():
-    """A corner of a cube: three of its box's corners are far from it."""
-    corner = np.vstack([np.zeros(3), np.eye(3)])
-    piece = convex_piece(corner, 0.0)
-    grown = stretched(piece, np.vstack([corner, [[0.4, 0.4, 0.4]]]), 1e-3)
-    planes = ConvexHull(grown.vertices).equations
-    p = np.array([0.4, 0.4, 0.4])
-    assert (planes[:, :3] @ p + planes[:, 3]).max() <= -1e-3
-
-
-def test_a_stretched_box_grows_alike_on_all_sides():
-    corners = np.array(
-        [[x, y, z] for x in (0, 1.0) for y in (0, 0.2) for z in (0, 0.02)]
-    )
-    piece = convex_piece(corners, 0.0)
-    grown = stretched(piece, corners, 1e-3)
-    np.testing.assert_allclose(
-        np.ptp(grown.vertices, axis=0), [1.0022, 0.2022, 0.0222], atol=1e-4
-    )
-    assert len(grown.vertices) == 8
-    planes = ConvexHull(grown.vertices).equations
-    depth = -(corners @ planes[:, :3].T + planes[:, 3]).max(axis=1)
-    assert depth.min() >= 1e-3

@@ -12,7 +12,8 @@ import pytest
 from remosplat_drake.robot.fitting.convex_pieces import convex_piece
 from remosplat_drake.robot.fitting.enclosing_piece import enclosing_piece
 from remosplat_drake.robot.fitting.enclosure import in_four
-from remosplat_drake.robot.fitting.mesh_truth import MeshTruth, is_inside
+from remosplat_drake.robot.fitting.kernels.winding import is_inside
+from remosplat_drake.robot.fitting.mesh_truth import MeshTruth
 from remosplat_drake.robot.fitting.piece_fitting import ACCURACY, fit_pieces
 from remosplat_drake.robot.fitting.simplified import clustered
 from remosplat_drake.robot.robot_model import load_robot
@@ -83,6 +84,32 @@ def test_true_shapes_have_no_error(upper_arm, truth):
         ("upper_arm", *LINKS), (*map(ConvexShape, corners), BALL)
     )
     assert not truth.errors(shapes, [LINKS], 2e-3)
+
+
+def test_postures_in_which_meshes_cut_each_other_hide_no_other(upper_arm):
+    """Pieces overlap by more in these, in which nothing is wrong."""
+    elbow = np.linspace(2.95, 3.1, 100)
+    cutting = np.column_stack([0 * elbow, elbow, 0 * elbow])
+    truth = truth_in(np.vstack([cutting, BENT]), upper_arm)
+    hull = enclosing_piece(upper_arm)
+    shapes = CollisionShapes(LINKS, (ConvexShape(hull.vertices), BALL))
+    (error,) = truth.errors(shapes, [LINKS], ACCURACY)[LINKS]
+    assert error.distance == pytest.approx(BESIDE, abs=1e-3)
+
+
+def test_worse_postures_are_found_from_a_bad_one(upper_arm):
+    """The wrist is at the edge of the bend, and can go farther into it."""
+    edge = np.array([[0.0, 2.36, 0.0]])
+    truth = truth_in(edge, upper_arm)
+    hull = enclosing_piece(upper_arm)
+    shapes = CollisionShapes(LINKS, (ConvexShape(hull.vertices), BALL))
+    (before,) = truth.errors(shapes, [LINKS], 0.0)[LINKS]
+    assert truth.add_worst(shapes, [LINKS], before.error) == [LINKS]
+    after = truth.errors(shapes, [LINKS], 0.0)[LINKS][0]
+    assert after.error > before.error + 5e-3
+    # The shoulder does not move one against the other.
+    np.testing.assert_array_equal(truth.states[:, 0], 0.0)
+    assert len(truth.states) > 1
 
 
 def test_only_what_is_wrong_is_cut(upper_arm, truth):

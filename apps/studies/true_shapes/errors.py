@@ -7,6 +7,7 @@ import numpy as np
 from apps.studies.true_shapes.maker_meshes import MakerMeshes
 from remosplat_drake.robot.fitting.mesh_truth import NEAR
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sampling import random_states
 from remosplat_drake.robot.self_collision.kernels.all_distances import (
     pair_distances,
 )
@@ -83,7 +84,9 @@ def measure(robot: RobotModel, meshes: MakerMeshes, postures: int) -> Errors:
     arrays = pairs.arrays(np.zeros(len(pairs)))
     named = _named_states(robot, meshes)
     errors, named_errors, worst = [], [], (0.0, "none")
-    for i, q in enumerate([*named, *_random_states(robot, postures)]):
+    # Not the postures that importing looks at.
+    drawn = random_states(robot, postures, np.random.default_rng(1))
+    for i, q in enumerate([*named, *drawn]):
         X_WL = robot.body_poses(q)
         distances = pair_distances(arrays, X_WL, np.inf)
         for pair, distance in zip(
@@ -123,11 +126,3 @@ def _named_states(robot: RobotModel, meshes: MakerMeshes) -> list[np.ndarray]:
     arms += map(list, STOWED.get(robot.description.name, {}).values())
     base = [0.0] * (robot.n_q - len(joints))
     return [robot.q_home, *(np.array([*base, *arm]) for arm in arms)]
-
-
-def _random_states(robot: RobotModel, count: int) -> np.ndarray:
-    free = np.isfinite(robot.position_lower)
-    lower = np.where(free, robot.position_lower, 0.0)
-    upper = np.where(free, robot.position_upper, 0.0)
-    # Not the postures that importing looks at.
-    return np.random.default_rng(1).uniform(lower, upper, (count, robot.n_q))

@@ -10,7 +10,8 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.robot.fitting.mesh_truth import NEAR, is_inside
+from remosplat_drake.robot.fitting.kernels.winding import is_inside
+from remosplat_drake.robot.fitting.mesh_truth import NEAR
 from remosplat_drake.robot.importing.findings import Findings
 from remosplat_drake.robot.importing.link_shapes import convert_shapes
 from remosplat_drake.robot.importing.packages import Packages

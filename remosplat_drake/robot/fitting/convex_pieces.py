@@ -193,9 +193,7 @@ def convex_corners(p: np.ndarray) -> np.ndarray:
     return p if hull is None else p[hull.vertices]
 
 
-def convex_piece(
-    p: np.ndarray, tolerance: float, most: int | None = None
-) -> ConvexPiece:
+def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
     """Makes the hull of as few of the points as leave none far outside it.
 
     It starts with the outermost points along the axes and the diagonals; those
@@ -204,8 +202,6 @@ def convex_piece(
     Args:
         p: Points, shape (n, 3) [m].
         tolerance: How far a point may be outside [m]; 0 keeps all corners.
-        most: Number of corners from which on points may be farther outside;
-            None for any.
 
     Raises:
         RemoSplatError: The points are flat, or too few.
@@ -219,7 +215,10 @@ def convex_piece(
     heights = p @ np.vstack([np.eye(3), -np.eye(3), _DIAGONALS]).T
     chosen = np.unique(heights.argmax(axis=0))
     while True:
-        hull = ConvexHull(p[chosen])
+        hull = _hull(p[chosen])
+        if hull is None:
+            # So thin that few points span nothing.
+            return _oriented(whole)
         planes = hull.equations
         heights = p @ planes[:, :3].T + planes[:, 3]
         above, face = heights.max(axis=1), heights.argmax(axis=1)
@@ -229,39 +228,9 @@ def convex_piece(
         # The first of each face is the farthest above it.
         new = order[np.unique(face[order], return_index=True)[1]]
         new = np.setdiff1d(new, chosen)
-        if not len(new) or (most is not None and len(chosen) >= most):
+        if not len(new):
             return _oriented(hull)
-        if most is not None:
-            new = new[np.argsort(-above[new])][: most - len(chosen)]
         chosen = np.concatenate([chosen, new])
-
-
-def stretched(piece: ConvexPiece, p: np.ndarray, slack: float) -> ConvexPiece:
-    """Stretches a piece along its principal axes until it holds all points.
-
-    A box grows by the same length on all sides then, and so does a ball; a
-    piece keeps its number of corners.
-
-    Args:
-        piece: The piece.
-        p: Points that it is to hold, shape (n, 3) [m].
-        slack: How deep in the piece they lie then at least [m].
-    """
-    p = convex_corners(p)
-    center = piece.vertices.mean(axis=0)
-    axes = np.linalg.svd(piece.vertices - center, full_matrices=False)[2]
-    along = (piece.vertices - center) @ axes.T
-    half = 0.5 * np.ptp(along, axis=0)
-    growth = 0.0
-    while True:
-        # About a point inside: then enough growth holds any point.
-        vertices = along * (1 + growth / half) @ axes
-        hull = ConvexHull(center + vertices)
-        planes = hull.equations
-        lack = float((p @ planes[:, :3].T + planes[:, 3]).max()) + slack
-        if lack <= 0.0:
-            return _oriented(hull)
-        growth += 1.1 * lack + 1e-9
 
 
 def _oriented(hull: ConvexHull) -> ConvexPiece:

@@ -21,6 +21,7 @@ from remosplat_drake.robot.fitting.convex_pieces import (
 )
 from remosplat_drake.robot.fitting.enclosing_piece import SLACK, Pieces
 from remosplat_drake.robot.fitting.enclosure import in_four
+from remosplat_drake.robot.fitting.kernels.owners import owners
 from remosplat_drake.robot.fitting.simplified import simplified, welded
 
 _SMALL, _SMALLEST = 1e-2, 1e-3
@@ -84,45 +85,15 @@ def _shared_out(
     small and all nearest to one part. What a part has of the surface stands for
     it: it may have been redrawn thicker.
     """
-    hulls = [Pieces([convex_piece(part, SLACK)]) for part in parts]
-    boxes = [(p.min(axis=0) - SLACK, p.max(axis=0) + SLACK) for p in parts]
+    hulls = Pieces([convex_piece(part, SLACK) for part in parts])
     shares: list[list[np.ndarray]] = [[] for _ in parts]
     todo = surface
     while len(todo):
-        owner = _holders(todo, hulls, boxes)
-        free = np.flatnonzero(owner < 0)
-        edges = np.linalg.norm(
-            todo[free] - np.roll(todo[free], 1, axis=1), axis=2
-        ).max(axis=1)
-        free, edges = free[edges < _SMALL], edges[edges < _SMALL]
-        out = np.array(
-            [hull.outside_each(todo[free].reshape(-1, 3)) for hull in hulls]
-        ).reshape(len(parts), -1, 3)
-        nearest = out.argmin(axis=0)
-        settled = (nearest == nearest[:, :1]).all(axis=1) | (edges < _SMALLEST)
-        owner[free[settled]] = out.max(axis=2).argmin(axis=0)[settled]
+        owner = owners(
+            todo, hulls.planes, hulls.first, SLACK, _SMALL, _SMALLEST
+        )
         for i, own in enumerate(shares):
             own.append(todo[owner == i])
         todo = in_four(todo[owner < 0])
     joined = [np.concatenate(own) for own in shares]
     return [part for part in joined if len(part)]
-
-
-def _holders(
-    triangles: np.ndarray,
-    hulls: list[Pieces],
-    boxes: list[tuple[np.ndarray, np.ndarray]],
-) -> np.ndarray:
-    """The hull that each triangle is deepest in, or -1, shape (t,)."""
-    lower, upper = triangles.min(axis=1), triangles.max(axis=1)
-    best = np.full(len(triangles), SLACK)
-    owner = np.full(len(triangles), -1)
-    for i, (hull, box) in enumerate(zip(hulls, boxes, strict=True)):
-        # A triangle that leaves the box leaves the hull.
-        inside = (lower >= box[0]) & (upper <= box[1])
-        rows = np.flatnonzero(inside.all(axis=1))
-        corners = triangles[rows].reshape(-1, 3)
-        out = hull.outside_each(corners).reshape(-1, 3).max(axis=1)
-        deeper = out <= best[rows]
-        best[rows[deeper]], owner[rows[deeper]] = out[deeper], i
-    return owner

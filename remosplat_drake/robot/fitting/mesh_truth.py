@@ -2,20 +2,28 @@
 
 Pieces hold their mesh, so that two links are never farther apart by their
 pieces than by their meshes, and nearer by what the pieces stand out. Where that
-matters is seen in postures in which pieces come near each other.
+matters is seen in postures in which pieces come near each other. Random ones
+come first. Few of them bring two certain links near each other, and may miss
+all in which their pieces stand out. So an evolution strategy looks for worse
+ones: it changes the joints between two links at random where their error is
+large, keeps the worst of all, and does so again with smaller changes.
 """
 
 import dataclasses as dc
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import KDTree
 
-from remosplat_drake.robot.fitting.convex_pieces import convex_corners
-from remosplat_drake.robot.fitting.link_surface import sample_triangles
-from remosplat_drake.robot.fitting.simplified import clustered, grid_cells
+from remosplat_drake.robot.fitting.surface_points import (
+    TOUCHING,
+    SurfacePoints,
+    surface_distances,
+)
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.self_collision.kernels.near_points import near_points
+from remosplat_drake.robot.sampling import position_ranges
+from remosplat_drake.robot.self_collision.kernels.nearest_shapes import (
+    nearest_shapes,
+)
 from remosplat_drake.robot.self_collision.shape_pairs import (
     LinkPair,
     ShapePairs,
@@ -25,18 +33,19 @@ from remosplat_drake.robot.self_collision.shapes import CollisionShapes
 NEAR = 0.05
 """Distance of meshes below which that of the pieces has to be true [m]."""
 
-SPACING = 4e-3
-"""Mean distance of the points on surfaces by which meshes are measured [m]: two
-that are 10 mm apart are measured 0.2 mm too far, at most."""
+_WORST = 8
+"""Most errors of a pair of links that are told."""
 
-_LOOKS, _MOST_LOOKS = 8, 60
-"""In how many postures a pair of links is measured that say something, and in
-how many at all: those in which its pieces stand out most where they are
-nearest come first."""
+_RISING = 5e-4
+"""Error from which on postures are climbed from [m]."""
 
-_TOUCHING = 3e-3
-"""Distance of such points below which surfaces are taken to cut each other: how
-far pieces overlap then says nothing about them [m]."""
+_PARENTS, _CHILDREN = 12, 8
+"""How many postures are climbed from at once, and how many are drawn around
+each."""
+
+_STEP, _GENERATIONS = 0.05, 4
+"""By how much these differ at first, as a share of the joints' ranges, and how
+often they are drawn; each time they differ by half as much."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -62,27 +71,30 @@ class PairError:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Looks:
-    """Pairs of links that are near by their pieces, each in one posture.
+    """Two links that are near by their pieces, in n postures.
 
     Attributes:
-        pair: Which pair, shape (n,).
         posture: Which posture, shape (n,).
-        ends: The two shapes, shape (2, n).
+        ends: The two shapes, shape (n, 2).
         distance: Their distance, shape (n,) [m].
-        points: Their nearest points in the frames of their links, shape (2, n,
+        points: Their nearest points in the frames of their links, shape (n, 2,
             3) [m].
-        off: How far these are from the surfaces, shape (2, n) [m].
-        way: The way from one surface over these points to the other, shape (n,)
-            [m]; the surfaces are no farther apart.
+        off: How far these are from the surfaces, shape (n, 2) [m].
+        X_AB: Pose of the second link in the first, shape (n, 4, 4).
     """
 
-    pair: np.ndarray
     posture: np.ndarray
     ends: np.ndarray
     distance: np.ndarray
     points: np.ndarray
     off: np.ndarray
-    way: np.ndarray
+    X_AB: np.ndarray
+
+    @property
+    def most(self) -> np.ndarray:
+        """Surfaces are no farther apart than this more, shape (n,) [m]."""
+        off = self.off.sum(axis=1)
+        return off + np.abs(self.distance) - self.distance
 
 
 class MeshTruth:
@@ -90,7 +102,7 @@ class MeshTruth:
 
     Attributes:
         robot: The robot; its shapes do not matter.
-        postures: Poses of all bodies, shape (p, b, 4, 4).
+        states: The postures, shape (p, n_q).
     """
 
     def __init__(
@@ -107,18 +119,14 @@ class MeshTruth:
                 shape (t, 3, 3) [m].
             states: Configurations to look at, shape (p, n_q).
         """
-        self.robot = robot
-        self.postures = np.array([robot.body_poses(q) for q in states])
+        self.robot, self.states = robot, states
+        self._poses = _poses(robot, states)
+        self._rng = np.random.default_rng(0)
         self._surfaces = {
-            link: clustered(surface, _TOUCHING)
+            link: SurfacePoints(surface, self._rng)
             for link, surface in surfaces.items()
         }
-        rng = np.random.default_rng(0)
-        self._trees = {
-            link: KDTree(_points(surface, rng))
-            for link, surface in surfaces.items()
-        }
-        self._known: dict[tuple[LinkPair, int], float] = {}
+        self._known: dict[LinkPair, np.ndarray] = {}
 
     def errors(
         self, shapes: CollisionShapes, pairs: Sequence[LinkPair], least: float
@@ -133,146 +141,177 @@ class MeshTruth:
         Returns:
             Errors of each pair of links that has some, the largest first.
         """
-        looks = self._looks(shapes, pairs)
-        most = looks.way - looks.distance
+        shape_pairs = ShapePairs.make(self.robot, shapes, pairs)
         found = {}
-        for k, links in enumerate(pairs):
-            rows = np.flatnonzero((looks.pair == k) & (most > least))
-            rows = rows[np.argsort(-most[rows])]
-            errors, measured = [], 0
-            for i in rows[:_MOST_LOOKS]:
-                true = self._distance(
-                    links, int(looks.posture[i]), float(looks.way[i])
+        for links in pairs:
+            looks = self._looks(shape_pairs, links, self._poses)
+            error, true = self._measured(links, looks, least, self._of(links))
+            errors = [
+                PairError(
+                    links,
+                    float(error[i]),
+                    float(true[i]),
+                    tuple(looks.ends[i].tolist()),
+                    tuple(looks.points[i]),
+                    tuple(looks.off[i].tolist()),
                 )
-                if _TOUCHING < true < NEAR:
-                    measured += 1
-                    error = true - float(looks.distance[i])
-                    if error > least:
-                        first, second = looks.ends[:, i].tolist()
-                        off_a, off_b = looks.off[:, i].tolist()
-                        p_A, p_B = looks.points[:, i]
-                        errors.append(
-                            PairError(
-                                links,
-                                error,
-                                true,
-                                (first, second),
-                                (p_A, p_B),
-                                (off_a, off_b),
-                            )
-                        )
-                if measured == _LOOKS:
-                    break
+                for i in _largest(error, _WORST)
+            ]
             if errors:
-                found[links] = sorted(errors, key=lambda x: -x.error)
+                found[links] = errors
         return found
 
-    def _looks(
-        self, shapes: CollisionShapes, links: Sequence[LinkPair]
-    ) -> _Looks:
-        """The nearest points of all pairs of links that are near."""
-        pairs = ShapePairs.make(self.robot, shapes, links)
-        arrays = pairs.arrays(np.zeros(len(pairs)))
-        link_pair = np.searchsorted(pairs.start, range(len(pairs)), "right") - 1
-        parts = [_nothing_near()]
-        for i, X_WL in enumerate(self.postures):
-            rows, distance, _, p_WA, p_WB = near_points(
-                arrays, X_WL, NEAR, -np.inf
-            )
-            # The nearest points of two links come before further ones.
-            k, first = np.unique(link_pair[rows], return_index=True)
-            row, p_W = rows[first], (p_WA[first], p_WB[first])
-            parts.append((k, np.full(len(k), i), row, distance[first], *p_W))
-        pair, posture, row, distance, *p_W = map(
-            np.concatenate, zip(*parts, strict=True)
+    def add_worst(
+        self, shapes: CollisionShapes, pairs: Sequence[LinkPair], least: float
+    ) -> list[LinkPair]:
+        """Looks for postures in which distances are more wrong; adds them.
+
+        Args:
+            shapes: The convex shapes of the links.
+            pairs: Names of pairs of links.
+            least: Errors up to this do not count [m].
+
+        Returns:
+            The pairs of links for which there are new postures.
+        """
+        shape_pairs = ShapePairs.make(self.robot, shapes, pairs)
+        worst = {
+            links: self._climb(shape_pairs, links, least) for links in pairs
+        }
+        added = [states for states in worst.values() if len(states)]
+        self.states = np.vstack([self.states, *added])
+        self._poses = np.concatenate(
+            [self._poses, *(_poses(self.robot, states) for states in added)]
         )
-        ends = np.array([pairs.first[row], pairs.second[row]])
-        bodies = np.array(
-            [[self.robot.tree.index(link) for link in two] for two in links],
-            int,
-        ).reshape(-1, 2)
-        points, off = np.empty((2, len(pair), 3)), np.empty((2, len(pair)))
-        for side in (0, 1):
-            body = np.array([two[side] for two in bodies], int)[pair]
-            X = self.postures[posture, body]
-            p = p_W[side] - X[:, :3, 3]
-            points[side] = np.einsum("nji,nj->ni", X[:, :3, :3], p)
-            # The points of round shapes are within them by their radii.
-            radius = shapes.radius[ends[side]]
-            names = np.array([two[side] for two in links])[pair]
-            for link in np.unique(names):
-                own = names == link
-                away = self._trees[str(link)].query(points[side][own])[0]
-                off[side, own] = np.abs(away - radius[own])
-        way = np.linalg.norm(p_W[1] - p_W[0], axis=1) + off.sum(axis=0)
-        return _Looks(pair, posture, ends, distance, points, off, way)
+        return [links for links, states in worst.items() if len(states)]
 
-    def _distance(self, links: LinkPair, posture: int, most: float) -> float:
-        """The distance of two links' surfaces in a posture [m].
+    def _climb(
+        self, shape_pairs: ShapePairs, links: LinkPair, least: float
+    ) -> np.ndarray:
+        """The worst new postures of two links, shape (n, n_q)."""
+        looks = self._looks(shape_pairs, links, self._poses)
+        error, _ = self._measured(links, looks, _RISING, self._of(links))
+        chosen = _largest(error, _PARENTS)
+        states, error = self.states[looks.posture[chosen]], error[chosen]
+        is_new = np.zeros(len(states), bool)
+        lower, upper = position_ranges(self.robot)
+        step = _STEP * (upper - lower) * self._between(links)
+        for _ in range(_GENERATIONS if len(states) else 0):
+            drawn = np.repeat(states, _CHILDREN, axis=0)
+            drawn += step * self._rng.standard_normal(drawn.shape)
+            drawn = np.clip(drawn, lower, upper)
+            looks = self._looks(shape_pairs, links, _poses(self.robot, drawn))
+            theirs, _ = self._measured(links, looks, _RISING)
+            states = np.vstack([states, drawn[looks.posture]])
+            error = np.concatenate([error, theirs])
+            is_new = np.append(is_new, np.ones(len(theirs), bool))
+            chosen = _largest(error, _PARENTS)
+            states, error = states[chosen], error[chosen]
+            is_new, step = is_new[chosen], 0.5 * step
+        return states[is_new & (error > least)]
 
-        It is infinite beyond `NEAR`, and zero where one link is in the other.
+    def _between(self, links: LinkPair) -> np.ndarray:
+        """Which positions move one of two links against the other, (n_q,)."""
+        tree = self.robot.tree
+        a, b = (set(tree.chain(tree.index(link))) for link in links)
+        moving = np.zeros(self.robot.n_q, bool)
+        moving[[i for i in tree.position[list(a ^ b)] if i >= 0]] = True
+        return moving
+
+    def _of(self, links: LinkPair) -> np.ndarray:
+        """What is known of the distances of two links, shape (p,) [m].
+
+        They are NaN where they have not been measured yet.
+        """
+        known = self._known.get(links, np.zeros(0))
+        missing = np.full(len(self.states) - len(known), np.nan)
+        self._known[links] = np.concatenate([known, missing])
+        return self._known[links]
+
+    def _looks(
+        self, pairs: ShapePairs, links: LinkPair, poses: np.ndarray
+    ) -> _Looks:
+        """Where two links are near by their shapes, in the poses of bodies."""
+        arrays = pairs.arrays(np.zeros(len(pairs)))
+        posture, row, distance, p_A = nearest_shapes(
+            arrays, pairs.links.index(links), poses, NEAR
+        )
+        body_a, body_b = (self.robot.tree.index(link) for link in links)
+        X_WA, X_WB = poses[posture, body_a], poses[posture, body_b]
+        X_AB = _inverse(X_WA) @ X_WB
+        points = p_A.copy()
+        X_BA = _inverse(X_AB)
+        points[:, 1] = (X_BA[:, :3, :3] @ p_A[:, 1, :, None])[:, :, 0]
+        points[:, 1] += X_BA[:, :3, 3]
+        ends = np.stack([pairs.first[row], pairs.second[row]], axis=1)
+        # The points of round shapes are within them by their radii.
+        away = [
+            self._surfaces[link].tree.query(points[:, side])[0]
+            for side, link in enumerate(links)
+        ]
+        off = np.abs(np.stack(away, axis=1) - pairs.shapes.radius[ends])
+        return _Looks(posture, ends, distance, points, off, X_AB)
+
+    def _measured(
+        self,
+        links: LinkPair,
+        looks: _Looks,
+        least: float,
+        known: np.ndarray | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """How wrong the distances of two links are, and the true ones [m].
+
+        An error is minus infinite where it is at most `least`, or where the
+        surfaces are far from each other, or cut each other.
 
         Args:
             links: Names of the links.
-            posture: Number of the posture.
-            most: What it is not beyond [m].
+            looks: Where they are near, n postures.
+            least: Errors up to this do not count [m].
+            known: What is known of the distances in all postures, which is
+                completed, shape (p,) [m]; None for nothing.
+
+        Returns:
+            Errors and true distances, shape (n,) each [m].
         """
-        key = links, posture
-        if key not in self._known:
-            within = min(NEAR, most + 1e-6)
-            self._known[key] = self._measured(links, posture, within)
-        return self._known[key]
-
-    def _measured(self, links: LinkPair, posture: int, within: float) -> float:
-        a, b = (self._trees[link] for link in links)
-        X_WA, X_WB = (
-            self.postures[posture][self.robot.tree.index(link)]
-            for link in links
+        true = np.full(len(looks.distance), np.nan)
+        if known is not None:
+            true = known[looks.posture]
+        most = looks.most
+        new = np.flatnonzero((most > least) & np.isnan(true))
+        a, b = (self._surfaces[link] for link in links)
+        true[new] = surface_distances(
+            a,
+            b,
+            looks.X_AB[new],
+            np.minimum(NEAR, (looks.distance + most)[new] + 1e-6),
+            looks.distance[new] < 0.0,
         )
-        R_AB = X_WA[:3, :3].T @ X_WB[:3, :3]
-        p_AB = X_WA[:3, :3].T @ (X_WB[:3, 3] - X_WA[:3, 3])
-        p_A = b.data @ R_AB.T + p_AB
-        inside = (p_A > a.mins - within) & (p_A < a.maxes + within)
-        p_A = p_A[inside.all(axis=1)]
-        away, nearest = map(
-            np.asarray, a.query(p_A, distance_upper_bound=within)
-        )
-        i = int(away.argmin()) if len(away) else 0
-        if not (away[i : i + 1] < np.inf).any():
-            return np.inf
-        on_a = a.data[nearest[i]]
-        if is_inside(p_A[i], self._surfaces[links[0]]) or is_inside(
-            (on_a - p_AB) @ R_AB, self._surfaces[links[1]]
-        ):
-            return 0.0
-        return float(away[i])
+        if known is not None:
+            known[looks.posture] = true
+        counts = (most > least) & (true > TOUCHING) & (true < NEAR)
+        error = np.where(counts, true - looks.distance, -np.inf)
+        return np.where(error > least, error, -np.inf), true
 
 
-def _nothing_near() -> tuple[np.ndarray, ...]:
-    none = np.zeros(0, int)
-    return none, none, none, np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))
+def _poses(robot: RobotModel, states: np.ndarray) -> np.ndarray:
+    """Poses of all bodies in some configurations, shape (p, b, 4, 4)."""
+    return np.array([robot.body_poses(q) for q in states]).reshape(
+        len(states), len(robot.tree.names), 4, 4
+    )
 
 
-def is_inside(p: np.ndarray, surface: np.ndarray) -> bool:
-    """Tells whether a surface winds around a point.
-
-    Args:
-        p: The point, shape (3,) [m].
-        surface: Triangles, shape (t, 3, 3) [m]; gaps hardly matter.
-    """
-    a, b, c = (surface - p).transpose(1, 0, 2)
-    x, y, z = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    # The solid angle of each triangle (van Oosterom and Strackee 1983).
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-    dots = [np.einsum("ij,ij->i", v, w) for v, w in ((a, b), (b, c), (c, a))]
-    rest = x * y * z + dots[0] * z + dots[1] * x + dots[2] * y
-    angle = 2.0 * np.arctan2(volume, rest)
-    return abs(angle.sum()) > 2.0 * np.pi
+def _largest(error: np.ndarray, count: int) -> np.ndarray:
+    """The numbers of the largest errors, which are errors at all."""
+    chosen = np.argsort(-error)[:count]
+    return chosen[error[chosen] > -np.inf]
 
 
-def _points(surface: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Points on a surface, of those that crowd one a cell, and all extremes."""
-    corners = np.arange(3 * len(surface)).reshape(-1, 3)
-    p = sample_triangles(surface.reshape(-1, 3), corners, SPACING, rng)
-    one = np.unique(grid_cells(p, 0.5 * SPACING), return_index=True)[1]
-    return np.vstack([p[one], convex_corners(p)])
+def _inverse(X: np.ndarray) -> np.ndarray:
+    """Inverts poses, shape (n, 4, 4)."""
+    R = np.swapaxes(X[:, :3, :3], 1, 2)
+    inverse = np.zeros_like(X)
+    inverse[:, :3, :3] = R
+    inverse[:, :3, 3] = -(R @ X[:, :3, 3, None])[:, :, 0]
+    inverse[:, 3, 3] = 1.0
+    return inverse

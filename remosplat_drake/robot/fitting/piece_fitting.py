@@ -38,6 +38,10 @@ on a surface are from each other's middles [m]."""
 _COARSE = 0.02
 """How far parts may stand out of a mesh that CoACD cuts [m]."""
 
+_SEARCHES = 3
+"""How often worse postures are looked for. They are of pairs of links that were
+wrong in those of the time before: cuts make no distance worse."""
+
 MOST_PIECES = 40
 """Most pieces that a mesh is cut into."""
 
@@ -148,13 +152,19 @@ def fit_pieces(
     links = [*primitives.links, *meshes]
     pairs, _ = possible_pairs(truth.robot, links)
     wrong: dict[LinkPair, list[_Blame]] = {}
-    changed = set(links)
-    while changed:
-        again = [pair for pair in pairs if changed & set(pair)]
-        wrong = {pair: own for pair, own in wrong.items() if pair not in again}
-        wrong |= _errors(cut, primitives, truth, again)
-        changed = _cut_blamed(cut, wrong)
-        on_progress(len(meshes) - len(changed), len(meshes))
+    again, searched = pairs, pairs
+    for search in range(_SEARCHES + 1):
+        while again:
+            wrong = {
+                pair: own for pair, own in wrong.items() if pair not in again
+            }
+            wrong |= _errors(cut, primitives, truth, again)
+            changed = _cut_blamed(cut, wrong)
+            again = [pair for pair in pairs if changed & set(pair)]
+            on_progress(len(meshes) - len(changed), len(meshes))
+        if search < _SEARCHES:
+            shapes, _ = _shapes(cut, primitives)
+            again = searched = truth.add_worst(shapes, searched, _AIM)
     pieces: dict[str, list[ConvexPiece]] = {}
     for mesh in cut:
         own = pieces.setdefault(mesh.link, [])
@@ -172,6 +182,18 @@ def _errors(
     pairs: list[LinkPair],
 ) -> dict[LinkPair, list[_Blame]]:
     """The errors of pairs of links, the largest first."""
+    shapes, parts = _shapes(meshes, primitives)
+    found = truth.errors(shapes, pairs, _AIM)
+    return {
+        pair: [_Blame(x, tuple(parts[i] for i in x.shapes)) for x in errors]
+        for pair, errors in found.items()
+    }
+
+
+def _shapes(
+    meshes: list[_Mesh], primitives: CollisionShapes
+) -> tuple[CollisionShapes, list[_Part | None]]:
+    """All shapes, and the part of a mesh that each stands for, if any."""
     parts: list[_Part | None] = [None] * len(primitives)
     links, shapes = list(primitives.links), list(primitives.shapes)
     for mesh in meshes:
@@ -179,13 +201,7 @@ def _errors(
             parts.append(part)
             links.append(mesh.link)
             shapes.append(ConvexShape(part.piece.vertices))
-    found = truth.errors(
-        CollisionShapes(tuple(links), tuple(shapes)), pairs, _AIM
-    )
-    return {
-        pair: [_Blame(x, tuple(parts[i] for i in x.shapes)) for x in errors]
-        for pair, errors in found.items()
-    }
+    return CollisionShapes(tuple(links), tuple(shapes)), parts
 
 
 def _cut_blamed(

@@ -5,20 +5,33 @@ makes distances worse. CoACD looks at all of a mesh; here it is known where
 another link comes near.
 """
 
+from itertools import product
+
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from remosplat_drake.robot.fitting.convex_pieces import below
+from remosplat_drake.robot.fitting.kernels.freed_points import freed_points
+from remosplat_drake.robot.fitting.simplified import welded
 
-_OFFSETS = np.linspace(0.0, 1.0, 13)[1:-1]
-"""Where planes are tried, as a share of the extent along their normals."""
+_SHARES = np.linspace(0.0, 1.0, 13)[1:-1]
+"""Where planes along the main axes are tried, as a share of the extent."""
+
+_NORMALS = np.array([n for n in product((-1, 0, 1), repeat=3) if n > (0, 0, 0)])
+_NORMALS = _NORMALS / np.linalg.norm(_NORMALS, axis=1, keepdims=True)
+"""Along which planes through points are tried: axes and diagonals."""
+
+_THROUGH = 4
+"""Points through which planes are tried: those that are farthest out."""
+
+_FACES = 8
+"""How many of the nearest triangles' planes are tried for each of them: a cut
+along one side of a pocket frees all of it."""
 
 _MOST_TRIANGLES = 1500
 """Triangles of a part by which planes are compared."""
 
 _LEAST = 5e-4
-"""How far halves are from the points that are to be freed, at the least [m]: as
-far as pieces stand out anyway."""
+"""How much farther a point is from the halves if it counts as freed [m]."""
 
 
 def cut_in_two(
@@ -35,48 +48,44 @@ def cut_in_two(
         The triangles of both halves; None if no plane frees any of the points.
     """
     # All of a fine mesh is not needed to choose a plane.
-    some = part[:: -(-len(part) // _MOST_TRIANGLES)]
-    corners = some.reshape(-1, 3)
-    normals = np.vstack([np.eye(3), np.linalg.eigh(np.cov(corners.T))[1].T])
-    best, plane = 0.0, None
-    for normal in normals:
-        height = corners @ normal
-        lowest, highest = height.min(), height.max()
-        for offset in lowest + (highest - lowest) * _OFFSETS:
-            free = _freed(some, height.reshape(-1, 3) - offset, p)
-            gain = float((np.minimum(free, off) * off).sum())
-            if free.max() > _LEAST and gain > best:
-                best, plane = gain, (normal, offset)
-    if plane is None:
-        return None
-    normal, offset = plane
-    return below(part, normal, offset), below(part, -normal, -offset)
+    vertices, triangles = welded(part[:: -(-len(part) // _MOST_TRIANGLES)])
+    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    edges = np.unique(np.sort(ends, axis=1), axis=0)
+    planes = _planes(vertices[triangles], p[np.argsort(-off)[:_THROUGH]])
+    free = freed_points(vertices, edges, planes, p)
+    gain = (np.minimum(free, off) * off).sum(axis=1)
+    gain[free.max(axis=1) <= _LEAST] = 0.0
+    best = int(gain.argmax())
+    normal, offset = planes[best, :3], planes[best, 3]
+    halves = below(part, normal, offset), below(part, -normal, -offset)
+    return halves if gain[best] and all(map(len, halves)) else None
 
 
-def _freed(part: np.ndarray, height: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """How far points are from the hulls of both halves of a part, (n,) [m].
-
-    Args:
-        part: Triangles, shape (t, 3, 3) [m].
-        height: Heights of their corners above a plane, shape (t, 3) [m].
-        p: The points, shape (n, 3) [m].
-    """
-    ends = np.roll(part, -1, axis=1), np.roll(height, -1, axis=1)
-    crossing = height * ends[1] < 0
-    a, b = part[crossing], ends[0][crossing]
-    h_a, h_b = height[crossing], ends[1][crossing]
-    on_plane = a + (b - a) * (h_a / (h_a - h_b))[:, None]
-    halves = [
-        np.vstack([part[side * height >= 0], on_plane]) for side in (-1, 1)
-    ]
-    try:
-        hulls = [ConvexHull(half) for half in halves]
-    except (QhullError, ValueError):
-        return np.zeros(len(p))
-    return np.min(
-        [
-            (p @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
-            for hull in hulls
-        ],
-        axis=0,
+def _planes(surface: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Unit normals and offsets of planes that may cut a surface, (k, 4)."""
+    corners = surface.reshape(-1, 3)
+    main = np.linalg.eigh(np.cov(corners.T))[1].T
+    along = np.vstack([np.eye(3), main])
+    height = corners @ along.T
+    lower, upper = height.min(axis=0), height.max(axis=0)
+    offset = lower + (upper - lower) * _SHARES[:, None]
+    across = np.vstack([_NORMALS, main])
+    through = np.tile(across, (len(p), 1)), (p @ across.T).reshape(-1, 1)
+    along = np.tile(along, (len(offset), 1)), offset.reshape(-1, 1)
+    return np.vstack(
+        [np.hstack(along), np.hstack(through), _sides_near(surface, p)]
     )
+
+
+def _sides_near(surface: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """The planes of the triangles whose middles are nearest to points."""
+    a, b, c = surface.transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a)
+    size = np.linalg.norm(normal, axis=1)
+    solid = size > 0.0
+    normal = normal[solid] / size[solid, None]
+    middle, a = surface[solid].mean(axis=1), a[solid]
+    away = np.linalg.norm(p[:, None] - middle, axis=2)
+    near = np.unique(np.argsort(away, axis=1)[:, :_FACES])
+    offset = (normal[near] * a[near]).sum(axis=1)
+    return np.hstack([normal[near], offset[:, None]])

@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
+from remosplat_drake.robot.importing.mirror import find_mirror
 from remosplat_drake.robot.robot_model import RobotModel
 
 SAMPLES = 2000
@@ -46,6 +47,11 @@ def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
     wide = robot.arm_turns & (upper - lower > 2 * np.pi)
     lower, upper = np.where(wide, -np.pi, lower), np.where(wide, np.pi, upper)
     draws = rng.uniform(lower, upper, (SAMPLES, len(lower)))
+    mirror = find_mirror(robot)
+    if mirror is not None:
+        images = np.array([mirror.symmetric(q) for q in draws])
+        inside = ((images >= lower) & (images <= upper)).all(axis=1)
+        draws = images[inside] if inside.any() else draws
     pairs, foot = _watched(robot), _foot(robot)
     scores = np.array([_ability(robot, q, foot) for q in draws])
     best = np.argsort(-scores)[:_CLOSER_LOOKS]

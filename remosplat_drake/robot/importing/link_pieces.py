@@ -13,6 +13,7 @@ from remosplat_drake.robot.importing.link_shapes import write_pieces
 from remosplat_drake.robot.importing.urdf import Urdf
 from remosplat_drake.robot.robot_description import RobotDescription
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sampling import position_ranges, random_states
 from remosplat_drake.robot.self_collision.shapes import (
     CollisionShapes,
     read_collision_shapes,
@@ -70,14 +71,14 @@ def fit_link_pieces(
     findings.find(
         "shapes",
         f"{len(fitted)} convex pieces of {len(fitted.pieces)} links, looked at"
-        f" in {len(truth.postures)} postures",
+        f" in {len(truth.states)} postures",
     )
     for error in fitted.errors:
         findings.doubt(
             " and ".join(error.links),
             f"are {1e3 * error.distance:.0f} mm apart by their meshes, and by"
             f" their convex pieces {1e3 * error.error:.0f} mm less, in one of"
-            f" {len(truth.postures)} postures; {1e3 * ACCURACY:g} mm was the"
+            f" {len(truth.states)} postures; {1e3 * ACCURACY:g} mm was the"
             " aim",
         )
 
@@ -97,13 +98,10 @@ def _surfaces(
 def _states(
     robot: RobotModel, named: Mapping[str, Mapping[str, float]]
 ) -> np.ndarray:
-    """The named configurations, and random ones; a base stays at the origin."""
-    free = np.isfinite(robot.position_lower) & np.isfinite(robot.position_upper)
-    lower = np.where(free, robot.position_lower, 0.0)
-    upper = np.where(free, robot.position_upper, 0.0)
+    """Random configurations, and the named ones."""
     rng = np.random.default_rng(0)
-    states = [rng.uniform(lower, upper, (POSTURES, robot.n_q))]
+    states = [random_states(robot, POSTURES, rng)]
     for positions in named.values():
         state = [positions.get(joint, 0.0) for joint in robot.joint_names]
-        states.append(np.clip([state], lower, upper))
+        states.append(np.clip([state], *position_ranges(robot)))
     return np.vstack(states)

@@ -14,6 +14,7 @@ import numpy as np
 
 from remosplat_drake.base import resources
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.sampling import random_states
 from remosplat_drake.robot.self_collision.kernels.all_distances import (
     count_contacts,
 )
@@ -139,11 +140,7 @@ def _contacts(
 ) -> dict[LinkPair, float]:
     """Finds in which share of random configurations links overlap."""
     pairs = ShapePairs.make(robot, shapes, links)
-    free = np.isfinite(robot.position_lower) & np.isfinite(robot.position_upper)
-    lower = np.where(free, robot.position_lower, -np.pi)
-    upper = np.where(free, robot.position_upper, np.pi)
-    rng = np.random.default_rng(0)
-    states = rng.uniform(lower, upper, (SAMPLES - 1, robot.n_q))
+    states = random_states(robot, SAMPLES - 1, np.random.default_rng(0))
     counts = count_contacts(
         robot.tree.arrays,
         pairs.arrays(np.zeros(len(pairs))),

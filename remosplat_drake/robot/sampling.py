@@ -1,0 +1,35 @@
+"""The ranges from which a robot's configurations are drawn at random."""
+
+import numpy as np
+
+from remosplat_drake.robot.robot_model import RobotModel
+
+
+def position_ranges(robot: RobotModel) -> tuple[np.ndarray, np.ndarray]:
+    """Returns between which positions all postures of a robot lie.
+
+    These are its joints' limits, and half a turn either way where there are
+    none. A mobile base has none, and its place does not matter.
+
+    Args:
+        robot: The robot.
+
+    Returns:
+        The lower and the upper end of each range, shape (n_q,) each [m, rad].
+    """
+    lower, upper = robot.position_lower, robot.position_upper
+    limited = np.isfinite(lower) & np.isfinite(upper)
+    return np.where(limited, lower, -np.pi), np.where(limited, upper, np.pi)
+
+
+def random_states(
+    robot: RobotModel, count: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Draws configurations, uniform in their ranges, shape (count, n_q).
+
+    Args:
+        robot: The robot.
+        count: How many.
+        rng: Source of randomness.
+    """
+    return rng.uniform(*position_ranges(robot), (count, robot.n_q))

@@ -1,0 +1,76 @@
+"""Where two links are nearest by their shapes, in many configurations."""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import kernel
+from remosplat_drake.robot.self_collision.kernels.gjk import make_work
+from remosplat_drake.robot.self_collision.kernels.pair_distance import (
+    centers_in_world,
+    least_distance,
+    shape_distance,
+)
+
+
+@kernel
+def nearest_shapes(pairs, link, X_WLs, within):
+    """Finds the nearest points of two links in m configurations.
+
+    Args:
+        pairs: Pairs of shapes, as packed `PairArrays`.
+        link: Number of the pair of links.
+        X_WLs: Poses of all bodies, shape (m, b, 4, 4).
+        within: Links at or beyond this distance are left out [m].
+
+    Returns:
+        For each of n configurations in which the links are near, in their
+        order: which it is, shape (n,); the nearest pair of shapes, shape (n,);
+        their distance, shape (n,) [m]; and the points of the first and of the
+        second in the frame of the first link, shape (n, 2, 3) [m], those of
+        round shapes within them by their radii.
+    """
+    first, second, start = pairs.first, pairs.second, pairs.start
+    shapes, link_boxes = pairs.shapes, pairs.link_boxes
+    body, allowance = shapes.body, pairs.allowance
+    m, n = len(X_WLs), start[link + 1] - start[link]
+    which, nearest = np.empty(m, np.int64), np.empty(m, np.int64)
+    distance, points = np.empty(m), np.empty((m, 2, 3))
+    least, guess_W = np.empty(n), np.empty(3)
+    work = make_work()
+    count = 0
+    for row in range(m):
+        X_WL = X_WLs[row]
+        p_WL = centers_in_world(link_boxes, X_WL)
+        a, b = pairs.boxes[link]
+        if least_distance(link_boxes, X_WL, p_WL, a, b) >= within:
+            continue
+        p_WC = centers_in_world(shapes, X_WL)
+        for i in range(n):
+            k = start[link] + i
+            apart = least_distance(shapes, X_WL, p_WC, first[k], second[k])
+            least[i] = apart + allowance[k]
+        best = within
+        for _ in range(n):
+            i = least.argmin()
+            if least[i] >= best:
+                break
+            least[i] = np.inf
+            k = start[link] + i
+            for c in range(3):
+                guess_W[c] = p_WC[second[k], c] - p_WC[first[k], c]
+            gap, _, _, _ = shape_distance(
+                shapes,
+                X_WL[body[first[k]]],
+                X_WL[body[second[k]]],
+                (first[k], second[k]),
+                guess_W,
+                best - allowance[k],
+                work,
+            )
+            if gap + allowance[k] < best:
+                best = gap + allowance[k]
+                which[count], nearest[count] = row, k
+                distance[count] = best
+                points[count, 0], points[count, 1] = work[-1][0], work[-1][1]
+        if best < within:
+            count += 1
+    return which[:count], nearest[:count], distance[:count], points[:count]

@@ -1,0 +1,145 @@
+"""The kernels of the fits agree with readable references."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from pydrake.math import RigidTransform, RollPitchYaw
+from scipy.spatial import KDTree
+
+from remosplat_drake.robot.fitting.convex_pieces import below, convex_piece
+from remosplat_drake.robot.fitting.enclosing_piece import Pieces
+from remosplat_drake.robot.fitting.kernels.freed_points import freed_points
+from remosplat_drake.robot.fitting.kernels.owners import owners
+from remosplat_drake.robot.fitting.kernels.points_distance import (
+    points_distances,
+)
+from remosplat_drake.robot.fitting.point_tree import point_tree
+from remosplat_drake.robot.fitting.simplified import welded
+from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.robot.self_collision.hull_distance_reference import (
+    nearest_to_origin,
+)
+from remosplat_drake.robot.self_collision.kernels.all_distances import (
+    pair_distances,
+)
+from remosplat_drake.robot.self_collision.kernels.nearest_shapes import (
+    nearest_shapes,
+)
+from remosplat_drake.robot.self_collision.link_pairs import find_link_pairs
+from remosplat_drake.robot.self_collision.shape_pairs import ShapePairs
+from remosplat_drake.robot.self_collision.shapes import read_collision_shapes
+
+SEEDS = st.integers(0, 10_000)
+
+
+def pose(rng: np.random.Generator) -> np.ndarray:
+    turn = RollPitchYaw(rng.uniform(-3, 3, 3)).ToRotationMatrix()
+    return RigidTransform(turn, rng.uniform(-1, 1, 3)).GetAsMatrix4()
+
+
+@given(SEEDS, st.integers(1, 200), st.integers(1, 200))
+def test_points_are_as_far_apart_as_the_nearest_two(seed, n_a, n_b):
+    rng = np.random.default_rng(seed)
+    p_A, p_B = rng.uniform(0, 1, (n_a, 3)), rng.uniform(0, 1, (n_b, 3))
+    a, b = point_tree(p_A), point_tree(p_B)
+    X_AB = np.array([pose(rng) for _ in range(5)])
+    within = rng.uniform(0.2, 1.5, 5)
+    found, at_a, at_b = points_distances(a, b, X_AB, 0.0, within)
+    for i, X in enumerate(X_AB):
+        placed = p_B @ X[:3, :3].T + X[:3, 3]
+        least = KDTree(p_A).query(placed)[0].min()
+        if least >= within[i]:
+            assert found[i] == np.inf
+            assert at_a[i] == at_b[i] == -1
+            continue
+        np.testing.assert_allclose(found[i], least, atol=1e-12)
+        q = X[:3, :3] @ b.values.points[at_b[i]] + X[:3, 3]
+        way = np.linalg.norm(a.values.points[at_a[i]] - q)
+        np.testing.assert_allclose(way, least, atol=1e-12)
+
+
+def test_the_least_distance_does_not_matter_where_another_is_small_enough():
+    p = np.random.default_rng(3).uniform(0, 1, (500, 3))
+    tree, X_AB = point_tree(p), np.eye(4)[None]
+    found, _, _ = points_distances(tree, tree, X_AB, 0.05, np.ones(1))
+    assert found[0] <= 0.05
+
+
+@given(SEEDS)
+def test_points_are_freed_by_what_they_gain_from_the_halves(seed):
+    rng = np.random.default_rng(seed)
+    surface = rng.uniform(-1, 1, (12, 3, 3))
+    vertices, triangles = welded(surface)
+    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    normal = rng.standard_normal(3)
+    normal /= np.linalg.norm(normal)
+    plane = np.append(normal, rng.uniform(-0.3, 0.3))
+    p = rng.uniform(-1.2, 1.2, (3, 3))
+    found = freed_points(vertices, ends, plane[None], p)[0]
+    halves = (
+        below(surface, normal, plane[3]),
+        below(surface, -normal, -plane[3]),
+    )
+    for point, free in zip(p, found, strict=True):
+        whole = distance(point, surface)
+        least = min(distance(point, half) for half in halves)
+        np.testing.assert_allclose(free, least - whole, atol=1e-5)
+
+
+def distance(p: np.ndarray, surface: np.ndarray) -> float:
+    """Of a point from the hull of a surface, by what it is."""
+    return float(np.linalg.norm(nearest_to_origin(surface.reshape(-1, 3) - p)))
+
+
+def test_links_are_nearest_where_their_nearest_shapes_are():
+    robot = load_robot("fetch")
+    shapes = read_collision_shapes(robot.description, robot.spheres)
+    links = find_link_pairs(robot, shapes).watched
+    pairs = ShapePairs.make(robot, shapes, links)
+    arrays = pairs.arrays(np.zeros(len(pairs)))
+    rng = np.random.default_rng(4)
+    states = robot.q_home + rng.uniform(-1, 1, (20, robot.n_q))
+    X_WLs = np.array([robot.body_poses(q) for q in states])
+    reference = np.array([pair_distances(arrays, X, np.inf) for X in X_WLs])
+    reference = np.minimum.reduceat(reference, pairs.start[:-1], axis=1)
+    for i in range(len(links)):
+        which, nearest, found, points = nearest_shapes(arrays, i, X_WLs, 0.2)
+        near = np.flatnonzero(reference[:, i] < 0.2)
+        np.testing.assert_array_equal(which, near)
+        np.testing.assert_allclose(found, reference[near, i], atol=1e-9)
+        # The points are as far apart, but for the radii of round shapes.
+        way = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+        ends = np.stack([pairs.first[nearest], pairs.second[nearest]])
+        radii = shapes.radius[ends].sum(axis=0)
+        apart = found + radii > 0.0
+        np.testing.assert_allclose(
+            way[apart], (found + radii)[apart], atol=1e-6
+        )
+
+
+@given(SEEDS)
+def test_triangles_belong_to_the_part_that_they_are_deepest_in(seed):
+    rng = np.random.default_rng(seed)
+    parts = [
+        convex_piece(rng.uniform(-0.02, 0.02, (20, 3)) + middle, 0.0)
+        for middle in rng.uniform(-0.03, 0.03, (4, 3))
+    ]
+    hulls = Pieces(parts)
+    middles = rng.uniform(-0.05, 0.05, (100, 1, 3))
+    sizes = rng.choice([3e-4, 3e-3, 2e-2], (100, 1, 1))
+    triangles = middles + sizes * rng.uniform(-0.5, 0.5, (100, 3, 3))
+    found = owners(triangles, hulls.planes, hulls.first, 1e-3, 1e-2, 1e-3)
+    out = hulls.outside_each(triangles.reshape(-1, 3)).reshape(-1, 3, 4)
+    for triangle, owner, heights in zip(triangles, found, out, strict=True):
+        edges = triangle - np.roll(triangle, 1, axis=0)
+        longest = np.linalg.norm(edges, axis=1).max()
+        deepest = heights.max(axis=0)
+        together = len(set(heights.argmin(axis=1))) == 1
+        if (
+            deepest.min() <= 1e-3
+            or longest < 1e-3
+            or (longest < 1e-2 and together)
+        ):
+            assert owner == deepest.argmin()
+        else:
+            assert owner == -1
