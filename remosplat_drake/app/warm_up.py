@@ -5,7 +5,6 @@ begins with `compile_kernels`.
 """
 
 import copy
-import dataclasses as dc
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -17,6 +16,7 @@ from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.target_config import TargetConfig
 from remosplat_drake.app.world import World
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
+from remosplat_drake.controller.planning.rehearsal import rehearse
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.controller.verification.map_calls import is_pythons
@@ -37,7 +37,6 @@ looks ahead."""
 
 _NEAR = 1e-3  # From the robot: closer than it ever means to stop [m].
 _ROOM = 8  # Voxels of a metre, around the robot.
-_TURN = 0.2  # Of the last joint, from start to end of a path [rad].
 _ABOVE = 0.4  # From the hand to what may move [m].
 _AWAY = np.array([0.1, 0.1, 0.1])  # From the start to the target [m].
 
@@ -138,26 +137,16 @@ def _plan_once(scenario: Scenario, world: World) -> None:
     if not (config.enabled and config.planning.enabled):
         return
     law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
-    few = dc.replace(config.planning, seeds=4, checks=8)
-    planner = MotionPlanner(robot, law.self_clearance, few)
-    q = world.q0.copy()
-    q[-1] += _TURN
-    X_WT = robot.end_effector_pose(q)
-    field = world.field.for_look_ahead
-    planner.plan(world.q0, X_WT, field, 0.0)
-    # A single motion may have led there: trees and shortcuts come on top.
-    space = planner.free_space(world.q0, field, 0.0)
-    search = planner.search(space, world.q0, q[None])
-    search.path_to(q[None])
-    search.shortened(np.stack([world.q0, q, world.q0, q]))
+    planner = MotionPlanner(robot, law.self_clearance, config.planning)
+    rehearse(planner, world.q0, world.field.for_look_ahead)
 
 
 def _look(scenario: Scenario, world: World) -> None:
     """Rehearses the looks of a scenario's cameras."""
     from remosplat_drake.app.stages.camera_sight import known_scene
-    from remosplat_drake.sight.rehearsal import rehearse
+    from remosplat_drake.sight.rehearsal import rehearse as rehearse_sight
 
-    rehearse(world.robot, known_scene(scenario, world), scenario.sight)
+    rehearse_sight(world.robot, known_scene(scenario, world), scenario.sight)
 
 
 def _tick_among_movers(scenario: Scenario, world: World) -> None:

@@ -122,6 +122,11 @@ class DistanceOracle(LeafSystem):
         builder.Connect(configuration, oracle.GetInputPort("configuration"))
         return oracle
 
+    @property
+    def field(self) -> DistanceField:
+        """The field that is used while the input port is not connected."""
+        return self._field
+
     def _current_field(self, context: Context) -> DistanceField:
         field = self._field
         if self._field_input.HasValue(context):

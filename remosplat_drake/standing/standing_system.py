@@ -26,14 +26,11 @@ from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.standing.hold import Naming, find_hold, find_inside
 from remosplat_drake.standing.names import name_thing
 from remosplat_drake.standing.sentence import Situation, how_things_stand
-from remosplat_drake.standing.stillness import Stillness, observe
+from remosplat_drake.standing.stillness import PAUSE, Stillness, observe
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 LOOK = 0.1
 """Time between two updates [s]."""
-
-PAUSE = 1.0
-"""Time of standing still after which the robot is held [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

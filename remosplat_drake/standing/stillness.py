@@ -12,6 +12,10 @@ STILL = 0.01
 """Change of a configuration variable that does not count as motion [m, rad]: a
 command may oscillate between two constraints."""
 
+PAUSE = 1.0
+"""Time of standing still after which the robot is held [s]. One that takes
+longer to change by `STILL` creeps, and is held, too."""
+
 _NEARER = 0.01
 """Least decrease of the distance that counts as progress [m]."""
 
@@ -26,7 +30,9 @@ class Stillness:
 
     Attributes:
         q: Configuration at which the robot has stayed, shape (n_q,).
-        since: Time at which it arrived there, or last had a reason to rest [s].
+        there_since: Time at which it arrived there [s].
+        since: Time since when it has not moved, or last had a reason to rest;
+            it may have crept [s].
         aim: The current aim.
         nearest: Least distance to it so far, summed over end effectors; for a
             target of orientation only, the angle times a length [m].
@@ -34,6 +40,7 @@ class Stillness:
     """
 
     q: np.ndarray
+    there_since: float
     since: float
     aim: Aim
     nearest: float
@@ -65,11 +72,14 @@ def observe(
     """
     left = sum(_left(t, t.error(X_WEs[i])) for i, t in aim.items)
     if before is None or time < before.since:
-        return Stillness(q, time, aim, left, time)
+        return Stillness(q, time, time, aim, left, time)
     now = before
     # A configuration that is not finite counts as motion.
-    if may_rest or not np.abs(q - before.q).max() <= STILL:
-        now = dc.replace(now, q=q, since=time)
+    change = np.abs(q - before.q).max()
+    if may_rest or not change <= STILL:
+        is_slow = change <= 2.0 * STILL and time - before.there_since >= PAUSE
+        since = before.since if is_slow and not may_rest else time
+        now = dc.replace(now, q=q, there_since=time, since=since)
     is_new = not aim.equals(before.aim)
     if is_new or left < before.nearest - _NEARER:
         now = dc.replace(now, aim=aim, nearest=left, nearest_at=time)

@@ -29,10 +29,26 @@ def test_who_trembles_stands_still():
     assert still.since == 1.0
 
 
-def test_who_creeps_does_not():
+def test_who_moves_does_not():
     still = look(None, 1.0, 0.0)
     still = look(still, 1.1, 0.6 * STILL)
     assert look(still, 1.2, 1.2 * STILL).since == 1.2
+
+
+def test_who_creeps_stands_still_and_then_moves():
+    """At half of `STILL` a second, and later at five times as much."""
+    still = look(None, 1.0, 0.0)
+    for k in range(1, 100):
+        still = look(still, 1.0 + 0.1 * k, 0.05 * STILL * k)
+    assert still.since == 1.0
+    at = 0.05 * STILL * 99
+    for k in range(1, 10):
+        still = look(still, 10.9 + 0.1 * k, at + 0.5 * STILL * k)
+    assert still.since > 11.0
+
+
+def test_a_jump_after_a_rest_is_motion():
+    assert look(look(None, 1.0, 0.0), 9.0, 3.0 * STILL).since == 9.0
 
 
 def test_who_is_not_measured_does_not():

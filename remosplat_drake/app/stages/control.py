@@ -115,7 +115,7 @@ def AddGuidance(
     process, period = None, law.dt
     if config.asynchronous:
         budget = 1e-3 * config.budget_ms
-        process = LookAheadProcess(rule, budget)
+        process = LookAheadProcess(rule, budget, oracle.field.for_look_ahead)
         # To ask more often than it answers would only cost time.
         period *= math.ceil(budget / period)
     selector = GuidanceSelector.AddToBuilder(

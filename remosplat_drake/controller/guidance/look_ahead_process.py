@@ -2,6 +2,7 @@
 
 import logging
 import weakref
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from threading import Thread
 from time import perf_counter
@@ -53,8 +54,13 @@ class LookAheadProcess:
         close: Ends the process; called at the latest when this object goes.
     """
 
-    def __init__(self, rule: SelectionRule, budget: float):
+    def __init__(
+        self, rule: SelectionRule, budget: float, field: DistanceField
+    ):
         """Starts the process and waits until it has loaded everything.
+
+        It rehearses planning, so that the first path is there as soon as
+        others.
 
         Args:
             rule: Which guidances are tried, and when a rollout has arrived.
@@ -62,6 +68,7 @@ class LookAheadProcess:
                 ingredients and its other parts: what is typed into a notebook
                 it cannot find.
             budget: Time that an answer may take [s].
+            field: The map, or one of its kind.
 
         Raises:
             TransferError: A part of the rule, which the text names, cannot
@@ -78,9 +85,12 @@ class LookAheadProcess:
         self._asked_at = 0.0
         self._sent: tuple[str, Aim] | None = None
         self.close = weakref.finalize(self, self._child.end, patience=0.5)
-        self._wait_until_ready()
+        self._wait_until_ready(field)
 
-    def _wait_until_ready(self) -> None:
+    def _wait_until_ready(self, field: DistanceField) -> None:
+        # If it has ended already, its last message says why.
+        with suppress(OSError):
+            send_arrays(self._connection, field)
         try:
             ready = self._connection.poll(START_TIME)
             message = self._connection.recv() if ready else Failure("no answer")

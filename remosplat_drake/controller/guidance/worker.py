@@ -31,6 +31,7 @@ from remosplat_drake.controller.guidance.selection_round import (
     advance_selection,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
+from remosplat_drake.controller.planning.rehearsal import rehearse
 from remosplat_drake.controller.tick.tick_calls import asks_python
 from remosplat_drake.signals.distance_field import DistanceField
 
@@ -55,11 +56,12 @@ def serve(
     """Runs in the look-ahead process until the other end is closed.
 
     Args:
-        connection: The process's end of a pipe. It brings a map, by
-            `base.array_pipe`, before the first `PresentState`; it takes READY,
-            then for each state a `Selection`, or None where the latest one
-            still holds. After a `Failure` or a `TransferError` nothing
-            follows.
+        connection: The process's end of a pipe. It brings maps, by
+            `base.array_pipe`: one with which planning is rehearsed, and one
+            before the first `PresentState`. It takes READY after the
+            rehearsal, then for each state a `Selection`, or None where the
+            latest one still holds. After a `Failure` or a `TransferError`
+            nothing follows.
         packed: The selection rule, as `pack_rule` packs it.
         budget: Time that an answer may take [s].
         threads: Number of rollouts that may be simulated at the same time.
@@ -77,6 +79,9 @@ def serve(
 def _answer(
     connection: Connection, rule: SelectionRule, budget: float, threads: int
 ) -> None:
+    field = receive_arrays(connection, connection.recv())
+    if rule.motions is not None:
+        rehearse(rule.motions, rule.motions.robot.q_home, field)
     connection.send(READY)
     selection, field = start_selection(rule), None
     while True:

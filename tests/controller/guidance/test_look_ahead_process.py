@@ -82,8 +82,8 @@ def stuck(frankie) -> Stuck:
 
 
 @pytest.fixture(scope="module")
-def shared_process(frankie) -> Iterator[LookAheadProcess]:
-    process = LookAheadProcess(make_rule(frankie), BUDGET)
+def shared_process(frankie, stuck) -> Iterator[LookAheadProcess]:
+    process = LookAheadProcess(make_rule(frankie), BUDGET, stuck.field)
     yield process
     process.close()
     assert not process.process.is_alive()
@@ -198,7 +198,7 @@ def test_interrupted_it_stops_after_a_few_steps(stuck):
 
 
 def test_without_its_process_it_cycles_and_says_why(frankie, stuck):
-    process = LookAheadProcess(make_rule(frankie), BUDGET)
+    process = LookAheadProcess(make_rule(frankie), BUDGET, stuck.field)
     until(process, stuck, lambda s: s.latest)
     process.process.kill()
     selection = until(process, stuck, lambda s: s.missing == DIED)
@@ -210,7 +210,7 @@ def test_without_its_process_it_cycles_and_says_why(frankie, stuck):
 
 
 def test_while_its_process_hangs_it_cycles(frankie, stuck, monkeypatch):
-    process = LookAheadProcess(make_rule(frankie), BUDGET)
+    process = LookAheadProcess(make_rule(frankie), BUDGET, stuck.field)
     until(process, stuck, lambda s: s.latest)
     pid = process.process.pid
     assert pid is not None
@@ -228,7 +228,9 @@ def test_while_its_process_hangs_it_cycles(frankie, stuck, monkeypatch):
 
 def test_an_error_inside_is_named(frankie, stuck):
     never = partial(operator.truediv, 1.0)
-    process = LookAheadProcess(make_rule(frankie, arrived=never), BUDGET)
+    process = LookAheadProcess(
+        make_rule(frankie, arrived=never), BUDGET, stuck.field
+    )
     selection = until(process, stuck, lambda s: "failed" in s.missing)
     assert selection.missing.startswith("look-ahead failed: TypeError")
 
@@ -243,10 +245,10 @@ class Unpicklable:
         program.add_linear_cost("mine", np.full(program.n_u, self.weight()))
 
 
-def test_what_cannot_be_sent_is_named(frankie):
+def test_what_cannot_be_sent_is_named(frankie, stuck):
     match = "^Unpicklable cannot go to the look-ahead process, .* be pickled"
     with pytest.raises(RemoSplatError, match=match):
-        LookAheadProcess(make_rule(frankie, Unpicklable()), BUDGET)
+        LookAheadProcess(make_rule(frankie, Unpicklable()), BUDGET, stuck.field)
 
 
 def test_what_was_typed_into_a_notebook_is_named():
@@ -261,7 +263,9 @@ from remosplat_drake.controller.guidance.selection_rule import (
     make_selection_rule,
 )
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.task.arrival import ArrivalConfig, has_arrived
 
 class MyCost:
@@ -271,7 +275,8 @@ class MyCost:
 law = ReactiveLaw(load_robot("frankie", "paper"), [MyCost()])
 arrived = partial(has_arrived, config=ArrivalConfig())
 try:
-    LookAheadProcess(make_selection_rule(law, GuidanceConfig(), arrived), 1.0)
+    rule = make_selection_rule(law, GuidanceConfig(), arrived)
+    LookAheadProcess(rule, 1.0, SignedDistanceField(PrimitiveScene()))
 except Exception as error:
     print(error)
 """
@@ -302,7 +307,7 @@ def test_a_process_that_is_killed_while_it_searches_is_missed(frankie, stuck):
     q = stuck.now.q.copy()
     q[:2] = target[:2] + np.array([5.0, 0.0])
     now = dc.replace(stuck.now, q=q)
-    process = LookAheadProcess(rule, BUDGET)
+    process = LookAheadProcess(rule, BUDGET, field)
     until(
         process,
         stuck,
