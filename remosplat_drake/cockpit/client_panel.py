@@ -26,7 +26,14 @@ _COLOURS = {
     pages.WAITING: "#1864ab",
 }
 _GREY = "#495057"
+_SLOW = 0.85
+"""Share of real time below which it is told."""
 
+
+_UNSEEN = (
+    "Where no camera has looked, the robot does not go. The inside of things"
+    " stays unseen: look at what is near to the target, from its side."
+)
 
 _STYLE = """<style>
 button[style*="red-filled"] {
@@ -94,7 +101,6 @@ class ClientPanel:
         self._crew = crew
         self._look = look
         self._follows = False
-        self._shown: Look | None = None
         gui = client.gui
         gui.add_html(_STYLE, order=-1.0)
         self._stop = gui.add_button("STOP", color="red", order=0.0)
@@ -145,7 +151,9 @@ class ClientPanel:
         with gui.add_folder("View", order=30.0):
             views = gui.add_button_group("From", VIEWS)
             if shows_unseen is not None:
-                veil = gui.add_checkbox("Unseen space", shows_unseen)
+                veil = gui.add_checkbox(
+                    "Unseen space", shows_unseen, hint=_UNSEEN
+                )
 
                 @veil.on_update
                 async def _(event: viser.GuiEvent):
@@ -167,16 +175,17 @@ class ClientPanel:
             self.client.camera.look_at = view.p_WT
             self.client.camera.up_direction = view.up_W
 
-    def show(self, look: Look) -> None:
+    def show(self, look: Look, pace: float | None = None) -> None:
         """Shows one moment.
 
         Args:
             look: The moment.
+            pace: Seconds of the diagram in a second; None if not known.
         """
         before, self._look = self._look, look
-        if self._shown is None or _text(look) != _text(self._shown):
-            self._shown = look
-            self._status.content = _status(look)
+        status = _status(look, pace)
+        if status != self._status.content:
+            self._status.content = status
             self._stop.disabled = pages.STOP not in look.state.buttons
         if self.operator is not None:
             self.operator.show(look)
@@ -203,11 +212,7 @@ class ClientPanel:
             self._entry.visible = True
 
 
-def _text(look: Look) -> tuple:
-    return look.state, look.target, look.map, look.trouble
-
-
-def _status(look: Look) -> str:
+def _status(look: Look, pace: float | None) -> str:
     """How things stand, as HTML."""
     state: PageState = look.state
     colour = _COLOURS.get(state.phase, _GREY)
@@ -219,6 +224,8 @@ def _status(look: Look) -> str:
     for name, text in (("Target", look.target), ("Map", look.map)):
         if text:
             lines.append(f"<div><b>{name}</b> {html.escape(text)}</div>")
+    if pace is not None and pace < _SLOW:
+        lines.append(f"<div><b>Slow</b> {pace:.1f} of real time</div>")
     if look.trouble:
         lines.append(
             f'<div style="color:#c92a2a"><b>{html.escape(look.trouble)}</b>'

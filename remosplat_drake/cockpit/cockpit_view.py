@@ -21,7 +21,11 @@ from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.visualization.page_state import supervised, unsupervised
+from remosplat_drake.visualization.page_state import (
+    supervised,
+    unsupervised,
+    without_map,
+)
 
 PUBLISH_PERIOD = 1 / 20
 """Time between two moments that are shown [s]."""
@@ -169,6 +173,8 @@ def look_at(
     if supervision is not None:
         # Only whom the cockpit has let operate sees RELEASE.
         state = supervised(supervision, releases=True, standing=standing)
+    if status is not None and status.scene_map.splat_W is None:
+        state = without_map(state)
     is_held = standing.kind == HELD
     robot_state = robot.state(np.array(q))
     does = target.text or target.mode

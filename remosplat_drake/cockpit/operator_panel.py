@@ -13,6 +13,7 @@ from remosplat_drake.cockpit.messages import CockpitJob, Look
 from remosplat_drake.cockpit.reach import Reach
 from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
 from remosplat_drake.teleop.pose_coordinates import PoseCoordinates
+from remosplat_drake.visualization.page_state import STOPPED
 
 _POSITION_STEP, _ANGLE_STEP = 0.005, 1.0
 _SLIDERS = (
@@ -32,6 +33,8 @@ _AWAY = 0.05
 # Sliders that were just moved are not moved back: the target, of which they
 # show the pose otherwise, hears of it one control period later.
 _GRACE = 0.5
+_ANSWER = 5.0
+"""Time in which a press of RELEASE is to be confirmed [s]."""
 
 Press = Callable[[], None]
 
@@ -68,12 +71,21 @@ class OperatorPanel:
         self._chosen, self._chosen_at = look.effector, -np.inf
         self._coordinates = self._coordinates_of(look.effector)
         self._proposal: np.ndarray | None = None
-        self._moved_at = -np.inf
+        self._moved_at = self._asked_at = -np.inf
         self._parts: list[viser.GuiButtonHandle | viser.GuiFolderHandle] = []
         self._commands: list[viser.CommandHandle] = []
+        # Far from STOP, and asked for: nobody lets a robot go by a slip.
         self._release = self._button(
-            client.gui, "RELEASE", desk.release, color="green", order=2.0
+            client.gui, "RELEASE", self._ask, color="orange", order=80.0
         )
+        self._let_go = self._button(
+            client.gui,
+            "Let the robot go",
+            self._free,
+            color="orange",
+            order=81.0,
+        )
+        self._let_go.visible = False
         self._add_target()
         if job.mapping:
             self._add_map()
@@ -98,7 +110,7 @@ class OperatorPanel:
     ) -> viser.GuiButtonHandle:
         """Adds a button that does something, with a key to it."""
         hint = f"key {hotkey}" if hotkey else None
-        look.setdefault("color", "gray")
+        look.setdefault("color", "indigo")
         button = gui.add_button(label, hint=hint, **look)
 
         @button.on_click
@@ -108,6 +120,14 @@ class OperatorPanel:
         if hotkey:
             self._key(label, hotkey, press)
         return button
+
+    def _ask(self) -> None:
+        self._let_go.visible = True
+        self._asked_at = monotonic()
+
+    def _free(self) -> None:
+        self._let_go.visible = False
+        self._desk.release()
 
     def _key(self, label: str, hotkey: str, press: Press) -> None:
         command = self._client.gui.add_command(label, hotkey=hotkey)
@@ -131,10 +151,15 @@ class OperatorPanel:
             self._go.visible = self._discard.visible = False
             if len(self._job.robot.effectors) > 1:
                 self._hand = self._add_choice(gui)
-            self._button(gui, "Hold", lambda: desk.press("holds"), "H")
-            self._button(gui, "Go home", lambda: desk.press("homes"))
-            for name in self._job.config.poses:
-                self._button(gui, f"→ {name}", self._picking(name))
+            # What is asked of a stopped robot is void.
+            self._motions = [
+                self._button(gui, "Hold", lambda: desk.press("holds"), "H"),
+                self._button(gui, "Go home", lambda: desk.press("homes")),
+                *(
+                    self._button(gui, f"→ {name}", self._picking(name))
+                    for name in self._job.config.poses
+                ),
+            ]
             with gui.add_folder("By the numbers", expand_by_default=False):
                 self._sliders = self._add_sliders(gui)
 
@@ -306,6 +331,13 @@ class OperatorPanel:
         can_release = "release" in look.state.buttons
         if self._release.visible != can_release:
             self._release.visible = can_release
+        is_late = monotonic() - self._asked_at > _ANSWER
+        if self._let_go.visible and (is_late or not can_release):
+            self._let_go.visible = False
+        is_stopped = look.state.phase == STOPPED
+        for button in self._motions:
+            if button.disabled != is_stopped:
+                button.disabled = is_stopped
         if look.effector != self._chosen:
             if monotonic() - self._chosen_at < _GRACE:
                 return
@@ -341,7 +373,7 @@ class OperatorPanel:
 
     def remove(self) -> None:
         """Takes all of the operator's controls away."""
-        for part in (self._release, *self._parts):
+        for part in (self._release, self._let_go, *self._parts):
             part.remove()
         for command in self._commands:
             command.remove()

@@ -4,7 +4,7 @@ import logging
 import os
 from multiprocessing.connection import Connection
 from threading import Lock, RLock, Thread
-from time import sleep
+from time import monotonic, sleep
 
 import numpy as np
 import viser
@@ -25,11 +25,13 @@ from remosplat_drake.cockpit.messages import (
     Serving,
 )
 from remosplat_drake.cockpit.operator_panel import OperatorPanel
+from remosplat_drake.cockpit.pace import Pace
 from remosplat_drake.cockpit.reach import Reach, find_reach
 from remosplat_drake.cockpit.robot_shapes import robot_shapes
 from remosplat_drake.cockpit.scene import CockpitScene
 from remosplat_drake.cockpit.surface_point import find_surface, target_before
 from remosplat_drake.cockpit.web_server import open_server
+from remosplat_drake.cockpit.wrist_monitor import WristMonitor
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
@@ -96,6 +98,7 @@ class Page:
         self._authority = Authority()
         self._panels: dict[int, ClientPanel] = {}
         self._desk = Desk(self._send)
+        self._pace = Pace()
         self._asked: tuple[object, np.ndarray] | None = None
         self._server = open_server(job)
         gui = self._server.gui
@@ -156,11 +159,12 @@ class Page:
                 look = message
                 self._plots.add(look)
         if look is not None:
+            self._pace.add(look.time, monotonic())
             with self._lock:
                 self._look = look
                 self._scene.show(look)
                 for panel in self._panels.values():
-                    panel.show(look)
+                    panel.show(look, self._pace.share)
             self._plots.draw()
 
     def _arrive(self, client: viser.ClientHandle) -> None:
@@ -283,10 +287,12 @@ class Page:
         def now() -> tuple[Look, int]:
             return self._look, self._desk.wishes.scene_changes
 
+        monitor = WristMonitor(self._server)
         try:
             for frame in wrist_pictures(self._job, now):
                 with self._lock:
                     self._scene.show_camera(frame.X_WC, frame.K, frame.rgb)
+                    monitor.show(frame)
         except RemoSplatError as error:
             _log.warning("no pictures of the wrist camera: %s", error)
 

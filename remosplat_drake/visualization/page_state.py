@@ -128,6 +128,18 @@ def _alive(standing: Standing, buttons: tuple[str, ...]) -> PageState:
     return PageState(LIVE, "Live", text, buttons)
 
 
+def without_map(state: PageState) -> PageState:
+    """Returns the state of a robot that moves only where it has no map.
+
+    Args:
+        state: How things stand with the robot.
+    """
+    if state.phase != LIVE:
+        return state
+    text = "; ".join(filter(None, ("scan first", state.text)))
+    return dc.replace(state, phase=HELD, title="Live, without a map", text=text)
+
+
 def ended(text: str, *, reached: bool) -> PageState:
     """Returns the state after a run.
 

@@ -5,6 +5,7 @@ from pydrake.geometry import Cylinder, Meshcat, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 _SIDES = 6
+_LAST = 9.0  # Three.js draws in this order, from small to large.
 _AXIS_COLORS = (
     Rgba(0.86, 0.20, 0.18),
     Rgba(0.20, 0.62, 0.25),
@@ -74,7 +75,7 @@ def _tube_faces(n: int, sides: int) -> np.ndarray:
 def draw_triad(
     meshcat: Meshcat, path: str, length: float = 0.14, radius: float = 0.005
 ):
-    """Draws the axes x, y, z of a frame in red, green, blue.
+    """Draws the axes x, y, z of a frame in red, green, blue, over all else.
 
     Args:
         meshcat: The Meshcat server.
@@ -92,3 +93,16 @@ def draw_triad(
                 direction * length / 2,
             ),
         )
+        shine_through(meshcat, f"{path}/{axis}")
+
+
+def shine_through(meshcat: Meshcat, path: str):
+    """Draws an object over all that is before it, as light would shine.
+
+    Args:
+        meshcat: The Meshcat server.
+        path: Path of the object.
+    """
+    node = f"{path}/<object>"
+    meshcat.SetProperty(node, "material.depthTest", False)
+    meshcat.SetProperty(node, "renderOrder", _LAST)

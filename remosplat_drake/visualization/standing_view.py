@@ -11,14 +11,13 @@ from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
 from remosplat_drake.visualization.page import ROOT, MeshcatPage
 from remosplat_drake.visualization.page_state import unsupervised
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
-from remosplat_drake.visualization.shapes import tube_mesh
+from remosplat_drake.visualization.shapes import shine_through, tube_mesh
 
 LINKS = f"{ROOT}/held/links"
 PLACE = f"{ROOT}/held/place"
 
 _GLOW = Rgba(1.0, 0.55, 0.05, 0.55)
 _AMBER = Rgba(1.0, 0.55, 0.05)
-_LAST = 9.0  # Three.js draws in this order, from small to large.
 _SWELL = 0.004  # The glow lies around the link's own spheres [m].
 _RING, _TUBE = 0.05, 0.006  # Radii of the ring about the place [m].
 
@@ -121,7 +120,7 @@ class StandingView(LeafSystem):
             radius = float(spheres.radius[i]) + _SWELL
             self._page.meshcat.SetObject(f"{path}/{i}", Sphere(radius), _GLOW)
             self._page.meshcat.SetTransform(f"{path}/{i}", RigidTransform(p_LS))
-            _shine_through(self._page.meshcat, f"{path}/{i}")
+            shine_through(self._page.meshcat, f"{path}/{i}")
         self._links[link] = False
         self._show(path, False, self._page.scene.start)
 
@@ -139,11 +138,4 @@ def _draw_ring(meshcat: Meshcat):
     meshcat.SetTriangleMesh(f"{PLACE}/ring", vertices.T, faces.T, _AMBER)
     meshcat.SetObject(f"{PLACE}/point", Sphere(2 * _TUBE), _AMBER)
     for name in ("ring", "point"):
-        _shine_through(meshcat, f"{PLACE}/{name}")
-
-
-def _shine_through(meshcat: Meshcat, path: str):
-    """Draws an object over all that is before it, as light would shine."""
-    node = f"{path}/<object>"
-    meshcat.SetProperty(node, "material.depthTest", False)
-    meshcat.SetProperty(node, "renderOrder", _LAST)
+        shine_through(meshcat, f"{PLACE}/{name}")

@@ -159,6 +159,10 @@ def stops_and_releases(operator: CockpitTab, rig: Rig):
     rig.until(lambda: rig.wishes.operator.stops == stops + 1)
     rig.show(state=AT_REST)
     operator.press("RELEASE")
+    # A slip releases nothing.
+    operator.wait_for_button("Let the robot go")
+    assert rig.wishes.operator.releases == releases
+    operator.press("Let the robot go")
     rig.until(lambda: rig.wishes.operator.releases == releases + 1)
     rig.show(state=RUNNING)
     operator.wait_without_button("RELEASE")

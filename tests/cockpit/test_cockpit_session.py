@@ -78,6 +78,8 @@ def insist(operator: CockpitTab, ask: Callable[[], None], result: str):
         assert time.monotonic() < end, f"no {result!r} in {operator.text}"
         if "RELEASE" in operator.buttons:
             operator.press("RELEASE")
+            operator.wait_for_button("Let the robot go")
+            operator.press("Let the robot go")
             operator.wait_without_button("RELEASE")
             asks = True
         if asks:

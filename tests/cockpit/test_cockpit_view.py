@@ -27,6 +27,8 @@ from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
 from remosplat_drake.signals.supervisor_state import STOPPED, SupervisorState
 from remosplat_drake.signals.target_state import FOLLOW, TargetState
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.visualization import page_state as pages
 from remosplat_drake.visualization.page_state import RELEASE, STOP
 
 
@@ -63,6 +65,18 @@ def test_a_stopped_robot_may_be_released_by_its_operator(frankie):
     assert told.state.text == "stop button"
     # Without a supervisor nothing stops, and no button pretends to.
     assert look(frankie).state.buttons == ()
+
+
+def test_a_robot_without_a_map_is_not_green(frankie):
+    field = SignedDistanceField(PrimitiveScene())
+    moving = Standing("moving", "moving to the target")
+    blank = MapStatus(SceneMap(0, None, (), -np.inf, field))
+    told = look(frankie, standing=moving, status=blank).state
+    assert (told.phase, told.title) == (pages.HELD, "Live, without a map")
+    assert told.text == "scan first; moving to the target"
+    known = dc.replace(blank.scene_map, splat_W=GaussianSplat.empty())
+    told = look(frankie, standing=moving, status=MapStatus(known)).state
+    assert told.phase == pages.LIVE
 
 
 @pytest.mark.parametrize(

@@ -10,16 +10,21 @@ from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
 from urllib.request import urlopen
 
 from remosplat_drake.visualization.live_page.newest import Newest
+from remosplat_drake.visualization.live_page.web_socket import (
+    acceptance,
+    is_wanted,
+    receive_text,
+    send_text,
+)
 
 NEWEST = "/newest"
-"""Path at which a page asks for what is new."""
+"""Path of the websocket that tells a page what is new."""
 
 KEEP_ALIVE = 0.25
-"""Longest time that such a question waits for an answer [s]."""
+"""Longest time that an answer waits for news [s]."""
 
 _MESHES = "/cas-v1/"
 """Path below which Meshcat has what shapes are loaded from."""
@@ -31,10 +36,10 @@ _SETTLE = 0.01
 class PageServer:
     """A web server in threads of its own.
 
-    A page asks `/newest?after=N` again and again. The answer, in JSON, has the
-    newest values of all that has changed after change N, and the number of the
-    latest change. A page asks anew when it has drawn the answer; so at most
-    one answer is under way to it, and that is the newest.
+    A page says by a websocket up to which change it has drawn everything. The
+    answer, in JSON, has the newest values of all that has changed after that,
+    and the number of the latest change. So at most one answer is under way to
+    a page, and that is the newest.
 
     Args:
         host: Network interface to listen on; "*" stands for all.
@@ -149,21 +154,31 @@ class _Handler(BaseHTTPRequestHandler):
         super().__init__(*arguments)
 
     def do_GET(self) -> None:
-        """Sends a file, or what is new."""
-        if self._page.is_closed:
-            self.close_connection = True
+        """Sends a file, or what is new as long as the page is open."""
+        if self.path == NEWEST:
+            self._tell()
             return
-        url = urlsplit(self.path)
-        if url.path == NEWEST:
-            after = parse_qs(url.query).get("after", ["0"])[0]
-            number = int(after) if after.isdecimal() else 0
-            self._send("application/json", self._page.answer(number))
-            return
-        file = self._page.file(url.path)
+        file = self._page.file(self.path)
         if file is None:
             self.send_error(404)
         else:
             self._send(*file)
+
+    def _tell(self) -> None:
+        self.close_connection = True
+        if not is_wanted(self.headers):
+            self.send_error(403)
+            return
+        key = self.headers.get("Sec-WebSocket-Key", "")
+        self.send_response(101)
+        self.send_header("Upgrade", "websocket")
+        self.send_header("Connection", "Upgrade")
+        self.send_header("Sec-WebSocket-Accept", acceptance(key))
+        self.end_headers()
+        while (drawn := receive_text(self.rfile)) is not None:
+            if self._page.is_closed or not drawn.isdigit():
+                return
+            send_text(self.wfile, self._page.answer(int(drawn)))
 
     def _send(self, kind: str, content: bytes) -> None:
         self.send_response(200)

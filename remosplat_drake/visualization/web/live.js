@@ -1,6 +1,7 @@
 // A page that is served. Shapes come from Meshcat, everything else from our
 // own server: it answers with the newest of what has changed since the last
-// picture, and is asked again when that has been drawn.
+// picture, and is asked again when that has been drawn. By a websocket: the few
+// other connections that a browser opens are busy while it loads meshes.
 (() => {
   const { socket, session } = remosplat;
   const OLD = 0.5; // Age from which on it is said [s].
@@ -11,8 +12,9 @@
   let heard = performance.now();
   let behind = 0; // Age of the answer when it came [s].
   let drawnIn = 0; // Time that the last picture took [s].
-  // Counted in looks: a browser that is busy drawing has lost nothing.
+  // Since a question, in looks: a browser that is busy drawing loses nothing.
   let silence = 0;
+  let waits = true;
   let bar = null;
   let hasMeshcat = null;
   let account = null;
@@ -40,7 +42,7 @@
   const age = () => (performance.now() - heard) / 1000 + behind;
 
   const look = () => {
-    silence += 1;
+    if (waits) silence += 1;
     tellAge();
   };
 
@@ -75,35 +77,42 @@
       if (document.hidden) setTimeout(() => (cancelAnimationFrame(frame), end()), 50);
     });
 
-  const pause = (seconds) => new Promise((go) => setTimeout(go, 1000 * seconds));
-
-  const listen = async () => {
-    for (;;) {
-      const asked = performance.now();
-      try {
-        const reply = await fetch(`/newest?after=${version}`);
-        const answer = await reply.json();
-        if (answer.session !== session) return location.reload();
-        heard = performance.now();
-        silence = 0;
-        // At most so long ago; the server knows how long it has waited.
-        behind = Math.max(0, (heard - asked) / 1000 - answer.waited) + answer.age;
-        version = answer.version;
-        const motion = early.concat(answer.changes.filter(isMotion));
-        answer.changes.filter((item) => !isMotion(item)).forEach(change);
-        early = window.viewer ? [] : motion;
-        if (window.viewer && motion.length) {
-          motion.forEach(change);
-          viewer.set_dirty();
-        }
-      } catch (error) {
-        silence = Math.max(silence, LOST);
-        await pause(0.5);
-        continue;
-      }
-      tellAge();
-      await drawn();
+  const take = (answer, asked) => {
+    if (answer.session !== session) return location.reload();
+    heard = performance.now();
+    silence = 0;
+    waits = false;
+    // At most so long ago; the server knows how long it has waited.
+    behind = Math.max(0, (heard - asked) / 1000 - answer.waited) + answer.age;
+    version = answer.version;
+    const motion = early.concat(answer.changes.filter(isMotion));
+    answer.changes.filter((item) => !isMotion(item)).forEach(change);
+    early = window.viewer ? [] : motion;
+    if (window.viewer && motion.length) {
+      motion.forEach(change);
+      viewer.set_dirty();
     }
+    tellAge();
+  };
+
+  const listen = () => {
+    const news = new WebSocket(`ws://${location.host}/newest`);
+    let asked = 0;
+    const ask = () => {
+      asked = performance.now();
+      waits = true;
+      if (news.readyState === WebSocket.OPEN) news.send(version);
+    };
+    news.onopen = ask;
+    news.onmessage = async (message) => {
+      take(JSON.parse(message.data), asked);
+      await drawn();
+      ask();
+    };
+    news.onclose = () => {
+      silence = Math.max(silence, LOST);
+      setTimeout(listen, 500);
+    };
   };
 
   // A picture that takes long leaves time for the news after it.
