@@ -1,4 +1,4 @@
-"""How far the end effector's velocity is from straight to the target."""
+"""The angle of an end effector's velocity from the way to its target."""
 
 import numpy as np
 

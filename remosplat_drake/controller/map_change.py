@@ -1,4 +1,4 @@
-"""Whether a moving robot may go over to another map, and another pose in it.
+"""Checks that a moving robot may go over to another map or pose in it.
 
 A command was verified in the map that counted when it was computed. Between
 two ticks, while it is being executed, another map may take that one's place if
@@ -21,7 +21,7 @@ def objection(
     """Says why a map must not be changed to while a command is executed.
 
     A robot at rest may always change: it moves no nearer to anything, and
-    whoever supervises it judges where it stands.
+    its supervisor judges where it stands.
 
     Args:
         law: The control law that verifies commands.

@@ -1,4 +1,4 @@
-"""`RestConfig`: when a robot that holds a reached target stands still."""
+"""`RestConfig`: conditions of rest for a robot at a reached target."""
 
 import dataclasses as dc
 import math

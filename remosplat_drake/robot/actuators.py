@@ -1,4 +1,4 @@
-"""How the axes of a robot follow their velocity commands, one model an axis.
+"""Models of axes that follow velocity commands, one an axis.
 
 A command acts after a pure dead time, and the axis nears it by a first-order
 lag or on a ramp of bounded acceleration. The same model stands in for a real
@@ -22,7 +22,7 @@ class Actuator(Config):
 
     # Dead time from the command to its first effect [s]. Time that goes by
     # unseen between a motion and the stamp of its measurement counts, too:
-    # nobody who only sees commands and measurements can tell the two apart.
+    # commands and measurements alone do not tell the two apart.
     delay: Annotated[float, Interval(ge=0, le=1)] = 0.0
     # Time constant of the first-order lag behind it [s].
     time_constant: Annotated[float, Interval(ge=0, le=1)] = 0.0

@@ -1,4 +1,4 @@
-"""How a mobile base comes from one pose to another: along one arc."""
+"""The way of a mobile base from one pose to another: one arc."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""`JointLimits`: how far, how fast and how suddenly a robot's axes may move."""
+"""`JointLimits`: greatest ways, speeds and accelerations of a robot's axes."""
 
 from typing import NamedTuple
 

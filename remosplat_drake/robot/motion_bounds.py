@@ -1,4 +1,4 @@
-"""How fast a point of the robot can move at most, and how its velocity turns.
+"""Bounds the speed of points of the robot, and the turn of their velocities.
 
 Over all configurations within the joint limits: verification relies on these
 bounds between the places where it looks.

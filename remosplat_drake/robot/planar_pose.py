@@ -79,7 +79,7 @@ def largest_error(
         covariance: Covariance of the pose X_WB by W's axes, shape (3, 3).
         sigmas: Number of standard deviations that count.
         X_WB: Where it is expected, shape (3,) [m, rad].
-        told: The pose that somebody relies on instead, shape (3,) [m, rad].
+        told: The pose that a caller relies on instead, shape (3,) [m, rad].
 
     Returns:
         Distance and angle, shape (2,) [m, rad].

@@ -1,4 +1,4 @@
-"""How far commands move one link of the robot as seen from another."""
+"""Bounds the motion of one link of the robot as seen from another."""
 
 import numpy as np
 

@@ -90,7 +90,7 @@ class RobotDescription(Config):
         default_factory=list
     )
     # How each axis follows its velocity command, in the order of u; empty where
-    # nobody has measured it. `remosplat identify` writes it.
+    # it has not been measured. `remosplat identify` writes it.
     actuators: list[Actuator] = dc.field(default_factory=list)
     # Arm configuration to start from [rad, m for prismatic joints].
     home: list[JointPosition] = dc.field(default_factory=list)

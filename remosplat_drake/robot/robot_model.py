@@ -144,8 +144,8 @@ class RobotModel:
     def assumed_actuators(self) -> list[Actuator]:
         """How a real robot's axes are taken to follow their commands.
 
-        As its description says, or else, where nobody has measured them, as
-        cautious defaults say.
+        As its description says, or else, where they have not been measured,
+        as cautious defaults say.
         """
         return list(self.description.actuators) or default_actuators(
             self.n_base, self.n_u - self.n_base
@@ -209,7 +209,7 @@ class RobotModel:
     def hands(self) -> np.ndarray:
         """Which spheres move with the last joint of each arm, (e, n), bool.
 
-        An only arm's last joint is the last of all, whatever it moves.
+        An only arm's last joint is the last of all, with or without a hand.
         """
         last = self._last_bodies
         spheres = [self.tree.chain(body) for body in self._body_S]

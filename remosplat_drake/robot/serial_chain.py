@@ -1,6 +1,6 @@
 """`SerialChain`: the joints from the world to the end effector, in a row.
 
-Who solves inverse kinematics asks for the end effector alone, thousands of
+Inverse kinematics asks for the end effector alone, thousands of
 times: what is fixed between two joints is then one pose, and other branches of
 the tree are left out.
 """

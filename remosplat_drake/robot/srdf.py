@@ -1,4 +1,4 @@
-"""What an SRDF file says about pairs of links, as MoveIt writes it."""
+"""Reads pairs of links from an SRDF file, as MoveIt writes it."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path

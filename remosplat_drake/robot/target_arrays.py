@@ -1,4 +1,4 @@
-"""What kernels know of targets: errors, and where on a line a tool is."""
+"""Targets as kernels take them: errors, and the place of a tool on a line."""
 
 import math
 from typing import NamedTuple

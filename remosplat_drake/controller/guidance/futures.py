@@ -57,7 +57,7 @@ def advance_together(
 
 
 def _shares(futures: Futures, budget: int) -> dict[int, int]:
-    """Who takes how many steps."""
+    """The number of steps of each future."""
     running = [i for i, r in enumerate(futures) if r.status == RUNNING]
     shares = {}
     for i in sorted(running, key=lambda i: futures[i].num_steps):

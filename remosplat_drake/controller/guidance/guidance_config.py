@@ -1,4 +1,4 @@
-"""`GuidanceConfig`: how far and how much the selector looks ahead."""
+"""`GuidanceConfig`: horizon and budget of the selector."""
 
 import dataclasses as dc
 from collections.abc import Iterator

@@ -25,7 +25,7 @@ START_TIME = 60.0
 """Time that the process may take to start [s]."""
 
 PATIENCE = 5.0
-"""Time without an answer after which nobody counts on the process [s]."""
+"""Time without an answer after which the process counts as lost [s]."""
 
 _NICENESS = 10
 """Niceness of the process: the control tick goes first."""

@@ -1,4 +1,4 @@
-"""What proposes the guidances among which the selector chooses."""
+"""Planners: they propose the guidances among which the selector chooses."""
 
 import dataclasses as dc
 from collections.abc import Sequence

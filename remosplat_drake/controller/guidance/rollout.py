@@ -104,7 +104,7 @@ class Rollout:
         """Prices the rollout, in seconds: the lower, the better.
 
         One that arrives costs its `arrival`; any other 58 s, and more the
-        farther it ends from the target. Who is outrun cannot be the best.
+        farther it ends from the target. One that is outrun cannot be the best.
 
         Args:
             first_tier: The usual stopping distance [m].
@@ -141,8 +141,8 @@ def advance_rollout(
     """Simulates it further, by the very tick that drives the robot.
 
     What moves keeps its twist for `FORESIGHT`, rests afterwards, and is
-    measured at every step as it was when the rollout began. Whoever stands
-    while it moves may be waiting for it to pass, and has not stalled.
+    measured at every step as it was when the rollout began. A robot that
+    stands while it moves may be waiting for it to pass, and has not stalled.
 
     Args:
         law: The control law, with the rollout's step as its period.
@@ -177,7 +177,7 @@ def _followed(
     horizon: float,
 ) -> Rollout:
     """The rollout after what was simulated, as far as to its end."""
-    # Without a path, who only turns has nowhere to go.
+    # Without a path, a base that only turns has nowhere to go.
     n_moves = law.robot.n_base - (rollout.guidance.path is None)
     anything_moves = _anything_moves(rollout.movers)
     time, still, path = rollout.time, rollout.still, list(rollout.path)

@@ -1,4 +1,4 @@
-"""Which guidance to follow: the selector's rule, as a pure function.
+"""The selector's rule, as a pure function: chooses a guidance.
 
 The present guidance is rolled out from the present state. If it arrives, it
 stays, and nothing is computed for a while. If not, the other candidates are
@@ -304,7 +304,7 @@ def _planned(
         return selection, ()
     guidance, effort, found = None, selection.effort, selection.found
     around = standing(now)
-    # What is remembered is no news to who has tried it or failed beside it.
+    # What is remembered is no news if it was tried, or failed nearby.
     again = selection.failures or found
     roadmap = NO_ROADMAP if again else selection.roadmap
     while guidance is None and len(plans) < (tiers or len(rule.tiers)):

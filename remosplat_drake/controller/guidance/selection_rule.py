@@ -1,4 +1,4 @@
-"""`SelectionRule`: what the selector tries and when it counts as arrival."""
+"""`SelectionRule`: the selector's candidates, and its test of arrival."""
 
 import dataclasses as dc
 from collections.abc import Callable

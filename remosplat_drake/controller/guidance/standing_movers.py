@@ -1,6 +1,6 @@
-"""What moves and stands still now: paths go round it, until it has gone.
+"""Movers that stand still: paths go round them, until they have gone.
 
-What passes is waited for: it will not be there any more when the robot comes.
+The robot waits for movers that pass: they will be gone when it comes.
 """
 
 import dataclasses as dc

@@ -1,4 +1,4 @@
-"""What the actuators can do, as bounds of the program."""
+"""Limits of the actuators, as bounds of the program."""
 
 import dataclasses as dc
 from typing import Annotated, NamedTuple
@@ -21,8 +21,8 @@ class VelocityLimitsConfig(Config):
     """Which of the robot's limits bound the command, and how much of them."""
 
     # Fraction of the robot's velocity and acceleration limits that the program
-    # may use. Braking ramps keep the full deceleration: who is careful does not
-    # stop later.
+    # may use. Braking ramps keep the full deceleration: a careful robot stops
+    # no later.
     fraction: Annotated[float, Interval(gt=0, le=1)] = 1.0
     # Whether the acceleration limits bound the change of the command:
     # |u - u_previous| <= a_max dt.

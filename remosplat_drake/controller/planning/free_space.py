@@ -1,4 +1,4 @@
-"""`FreeSpace`: which configurations and motions keep their distances."""
+"""`FreeSpace`: the configurations and motions that keep their distances."""
 
 from contextlib import AbstractContextManager, nullcontext
 

@@ -1,4 +1,4 @@
-"""`StandingMovers`: what moves otherwise, in the way of a path."""
+"""`StandingMovers`: movers that stand in the way of a path."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""`Plan`: what a search of a path has come to, and what it has cost."""
+"""`Plan`: the result of a search for a path, and its cost."""
 
 import dataclasses as dc
 

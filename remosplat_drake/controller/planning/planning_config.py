@@ -1,4 +1,4 @@
-"""`PlanningConfig`: how much is searched where nothing else arrives."""
+"""`PlanningConfig`: budgets of searches where nothing else arrives."""
 
 import dataclasses as dc
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""`MotionPredictor`: between the station and whoever plans its motion."""
+"""`MotionPredictor`: predicts, between the station and the controller."""
 
 import dataclasses as dc
 import math

@@ -1,1 +1,1 @@
-"""The quadratic program of a tick: what it is made of, and who solves it."""
+"""The quadratic program of a tick: its parts, and its solvers."""

@@ -1,4 +1,4 @@
-"""`Guidance`: how a tick is bent, and the candidates to choose among."""
+"""`Guidance`: the bends of a tick, and the candidates to choose among."""
 
 import dataclasses as dc
 import math

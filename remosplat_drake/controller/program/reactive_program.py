@@ -1,4 +1,4 @@
-"""What the ingredients of one tick add to.
+"""`ReactiveProgram`: the program that the ingredients of one tick add to.
 
 Decision variables are the command u and the slack delta of the end effectors'
 twists (paper section III-A); what is minimised and what must hold comes from

@@ -1,4 +1,4 @@
-"""Which convex solvers may be named in a scenario."""
+"""The convex solvers that a scenario may name."""
 
 from threading import local
 from typing import Protocol

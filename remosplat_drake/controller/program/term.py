@@ -1,4 +1,4 @@
-"""What a term of a program must be: of its shape, finite, convex."""
+"""Checks the terms of a program: of its shape, finite, convex."""
 
 import dataclasses as dc
 from collections.abc import Container

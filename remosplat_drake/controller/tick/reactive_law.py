@@ -69,8 +69,8 @@ class ReactiveLaw:
 
         law = ReactiveLaw(robot, [*default_ingredients(robot), MyCost()])
 
-    Whatever else needs the law for other steps, rollouts above all, derives
-    it by `with_step`: so that no ingredient is ever left out.
+    Callers that need the law for other steps, rollouts above all, derive it
+    by `with_step`, so that no ingredient is ever left out.
 
     Attributes:
         robot: The robot it drives.

@@ -1,4 +1,4 @@
-"""What kernels ask Python in the middle of a tick."""
+"""Questions that kernels ask Python in the middle of a tick."""
 
 from time import perf_counter
 

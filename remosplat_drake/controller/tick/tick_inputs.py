@@ -1,4 +1,4 @@
-"""`TickInputs`: what a control tick is given."""
+"""`TickInputs`: the inputs of a control tick."""
 
 import dataclasses as dc
 

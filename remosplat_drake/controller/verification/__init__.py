@@ -1,4 +1,4 @@
-"""Whether a command is safe: the tick and its whole braking ramp are checked.
+"""Verifies commands: the tick and its whole braking ramp are checked.
 
 A command and the ramp that brings it to rest are one path. `verify` asks the
 map along it and lets through as much of a command as leaves the path free.

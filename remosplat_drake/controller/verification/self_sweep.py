@@ -1,4 +1,4 @@
-"""`SelfClearance`: what the robot keeps from itself, all along a path."""
+"""`SelfClearance`: distances of the robot from itself, all along a path."""
 
 import dataclasses as dc
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""What it means that spheres enclose a link, and the proof of it.
+"""Proves that spheres enclose a link.
 
 A sphere model *encloses* a robot if every point on the surface of every
 collision shape and of every visual mesh of each link lies inside or on a

@@ -1,4 +1,4 @@
-"""How far the distances of convex pieces are from those of the meshes.
+"""Differences between distances of convex pieces and of the meshes.
 
 Pieces hold their mesh, so that two links are never farther apart by their
 pieces than by their meshes, and nearer by what the pieces stand out. Where that

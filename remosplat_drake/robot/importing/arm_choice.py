@@ -1,4 +1,4 @@
-"""Which joints are the arm's, and which frame leads: read, or guessed."""
+"""The arm's joints, and the frame that leads: read, or guessed."""
 
 import dataclasses as dc
 import math

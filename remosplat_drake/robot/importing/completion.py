@@ -1,4 +1,4 @@
-"""What a URDF leaves out and a controller needs: limits and inertias."""
+"""Completes a URDF with the limits and inertias that a controller needs."""
 
 import dataclasses as dc
 import math

@@ -1,4 +1,4 @@
-"""What robots are written in, and what to write there to mend one."""
+"""File formats of robots, and the advice to mend a file of each."""
 
 import dataclasses as dc
 

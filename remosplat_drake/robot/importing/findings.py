@@ -1,4 +1,4 @@
-"""`Findings`: what an import has read, what it has guessed, what it doubts."""
+"""`Findings`: facts, guesses and doubts of an import."""
 
 import dataclasses as dc
 
@@ -9,7 +9,7 @@ class Findings:
 
     Attributes:
         found: What the robot's files say.
-        guessed: What they do not say, and was made up; somebody should look.
+        guessed: What they do not say, and was made up; a person should look.
         doubted: What they say, was taken, and can hardly be true.
     """
 

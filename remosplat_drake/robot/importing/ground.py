@@ -1,4 +1,4 @@
-"""How low the links of a robot reach while its joints are at zero."""
+"""The lowest point of a robot whose joints are at zero."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What joints are for, by their names: an arm, a gripper, wheels, legs, a head.
+"""Roles of joints, by their names: an arm, a gripper, wheels, legs, a head.
 
 No format says so. Names do nearly always: makers call a finger a finger.
 """

@@ -33,7 +33,7 @@ def write_out_defaults(path: Path, root: Element) -> None:
     """
     classes: dict[str, _Attributes] = {_MAIN: {}}
     for default in root.findall("default"):
-        # Whatever its name, the outermost class is that of all elements.
+        # The outermost class, of any name, is that of all elements.
         _collect(default, _MAIN, classes[_MAIN], classes)
         classes[default.get("class", _MAIN)] = classes[_MAIN]
         root.remove(default)

@@ -278,7 +278,7 @@ class PlantUrdf:
         )
 
     def _frames(self) -> Iterator[tuple[str, Frame]]:
-        """Frames that somebody has named, besides those of links and joints."""
+        """Frames with names of their own, besides those of links and joints."""
         of_joints = {
             frame.index()
             for joint in self._joints

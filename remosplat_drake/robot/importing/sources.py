@@ -1,4 +1,4 @@
-"""A robot's file, whatever it is written in, as a URDF."""
+"""A robot's file, of any format, as a URDF."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""`Srdf`: what MoveIt's setup assistant has written about a robot."""
+"""`Srdf`: a robot's groups and states, as MoveIt's assistant writes them."""
 
 import dataclasses as dc
 import math

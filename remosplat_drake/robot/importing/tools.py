@@ -1,4 +1,4 @@
-"""Which arms a robot has, and which frame of each is its tool.
+"""The arms of a robot, and the frame of each that is its tool.
 
 The SRDF's groups say so, or names do, or else the fingers: a tool is where
 they meet.

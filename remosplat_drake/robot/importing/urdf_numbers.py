@@ -1,4 +1,4 @@
-"""What a URDF writes as numbers, checked before anything is made of it."""
+"""Checks the numbers of a URDF before anything is made of it."""
 
 import math
 from xml.etree.ElementTree import Element

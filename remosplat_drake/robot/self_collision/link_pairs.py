@@ -1,4 +1,4 @@
-"""Which pairs of a robot's links are watched, and why others are not.
+"""Pairs of a robot's links that are watched, and reasons for the others.
 
 Pairs are sorted out as MoveIt's setup assistant does it (Coleman et al. 2014):
 by where they are in the tree, by what the description allows, and by what

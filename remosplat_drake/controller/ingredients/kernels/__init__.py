@@ -1,1 +1,1 @@
-"""How the ingredients are put together."""
+"""Assembles the ingredients into the program of a tick."""

@@ -1,4 +1,4 @@
-"""Whether configurations and motions between them are free.
+"""Checks configurations, and motions between them, for distances.
 
 A motion is looked at as verification looks at commands: nothing slips through
 between two looks but for verification's tolerance, see `map_looks.py` and

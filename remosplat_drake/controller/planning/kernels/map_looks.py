@@ -1,4 +1,4 @@
-"""Whether a robot keeps off a map, at a place or all along a motion.
+"""Checks that a robot keeps off a map, at a place or all along a motion.
 
 A part of a motion is looked at in its middle: where a sphere has more room
 there than the way that it takes from there to either end, the part is free. The

@@ -1,4 +1,4 @@
-"""Whether a robot keeps off itself, at a place or all along a motion.
+"""Checks that a robot keeps off itself, at a place or all along a motion.
 
 The distance of two links changes by no more than a known rate. So a motion is
 looked at from coarse to fine, for each pair of links by itself: where the rooms

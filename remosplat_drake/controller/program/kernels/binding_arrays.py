@@ -1,4 +1,4 @@
-"""Which rows of a program hold its optimum back, and what pushes there."""
+"""Finds the rows that hold an optimum back, and the forces there."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What ingredients are told at a tick, and what they fill in, as arrays."""
+"""Inputs of ingredients at a tick, and their outputs, as arrays."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a tick decides: its program solved, and what to do when it fails."""
+"""A tick's decision: its program solved, with fallbacks."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""How much of the retreat that rows demand there can be.
+"""Finds the greatest share of the retreats that rows demand.
 
 Rows with negative right-hand sides demand that something moves away. Where not
 all that they demand is possible at once, they get the same share of it, and

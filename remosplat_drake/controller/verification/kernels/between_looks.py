@@ -1,4 +1,4 @@
-"""How near something may have come between two looks at it.
+"""Bounds on distances between two looks at them.
 
 A gap is a distance that hangs on one point which moves with the robot, and
 changes by no more than that point moves: from a sphere's centre to the scene,

@@ -1,4 +1,4 @@
-"""Where the protective separation distance is kept least, in one call."""
+"""Finds the least margin of the protective separation distance, in one call."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Whether spheres keep off a map all along a path.
+"""Checks that spheres keep off a map all along a path.
 
 It is asked from coarse to fine, and what is not known to be clear in the end is
 refused. Of a map that is not 1-Lipschitz nothing is said about what lies

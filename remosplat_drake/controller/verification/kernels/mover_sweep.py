@@ -1,6 +1,6 @@
-"""Whether spheres keep off what moves, all along a path to a standstill.
+"""Checks that spheres keep off movers, all along a path to a standstill.
 
-A sphere that moves must be clear of wherever movers can be by then, or move
+A sphere that moves must be clear of all places of movers by then, or move
 away from all of it. One that rests may be touched: it is not the robot that
 touches. So a path is checked until its end, and spheres that it does not move
 are not looked at.

@@ -1,4 +1,4 @@
-"""Whether pairs of convex shapes keep apart all along a path.
+"""Checks that pairs of convex shapes keep apart all along a path.
 
 Coarse before fine: a pair is looked at where the path starts and ends, and
 in between only where these two looks do not tell enough.
@@ -68,7 +68,7 @@ def pairs_keep_apart(tree, path, own, stopping, off):
     work = make_work()
     for link in range(len(boxes)):
         farthest = travel[link, -1]
-        # What moves neither link changes nothing, whatever rounding says.
+        # A motion of neither link changes nothing, in spite of rounding.
         if farthest == 0.0:
             continue
         a, b = boxes[link]

@@ -1,4 +1,4 @@
-"""How far a link may have moved, as seen from another, between two looks.
+"""Bounds the way of a link, as seen from another, between two looks.
 
 Let the core of a shape of B be a hull that lies within the reach r of its
 centre C, and let C be at p and B be turned by R as seen from A. No point of the

@@ -1,4 +1,4 @@
-"""Where spheres are along a path, and what that alone tells of their rooms."""
+"""Places spheres along a path, and bounds their rooms by that alone."""
 
 import numpy as np
 

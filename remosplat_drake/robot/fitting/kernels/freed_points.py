@@ -1,4 +1,4 @@
-"""How far cuts in two get points away from the hull of a part."""
+"""Measures how far cuts in two free points from the hull of a part."""
 
 import math
 

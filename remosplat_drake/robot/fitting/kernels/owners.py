@@ -1,4 +1,4 @@
-"""Which of several convex parts each triangle of a mesh belongs to."""
+"""Finds the one of several convex parts that each triangle belongs to."""
 
 import math
 

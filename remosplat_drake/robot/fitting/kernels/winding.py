@@ -1,4 +1,4 @@
-"""Whether surfaces wind around points."""
+"""Winding numbers of surfaces around points."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""How deep two convex hulls overlap: the expanding polytope algorithm.
+"""Depth of the overlap of two convex hulls: the expanding polytope algorithm.
 
 Van den Bergen (2001): a polytope within the Minkowski difference that holds
 the origin grows where its surface is nearest to the origin, until it cannot.

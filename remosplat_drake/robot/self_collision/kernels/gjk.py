@@ -1,11 +1,11 @@
-"""How far two convex hulls are apart, by Gilbert, Johnson and Keerthi (1988).
+"""Distance of two convex hulls, by Gilbert, Johnson and Keerthi (1988).
 
 The Minkowski difference of two hulls A and B holds all b - a. Its point
 nearest to the origin is the vector from the nearest point of A to that of B.
 GJK walks there over simplices of its vertices.
 
 What is returned is proved: for a unit vector n, no point of A is nearer to any
-of B than the least n'(b - a) over their vertices, whatever rounding did to the
+of B than the least n'(b - a) over their vertices, in spite of rounding in the
 simplex. The best such bound is the distance, and n separates the hulls.
 
 Hulls that overlap are left to `epa`, and have a negative distance. Two slow

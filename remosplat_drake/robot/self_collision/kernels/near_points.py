@@ -1,4 +1,4 @@
-"""Where links are near each other: more points than the nearest two.
+"""Points where links are near each other: more than the nearest two.
 
 The nearest points of two links jump. Two plates that face each other are
 nearest at one corner now, and at another after the smallest turn. A program

@@ -1,4 +1,4 @@
-"""Where two links are nearest by their shapes, in many configurations."""
+"""The nearest shapes of two links, in many configurations."""
 
 import numpy as np
 
