@@ -9,7 +9,3 @@ HAS_TORCH = find_spec("torch") is not None
 needs_torch = pytest.mark.skipif(
     not HAS_TORCH, reason="needs torch, of the extra `gpu`"
 )
-
-needs_coacd = pytest.mark.skipif(
-    find_spec("coacd") is None, reason="needs coacd, of the extra `robots`"
-)

@@ -6,10 +6,8 @@ from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw
 from scipy.spatial import KDTree
 
-from remosplat_drake.robot.fitting.convex_pieces import below, convex_piece
-from remosplat_drake.robot.fitting.enclosing_piece import Pieces
+from remosplat_drake.robot.fitting.convex_pieces import below
 from remosplat_drake.robot.fitting.kernels.freed_points import freed_points
-from remosplat_drake.robot.fitting.kernels.owners import owners
 from remosplat_drake.robot.fitting.kernels.points_distance import (
     points_distances,
 )
@@ -115,31 +113,3 @@ def test_links_are_nearest_where_their_nearest_shapes_are():
         np.testing.assert_allclose(
             way[apart], (found + radii)[apart], atol=1e-6
         )
-
-
-@given(SEEDS)
-def test_triangles_belong_to_the_part_that_they_are_deepest_in(seed):
-    rng = np.random.default_rng(seed)
-    parts = [
-        convex_piece(rng.uniform(-0.02, 0.02, (20, 3)) + middle, 0.0)
-        for middle in rng.uniform(-0.03, 0.03, (4, 3))
-    ]
-    hulls = Pieces(parts)
-    middles = rng.uniform(-0.05, 0.05, (100, 1, 3))
-    sizes = rng.choice([3e-4, 3e-3, 2e-2], (100, 1, 1))
-    triangles = middles + sizes * rng.uniform(-0.5, 0.5, (100, 3, 3))
-    found = owners(triangles, hulls.planes, hulls.first, 1e-3, 1e-2, 1e-3)
-    out = hulls.outside_each(triangles.reshape(-1, 3)).reshape(-1, 3, 4)
-    for triangle, owner, heights in zip(triangles, found, out, strict=True):
-        edges = triangle - np.roll(triangle, 1, axis=0)
-        longest = np.linalg.norm(edges, axis=1).max()
-        deepest = heights.max(axis=0)
-        together = len(set(heights.argmin(axis=1))) == 1
-        if (
-            deepest.min() <= 1e-3
-            or longest < 1e-3
-            or (longest < 1e-2 and together)
-        ):
-            assert owner == deepest.argmin()
-        else:
-            assert owner == -1

@@ -21,10 +21,7 @@ from remosplat_drake.robot.self_collision.shapes import (
     CollisionShapes,
     ConvexShape,
 )
-from tests.optional import needs_coacd
 from tests.robot.conftest import THREE_LINK
-
-pytestmark = needs_coacd
 
 LINKS = ("upper_arm", "wrist")
 

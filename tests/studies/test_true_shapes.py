@@ -8,9 +8,6 @@ trimesh = pytest.importorskip("trimesh")
 
 from apps.studies.true_shapes.__main__ import main
 from apps.studies.true_shapes.maker_meshes import MakerMeshes
-from tests.optional import needs_coacd
-
-pytestmark = needs_coacd
 
 URDF = """<robot name="two">
 <link name="a"><collision><geometry><mesh filename="large.stl"/></geometry>

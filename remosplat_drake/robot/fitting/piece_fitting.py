@@ -2,9 +2,8 @@
 
 All links begin with one piece a mesh. Where pieces say in some posture that two
 links are nearer than their meshes are, the piece that stands out more there is
-cut: a mesh by CoACD at first, and its parts by planes, until the distances are
-true or nothing finer is allowed. Links that nothing comes near keep their
-hulls, which is what keeps ticks fast.
+cut in two by a plane, until the distances are true or nothing finer is allowed.
+Links that nothing comes near keep their hulls, which keeps ticks fast.
 """
 
 import dataclasses as dc
@@ -13,7 +12,6 @@ from collections.abc import Callable
 import numpy as np
 
 from remosplat_drake.robot.fitting.convex_pieces import ConvexPiece
-from remosplat_drake.robot.fitting.decomposition import decompose
 from remosplat_drake.robot.fitting.enclosing_piece import enclosing_piece
 from remosplat_drake.robot.fitting.mesh_truth import MeshTruth, PairError
 from remosplat_drake.robot.fitting.plane_cuts import cut_in_two
@@ -34,9 +32,6 @@ _AIM = 4e-3
 _TRUE = 1.5e-3
 """How far a piece may stand out where it is not worth cutting: as far as points
 on a surface are from each other's middles [m]."""
-
-_COARSE = 0.02
-"""How far parts may stand out of a mesh that CoACD cuts [m]."""
 
 _SEARCHES = 3
 """How often worse postures are looked for. They are of pairs of links that were
@@ -72,11 +67,6 @@ class _Mesh:
             p: Points at which the piece stands out, shape (n, 3) [m].
             off: By how much, shape (n,) [m].
         """
-        if len(self.parts) == 1:
-            shares = decompose(part.surface, _COARSE)
-            if 1 < len(shares) <= MOST_PIECES:
-                self.parts = [_Part(share) for share in shares]
-                return True
         halves = None
         if len(self.parts) < MOST_PIECES:
             halves = cut_in_two(part.surface, p, off)

@@ -1,8 +1,8 @@
 """Cutting a part of a mesh by a plane, where its convex hull stands out.
 
 The hulls of both halves lie in the hull of the whole, so that a cut never
-makes distances worse. CoACD looks at all of a mesh; here it is known where
-another link comes near.
+makes distances worse. Decompositions look at all of a mesh; here it is known
+where another link comes near.
 """
 
 from itertools import product

@@ -5,7 +5,7 @@ import numpy as np
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.fitting.kernels.points_distance import PointTree
 
-_LEAF = 24
+_LEAF = 48
 """Most points of a ball that is not divided."""
 
 

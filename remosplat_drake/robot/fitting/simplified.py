@@ -2,34 +2,6 @@
 
 import numpy as np
 
-from remosplat_drake.base.system_libraries import import_optional
-
-
-def simplified(surface: np.ndarray, most: int) -> np.ndarray:
-    """Simplifies a surface that has many triangles.
-
-    Args:
-        surface: Triangles, shape (t, 3, 3) [m].
-        most: Number of triangles that remain, about.
-
-    Returns:
-        Triangles, shape (s, 3, 3) [m]; the same ones if they are few enough.
-
-    Raises:
-        MissingExtraError: There are more, and fast-simplification is not
-            installed (extra `robots`).
-    """
-    if len(surface) <= most:
-        return surface
-    simplify = import_optional(
-        "fast_simplification", "cutting meshes", "robots"
-    ).simplify
-    vertices, triangles = welded(surface)
-    vertices, triangles = simplify(
-        vertices.astype(np.float32), triangles, target_count=most
-    )
-    return vertices.astype(float)[triangles]
-
 
 def welded(surface: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Finds the vertices of a surface, equal corners being one.

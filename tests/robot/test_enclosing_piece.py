@@ -5,19 +5,14 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from remosplat_drake.robot.fitting.convex_pieces import (
-    ConvexPiece,
     convex_piece,
 )
-from remosplat_drake.robot.fitting.decomposition import decompose
 from remosplat_drake.robot.fitting.enclosing_piece import (
     SLACK,
     Pieces,
     enclosing_piece,
 )
 from remosplat_drake.robot.fitting.enclosure import standing_out
-from tests.optional import needs_coacd
-
-pytestmark = needs_coacd
 
 
 def bracket() -> np.ndarray:
@@ -38,21 +33,6 @@ def bracket() -> np.ndarray:
     return np.array([*floor, *roof, *sides])
 
 
-def decomposed(surface: np.ndarray) -> list[ConvexPiece]:
-    return [enclosing_piece(part) for part in decompose(surface, 0.01)]
-
-
-def test_a_bracket_becomes_its_two_bars():
-    pieces = decomposed(bracket())
-    assert len(pieces) == 2
-    assert standing_out(bracket(), Pieces(pieces)) <= 0.0
-    # The bars hold 5 litres; the hull of the bracket holds 7.
-    assert sum(piece.volume for piece in pieces) == pytest.approx(5e-3, rel=0.1)
-    # Pieces are nowhere in the bend but for what they are thickened by.
-    bend = np.array([[0.1, 0.1, 0.05]]) + 8 * SLACK
-    assert Pieces(pieces).outside_each(bend).min() > 0.0
-
-
 def test_a_mesh_in_one_piece_is_its_hull():
     piece = enclosing_piece(bracket())
     assert piece.volume == pytest.approx(7e-3, rel=2e-2)
@@ -63,7 +43,7 @@ def test_a_mesh_that_is_no_solid_is_enclosed_all_the_same():
     """Without one side, another twice, and with a sheet that stands alone."""
     sheet = np.array([[[0.4, 0, 0], [0.4, 0.1, 0], [0.4, 0, 0.1]]])
     broken = np.concatenate([bracket()[1:], bracket()[:4], sheet])
-    assert standing_out(broken, Pieces(decomposed(broken))) <= 0.0
+    assert standing_out(broken, Pieces([enclosing_piece(broken)])) <= 0.0
 
 
 def test_a_flat_mesh_gets_a_thickness():
