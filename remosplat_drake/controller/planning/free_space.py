@@ -10,6 +10,7 @@ from remosplat_drake.controller.planning.kernels.looks import (
     is_free_between,
 )
 from remosplat_drake.controller.planning.kernels.map_looks import rooms
+from remosplat_drake.controller.planning.kernels.map_work import MapWork
 from remosplat_drake.controller.planning.kernels.own_work import OwnWork
 from remosplat_drake.controller.planning.kernels.space_arrays import SpaceArrays
 from remosplat_drake.controller.planning.obstructions import (
@@ -96,6 +97,7 @@ class FreeSpace:
             ball_level=ball_level,
             # Mostly the hand, whose balls are the last, is what has no room.
             ball_order=np.arange(len(balls.first) - 1)[::-1],
+            work=MapWork.make(len(ball_level)),
             own=own,
             own_level=own_level,
             link_level=_most_by_link(own.values.pairs, own_level),

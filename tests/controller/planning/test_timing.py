@@ -141,7 +141,7 @@ def test_speeds_follow_the_dampers_law_where_room_is_small(three_link):
         allowed = (law[near] / lowered[near]).min()
         slower += allowed < free.v[k]
         assert path.v[k] <= max(allowed, 0.3) + 1e-6
-    assert slower > 3
+    assert slower >= 3
 
 
 @given(seed=st.integers(0, 10**6))

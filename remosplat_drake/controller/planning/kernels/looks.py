@@ -38,10 +38,14 @@ from remosplat_drake.scene.kernels.mover_reach import near_movers
 _LOOK = 0.8
 """How far a sphere moves between two looks of the first round [m]."""
 
-_PLACES = 0.5, 0.25, 0.75, 0.125, 0.375, 0.625, 0.875
-"""Shares of a motion after which it is looked at before all of it is: of the
-motions that end at a free configuration and are not free, nine in ten are not
-free at one of these places."""
+_MOST_PLACES = 8
+"""Most parts between places at which a motion is looked at before all of it is:
+of the motions of a search that end at a free configuration and are not free,
+nine in ten are not free at one of these places."""
+
+_LEAST_PLACE = 0.3
+"""Length of the parts below which they are not cut, radians and metres alike:
+short motions that are not free mostly end so."""
 
 _MOVER_LOOK = 0.02
 """How far a sphere moves between two looks at what stands in the way [m]."""
@@ -101,14 +105,27 @@ def moves_freely(space, line, a, b):
     """
     n_base = space.robot.n_base
     corners = waypoints(a, b, n_base, space.backing)
-    for share in _PLACES:
-        if not _is_off_there(space, line, corners, share):
-            return False
+    if not _is_off_at_places(space, line, corners):
+        return False
     for k in range(len(corners) - 1):
         u = stretch_command(corners[k], corners[k + 1], n_base)
         if not _keeps_off_scene(space, line, corners[k], u):
             return False
     return keeps_off_itself(space, a, _arms_command(a, b, n_base))
+
+
+@helper
+def _is_off_at_places(space, line, corners):
+    """Tells whether a motion is off the map at some places, coarsely first."""
+    square, parts = 0.0, 2
+    for j in range(corners.shape[1]):
+        square += (corners[-1, j] - corners[0, j]) ** 2
+    while parts <= _MOST_PLACES and square > (parts * _LEAST_PLACE) ** 2:
+        for k in range(1, parts, 2):
+            if not _is_off_there(space, line, corners, k / parts):
+                return False
+        parts *= 2
+    return True
 
 
 @helper

@@ -52,9 +52,8 @@ def is_off_the_map(space, line, X_WL):
         line: Number of the `PythonCalls` of its map.
         X_WL: Poses of all bodies, shape (b, 4, 4).
     """
-    m, order = len(space.ball_level), space.ball_order
-    item, bend, speed = np.empty(m, np.int64), np.zeros(m), np.zeros(0)
-    part = X_WL, X_WL, X_WL, 0.0, speed, bend, -_ROUNDING
+    order, item, bend = space.ball_order, space.work.item, space.work.bend
+    part = X_WL, X_WL, X_WL, 0.0, bend, bend, -_ROUNDING
     for first in range(0, len(order), _SOME):
         count = min(len(order) - first, _SOME)
         for k in range(count):
@@ -108,7 +107,8 @@ def keeps_off_the_map(space, line, q, u, looks):
     """
     tree, n_base, balls = space.robot.tree, space.robot.n_base, space.balls
     m, speed, b = len(space.ball_level), np.abs(u), len(tree.parent)
-    bend = np.full(m, -1.0)
+    bend = space.work.bend
+    bend[:] = -1.0
     # A stack, the end of the motion lowest: the next part is between the
     # topmost two.
     most = looks + 1 + _HALVES
@@ -164,13 +164,12 @@ def _look_at(space, line, part, item, count):
     Returns:
         Number of these spheres; -1 if one has too little room in the middle.
     """
-    balls, level, least = space.balls, space.ball_level, part[6]
+    balls, least = space.balls, part[6]
     groups, left = len(balls.first) - 1, 0
-    room, wanted = np.empty(len(level)), np.empty(len(level))
+    room, wanted, opened = space.work.room, space.work.wanted, space.work.opened
     while count > 0:
         _measure(space, line, part, item[left : left + count], room, wanted)
-        kept, opened = left, np.empty(count, np.int64)
-        opens = 0
+        kept, opens = left, 0
         for row in range(count):
             i = item[left + row]
             if room[row] >= wanted[row]:
@@ -201,23 +200,25 @@ def _measure(space, line, part, item, room, wanted):
     """
     before, middle, after, half, speed, bend, least = part
     balls, level, count = space.balls, space.ball_level, len(item)
-    p_WS, p = np.empty((count, 3)), np.empty(3)
-    reach, found = np.empty(count), np.empty(count)
+    work, p = space.work, space.work.p_before
+    p_WS, reach, found = work.p_WS[:count], work.reach, work.found[:count]
     for row in range(count):
-        i = item[row]
-        if bend[i] < 0.0:
-            bend[i] = bend_of(balls.hessian_bound[i], speed)
+        i, way = item[row], 0.0
         at = balls.body[i], balls.p_LS[i]
         _place(middle, at, p_WS[row])
-        _place(before, at, p)
-        way = longest_way(p, p_WS[row], bend[i], half)
-        _place(after, at, p)
-        way = max(way, longest_way(p, p_WS[row], bend[i], half))
+        if half > 0.0:
+            if bend[i] < 0.0:
+                bend[i] = bend_of(balls.hessian_bound[i], speed)
+            _place(before, at, p)
+            way = longest_way(p, p_WS[row], bend[i], half)
+            _place(after, at, p)
+            way = max(way, longest_way(p, p_WS[row], bend[i], half))
         wanted[row] = way + least
         reach[row] = level[i] + max(wanted[row], 0.0) + _MARGIN
     if is_compiled(space.map):
-        placed, R_WL = (space.map, space.off, line), np.empty((0, 3, 3))
-        sphere_clearances(placed, balls, item, p_WS, R_WL, reach, found)
+        # Orientations are read by maps of Python's alone.
+        placed, none = (space.map, space.off, line), space.balls.hessian_bound
+        sphere_clearances(placed, balls, item, p_WS, none, reach, found)
     else:
         _measure_in_python(space, line, (middle, p_WS), item, reach, found)
     for row in range(count):

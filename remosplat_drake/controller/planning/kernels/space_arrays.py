@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels.packed import Packed
+from remosplat_drake.controller.planning.kernels.map_work import MapWork
 from remosplat_drake.controller.planning.kernels.own_work import OwnWork
 from remosplat_drake.controller.verification.kernels.verified import OwnArrays
 from remosplat_drake.robot.robot_arrays import RobotArrays
@@ -27,6 +28,7 @@ class SpaceArrays(NamedTuple):
         ball_level: Clearance that each of these keeps, shape (m,) [m].
         ball_order: The order in which the balls are looked at, shape (g,);
             written to, so that a space serves one thread at a time.
+        work: Memory in which kernels look at the map.
         own: The pairs of the robot's own shapes.
         own_level: Distance that each pair keeps, shape (k,) [m].
         link_level: Largest distance that the shapes of each pair of links must
@@ -47,6 +49,7 @@ class SpaceArrays(NamedTuple):
     balls: SphereTree | Packed[SphereTree]
     ball_level: np.ndarray
     ball_order: np.ndarray
+    work: MapWork
     own: OwnArrays | Packed[OwnArrays]
     own_level: np.ndarray
     link_level: np.ndarray
