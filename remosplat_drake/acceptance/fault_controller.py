@@ -5,8 +5,8 @@
 It runs a scenario on the robot at a wire, as `remosplat run --hardware` does,
 and waits for a release when it is stopped. SIGUSR1 makes its fault happen, a
 second one ends it, SIGUSR2 releases a stop. Its log, one JSON object a line
-on stdout, tells what the supervisor did, where its page is, if it has one,
-and at the end how the run went.
+on stdout, tells what the supervisor did, which socket hears the buttons of
+its page, if it has one, and at the end how the run went.
 """
 
 import argparse

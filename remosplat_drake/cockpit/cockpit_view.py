@@ -173,7 +173,7 @@ def look_at(
     if supervision is not None:
         # Only whom the cockpit has let operate sees RELEASE.
         state = supervised(supervision, releases=True, standing=standing)
-    if status is not None and status.scene_map.splat_W is None:
+    if status is not None and status.scene_map.is_blank:
         state = without_map(state)
     is_held = standing.kind == HELD
     robot_state = robot.state(np.array(q))

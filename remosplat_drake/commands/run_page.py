@@ -68,7 +68,7 @@ def account_of(
     collision = scenario.controller.collision
     time = trajectory.time - start
     moments = [
-        Moment(at, f"{standing.kind}: {standing.text}")
+        Moment(at, standing.text)
         for at, standing in result.standings
         if standing.kind in _TOLD
     ]

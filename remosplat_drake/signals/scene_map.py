@@ -39,5 +39,10 @@ class SceneMap:
     tiles: tuple[SurfelTile, ...] = ()
     quality: str = ""
 
+    @property
+    def is_blank(self) -> bool:
+        """Whether it shows nothing, as before the first scan."""
+        return self.splat_W is None or not len(self.splat_W)
+
     def __deepcopy__(self, memo) -> "SceneMap":
         return self

@@ -233,6 +233,23 @@ class MeshcatPage:
         """
         self._newest.put(("plot", name), svg)
 
+    def set_places(
+        self, hand: np.ndarray, base: np.ndarray, target: np.ndarray | None
+    ):
+        """Tells where things are that people look at.
+
+        Args:
+            hand: Position of the first end effector in W, shape (3,) [m].
+            base: Position of the base in W, shape (3,) [m].
+            target: Position of its target in W, shape (3,) [m]; None for none.
+        """
+        named = {"hand": hand, "base": base, "target": target}
+        places = {
+            name: None if p_W is None else np.round(p_W, 4).tolist()
+            for name, p_W in named.items()
+        }
+        self._newest.put(("places",), places)
+
     def set_legend(self, entries: Sequence[tuple[str, str]]):
         """Shows the meaning of the scene's colours.
 

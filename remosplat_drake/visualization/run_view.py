@@ -76,6 +76,7 @@ class RunView(LeafSystem):
         self._base_trace = GrowingPath(page, f"{PATHS}/base", _BLUE)
         self._report: TickReport | None = None
         self._time = -np.inf
+        self._p_WT: np.ndarray | None = None
         self._targets = [
             TargetView(page, _named(TARGET, name)) for name in robot.effectors
         ]
@@ -109,6 +110,8 @@ class RunView(LeafSystem):
         """
         for effector, target in aim.items:
             self._targets[effector].update(target, time)
+            if effector == 0 and target.is_known:
+                self._p_WT = target.X_WT[:3, 3]
 
     def _draw_motion(self, q: np.ndarray, time: float):
         if time < self._time:
@@ -119,6 +122,8 @@ class RunView(LeafSystem):
         X_WEs = self._robot.end_effector_poses(q)
         for trace, X_WE in zip(self._hand_traces, X_WEs, strict=True):
             trace.append(X_WE[:3, 3], time)
+        base = self._robot.state(np.array(q)).X_WB[:3, 3]
+        self._page.set_places(X_WEs[0][:3, 3], base, self._p_WT)
         if self._robot.n_base:
             self._base_trace.append(np.array([*q[:2], _TRACE_HEIGHT]), time)
 

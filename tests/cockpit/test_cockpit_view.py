@@ -70,11 +70,19 @@ def test_a_stopped_robot_may_be_released_by_its_operator(frankie):
 def test_a_robot_without_a_map_is_not_green(frankie):
     field = SignedDistanceField(PrimitiveScene())
     moving = Standing("moving", "moving to the target")
-    blank = MapStatus(SceneMap(0, None, (), -np.inf, field))
+    nothing = GaussianSplat.empty()
+    blank = MapStatus(SceneMap(0, None, (), -np.inf, field, nothing))
     told = look(frankie, standing=moving, status=blank).state
     assert (told.phase, told.title) == (pages.HELD, "Live, without a map")
     assert told.text == "scan first; moving to the target"
-    known = dc.replace(blank.scene_map, splat_W=GaussianSplat.empty())
+    disc = GaussianSplat(
+        p_GK=np.zeros((1, 3)),
+        quaternions=np.eye(4)[:1],
+        scales=np.full((1, 2), 0.1),
+        opacities=np.ones(1),
+        colors=np.ones((1, 3)),
+    )
+    known = dc.replace(blank.scene_map, splat_W=disc)
     told = look(frankie, standing=moving, status=MapStatus(known)).state
     assert told.phase == pages.LIVE
 

@@ -32,6 +32,10 @@
     } else {
       if (kind === "bar") bar = name;
       if (kind === "account") account = name;
+      if (kind === "places") {
+        document.documentElement.dataset.views = true;
+        return views.show(name);
+      }
       panel.show(kind, name, ...rest);
     }
   };

@@ -20,7 +20,10 @@ const player = (() => {
       line.setAttribute("x1", x);
       line.setAttribute("x2", x);
     }
-    const past = find("#events button").filter((e) => e.dataset.time <= now);
+    // A recording ends with its last frame, the run up to a frame later.
+    const past = find("#events button").filter(
+      (e) => e.dataset.time <= now + (now < span ? 0 : 0.1),
+    );
     const latest = past[past.length - 1];
     for (const event of find("#events button")) {
       event.classList.toggle("now", event === latest);

@@ -187,6 +187,31 @@ def test_a_run_is_played_where_it_was_watched(page):
         assert tab.console() == []
 
 
+def test_a_view_goes_along_with_what_it_looks_at(page):
+    camera = "viewer.camera.position.toArray()"
+    with open_browser((1000, 700)) as tab:
+        tab.draw_nothing()
+        tab.open(page.url)
+        hand, base = np.array([0.5, 0.0, 0.8]), np.zeros(3)
+        page.set_places(hand, base, np.array([0.9, 0.0, 0.8]))
+        # Where the page looks from at first.
+        tab.wait_for(f"window.viewer && Math.abs({camera}[0] + 1.2) < 1e-6")
+        tab.click("#views button", text="both")
+        tab.wait_for(f"Math.abs({camera}[0] - 0.7) < 1e-3")
+        # Beside the line from hand to target, and above it; y is up there.
+        before = np.array(tab.evaluate(camera))
+        assert before[1] > 1.2 and abs(before[2]) > 0.9
+        higher = np.array([0.5, 0.0, 1.0])
+        page.set_places(higher, base, np.array([0.9, 0.0, 1.0]))
+        tab.wait_for(f"Math.abs({camera}[1] - {before[1] + 0.2}) < 1e-3")
+        tab.click("#views button", text="free")
+        page.set_places(hand, base, None)
+        pressed = "document.querySelector('[aria-pressed=true]').innerText"
+        tab.wait_for(f"{pressed} === 'free'")
+        after = np.array(tab.evaluate(camera))
+        assert after[1] == pytest.approx(before[1] + 0.2, abs=1e-3)
+
+
 def test_each_onlooker_hides_things_for_himself(page):
     """A button says what it shows, and works when the program has ended."""
     shown = "viewer.scene_tree.find(['remosplat', 'truth']).object.visible"
