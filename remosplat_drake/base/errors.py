@@ -62,7 +62,7 @@ class MissingExtraError(RemoSplatError):
         )
 
 
-_MANY, _LISTED = 10, 5
+_MANY, _LISTED = 12, 5
 """Number of names that are all listed, and how many are listed of more."""
 
 

@@ -168,6 +168,7 @@ def run(arguments: argparse.Namespace) -> int:
         Progress(console) as progress,
         compiling_shown(progress, scenario, preparation.tell),
     ):
+        preparation.tell("loading the map and the robot")
         world = load_world(scenario)
         places = target_places(scenario, world)
         knowledge = examine_map(scenario, world, places)

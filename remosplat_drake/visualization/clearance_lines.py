@@ -6,7 +6,8 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.tick_report import TickReport
-from remosplat_drake.visualization.page import LIVE, ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.scene_look import LIVE, ROOT
 from remosplat_drake.visualization.shapes import tube_mesh
 
 KEPT = f"{LIVE}/kept_clearances"

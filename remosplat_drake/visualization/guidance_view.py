@@ -8,8 +8,9 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 from remosplat_drake.controller.guidance.rollout import Rollout
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.program.guidance import DIRECT
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.shapes import tube_mesh
 
 FUTURES = f"{ROOT}/futures"

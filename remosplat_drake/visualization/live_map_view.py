@@ -13,8 +13,9 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.scene_map import SceneMap
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.toggle import on_off
 from remosplat_drake.visualization.unseen_space import (
     add_unseen_toggle,

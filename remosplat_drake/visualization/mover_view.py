@@ -9,8 +9,9 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.scene.mover_camera import MoverCamera
 from remosplat_drake.scene.mover_shape import shape_of
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.scene_look import ROOT
 
 MOVERS = f"{ROOT}/movers"
 

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Cylinder, Meshcat, MeshcatParams, Rgba
-from pydrake.math import RigidTransform
+from pydrake.geometry import Meshcat, MeshcatParams
 
 from remosplat_drake.base.atomic_file import atomic_write
 from remosplat_drake.base.errors import RemoSplatError
@@ -21,38 +20,10 @@ from remosplat_drake.visualization.page_state import PageState
 from remosplat_drake.visualization.saved_page.account import Account
 from remosplat_drake.visualization.saved_page.archive import pack
 from remosplat_drake.visualization.saved_page.html_page import saved_page
+from remosplat_drake.visualization.scene_look import LIVE, dress
 from remosplat_drake.visualization.toggle import Toggle
 
-ROOT = "/remosplat"
-"""Path in the scene tree below which everything of this project is."""
-
-LIVE = f"{ROOT}/live"
-"""Path below which is what a recording cannot hold, and therefore hides."""
-
 _FIRST_PORT = 7000
-_FLOOR_RADIUS = 30.0
-_FLOOR_DROP = 0.006  # A captured floor must not fight with the drawn one.
-_CAMERA = "/Cameras/default/rotated/<object>"
-_SKY = [0.94, 0.96, 0.98]
-_NADIR = [0.50, 0.52, 0.54]
-_FLOOR = Rgba(0.70, 0.73, 0.77)
-_LIGHTS = {
-    "AmbientLight": {"intensity": 0.7},
-    "PointLightNegativeX": {"visible": False},
-    "PointLightPositiveX": {"visible": False},
-    # A sun over the camera's shoulder: light without a horizon, and the
-    # only one with a shadow.
-    "FillLight": {
-        "position": [-4.5, -2.2, 7.0],
-        "intensity": 2.3,
-        "castShadow": True,
-        "shadow.radius": 4.0,
-        "shadow.bias": -0.0005,
-        "shadow.normalBias": 0.01,
-        "shadow.mapSize.width": 2048.0,
-        "shadow.mapSize.height": 2048.0,
-    },
-}
 
 
 class MeshcatPage:
@@ -110,7 +81,7 @@ class MeshcatPage:
         self._notes: dict[str, tuple[str, str]] = {}
         self.state: PageState | None = None
         self._clicks = dict.fromkeys(page_style.BUTTONS, 0)
-        self._dress(floor)
+        dress(self.meshcat, floor=floor)
         self.look_from(p_WC=(-1.2, -2.8, 2.0), p_WT=(0.65, 0.1, 0.38))
 
     @property
@@ -322,30 +293,6 @@ class MeshcatPage:
         page = saved_page(self.meshcat.StaticHtml(), lasting)
         with atomic_write(path) as file:
             file.write(pack(page, path.stem))
-
-    def _dress(self, floor: bool):
-        meshcat = self.meshcat
-        meshcat.SetProperty("/Background/<object>", "top_color", _SKY)
-        meshcat.SetProperty("/Background/<object>", "bottom_color", _NADIR)
-        meshcat.SetProperty(
-            "/Background/<object>", "render_environment_map", False
-        )
-        for path in ("/Grid", "/Axes"):
-            meshcat.SetProperty(path, "visible", False)
-        for light, properties in _LIGHTS.items():
-            for name, value in properties.items():
-                node = f"/Lights/{light}"
-                # Visibility belongs to the tree, the rest to the light.
-                if name != "visible":
-                    node += "/<object>"
-                meshcat.SetProperty(node, name, value)
-        meshcat.SetProperty(_CAMERA, "zoom", 2.2)
-        if floor:
-            path = f"{ROOT}/floor"
-            meshcat.SetObject(path, Cylinder(_FLOOR_RADIUS, 0.01), _FLOOR)
-            meshcat.SetTransform(
-                path, RigidTransform([1.0, 0.0, -0.005 - _FLOOR_DROP])
-            )
 
 
 def _start_server(port: int | None, host: str, newest: Newest) -> PageServer:

@@ -19,12 +19,13 @@ from remosplat_drake.signals.standing import (
 )
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import MAX_SURFELS
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import (
     PUBLISH_PERIOD,
     AddRobotView,
 )
 from remosplat_drake.visualization.run_view import RunView
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.splat_view import draw_surfels
 from remosplat_drake.visualization.standing_view import StandingView
 from remosplat_drake.visualization.toggle import on_off

@@ -25,7 +25,8 @@ from remosplat_drake.robot.meshes import link_meshes, register_link_meshes
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.visuals import load_visuals
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.scene_look import ROOT
 
 PUBLISH_PERIOD = 1 / 32
 """Time between two pictures of everything that moves [s]."""

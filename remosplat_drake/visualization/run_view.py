@@ -16,8 +16,9 @@ from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.clearance_lines import ClearanceLines
 from remosplat_drake.visualization.growing_path import GrowingPath
 from remosplat_drake.visualization.legend import legend
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.sphere_view import SphereView
 from remosplat_drake.visualization.target_view import TargetView
 from remosplat_drake.visualization.trace_colors import rgba, trace_colors

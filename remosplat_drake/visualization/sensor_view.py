@@ -8,7 +8,8 @@ from pydrake.perception import BaseField, Fields, PointCloud
 from remosplat_drake.oracle.depth_sensor import N_VIEWS
 from remosplat_drake.oracle.view_images import SphereViews
 from remosplat_drake.visualization.depth_views import range_colors
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.shapes import tube_mesh
 from remosplat_drake.visualization.toggle import on_off
 

@@ -6,7 +6,8 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import Clearances
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.toggle import on_off
 
 SPHERES = f"{ROOT}/spheres"

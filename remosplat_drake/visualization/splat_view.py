@@ -6,7 +6,8 @@ from pydrake.math import RigidTransform
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.splat.surfel_tiles import MAX_SURFELS, largest
 from remosplat_drake.visualization.instanced_splat import InstancedSplat
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.toggle import Toggle
 
 SURFELS = f"{ROOT}/splat/surfels"

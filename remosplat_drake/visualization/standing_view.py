@@ -8,9 +8,10 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.standing import HELD, NOT_STARTED, Standing
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import unsupervised
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.shapes import shine_through, tube_mesh
 
 LINKS = f"{ROOT}/held/links"

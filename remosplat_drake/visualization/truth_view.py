@@ -3,7 +3,8 @@
 from pydrake.geometry import Box, Cylinder, Rgba
 
 from remosplat_drake.scene import primitive_scene as scenes
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.toggle import on_off
 
 TRUTH = f"{ROOT}/truth"

@@ -8,7 +8,8 @@ from pydrake.geometry import Meshcat, Rgba
 from pydrake.math import RigidTransform
 
 from remosplat_drake.signals.coverage import FREE, UNSEEN, Coverage
-from remosplat_drake.visualization.page import ROOT, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.toggle import on_off
 
 UNSEEN_SPACE = f"{ROOT}/map/unseen"

@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import FileError, RemoSplatError
 from remosplat_drake.visualization import page_state
-from remosplat_drake.visualization.page import LIVE, MeshcatPage
+from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import (
     RELEASE,
     START,
@@ -24,6 +24,7 @@ from remosplat_drake.visualization.page_style import (
     heading,
     slider,
 )
+from remosplat_drake.visualization.scene_look import LIVE
 
 
 def test_taken_port_is_named():

@@ -3,7 +3,7 @@
 import base64
 import hashlib
 from email.message import Message
-from typing import BinaryIO
+from io import BufferedIOBase
 
 _GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 """Appended to a client's key, by section 1.3."""
@@ -38,7 +38,7 @@ def acceptance(key: str) -> str:
     return base64.b64encode(digest).decode()
 
 
-def send_text(file: BinaryIO, text: bytes) -> None:
+def send_text(file: BufferedIOBase, text: bytes) -> None:
     """Sends a text as one frame.
 
     Args:
@@ -56,7 +56,7 @@ def send_text(file: BinaryIO, text: bytes) -> None:
     file.flush()
 
 
-def receive_text(file: BinaryIO) -> bytes | None:
+def receive_text(file: BufferedIOBase) -> bytes | None:
     """Waits for a short text; None when the connection ends.
 
     Args:
