@@ -1,11 +1,11 @@
-"""`Authority`: who of those at the page operates the robot."""
+"""`Authority`: decides which client of the page operates the robot."""
 
 import hmac
 import secrets
 from collections import Counter
 
 _ALPHABET = "ABCDEFGHJKMNPQRSTVWXYZ23456789"
-"""Letters and digits that nobody takes for one another."""
+"""Letters and digits that are not mistaken for one another."""
 
 _GROUPS, _LENGTH = 2, 4
 """A code is two groups of four: 6.6e11 of them."""
@@ -28,14 +28,14 @@ def is_whole(typed: str) -> bool:
 
 
 class Authority:
-    """Lets one client operate: whoever has typed the code that is valid now.
+    """Lets one client operate: the one that typed the code that is valid now.
 
-    A code works once. While somebody operates there is none; when that client
+    A code works once. While a client operates there is none; when that client
     hands over or leaves, another one is issued.
 
     Attributes:
-        code: The code that is valid now; empty while somebody operates.
-        operator: Number of the client that operates; None for nobody.
+        code: The code that is valid now; empty while a client operates.
+        operator: Number of the client that operates; None for none.
     """
 
     def __init__(self):
@@ -57,7 +57,7 @@ class Authority:
         if self.operator == client:
             return ""
         if self.operator is not None:
-            return "somebody else operates; the terminal will show a new code"
+            return "another client operates; the terminal will show a new code"
         if self._tries[client] >= MOST_TRIES:
             return f"{MOST_TRIES} wrong codes: load the page again"
         if not hmac.compare_digest(_plain(typed), _plain(self.code)):

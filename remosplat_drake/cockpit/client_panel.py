@@ -1,4 +1,4 @@
-"""`ClientPanel`: what one browser shows of the cockpit besides the scene."""
+"""`ClientPanel`: one browser's panel of the cockpit, beside the scene."""
 
 import html
 from typing import Protocol
@@ -61,7 +61,7 @@ class Crew(Protocol):
     """What a panel asks of the page that it is part of."""
 
     def stop(self) -> None:
-        """Stops the robot; anybody may."""
+        """Stops the robot; every client may."""
         ...
 
     def admit(self, panel: "ClientPanel", code: str) -> str:
@@ -76,7 +76,7 @@ class Crew(Protocol):
 class ClientPanel:
     """STOP, how things stand, a field for the code, and views.
 
-    The controls are the client's own: nobody else's messages reach them.
+    The controls are the client's own: no other client's messages reach them.
 
     Args:
         client: The client.

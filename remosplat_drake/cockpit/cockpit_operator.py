@@ -27,7 +27,7 @@ class CockpitOperator(LeafSystem):
 
     `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
     and `operator` the `OperatorRequests` so far; they are those of the latest
-    message whenever somebody asks. While the cockpit cannot be heard, STOP
+    message when a system asks. While the cockpit cannot be heard, STOP
     cannot either, and the requests say so.
 
     Args:

@@ -1,4 +1,4 @@
-"""`CockpitPlots`: how the last half a minute was, for all at the page."""
+"""`CockpitPlots`: plots of the last half a minute, for all at the page."""
 
 import dataclasses as dc
 from collections.abc import Callable

@@ -25,9 +25,9 @@ START_TIME = 120.0
 """Time that the process may take to serve its page [s]."""
 
 PATIENCE = 3.0
-"""Time without a sign of life after which nobody counts on STOP [s]."""
+"""Time without a sign of life after which STOP counts as unheard [s]."""
 
-DIED = "the cockpit has died: nobody could stop the robot there"
+DIED = "the cockpit has died: the robot could not be stopped there"
 SILENT = f"the cockpit has not answered for {PATIENCE:g} s: STOP is not heard"
 
 _NICENESS = 0
@@ -51,7 +51,7 @@ class CockpitProcess:
         """Prepares a process, which `start` starts.
 
         Args:
-            announce: Called, in a thread, with every code that lets somebody
+            announce: Called, in a thread, with every code that lets a client
                 operate.
         """
         self.wishes = Wishes()

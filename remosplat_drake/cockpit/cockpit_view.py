@@ -49,7 +49,7 @@ class CockpitView(LeafSystem):
     `target_state` the `TargetState`, `supervision` the `SupervisorState`,
     `map_status` the `MapStatus` of a live map, and `report` the controller's
     `TickReport`, of which every one counts for the plots. It draws nothing and
-    waits for nobody: that is the cockpit's.
+    does not wait: that is the cockpit's.
 
     Args:
         process: The cockpit.
@@ -171,7 +171,7 @@ def look_at(
     """
     state = unsupervised(standing)
     if supervision is not None:
-        # Only whom the cockpit has let operate sees RELEASE.
+        # Only the client that operates sees RELEASE.
         state = supervised(supervision, releases=True, standing=standing)
     if status is not None and status.scene_map.is_blank:
         state = without_map(state)

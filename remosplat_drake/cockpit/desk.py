@@ -1,4 +1,4 @@
-"""`Desk`: what people at the cockpit have asked for so far."""
+"""`Desk`: the requests of people at the cockpit so far."""
 
 import dataclasses as dc
 from collections.abc import Callable

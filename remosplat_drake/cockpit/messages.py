@@ -1,4 +1,4 @@
-"""What the control process and the cockpit's process tell each other."""
+"""Messages between the control process and the cockpit's process."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -122,7 +122,7 @@ class Look:
     X_WTs: np.ndarray | None = None
 
     def after(self, earlier: "Look | None") -> "Look":
-        """Returns this moment with the ticks of one that nobody has seen.
+        """Returns this moment with the ticks of one that was not seen.
 
         Args:
             earlier: The moment before; None if it has been shown.
@@ -141,7 +141,7 @@ class Wishes:
         requests: What the operator asks of the map.
         scene_changes: Number of times that a simulated camera was to see
             another scene.
-        operator: Presses of STOP, by anybody, and of RELEASE, by the operator.
+        operator: Presses of STOP, by all, and of RELEASE, by the operator.
     """
 
     command: OperatorCommand = dc.field(default_factory=OperatorCommand)
@@ -163,7 +163,7 @@ class Serving:
 
 @dc.dataclass(frozen=True)
 class CodeIssued:
-    """Whoever types a code into the page operates the robot.
+    """The client that types a code into the page operates the robot.
 
     Attributes:
         code: The code, for the terminal.

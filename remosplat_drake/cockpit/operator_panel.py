@@ -74,7 +74,7 @@ class OperatorPanel:
         self._moved_at = self._asked_at = -np.inf
         self._parts: list[viser.GuiButtonHandle | viser.GuiFolderHandle] = []
         self._commands: list[viser.CommandHandle] = []
-        # Far from STOP, and asked for: nobody lets a robot go by a slip.
+        # Far from STOP, and asked for: no slip lets a robot go.
         self._release = self._button(
             client.gui, "RELEASE", self._ask, color="orange", order=80.0
         )
@@ -227,7 +227,7 @@ class OperatorPanel:
     def _listen(self, slider: viser.GuiSliderHandle) -> None:
         @slider.on_update
         async def _(event: viser.GuiEvent):
-            # Who has set it is a person only if a client has.
+            # A person has set it only if a client has.
             if event.client is not None:
                 values = [float(s.value) for s in self._sliders]
                 self._move(self._coordinates.pose(np.array(values)))

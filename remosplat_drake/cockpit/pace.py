@@ -1,4 +1,4 @@
-"""`Pace`: how fast a simulation runs beside the wall clock."""
+"""`Pace`: the speed of a simulation beside the wall clock."""
 
 from collections import deque
 

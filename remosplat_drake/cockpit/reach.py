@@ -1,4 +1,4 @@
-"""`find_reach`: whether a target can be reached, and by what configuration."""
+"""`find_reach`: finds a configuration that reaches a target, if any does."""
 
 import dataclasses as dc
 

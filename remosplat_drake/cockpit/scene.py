@@ -1,4 +1,4 @@
-"""`CockpitScene`: the scene that all who look at the cockpit share."""
+"""`CockpitScene`: the scene that all viewers of the cockpit share."""
 
 import numpy as np
 import trimesh
@@ -162,7 +162,7 @@ class CockpitScene:
 def draw_splat(
     scene: viser.SceneApi, name: str, splat: GaussianSplat
 ) -> viser.GaussianSplatHandle:
-    """Draws true Gaussians; surfels get a thickness that nobody sees.
+    """Draws true Gaussians; surfels get a thickness that is not seen.
 
     Args:
         scene: What they are drawn in.

@@ -75,7 +75,7 @@ def serve(connection: Connection, job: CockpitJob, picture: MapPicture) -> None:
 
 
 class Page:
-    """The page of one cockpit and all who look at it.
+    """The page of one cockpit and all its viewers.
 
     Args:
         connection: Pipe to the control process.
@@ -177,13 +177,13 @@ class Page:
         with self._lock:
             self._panels.pop(client.client_id, None)
             if self._authority.leave(client.client_id):
-                # Nobody is there to see where the robot goes.
+                # No person is there to see where the robot goes.
                 self._desk.press("holds")
                 why = "the operator has left"
                 self._send(CodeIssued(self._authority.code, why))
 
     def stop(self) -> None:
-        """Stops the robot; anybody may."""
+        """Stops the robot; every client may."""
         self._desk.stop()
 
     def show_unseen(self, shown: bool) -> None:

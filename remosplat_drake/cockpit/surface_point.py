@@ -1,4 +1,4 @@
-"""Points of surfaces that somebody clicks at, and targets before them."""
+"""Points of surfaces that an operator clicks, and targets before them."""
 
 import dataclasses as dc
 
@@ -26,7 +26,7 @@ class SurfacePoint:
 
     Attributes:
         p_W: The point in W, shape (3,) [m].
-        normal_W: Unit normal, from the surface towards who looked, shape (3,).
+        normal_W: Unit normal, from the surface towards the viewer, shape (3,).
     """
 
     p_W: np.ndarray

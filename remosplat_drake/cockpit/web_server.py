@@ -47,7 +47,7 @@ def _free_port(host: str, port: int | None) -> int:
 
 
 def _offer_no_tunnel(server: viser.ViserServer) -> None:
-    """Lets no browser open viser's tunnel, which would let anybody in."""
+    """Lets no browser open viser's tunnel, which would let strangers in."""
     connection = server._websock_server
     for message in (ShareUrlRequest, ShareUrlDisconnect):
         connection.unregister_handler(message)

@@ -1,4 +1,4 @@
-"""What the wrist camera sees, for people."""
+"""The wrist camera's pictures, for people."""
 
 from collections.abc import Callable, Iterator
 from time import monotonic, sleep

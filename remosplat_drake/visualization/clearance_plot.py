@@ -1,4 +1,4 @@
-"""How the smallest clearance is plotted, on every page alike."""
+"""The plot of the smallest clearance, the same on every page."""
 
 from remosplat_drake.visualization.svg_plot import Mark, SvgPlot
 

@@ -1,4 +1,4 @@
-"""`DeadMan`: whether the gamepad's dead-man switch is held right now."""
+"""`DeadMan`: the state of a gamepad's dead-man switch."""
 
 import time
 

@@ -62,8 +62,8 @@ class InstancedSplat:
         """Makes a mesh of discs over the splats' two largest axes.
 
         The discs are flat double cones: where two of them overlap, each is
-        seen on its own side of the line between them, in whatever order they
-        are drawn.
+        seen on its own side of the line between them, in any order of
+        drawing.
         """
         return self._mesh(double_cone(_SIDES), self._places | self._poses)
 

@@ -1,4 +1,4 @@
-"""`MoverView`: what moves, whither, and the cameras that saw it."""
+"""`MoverView`: movers, their ways, and the cameras that saw them."""
 
 import numpy as np
 from pydrake.common.value import Value

@@ -1,4 +1,4 @@
-"""`PageState`: how things stand, as the page says it, and what may be pressed.
+"""`PageState`: the state of a run, as the page says it, and its buttons.
 
 A page is never allowed to look alive when nothing behind it is. Everything
 that it says about the run as a whole, and every button that acts on the
@@ -23,7 +23,7 @@ WAITING = "waiting"
 LIVE = "live"
 """Phase in which the robot moves, or may at any moment."""
 HELD = "held"
-"""Phase in which something holds the robot back, though nobody stops it."""
+"""Phase in which something holds the robot back, though nothing stops it."""
 STOPPED = "stopped"
 """Phase in which the supervisor has stopped the robot."""
 REACHED, MISSED = "reached", "missed"
@@ -39,7 +39,7 @@ START, STOP, RELEASE = "start", "stop", "release"
 
 @dc.dataclass(frozen=True)
 class PageState:
-    """How things stand, for a person who looks at the page.
+    """How things stand, for a viewer of the page.
 
     Attributes:
         phase: WAITING, LIVE, HELD, STOPPED, REACHED, MISSED, REPLAYED or
@@ -74,7 +74,7 @@ def preparing(text: str) -> PageState:
 
 
 def waiting(goal: str) -> PageState:
-    """Returns the state before a run that somebody at the page starts.
+    """Returns the state before a run that a viewer of the page starts.
 
     Args:
         goal: What the run is for, in a sentence.
@@ -110,7 +110,7 @@ def supervised(
 
 
 def unsupervised(standing: Standing = NOT_STARTED) -> PageState:
-    """Returns the state of a run without a supervisor, which nobody stops.
+    """Returns the state of a run without a supervisor: nothing stops it.
 
     Args:
         standing: How things stand.

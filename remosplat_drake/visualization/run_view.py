@@ -1,4 +1,4 @@
-"""`RunView`: what the controller sees and decides, on the page."""
+"""`RunView`: the controller's inputs and decisions, on the page."""
 
 import numpy as np
 from pydrake.common.value import AbstractValue

@@ -21,8 +21,8 @@ _STEPS = 16
 class SphereView:
     """Draws translucent spheres, red where the scene is near.
 
-    They are hidden until somebody clicks their button. Hidden ones move with
-    the robot, too: each page shows them when its onlooker wants.
+    They are hidden until a viewer clicks their button. Hidden ones move with
+    the robot, too: each page shows them when its viewer wants.
 
     Args:
         page: The page to draw on.

@@ -39,7 +39,7 @@ _GRACE = 0.5
 
 
 class TeleopPanel(LeafSystem):
-    """An operator who uses the page's sliders, buttons and gamepad.
+    """An operator that uses the page's sliders, buttons and gamepad.
 
     .. pydrake_system::
 
@@ -51,7 +51,7 @@ class TeleopPanel(LeafSystem):
         - map_requests
 
     `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
-    so far; they are read off the page whenever somebody asks. `state` is the
+    so far; they are read off the page when a system asks. `state` is the
     `TargetState`: the sliders follow the target while something else than
     they moves it, and its text is a line on the page. Of several end effectors
     a button chooses the next one.

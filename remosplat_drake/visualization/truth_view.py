@@ -15,7 +15,7 @@ _COLOR = Rgba(0.10, 0.65, 0.60, 0.45)
 class TruthView:
     """Draws the true scene as translucent boxes and cylinders.
 
-    They are hidden until somebody clicks their button.
+    They are hidden until a viewer clicks their button.
 
     Args:
         page: The page to draw on.

@@ -99,7 +99,7 @@ def frontier_mesh(
     They look into the free space: drawn from that side only, the walls
     between an onlooker outside and the scene do not hide it. The edge of the
     grid is a wall, too, but not its floor. Unseen space behind a surface is
-    no frontier: nobody could have seen it.
+    no frontier: it could not have been seen.
 
     Args:
         coverage: The voxel grid of what was seen.

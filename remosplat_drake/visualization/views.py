@@ -36,7 +36,7 @@ def AddViews(
         robot: The robot that moves.
         configuration: Output port of the measured configuration q.
         report: Output port of the controller's `TickReport`.
-        standing: Output port of the `Standing`; None if nobody says it.
+        standing: Output port of the `Standing`; None if no system says it.
         splat_W: The scene's splat in W; None for none.
         truth: The scene's true geometry; None if it is unknown.
         selection: Output port of the guidance selector's `Selection`; None

@@ -21,6 +21,7 @@ ROOMS = (
     "benchmark",
     "camera",
     "capture",
+    "cockpit",
     "commands",
     "controller",
     "generation",
@@ -40,6 +41,7 @@ ROOMS = (
     "task",
     "teleop",
     "timing",
+    "visualization",
 )
 PAGES = (
     "architecture.md",

@@ -1,4 +1,4 @@
-"""`Account`: what is to be told of a run, besides its motion."""
+"""`Account`: facts of a run, besides its motion."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
