@@ -39,12 +39,12 @@ def start(*arguments: str | Path, **environment: str) -> subprocess.Popen[str]:
 
 
 def interrupt(process: subprocess.Popen[str]) -> str:
-    """Sends Ctrl-C once; returns what the process said until it ended."""
+    """Sends Ctrl-C once; returns what the process printed until it ended."""
     process.send_signal(signal.SIGINT)
-    _, error = process.communicate(timeout=PATIENCE)
+    result, error = process.communicate(timeout=PATIENCE)
     assert "Traceback" not in error, error
     assert process.returncode == 130, error
-    return error
+    return result + error
 
 
 def wait_for_drawing(process: subprocess.Popen[str], drawing: Path):
@@ -68,9 +68,9 @@ def test_an_interrupted_run_sums_up_what_it_did(tmp_path):
     assert process.stderr is not None
     while "to the target" not in process.stderr.readline(60):
         assert process.poll() is None
-    error = " ".join(re.sub(r"\x1b\[[\d;?]*\w", "", interrupt(process)).split())
-    assert "outcome interrupted: moving to the target" in error
-    assert "clearance (truth) min" in error
+    said = " ".join(re.sub(r"\x1b\[[\d;?]*\w", "", interrupt(process)).split())
+    assert "outcome interrupted: moving to the target" in said
+    assert "clearance (truth) min" in said
     metrics = json.loads((tmp_path / "out" / "metrics.json").read_text())
     assert metrics["outcome"] == "interrupted"
     assert 0 < metrics["ticks"] < 100
