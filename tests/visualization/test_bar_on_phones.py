@@ -41,7 +41,7 @@ def test_a_long_sentence_is_shown_whole(page, size):
             tab.wait_for(f"!!{release}?.offsetHeight == {shall}")
             assert tab.evaluate(f"{text}.innerText") == WHY
             # Nothing of it is cut off, or behind the button.
-            assert tab.evaluate(
+            tab.wait_for(
                 f"{text}.scrollHeight <= {text}.clientHeight"
                 f" && {text}.scrollWidth <= {text}.clientWidth"
             )
