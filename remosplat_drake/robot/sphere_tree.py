@@ -80,13 +80,10 @@ class SphereTree(NamedTuple):
 def _groups(spheres: SphereModel) -> list[np.ndarray]:
     """Divides the spheres of each link into groups with small balls around."""
     links = np.array(spheres.links)
-    groups, left = (
-        [],
-        [
-            np.flatnonzero(links == link)
-            for link in dict.fromkeys(spheres.links)
-        ],
-    )
+    left = [
+        np.flatnonzero(links == link) for link in dict.fromkeys(spheres.links)
+    ]
+    groups = []
     while left:
         group = left.pop()
         p_LS = spheres.p_LS[group]

@@ -22,6 +22,7 @@ from remosplat_drake.robot.kinematics import (
     copy_poses,
     sphere_points,
 )
+from remosplat_drake.robot.self_collision.kernels.turning import point_to_world
 from remosplat_drake.signals.compiled_map import (
     is_compiled,
     is_lipschitz,
@@ -204,14 +205,14 @@ def _measure(space, line, part, item, room, wanted):
     p_WS, reach, found = work.p_WS[:count], work.reach, work.found[:count]
     for row in range(count):
         i, way = item[row], 0.0
-        at = balls.body[i], balls.p_LS[i]
-        _place(middle, at, p_WS[row])
+        body, p_LS = balls.body[i], balls.p_LS[i]
+        point_to_world(middle[body], p_LS, p_WS[row])
         if half > 0.0:
             if bend[i] < 0.0:
                 bend[i] = bend_of(balls.hessian_bound[i], speed)
-            _place(before, at, p)
+            point_to_world(before[body], p_LS, p)
             way = longest_way(p, p_WS[row], bend[i], half)
-            _place(after, at, p)
+            point_to_world(after[body], p_LS, p)
             way = max(way, longest_way(p, p_WS[row], bend[i], half))
         wanted[row] = way + least
         reach[row] = level[i] + max(wanted[row], 0.0) + _MARGIN
@@ -241,16 +242,6 @@ def _measure_in_python(space, line, at, item, reach, found):
             set_vector(R_WL[row, r], X_WL[balls.body[item[row]], r])
     placed = space.map, space.off, line
     sphere_clearances(placed, space.robot, sphere, p_WS, R_WL, reach, found)
-
-
-@helper
-def _place(X_WL, at, p_WS):
-    """Fills in where a point of a body is in W."""
-    body, p_LS = at
-    for r in range(3):
-        p_WS[r] = X_WL[body, r, 3]
-        for c in range(3):
-            p_WS[r] += X_WL[body, r, c] * p_LS[c]
 
 
 @helper

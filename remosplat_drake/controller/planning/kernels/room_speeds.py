@@ -36,12 +36,8 @@ def speeds_in_room(space, line, path, fastest, law):
     Returns:
         The lesser of both bounds on each piece, shape (k,) [1/s].
     """
-    robot, n, (q, s), (slope, stopping, creep) = (
-        space.robot,
-        len(space.level),
-        path,
-        law,
-    )
+    robot, n = space.robot, len(space.level)
+    (q, s), (slope, stopping, creep) = path, law
     speed, knows_between = fastest.copy(), is_lipschitz(space.map)
     short = stopping - space.level
     p_before, R_before = np.empty((n, 3)), np.empty((n, 3, 3))

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.robot.self_collision.kernels.turning import point_to_world
 
 _DEPTH = 128
 """Most pairs of balls that wait: trees are far less deep."""
@@ -64,7 +65,7 @@ def points_distances(a, b, X_AB, enough, within):
                 continue
             if a.right[i] < 0 and b.right[j] < 0:
                 for q in range(b.first[j], b.last[j]):
-                    _place(X, b.points[q], p_AQ)
+                    point_to_world(X, b.points[q], p_AQ)
                     for k in range(a.first[i], a.last[i]):
                         x = a.points[k, 0] - p_AQ[0]
                         y = a.points[k, 1] - p_AQ[1]
@@ -106,11 +107,3 @@ def _apart(a, b, X, i, j):
             p += X[r, c] * b.center[j, c]
         square += p * p
     return math.sqrt(square) - a.radius[i] - b.radius[j]
-
-
-@helper
-def _place(X, p, placed):
-    for r in range(3):
-        placed[r] = X[r, 3]
-        for c in range(3):
-            placed[r] += X[r, c] * p[c]
