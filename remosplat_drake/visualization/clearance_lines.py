@@ -6,6 +6,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.tick_report import TickReport
+from remosplat_drake.visualization.legend import HOLDS_BACK
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.scene_look import LIVE, ROOT
 from remosplat_drake.visualization.shapes import tube_mesh
@@ -14,7 +15,6 @@ KEPT = f"{LIVE}/kept_clearances"
 TIGHT = f"{ROOT}/tight_clearances"
 
 _PALE = Rgba(0.93, 0.45, 0.40)
-_STRONG = Rgba(0.88, 0.06, 0.05)
 _TUBE_RADIUS = 0.005
 _DOT_RADIUS = 0.011
 _SHORTEST = 1e-4  # A contact still has a direction [m].
@@ -77,9 +77,11 @@ class ClearanceLines:
         vertices, faces = self._tube
         path = f"{TIGHT}/{i}"
         self._meshcat.SetTriangleMesh(
-            f"{path}/line", vertices.T, faces.T, _STRONG
+            f"{path}/line", vertices.T, faces.T, HOLDS_BACK
         )
-        self._meshcat.SetObject(f"{path}/point", Sphere(_DOT_RADIUS), _STRONG)
+        self._meshcat.SetObject(
+            f"{path}/point", Sphere(_DOT_RADIUS), HOLDS_BACK
+        )
         self._shown.append(False)
         self._show(i, False, time=self._scene.start)
 

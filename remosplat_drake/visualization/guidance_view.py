@@ -8,6 +8,7 @@ from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 from remosplat_drake.controller.guidance.rollout import Rollout
 from remosplat_drake.controller.guidance.selection import Selection
 from remosplat_drake.controller.program.guidance import DIRECT
+from remosplat_drake.visualization.legend import FUTURE
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.scene_look import ROOT
@@ -15,8 +16,9 @@ from remosplat_drake.visualization.shapes import tube_mesh
 
 FUTURES = f"{ROOT}/futures"
 
-_CHOSEN = Rgba(0.55, 0.20, 0.85, 0.95)
-_OTHER = Rgba(0.55, 0.20, 0.85, 0.25)
+_CHOSEN, _OTHER = (
+    Rgba(FUTURE.r(), FUTURE.g(), FUTURE.b(), alpha) for alpha in (0.95, 0.25)
+)
 _MIN_STEP = 0.004  # Shorter steps of a path are skipped [m].
 _PERIOD = 0.4  # Shortest time between two drawings [s].
 

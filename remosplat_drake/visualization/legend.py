@@ -2,12 +2,18 @@
 
 from collections.abc import Sequence
 
+from pydrake.geometry import Rgba
+
 from remosplat_drake.visualization.trace_colors import HEX, trace_colors
 
+BASE_PATH = Rgba(0.10, 0.42, 0.92)
+HOLDS_BACK = Rgba(0.88, 0.06, 0.05)
+FUTURE = Rgba(0.55, 0.20, 0.85)
+
 _COMMON = (
-    ("#1a6beb", "path of the base"),
-    ("#e00f0d", "what holds the robot back"),
-    ("#8c33d9", "futures that guidance has simulated"),
+    (BASE_PATH, "path of the base"),
+    (HOLDS_BACK, "what holds the robot back"),
+    (FUTURE, "futures that guidance has simulated"),
 )
 
 
@@ -21,4 +27,9 @@ def legend(effectors: Sequence[str]) -> list[tuple[str, str]]:
         (HEX[color], f"path of {name or 'the end effector'}")
         for name, color in trace_colors(effectors).items()
     ]
-    return [*hands, *_COMMON]
+    return [*hands, *((_html(color), meaning) for color, meaning in _COMMON)]
+
+
+def _html(color: Rgba) -> str:
+    parts = (color.r(), color.g(), color.b())
+    return "#" + "".join(f"{round(255 * part):02x}" for part in parts)

@@ -2,7 +2,6 @@
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.geometry import Rgba
 from pydrake.systems.framework import (
     Context,
     Diagram,
@@ -15,7 +14,7 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.clearance_lines import ClearanceLines
 from remosplat_drake.visualization.growing_path import GrowingPath
-from remosplat_drake.visualization.legend import legend
+from remosplat_drake.visualization.legend import BASE_PATH, legend
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.scene_look import ROOT
@@ -28,7 +27,6 @@ PATHS = f"{ROOT}/paths"
 HAND_TRACE = f"{PATHS}/end_effector"
 
 _NAME = "run_view"
-_BLUE = Rgba(0.10, 0.42, 0.92)
 _TRACE_HEIGHT = 0.012  # The base's trace lies on the floor, not in it [m].
 
 
@@ -74,7 +72,7 @@ class RunView(LeafSystem):
             for name, color in colors.items()
         ]
         page.set_legend(legend(robot.effectors))
-        self._base_trace = GrowingPath(page, f"{PATHS}/base", _BLUE)
+        self._base_trace = GrowingPath(page, f"{PATHS}/base", BASE_PATH)
         self._report: TickReport | None = None
         self._time = -np.inf
         self._p_WT: np.ndarray | None = None

@@ -87,19 +87,19 @@ class StandingView(LeafSystem):
         for name, was_lit in self._links.items():
             if name == link:
                 X = RigidTransform(X_WL[self._robot.tree.index(name)])
-                self._move(f"{LINKS}/{name}", X, time)
+                self._page.scene.move(f"{LINKS}/{name}", X, time)
             if was_lit != (name == link):
                 self._links[name] = name == link
-                self._show(f"{LINKS}/{name}", name == link, time)
+                self._page.scene.show(f"{LINKS}/{name}", name == link, time)
         p_W = standing.p_W if is_held else None
         if p_W is not None:
             if not self._has_place:
                 self._has_place = True
                 _draw_ring(self._page.meshcat)
-                self._show(PLACE, False, self._page.scene.start)
-            self._move(PLACE, self._facing(link, p_W, q), time)
+                self._page.scene.show(PLACE, False, self._page.scene.start)
+            self._page.scene.move(PLACE, self._facing(link, p_W, q), time)
         if self._has_place:
-            self._show(PLACE, p_W is not None, time)
+            self._page.scene.show(PLACE, p_W is not None, time)
 
     def _facing(
         self, link: str, p_W: np.ndarray, q: np.ndarray
@@ -123,13 +123,7 @@ class StandingView(LeafSystem):
             self._page.meshcat.SetTransform(f"{path}/{i}", RigidTransform(p_LS))
             shine_through(self._page.meshcat, f"{path}/{i}")
         self._links[link] = False
-        self._show(path, False, self._page.scene.start)
-
-    def _move(self, path: str, X: RigidTransform, time: float):
-        self._page.scene.move(path, X, time)
-
-    def _show(self, path: str, visible: bool, time: float):
-        self._page.scene.show(path, visible, time)
+        self._page.scene.show(path, False, self._page.scene.start)
 
 
 def _draw_ring(meshcat: Meshcat):
