@@ -26,9 +26,9 @@ _COLOURS = {
     pages.WAITING: "#1864ab",
 }
 _GREY = "#495057"
+
 _SLOW = 0.85
 """Share of real time below which it is told."""
-
 
 _UNSEEN = (
     "Where no camera has looked, the robot does not go. The inside of things"

@@ -83,8 +83,8 @@ def _way(aim: Aim, robot: RobotModel, q: np.ndarray) -> str:
         )
         if abs(part) >= _SMALL
     ]
-    who = robot.effectors[effector]
-    return f"reach {who and f'with {who} '}" + (
+    hand = robot.effectors[effector]
+    return f"reach {hand and f'with {hand} '}" + (
         ", ".join(parts) or "no further"
     )
 

@@ -40,7 +40,6 @@ class _Memory:
     standing: Standing = NOT_STARTED
     stillness: Stillness | None = None
     looked: float = -np.inf
-    beyond: float = 0.0
 
     def __deepcopy__(self, memo) -> "_Memory":
         return self
@@ -182,9 +181,6 @@ class StandingSystem(LeafSystem):
         still = observe(
             memory.stillness, time, q, aim, X_WEs, may_rest=may_rest
         )
-        beyond = memory.beyond
-        if memory.stillness is None or not aim.equals(memory.stillness.aim):
-            beyond = self._beyond(aim, q)
         name, hold = self._naming(context), None
         if time - still.since >= PAUSE:
             hold = find_hold(report, self._robot, name, memory.standing.link)
@@ -196,17 +192,17 @@ class StandingSystem(LeafSystem):
             is_there=is_there,
             hold=hold,
             inside=find_inside(report, self._robot, name),
-            beyond=beyond,
+            beyond=self._beyond(aim, q),
             no_nearer_for=time - still.nearest_at,
             progress=value_or_none(self._progress_input, context),
             supervision=supervision,
             selection=value_or_none(self._selection_input, context),
         )
         standing = how_things_stand(situation, self._robot.description)
-        return _Memory(standing, still, time, beyond)
+        return _Memory(standing, still, time)
 
     def _beyond(self, aim: Aim, q: np.ndarray) -> float:
-        """Returns how far a new target is out of reach, if that is known."""
+        """Returns how far targets are out of reach; 0 if that is not known."""
         if not (aim.is_known and np.isfinite(q).all()):
             return 0.0
         lacking = (
