@@ -333,6 +333,40 @@ def first_lanes(typing, n, lanes):
 
 
 @_built_in
+def greatest_of(typing, lanes):
+    """Returns the greatest number of lanes that contain no NaN."""
+    if not _is_lanes(lanes):
+        return None
+
+    def fold(context, builder, signature, values):
+        (value,), width = values, lanes.width
+        while width > 1:
+            width //= 2
+            lower, upper = range(width), range(width, 2 * width)
+            kind = ir.VectorType(_PLACE, width)
+            value = _choose(">")(
+                builder,
+                builder.shuffle_vector(value, value, kind(list(lower))),
+                builder.shuffle_vector(value, value, kind(list(upper))),
+            )
+        return builder.extract_element(value, _PLACE(0))
+
+    return types.float64(lanes), fold
+
+
+@_built_in
+def lane_of(typing, lanes, place):
+    """Returns one number of lanes, by its place."""
+    if not (_is_lanes(lanes) and isinstance(place, types.Integer)):
+        return None
+
+    def extract(context, builder, signature, values):
+        return builder.extract_element(*values)
+
+    return types.float64(lanes, place), extract
+
+
+@_built_in
 def places_of(typing, mask):
     """Returns the lanes in which a mask is true, as bits of an integer."""
 

@@ -16,7 +16,9 @@ from remosplat_drake.base.lanes import (
     few_lanes_from,
     first_lanes,
     greatest,
+    greatest_of,
     in_all,
+    lane_of,
     lanes_from,
     least,
     lowest_bit,
@@ -48,6 +50,12 @@ def _calculate(a, b, c, out):
 def _calculate_a_few(a, place, n, out):
     x = few_lanes_from(a, place)
     write_lanes(out, 1, where(first_lanes(n, x), x, -1.0))
+
+
+@kernel
+def _singles(a, place):
+    x, y = lanes_from(a, 0), few_lanes_from(a, 0)
+    return greatest_of(x), greatest_of(y), lane_of(x, place)
 
 
 @kernel
@@ -143,3 +151,8 @@ def test_rows_become_lanes_by_column(seed):
 @given(st.sets(st.integers(0, 62), min_size=1))
 def test_bits_come_from_the_lowest_on(places):
     assert _bits(sum(1 << place for place in places)) == sorted(places)
+
+
+@given(_EIGHT, st.integers(0, WIDTH - 1))
+def test_the_greatest_lane_and_any_single_one_are_read(a, place):
+    assert _singles(a, place) == (a.max(), a[:FEW].max(), a[place])

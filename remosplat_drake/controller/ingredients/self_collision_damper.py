@@ -24,7 +24,7 @@ from remosplat_drake.robot.self_collision.pairs import (
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import SELF_COLLISION
 
-_CROWDED = 2.0
+_CROWDED = 1.2
 """Share of the stopping distance below which all shapes of two links have rows:
 verification keeps each of them apart."""
 

@@ -4,13 +4,33 @@ from typing import NamedTuple
 
 import numpy as np
 
+from remosplat_drake.base.lanes import WIDTH
+
+
+def vertex_blocks(vertices: np.ndarray) -> np.ndarray:
+    """Arranges the vertices of a hull by eights, coordinate by coordinate.
+
+    Kernels read eight of them at a time. The last vertex fills the last block.
+
+    Args:
+        vertices: The vertices, shape (n, 3) [m].
+
+    Returns:
+        The blocks, shape (ceil(n / 8), 3, 8) [m].
+    """
+    missing = -len(vertices) % WIDTH
+    filled = np.pad(vertices, ((0, missing), (0, 0)), mode="edge")
+    blocks = filled.reshape(-1, WIDTH, 3).transpose(0, 2, 1)
+    return np.ascontiguousarray(blocks)
+
 
 class ShapeArrays(NamedTuple):
     """The s convex shapes of a robot.
 
     Attributes:
-        vertices: Vertices of all shapes, each in its link, shape (v, 3) [m].
-        first: Where each shape's vertices begin, shape (s + 1,).
+        blocks: Vertices of all shapes, each in its link, in `vertex_blocks`,
+            shape (v, 3, 8) [m].
+        first: Where each shape's blocks begin, shape (s + 1,).
         radius: By how much each shape is rounded, shape (s,) [m].
         center: Centres of the shapes in their links, shape (s, 3) [m].
         half: Half edges of the boxes around them, along the axes of their
@@ -19,7 +39,7 @@ class ShapeArrays(NamedTuple):
         body: Body of the robot's tree that each is on, shape (s,).
     """
 
-    vertices: np.ndarray
+    blocks: np.ndarray
     first: np.ndarray
     radius: np.ndarray
     center: np.ndarray

@@ -28,9 +28,13 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.lanes import WIDTH
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import RobotDescription
-from remosplat_drake.robot.self_collision.pair_arrays import ShapeArrays
+from remosplat_drake.robot.self_collision.pair_arrays import (
+    ShapeArrays,
+    vertex_blocks,
+)
 from remosplat_drake.robot.sphere_model import SphereModel
 
 _SIDES = 32
@@ -84,19 +88,6 @@ class CollisionShapes:
         return [shape for name, shape in pairs if name == link]
 
     @cached_property
-    def first(self) -> np.ndarray:
-        """Where each shape's vertices begin in `vertices`, shape (s + 1,)."""
-        counts = [len(shape.vertices) for shape in self.shapes]
-        return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-
-    @cached_property
-    def vertices(self) -> np.ndarray:
-        """The vertices of all shapes, each in its link's frame, (v, 3) [m]."""
-        all_vertices = [np.zeros((0, 3))]
-        all_vertices += [shape.vertices for shape in self.shapes]
-        return np.concatenate(all_vertices)
-
-    @cached_property
     def radius(self) -> np.ndarray:
         """The radius of each shape, shape (s,) [m]."""
         return np.array([shape.radius for shape in self.shapes], float)
@@ -134,9 +125,11 @@ class CollisionShapes:
         Args:
             body: Body of the robot's tree that each is on, shape (s,).
         """
+        blocks = [vertex_blocks(shape.vertices) for shape in self.shapes]
+        first = np.cumsum([0, *map(len, blocks)]).astype(np.int64)
         return ShapeArrays(
-            self.vertices,
-            self.first,
+            np.concatenate([np.zeros((0, 3, WIDTH)), *blocks]),
+            first,
             self.radius,
             self.center,
             self.half,

@@ -10,6 +10,7 @@ from remosplat_drake.robot.self_collision.hull_distance_reference import (
     signed_distance,
 )
 from remosplat_drake.robot.self_collision.kernels.gjk import hull_distance
+from remosplat_drake.robot.self_collision.pair_arrays import vertex_blocks
 
 measured = hull_distance
 
@@ -23,8 +24,9 @@ def measure(A, B, R=None, p=(0, 0, 0), *, guess=(1.0, 0, 0), enough=np.inf):
     A, B = np.array(A, float), np.array(B, float)
     R, p = np.eye(3) if R is None else R, np.array(p, float)
     work = np.zeros((3, 4, 3)), np.zeros(4), np.zeros(3), np.zeros((2, 3))
-    rows = (0, len(A)), (len(A), len(A) + len(B))
-    hulls = np.vstack([A, B]), *rows, np.ascontiguousarray(R), p
+    A, B = vertex_blocks(A), vertex_blocks(B)
+    spans = (0, len(A)), (len(A), len(A) + len(B))
+    hulls = np.concatenate([A, B]), *spans, np.ascontiguousarray(R), p
     distance, *n = measured(hulls, guess, enough, work)
     return distance, np.array(n), work[-1]
 

@@ -43,9 +43,9 @@ def hull_distance(hulls, guess, enough, work):
 
     Args:
         hulls: Hulls A and B: the vertices of all hulls, each in its own frame,
-            shape (v, 3) [m]; the first row of A and the row after its last; the
-            same of B; orientation and origin of B's frame in A's, shape (3, 3)
-            and (3,) [m].
+            in `vertex_blocks`, shape (v, 3, 8) [m]; the first block of A and
+            the one after its last; the same of B; orientation and origin of
+            B's frame in A's, shape (3, 3) and (3,) [m].
         guess: Some vector from A to B in A's frame: the nearer to the
             direction in which they are nearest, the sooner it is found.
         enough: As soon as the distance is known to exceed this, a lower bound

@@ -43,9 +43,6 @@ _CLOSE = 0.3
 """Share of `within` below which links are turned: farther away, the nearest
 points alone are enough."""
 
-_BAND = 0.02
-"""Shapes that are farther than the nearest by this are left out [m]."""
-
 _SAME, _SAME_CROWDED = 0.01, 1e-4
 """Points of a link that are nearer to each other than this count as one [m]:
 usually, and where shapes are too near. The corners of a round link lie closer
@@ -92,7 +89,7 @@ def near_points(pairs, X_WL, within, crowded):
         apart = least_distance(link_boxes, X_WL, p_WL, a, b)
         if apart + allowance[span[0] : span[1]].max() >= within:
             continue
-        reach = min(crowded, within), within
+        reach = crowded, _CLOSE * within, within
         size = _find_near(pairs, span, X_WL, p_WC, reach, near, work)
         if not size:
             continue
@@ -105,7 +102,7 @@ def near_points(pairs, X_WL, within, crowded):
                 same = _SAME_CROWDED if near[1][i] < crowded else _SAME
                 is_close = near[1][i] < _CLOSE * within
                 count = _note(
-                    (pairs, X_WL, within),
+                    (pairs, X_WL, p_WC, within),
                     known,
                     i,
                     is_close,
@@ -137,9 +134,21 @@ def _make_points(n):
 
 @helper
 def _find_near(pairs, span, X_WL, p_WC, reach, near, work):
-    """Finds the nearest points of those shapes of two links that are near.
+    """Finds the nearest points of two links, and of shapes almost as near.
 
-    Those are looked at first that can be nearest.
+    Shapes that can be nearest come first. Other shapes count where they are
+    crowded, or where a small turn of the second link about its nearest point
+    could make them the nearest.
+
+    Args:
+        pairs: The pairs of shapes.
+        span: The first pair of the two links, and the one after their last.
+        X_WL: Poses of all bodies.
+        p_WC: Centres of the shapes in W.
+        reach: Distances below which shapes are crowded, links are turned, and
+            links are near [m].
+        near: Takes the pairs of points.
+        work: Working arrays of GJK.
 
     Returns:
         The number of pairs of points.
@@ -152,16 +161,25 @@ def _find_near(pairs, span, X_WL, p_WC, reach, near, work):
         k = span[0] + i
         apart = least_distance(shapes, X_WL, p_WC, first[k], second[k])
         least[i] = apart + allowance[k]
-    size, best = 0, np.inf
+    crowded, close, within = reach
+    size, nearest, best = 0, 0, np.inf
     for _ in range(n):
         i = least.argmin()
-        enough = min(max(best + _BAND, reach[0]), reach[1])
-        if least[i] >= enough:
+        if least[i] >= within:
             break
-        least[i] = np.inf
         k = span[0] + i
+        enough = min(max(best, crowded), within)
+        if best < close:
+            band = _greatest_shift(shapes, p_WC, second[k], near[4][nearest])
+            enough = min(max(best + band, crowded), within)
+        is_far = least[i] >= enough
+        least[i] = np.inf
+        if is_far:
+            continue
         for c in range(3):
             guess_W[c] = p_WC[second[k], c] - p_WC[first[k], c]
+            if size:
+                guess_W[c] = near[2][nearest, c]
         X_WA, X_WB = X_WL[body[first[k]]], X_WL[body[second[k]]]
         gap, x, y, z = shape_distance(
             shapes,
@@ -175,7 +193,8 @@ def _find_near(pairs, span, X_WL, p_WC, reach, near, work):
         gap += allowance[k]
         if gap >= enough:
             continue
-        best = min(best, gap)
+        if gap < best:
+            nearest, best = size, gap
         near[0][size], near[1][size] = k, gap
         vector_to_world(X_WA, (x, y, z), near[2][size])
         point_to_world(X_WA, work[-1][0], near[3][size])
@@ -189,7 +208,8 @@ def _note(given, known, i, is_close, same, found, count, work):
     """Notes a pair of points, and those that turning makes the nearest.
 
     Args:
-        given: The pairs, the poses of all bodies, and how far is looked.
+        given: The pairs, the poses of all bodies, the centres of the shapes in
+            W, and how far is looked.
         known: Pairs of points of two links, and which of them are turned.
         i: Which pair of points is noted.
         is_close: Whether links are turned.
@@ -201,14 +221,14 @@ def _note(given, known, i, is_close, same, found, count, work):
     Returns:
         The number of those that are there then.
     """
-    pairs, X_WL, within = given
+    pairs, X_WL, p_WC, within = given
     near, first = known[0], count
     _copy(near, i, found, count)
     count += 1
     axes = across(near[2][i], _ASKEW)
     for turn in range(4 if is_close else 0):
         R = rotation(axes[turn // 2], _TILT if turn % 2 else -_TILT)
-        _find_turned(pairs, X_WL, known, R, found, count, work)
+        _find_turned((pairs, X_WL, p_WC), known, R, found, count, work)
         gap = found[1][count]
         if gap < within and not _is_known(found, first, count, same):
             count += 1
@@ -216,13 +236,14 @@ def _note(given, known, i, is_close, same, found, count, work):
 
 
 @helper
-def _find_turned(pairs, X_WL, known, R, found, row, work):
+def _find_turned(given, known, R, found, row, work):
     """Finds the points that are nearest if the second link is turned by R.
 
     It is turned about its point nearest to the first link. The points that are
     noted are those of the link as it is, and their distance is that along the
     normal of their shapes as they are.
     """
+    pairs, X_WL, p_WC = given
     first, second, allowance = pairs.first, pairs.second, pairs.allowance
     shapes = pairs.shapes
     radius, body = shapes.radius, shapes.body
@@ -231,9 +252,12 @@ def _find_turned(pairs, X_WL, known, R, found, row, work):
     nearest = begin + near[1][begin:end].argmin()
     center = near[4][nearest]
     best, chosen = np.inf, nearest
-    for n in range(begin, end):
+    for turn in range(begin - 1, end):
+        # The nearest first: most others cannot come as near.
+        n = nearest if turn < begin else turn
         k = near[0][n]
-        if near[1][n] >= near[1][nearest] + _BAND:
+        shift = _greatest_shift(shapes, p_WC, second[k], center)
+        if near[1][n] - shift >= best or turn == nearest:
             continue
         X_WA = X_WL[body[first[k]]]
         turn_body(R, center, X_WL[body[second[k]]], X_turned)
@@ -258,6 +282,15 @@ def _find_turned(pairs, X_WL, known, R, found, row, work):
         found[2][row, c] = near[2][chosen, c]
         gap += found[2][row, c] * (found[4][row, c] - found[3][row, c])
     found[1][row] = gap
+
+
+@helper
+def _greatest_shift(shapes, p_WC, shape, center):
+    """Bounds how far a turn about a point moves any point of a shape [m]."""
+    square = 0.0
+    for c in range(3):
+        square += (p_WC[shape, c] - center[c]) ** 2
+    return _TILT * (np.sqrt(square) + shapes.reach[shape])
 
 
 @helper

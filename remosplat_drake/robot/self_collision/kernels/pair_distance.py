@@ -115,7 +115,7 @@ def shape_distance(shapes, X_WA, X_WB, pair, guess_W, enough, work):
     b = first[j], first[j + 1]
     radii = radius[i] + radius[j]
     distance, x, y, z = hull_distance(
-        (shapes.vertices, a, b, R_AB, p_AB),
+        (shapes.blocks, a, b, R_AB, p_AB),
         (guess[0], guess[1], guess[2]),
         enough + radii,
         work,
