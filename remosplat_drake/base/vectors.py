@@ -44,6 +44,38 @@ def set_vector(out, a) -> None:
 
 
 @helper
+def across(n, angle):
+    """Makes two unit vectors at right angles to each other and to a third.
+
+    Args:
+        n: The third, shape (3,).
+        angle: By how much the two are turned about it away from the axes of W
+            [rad].
+
+    Returns:
+        The two, shape (2, 3).
+    """
+    least = 0
+    for c in range(3):
+        if abs(n[c]) < abs(n[least]):
+            least = c
+    axes = np.zeros((2, 3))
+    axes[0, least] = 1.0
+    along = n[least]
+    norm = math.sqrt(1.0 - along * along)
+    for c in range(3):
+        axes[0, c] = (axes[0, c] - along * n[c]) / norm
+    axes[1, 0] = n[1] * axes[0, 2] - n[2] * axes[0, 1]
+    axes[1, 1] = n[2] * axes[0, 0] - n[0] * axes[0, 2]
+    axes[1, 2] = n[0] * axes[0, 1] - n[1] * axes[0, 0]
+    s, c = math.sin(angle), math.cos(angle)
+    for k in range(3):
+        v, w = axes[0, k], axes[1, k]
+        axes[0, k], axes[1, k] = c * v + s * w, c * w - s * v
+    return axes
+
+
+@helper
 def rotation(axis, angle):
     """Makes the rotation about a unit vector by an angle [rad], (3, 3)."""
     s, c = math.sin(angle), math.cos(angle)

@@ -20,7 +20,7 @@ from remosplat_drake.base.kernels import (
 )
 from remosplat_drake.base.kernels.packed import Packed, bind_code
 from remosplat_drake.base.kernels.returns import TRUTH, reals, several, wholes
-from remosplat_drake.base.python_calls import FAILED, ask_python, packed_at
+from remosplat_drake.base.python_calls import FAILED, ask_python
 
 
 class Misplacement(NamedTuple):
@@ -252,59 +252,11 @@ def clearance_rows(maps, p_WS, radius, ignore_below, within):
     return sphere[:m], distance[:m], direction_W[:m], p_WC[:m], is_defined
 
 
-def rows_within(maps, line, robot, state, within):
-    """Computes the rows of `Clearances` at a state; for kernels only.
-
-    Args:
-        maps: The maps, as `DistanceField.compiled_rows`, or a `PythonMap`.
-        line: Number of the `PythonCalls`.
-        robot: The `RobotArrays`.
-        state: The `StateArrays`.
-        within: Rows at or beyond this distance are left out [m].
-
-    Returns:
-        The `RowArrays`. If the query is invalid, or a map failed, there is one
-        row of NaN.
-    """
-    find = _rows_of_python if _is_pythons(maps) else _rows_of_kernels
-    return find(maps, line, robot, state, within)
-
-
-@overload(rows_within)
-def _rows_within(maps, line, robot, state, within):
-    return _rows_of_python if _is_pythons(maps) else _rows_of_kernels
-
-
-def _is_pythons(compiled) -> bool:
-    """Whether a map, or the type of one, is a `PythonMap`."""
+def is_pythons(compiled) -> bool:
+    """Returns whether a map, or the type of one, is a `PythonMap`."""
     if isinstance(compiled, Packed):
         return isinstance(compiled.values, PythonMap)
     return getattr(compiled, "kind", None) is PythonMap
-
-
-def _rows_of_python(maps, line, robot, state, within):
-    address = ask_python(line, ROWS, (state.p_WS, state.R_WL, within))
-    if address == FAILED:
-        return _unknown_rows()
-    rows = packed_at(maps.rows, address)
-    return RowArrays(rows.sphere, rows.distance, rows.direction_W, rows.p_WC)
-
-
-def _rows_of_kernels(maps, line, robot, state, within):
-    sphere, distance, direction_W, p_WC, is_defined = clearance_rows(
-        maps, state.p_WS, robot.radius, robot.ignore_below, within
-    )
-    if not is_defined:
-        return _unknown_rows()
-    return RowArrays(sphere, distance, direction_W, p_WC)
-
-
-@helper
-def _unknown_rows():
-    nowhere = np.full((1, 3), np.nan)
-    return RowArrays(
-        np.zeros(1, np.int64), np.full(1, np.nan), nowhere, nowhere
-    )
 
 
 @helper
@@ -329,12 +281,12 @@ def is_lipschitz(compiled) -> bool:
     Args:
         compiled: The map, as `DistanceField.placed`, or a `PythonMap`.
     """
-    return not _is_pythons(compiled) or compiled.is_lipschitz
+    return not is_pythons(compiled) or compiled.is_lipschitz
 
 
 @overload(is_lipschitz)
 def _is_lipschitz(compiled):
-    if _is_pythons(compiled):
+    if is_pythons(compiled):
         return lambda compiled: compiled.is_lipschitz
     return lambda compiled: True
 
@@ -345,12 +297,12 @@ def is_compiled(compiled) -> bool:
     Args:
         compiled: The map, as `DistanceField.placed`, or a `PythonMap`.
     """
-    return not _is_pythons(compiled)
+    return not is_pythons(compiled)
 
 
 @overload(is_compiled)
 def _is_compiled(compiled):
-    known = not _is_pythons(compiled)
+    known = not is_pythons(compiled)
     return lambda compiled: known
 
 
@@ -371,15 +323,15 @@ def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
         reach: The reach of all, or of each, shape (n,) [m].
         found: Filled in, shape (n,) [m].
     """
-    is_pythons = _is_pythons(placed[0])
-    find = _clearances_of_python if is_pythons else _clearances_of_kernels
+    of_python = is_pythons(placed[0])
+    find = _clearances_of_python if of_python else _clearances_of_kernels
     find(placed, robot, sphere, p_WS, R_WL, reach, found)
 
 
 @overload(sphere_clearances)
 def _sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found):
-    is_pythons = _is_pythons(placed[0])
-    return _clearances_of_python if is_pythons else _clearances_of_kernels
+    of_python = is_pythons(placed[0])
+    return _clearances_of_python if of_python else _clearances_of_kernels
 
 
 def _clearances_of_python(placed, robot, sphere, p_WS, R_WL, reach, found):

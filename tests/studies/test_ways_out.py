@@ -30,6 +30,13 @@ def test_a_start_whose_way_to_the_target_is_refused_is_left(seed):
     assert result.nearer_between <= 5e-4
 
 
+def test_a_corner_of_a_splat_is_left():
+    """Two surfaces are equally near there: a row to one does not suffice."""
+    result = run_trial(Start("ur5e", 20041))
+    assert result.out_after is not None
+    assert not result.stopped
+
+
 def test_starts_are_too_near_to_what_they_say():
     place = place_of("panda")
     near = draw(Start("panda", 0, SURROUNDINGS))

@@ -39,6 +39,7 @@ from remosplat_drake.signals.binding import (
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.motion import Motion, prompt_motion
 from remosplat_drake.signals.separation import Separation
+from remosplat_drake.signals.side_rows import with_side_rows
 from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
@@ -100,6 +101,10 @@ def run_tick(
     # Copies, since numba compiles anew for arrays that may not be written.
     q, u = np.array(q, float), np.array(u_previous, float)
     near = clearances.within(law.collision.influence)
+    stopping = guidance.stopping
+    if stopping is None:
+        stopping = law.collision.stopping
+    near = with_side_rows(near, field, law.robot, q, stopping)
     calls = TickCalls(law, given)
     with calls as line:
         found = _settled(law, given, near, q, u, float(periods), line)

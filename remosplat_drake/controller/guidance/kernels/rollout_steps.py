@@ -7,6 +7,7 @@ from remosplat_drake.controller.prediction.kernels.lead_forward import (
     PIECES,
     led,
 )
+from remosplat_drake.controller.program.kernels.tick_arrays import given_or
 from remosplat_drake.controller.tick.kernels.settle import (
     settle,
     what_is_unknown,
@@ -17,8 +18,8 @@ from remosplat_drake.robot.kinematics import advance
 from remosplat_drake.robot.robot_arrays import state_arrays
 from remosplat_drake.scene.kernels.mover_reach import aged, moved_on
 from remosplat_drake.scene.mover import FORESIGHT
-from remosplat_drake.signals.compiled_map import rows_within
 from remosplat_drake.signals.motion import MotionArrays
+from remosplat_drake.signals.rows_within import rows_within
 
 
 @kernel
@@ -69,11 +70,12 @@ def rollout_steps(
     around = aged(movers, age)
     us = np.empty((steps, len(u_previous)))
     qs = np.empty((steps, len(q)))
+    stopping = given_or(guidance.stopping, law.stopping)
     state = state_arrays(robot, q)
     X_WEs = np.empty((steps, *state.X_WE.shape))
     u, moving = u_previous, _unpacked(motion)
     for k in range(steps):
-        rows = rows_within(maps, line, robot, state, law.influence)
+        rows = rows_within(maps, line, robot, state, law.influence, stopping)
         later = moved_on(around, ahead, FORESIGHT)
         given = robot, (compiled, off, line), state, rows, later, moving
         is_known = what_is_unknown(q, rows, aim) == 0

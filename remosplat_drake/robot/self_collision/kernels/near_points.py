@@ -16,7 +16,7 @@ import numpy as np
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import reals, several, wholes
-from remosplat_drake.base.vectors import rotation
+from remosplat_drake.base.vectors import across, rotation
 from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.kernels.pair_distance import (
     centers_in_world,
@@ -24,7 +24,6 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
     shape_distance,
 )
 from remosplat_drake.robot.self_collision.kernels.turning import (
-    across,
     point_to_world,
     turn_back,
     turn_body,

@@ -1,0 +1,142 @@
+"""Rows beside the nearest ones, for spheres that are too near to a map.
+
+A sphere has a row to the nearest point of a map. In a corner, it recedes from
+one surface and comes nearer to the other, which becomes the nearest only then.
+Verification refuses that, so a sphere that must leave a corner needs rows to
+both surfaces. The other is the nearest from a point a little to the side.
+"""
+
+import numpy as np
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.packed import Packed
+from remosplat_drake.base.kernels.returns import reals, several, wholes
+from remosplat_drake.base.vectors import across, dot
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.compiled_map import RowArrays, ask
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+
+_STEP = 0.005
+"""How far to the side the map is queried [m]: farther than a robot that leaves
+something slowly moves in a tick."""
+
+_ALIKE = 0.99
+"""Cosine of the angle below which two directions count as one."""
+
+_SIDES = 4
+"""Number of points to the side of a sphere."""
+
+_ROWS = several(wholes(1), reals(1), reals(2), reals(2))
+
+
+def with_side_rows(
+    near: Clearances,
+    field: DistanceField,
+    robot: RobotModel,
+    q: np.ndarray,
+    below: float,
+) -> Clearances:
+    """Adds rows for spheres that are nearer to a map than a distance.
+
+    Args:
+        near: The clearances at q.
+        field: The map. If only Python can query it, no row is added.
+        robot: The robot.
+        q: Configuration, shape (n_q,) [rad, m].
+        below: The distance [m].
+
+    Returns:
+        The clearances, followed by the new rows.
+    """
+    maps, is_near = field.compiled_rows, (near.distance < below).any()
+    if maps is None or not (is_near and np.isfinite(q).all()):
+        return near
+    spheres = robot.spheres_at(q)
+    rows = side_rows(
+        maps,
+        Packed(RowArrays(*(np.array(x) for x in _columns(near)))),
+        np.array(spheres.p_WS),
+        np.array(spheres.radius),
+        np.array(spheres.ignore_below),
+        float(below),
+    )
+    return Clearances(*rows, near.revision)
+
+
+def _columns(near: Clearances) -> tuple[np.ndarray, ...]:
+    return near.sphere, near.distance, near.direction_W, near.p_WC
+
+
+@kernel(returns=_ROWS)
+def side_rows(maps, rows, p_WS, radius, ignore_below, below):
+    """Adds rows for spheres that are nearer to a map than a distance.
+
+    The distance to a convex obstacle is convex, so its tangent at a point to
+    the side is a lower bound of it at the sphere. That is the distance of the
+    new row, or the sphere's own distance if that is greater.
+
+    Args:
+        maps: The maps, as `DistanceField.compiled_rows`.
+        rows: The `RowArrays`.
+        p_WS: Centres of the n spheres in W, shape (n, 3) [m].
+        radius: Their radii, shape (n,) [m].
+        ignore_below: Heights below which they ignore the map, shape (n,) [m].
+        below: The distance [m].
+
+    Returns:
+        The attributes of the `RowArrays`, those that are given first.
+    """
+    m = len(rows.sphere)
+    sphere = np.empty((1 + _SIDES) * m, np.int64)
+    distance = np.empty((1 + _SIDES) * m)
+    direction_W = np.empty(((1 + _SIDES) * m, 3))
+    p_WC = np.empty(((1 + _SIDES) * m, 3))
+    sphere[:m], distance[:m] = rows.sphere, rows.distance
+    direction_W[:m], p_WC[:m] = rows.direction_W, rows.p_WC
+    count = m
+    question = np.empty((1 + _SIDES, 5))
+    answer = np.empty((1 + _SIDES, 8))
+    for row in range(m):
+        if not rows.distance[row] < below:
+            continue
+        i = rows.sphere[row]
+        axes = across(rows.direction_W[row], 0.0)
+        for side in range(1 + _SIDES):
+            step = 0.0
+            if side:
+                step = _STEP if side % 2 else -_STEP
+            for c in range(3):
+                question[side, c] = p_WS[i, c] + step * axes[(side - 1) // 2, c]
+            question[side, 3] = radius[i] + abs(rows.distance[row]) + 2 * _STEP
+            question[side, 4] = ignore_below[i]
+        answer[:, 0] = -1.0
+        ask(maps, question, answer)
+        if answer[0, 0] < 0.0:
+            continue
+        for side in range(1, 1 + _SIDES):
+            n_W = answer[side, 5:]
+            if answer[side, 0] < 0.0 or _is_known(
+                sphere, direction_W, count, i, n_W
+            ):
+                continue
+            # The tangent at the point to the side, back at the sphere.
+            beside = 0.0
+            for c in range(3):
+                beside += n_W[c] * (question[side, c] - p_WS[i, c])
+            more = answer[side, 1] + beside - answer[0, 1]
+            sphere[count] = i
+            distance[count] = rows.distance[row] + max(more, 0.0)
+            for c in range(3):
+                direction_W[count, c] = n_W[c]
+                p_WC[count, c] = answer[side, 2 + c]
+            count += 1
+    return sphere[:count], distance[:count], direction_W[:count], p_WC[:count]
+
+
+@helper
+def _is_known(sphere, direction_W, count, i, n_W):
+    """Tells whether a sphere has a row of nearly the same direction."""
+    for row in range(count):
+        if sphere[row] == i and dot(direction_W[row], n_W) > _ALIKE:
+            return True
+    return False
