@@ -126,7 +126,7 @@ class MotionPlanner:
         if corners is None:
             reason = (
                 f"no path to {len(goals.q)} goal configurations found in"
-                f" {space.checks} checks, which proves nothing"
+                f" {space.checks} checks; more checks may find one"
             )
             return Plan(None, reason, space.checks, len(goals.q))
         corners = search.shortened(corners)
@@ -249,12 +249,12 @@ class MotionPlanner:
         if not goals.reached:
             return (
                 f"no configuration that reaches it found from {goals.seeds}"
-                " seeds, which proves nothing"
+                " seeds; move or turn the target"
             )
         link = self.robot.spheres.links[goals.tightest]
         part = self.robot.description.called(link)
         return (
-            f"none of {goals.reached} configurations that reach it keeps"
-            f" {1e3 * stopping:.3g} mm: {part} lacks"
-            f" {1e3 * goals.missing:.2g} mm in the best, which proves nothing"
+            f"of {goals.reached} configurations that reach it none keeps"
+            f" {1e3 * stopping:.3g} mm from the scene: in the best {part} lacks"
+            f" {max(1.0, 1e3 * goals.missing):.0f} mm; move or turn the target"
         )
