@@ -145,7 +145,8 @@ def with_figures(markdown: str, figures: Figures) -> str:
     return (
         f"{page}\n\n## Measurements\n\nWhen and where the figures of this page"
         " were recorded. The date is that of the commit.\n\n"
-        f"| measurement | date | commit | machine |\n|---|---|---|---|\n{rows}\n"
+        "| measurement | date | commit | machine |\n|---|---|---|---|\n"
+        f"{rows}\n"
     )
 
 
