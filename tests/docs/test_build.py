@@ -1,4 +1,4 @@
-"""What `make docs` runs fails on every warning of the documentation build."""
+"""The command of `make docs` fails on every warning of the build."""
 
 import re
 import subprocess

@@ -30,8 +30,8 @@ from remosplat_drake.controller.guidance.selection import (
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.guidance.standing_movers import (
+    gone_mover,
     standing,
-    whoever_has_gone,
 )
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP
 from remosplat_drake.controller.program.guidance import Guidance
@@ -128,7 +128,7 @@ def advance_selection(
         still = rule.still_open(selection.guidance, q, field)
         selection = dc.replace(selection, guidance=still)
     now = PresentState(time, q, u, aim, movers, motion)
-    gone = whoever_has_gone(selection.around, now)
+    gone = gone_mover(selection.around, now)
     if gone:
         selection = _way_is_free(rule, selection, now, gone)
     left = budget
