@@ -75,9 +75,7 @@ def test_a_number_has_default_range_and_unit():
 
 def test_names_are_listed_and_comments_joined():
     assert ROWS["animal"].range == "`horse`, `ox`"
-    assert (
-        ROWS["animal"].meaning == "The animal that draws it: a horse, or an ox."
-    )
+    assert ROWS["animal"].meaning == "Its animal: a horse, or an ox."
 
 
 def test_a_pair_shares_its_comment_and_nothing_else_does():
