@@ -12,7 +12,7 @@ class Part(Enum):
     """The part of the system in which something goes wrong."""
 
     ROBOT = "robot"
-    """A fault of `remosplat hardware-sim`, told over the wire."""
+    """A fault of `remosplat hardware-sim`, requested over the wire."""
     CONTROLLER = "controller"
     """A fault of `fault_controller`, begun by a signal."""
     NETWORK = "network"
@@ -51,7 +51,7 @@ GOES_ON = "goes on"
 """Outcome: the robot may go on, is safe, and reaches its target or stands."""
 
 REACHES = "reaches the target"
-"""Resumption: after a release the robot goes on to its target."""
+"""Resumption: after a release the robot continues to its target."""
 MOVES = "moves"
 """Resumption: after a release the robot moves; its target is unreachable."""
 STAYS = ""

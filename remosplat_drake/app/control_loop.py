@@ -3,7 +3,7 @@
 station --configuration--> oracle --clearances--> controller --> supervisor
 --> station
 
-Everything else of the application looks on or adds to it.
+All other parts of the application observe the loop or add to it.
 """
 
 import dataclasses as dc
@@ -72,14 +72,14 @@ class ControlLoop:
         law: The control law.
         controller: The reactive controller.
         selector: The look-ahead beside the controller; None if the scenario
-            wants no guidance.
+            disables guidance.
         supervisor: The safety supervisor between controller and station; None
-            if the scenario wants none.
+            if the scenario disables it.
         standing: The system that says how things stand, in one sentence.
-        known_movers: The output port of the `Movers` that the robot is told of;
-            None where it is told of none.
+        known_movers: The output port of the `Movers` that the robot knows; None
+            if it knows of none.
         true_movers: The output port of the true `Movers` of a simulation, or of
-            what is heard of a real robot's; None where nothing moves.
+            those received from a real robot's sensors; None without movers.
     """
 
     scenario: Scenario
@@ -241,7 +241,7 @@ def _Close(
     *,
     hardware: bool,
 ) -> None:
-    """Lets the station carry out what is commanded, and tells the predictor."""
+    """Lets the station execute the command, and passes it to the predictor."""
     scenario, robot, executed = loop.scenario, loop.world.robot, loop.executed
     carried_out = executed
     if not hardware:

@@ -89,7 +89,7 @@ def build(
         teleoperation: What lets an operator move the target, and the map
             grow; None takes the scenario's targets.
         ingredients: Costs and constraints of the control law, besides the
-            scenario's; rollouts know them, too.
+            scenario's; rollouts include them, too.
         law: The control law in place of the scenario's, with its own
             ingredients; None makes the scenario's.
         mcap: Writes the run as an MCAP file; None for none.

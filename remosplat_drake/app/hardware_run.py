@@ -48,7 +48,8 @@ STATUS_TIMEOUT = 0.003
 millisecond [s]."""
 
 _SCIPY = ("linalg", "ndimage", "optimize", "sparse.csgraph", "spatial")
-"""What scipy would load at its first use, which may be in some later tick."""
+"""Imports that scipy would do at its first use, which may be in a later
+tick."""
 
 REHEARSAL = 0.3
 """Time that the loop runs before anything is sent [s]."""
@@ -238,9 +239,8 @@ class HardwareLoop:
     def rehearse(self) -> None:
         """Ticks for a moment without sending anything, and forgets it all.
 
-        What is loaded or drawn on first use then does not delay a tick on
-        which the robot relies. Kernels have been compiled before, by
-        `warm_up.compile_kernels`.
+        Work of the first use is done here, so that it does not delay a tick
+        later. Kernels have been compiled before, by `warm_up.compile_kernels`.
         """
         for name in _SCIPY:
             importlib.import_module(f"scipy.{name}")
@@ -362,8 +362,8 @@ def bring_to_rest(
 ) -> None:
     """Ramps the robot down from its latest command, then falls silent.
 
-    It needs nothing but the wire. The ramp goes on where the drivers are on it
-    already.
+    It needs only the wire. If the drivers are on the ramp already, the ramp
+    continues.
 
     Args:
         link: The link to the robot's drivers.

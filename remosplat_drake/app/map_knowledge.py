@@ -85,7 +85,7 @@ class MapError:
 
 @dc.dataclass(frozen=True)
 class MapKnowledge:
-    """What a map holds, how wrong it is, and what does not suffice.
+    """The content of a map, its error, and what is insufficient about it.
 
     Attributes:
         summary: What the map holds, in all and where the robot works.

@@ -81,7 +81,7 @@ def AddOwnMovers(
 
     Args:
         builder: The builder of the diagram.
-        config: How the two are told of each other.
+        config: How the two robots are known to each other.
         world: What the robot's scenario holds.
         configuration: The output port of its q.
         executed: The output port of the command that it carries out.

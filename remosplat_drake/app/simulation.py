@@ -56,8 +56,8 @@ def run(
             that is news.
         on_map: Called with the live map's status whenever its `news` are
             others.
-        until: Function that ends the run in place of the arrival at the last
-            target; asked once a step with the error to the present target.
+        until: Function that ends the run instead of the arrival at the last
+            target; called once a step with the error to the present target.
         patience: Time that a stopped robot waits to be released before the
             run ends [s]. The time limit does not count this time.
 

@@ -69,7 +69,7 @@ _MANY, _LISTED = 12, 5
 def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
     """Formats an error about an unknown name, with a guess and valid names.
 
-    Of many names it lists the closest.
+    It lists the closest of many names.
 
     Args:
         kind: The kind of thing that the name stands for, such as "robot".

@@ -1,4 +1,4 @@
-"""`CockpitView`: tells the cockpit how things stand."""
+"""`CockpitView`: sends the robot's state to the cockpit."""
 
 import numpy as np
 from pydrake.common.value import Value

@@ -128,7 +128,7 @@ class Page:
             self._answer_operator()
 
     def _keep_beating(self) -> None:
-        """Tells, through the loop that hears STOP, that STOP is heard."""
+        """Reports, through the loop that handles STOP, that STOP works."""
         loop = self._server.get_event_loop()
         while True:
             loop.call_soon_threadsafe(self._send, Beat())

@@ -243,7 +243,7 @@ def _trials(
 
 @dc.dataclass(frozen=True)
 class _Outcome:
-    """What a run has produced, and what it has left to do."""
+    """The results of a run, and its remaining trials."""
 
     results: list[TrialResult]
     failed_splats: list[SplatRecord]

@@ -141,7 +141,7 @@ def _description(splat: GaussianSplat) -> str:
 
 
 def _measured_loss(before: GaussianSplat, after: GaussianSplat) -> str:
-    """What reading the file again shows, in one line."""
+    """Result of reading the file again, in one line."""
     error = conversion_error(before, after)
     parts = {
         "position": (1e3 * error.position, "mm"),

@@ -15,7 +15,7 @@ from remosplat_drake.robot.fitting.sphere_fitting import MOST_SPHERES
 from remosplat_drake.robot.robot_description import load_robot_description
 
 COUNT = 77
-"""Number of spheres unless told otherwise."""
+"""Default number of spheres."""
 
 EXAMPLES = """
 remosplat fit-spheres my_arm.urdf --output spheres.yaml

@@ -42,8 +42,8 @@ from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
 from remosplat_drake.station.station_config import DynamicStation
 
 _PATIENCE = 0.04
-"""Longest stall of the computer that the robot makes up for [s]: a real one
-goes on meanwhile. After longer ones its statuses would be too old for good."""
+"""Longest stall of the computer that the stand-in makes up for [s]: a real
+robot continues meanwhile. After longer ones its statuses would stay too old."""
 
 _FCI_PATIENCE = 0.002
 """The same where a driver must answer each millisecond: in those that are made
@@ -192,7 +192,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _arm_driver(
     arguments: argparse.Namespace, world: World
 ) -> FciArm | RtdeArm | None:
-    """What the arm obeys in place of the wire, if it is to."""
+    """Source of the arm's commands that replaces the wire, if any."""
     joints = len(world.robot.home)
     if arguments.ros2 and (arguments.fci is not None or arguments.rtde):
         problem = "not with --fci or --rtde: the arm is on ROS 2"

@@ -60,7 +60,7 @@ def find_placement(
     A capture whose true geometry is known keeps the frame of that.
 
     Raises:
-        RemoSplatError: The floor was asked for, and none is convincing.
+        RemoSplatError: The floor was requested, and none is convincing.
     """
     known = arguments.up == AUTO and true_scene(arguments) is not None
     return place(capture, CAPTURE if known else arguments.up)

@@ -48,7 +48,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 @dc.dataclass(frozen=True)
 class _Subject:
-    """What is captured: a scene, its free space, and where it matters."""
+    """The captured scene, its free space, and the part that matters."""
 
     solids: tuple[Solid, ...]
     field: DistanceField

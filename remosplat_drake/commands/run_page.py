@@ -55,7 +55,7 @@ def account_of(
     facts: list[tuple[str, str]],
     start: float,
 ) -> Account:
-    """Returns what a saved page tells of a run.
+    """Returns a saved page's account of a run.
 
     Args:
         result: How the run ended.

@@ -1,4 +1,4 @@
-"""`remosplat sight`: tell a robot what its cameras see move."""
+"""`remosplat sight`: send a robot the movers that cameras detect."""
 
 import argparse
 import time

@@ -49,8 +49,8 @@ def check_guide(arguments: argparse.Namespace) -> None:
     """Checks the guide's flags by themselves.
 
     Raises:
-        FieldError: The guide is told what it is to find, or there is a length
-            without it, or one that is not positive.
+        FieldError: A flag sets what the guide should find, or a length is given
+            without the guide, or is not positive.
     """
     if arguments.length is not None and not arguments.guide:
         problem = "tells --guide how long the scene is; give both"
@@ -112,7 +112,7 @@ def _best_floor(
 ) -> tuple[SplatFloor, list[np.ndarray]]:
     """The most convincing floor, and what would be up with others.
 
-    Where no plane is convincing by itself, the axes are tried for up.
+    If no plane is convincing by itself, the axes are tried as upward direction.
     """
     try:
         return find_splat_floor(splat_G), []

@@ -120,8 +120,7 @@ def find_placement(
         arguments: The command line.
         console: Where it is said.
 
-    Returns:
-        The pose X_FG of the splat's frame, None where that stays as it is, and
+    Returns: The pose X_FG of the splat's frame, None if it does not change, and
         metres per unit.
 
     Raises:
@@ -145,7 +144,7 @@ def find_placement(
 
 
 def _scale(arguments: argparse.Namespace) -> float | None:
-    """Metres per unit, if the flags tell."""
+    """Metres per unit, if the flags define it."""
     flag, scale = "--scale", arguments.scale
     if arguments.scale_by is not None:
         flag = "--scale-by"

@@ -153,7 +153,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Teleoperates until Ctrl-C; returns 1 if the robot ended up stopped.
 
-    A log or a recording that lacks something makes it 1, too.
+    It is 1, too, if a log or a recording is incomplete.
     """
     console = open_console(stderr=True)
     check_accepted(arguments)

@@ -124,13 +124,13 @@ def leased_inbox(
     *,
     open_channels: Collection[str] = (),
 ) -> LeasedInbox:
-    """Makes the inbox of a driver that obeys one session, and names it.
+    """Makes the inbox of a driver for one session, and prints its name.
 
     Args:
         lcm: The wire.
         channels: Channels of commands.
         name: Name of the driver.
-        console: Console that prints the sessions it obeys and refuses.
+        console: Console that prints the sessions it follows and refuses.
         open_channels: Channels that every program may use.
     """
     return LeasedInbox(

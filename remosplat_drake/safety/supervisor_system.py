@@ -33,7 +33,7 @@ STOP_BUTTON = "stop button"
 
 @dc.dataclass(frozen=True, eq=False)
 class _Sample:
-    """What a tick found before the controller ran."""
+    """The findings of a tick before the controller ran."""
 
     time: float
     status: StationStatus
@@ -53,7 +53,7 @@ class _Memory:
     Attributes:
         before: The supervisor after the tick before.
         sample: What the present tick found; None before the first one.
-        stop: Why a program asks for a stop at the next tick.
+        stop: Why a program requests a stop at the next tick.
         release: Whether a program releases the stop at the next tick.
     """
 
@@ -186,7 +186,7 @@ class SafetySupervisor(LeafSystem):
         Args:
             builder: Builder of the diagram.
             law: The thresholds and limits.
-            controller: A `ReactiveController`; it is told which command was
+            controller: A `ReactiveController`; it receives the command that was
                 executed.
             armed: Whether the robot may start without a release.
         """

@@ -61,7 +61,7 @@ def velocity_towards(
 def change_velocity(
     before: np.ndarray, wanted: np.ndarray, max_change: float
 ) -> np.ndarray:
-    """Returns the velocity nearest to a wanted one within a bounded change.
+    """Returns the velocity nearest to a given one within a bounded change.
 
     Args:
         before: The present velocity, shape (3,).

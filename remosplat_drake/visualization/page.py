@@ -47,7 +47,7 @@ class MeshcatPage:
         scene: Moves what Meshcat has drawn.
         port: The TCP port.
         status: The lines of text on show, by their topics.
-        state: How things stand, as the page says it; None before it is told.
+        state: The robot's state on the page; None before the first one.
 
     Raises:
         RemoSplatError: The port is taken or out of range.
@@ -233,7 +233,7 @@ class MeshcatPage:
         """Shows what was measured in a run, and lets people play it again.
 
         Args:
-            account: What is told of the run.
+            account: The account of the run.
         """
         self._newest.put(("account",), account.document())
 
@@ -276,7 +276,7 @@ class MeshcatPage:
 
         Args:
             path: The HTML file.
-            account: What is to be told of the run; None if nothing has moved.
+            account: The account of the run; None if nothing has moved.
 
         Raises:
             FileError: The file cannot be written.

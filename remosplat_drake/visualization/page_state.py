@@ -34,7 +34,7 @@ STILL = "still"
 """Phase of a page on which nothing ever moves."""
 
 START, STOP, RELEASE = "start", "stop", "release"
-"""What may be pressed."""
+"""The buttons of a page."""
 
 
 @dc.dataclass(frozen=True)

@@ -50,9 +50,9 @@ class SafetyPanel(LeafSystem):
     Args:
         page: The page that gets bar and buttons.
         n_u: Length of the command.
-        releases: Whether the page releases stops, too. Meshcat does not
-            know its visitors, and any web page may press its buttons: a real
-            robot is stopped here, and set going elsewhere.
+        releases: Whether the page releases stops, too. Meshcat cannot identify
+            its visitors, and any web page may press its buttons: a real robot
+            is only stopped here, and released elsewhere.
     """
 
     def __init__(self, *, page: MeshcatPage, n_u: int, releases: bool = True):

@@ -36,7 +36,7 @@ _RAMPS = 0.3, 0.6, 1.0  # Shares of the commands' own ramp.
 
 @dc.dataclass(frozen=True, eq=False)
 class Recording:
-    """What was commanded and what was measured, one row a tick.
+    """Commands and measurements, one row a tick.
 
     Attributes:
         sent: When commands were sent, shape (k,) [s].

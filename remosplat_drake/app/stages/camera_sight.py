@@ -52,7 +52,7 @@ def AddCameraSight(
 
 
 def known_scene(scenario: Scenario, world: World) -> KnownScene:
-    """Makes what cameras that watch for movers know of the scene.
+    """Makes the scene as cameras for movers know it.
 
     Args:
         scenario: The scenario.

@@ -40,7 +40,7 @@ def AddCockpitView(
     process: CockpitProcess,
     live_map: LiveMap | None,
 ) -> CockpitView:
-    """Adds what tells the cockpit how things stand.
+    """Adds the systems that send the robot's state to the cockpit.
 
     Args:
         builder: The builder of the diagram.

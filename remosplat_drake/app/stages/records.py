@@ -1,4 +1,4 @@
-"""Stages that look on: how things stand, and what is recorded."""
+"""Stages that observe: the robot's state, and records of the run."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 

@@ -19,8 +19,8 @@ class PresentState:
         u: Command being executed, shape (n_u,).
         aim: What the end effectors shall reach.
         movers: What moves; None if nothing is known to.
-        motion: What the robot is about to do already; None where it obeys at
-            once.
+        motion: The motion that commands in flight lead to; None for a robot
+            without delay.
     """
 
     time: float

@@ -95,9 +95,9 @@ def add_active_collision_cost(own, k, tick, program):
     nearness is that of RMMI (Marticorena et al. 2024). Guidance may scale g
     down and set d_s.
 
-    What moves counts like the scene, by the distances d_i and d_s of its own
-    damper, but at the place where it will be after the time `lead`: the robot
-    begins to make way before it has to.
+    Movers count like the scene, with d_i and d_s of their own damper, but at
+    their places after the time `lead`: so the robot starts to make way before
+    it must.
 
     See `CompiledIngredient` for the arguments.
     """

@@ -98,9 +98,9 @@ def add_mover_damper(own, k, tick, program):
     retreat. These rows are the first that yield in an infeasible program: then
     the robot only does not approach. Verification decides what is touched.
 
-    d is the distance from where the mover can be as long as a station executes
-    one command: verification asks for that of every sphere that moves, and
-    would refuse to let one glide along the mover any nearer.
+    d is the distance from the places that the mover can reach while a station
+    executes one command. Verification requires that for every moving sphere,
+    and would not let a sphere glide along the mover any nearer.
 
     See `CompiledIngredient` for the arguments.
     """

@@ -33,9 +33,10 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.target_arrays import place_on_line, target_of
 
 LAST_STRETCH, LAST_DRIVE = 0.01, 0.1
-"""What is left of a planned path when the servo takes part again, in radians
-and metres alike. It is slower than the path's own end. But a base that cannot
-slip sideways, whose stretch is the second one, ends beside the path."""
+"""Remaining length of a planned path from which on the servo takes part
+again, in radians and metres alike. It is slower than the path's own end. But
+a base that cannot slip sideways, whose length is the second one, ends beside
+the path."""
 
 SERVO_SPEED = 1.0
 """Bound on the servo's speed where a configuration has none [m/s]."""
@@ -191,7 +192,7 @@ def _track(Jw, Jv, w, v, program, row):
 
 @helper
 def _track_directions(target, Jw, Jv, w, v, along_W, program, row):
-    """Tracks a twist in the directions that a target asks for.
+    """Tracks a twist in the constrained directions of a target.
 
     There is a row for each axis of T that is not free, as long as the root of
     its weight, for the turn about it and for the way along it. A line makes

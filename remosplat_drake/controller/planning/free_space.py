@@ -148,7 +148,7 @@ class FreeSpace:
             return rooms(self.arrays, line, np.array(q, float), far)
 
     def calls(self) -> AbstractContextManager[int]:
-        """Opens the line on which kernels ask a map that only Python knows.
+        """Opens the line by which kernels query a map of Python's.
 
         Its number is what a `with` statement gives.
         """

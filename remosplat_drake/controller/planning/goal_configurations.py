@@ -41,7 +41,7 @@ _BASE_TURN = 0.8
 
 @dc.dataclass(frozen=True, eq=False)
 class GoalConfigurations:
-    """What was found at a target.
+    """The configurations found for a target.
 
     Attributes:
         q: Goal configurations that keep all distances, the best first, shape

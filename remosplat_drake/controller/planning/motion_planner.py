@@ -1,4 +1,4 @@
-"""`MotionPlanner`: from where the robot is to a path, or to why none is."""
+"""`MotionPlanner`: searches a path, or the reason why there is none."""
 
 import dataclasses as dc
 import math
@@ -80,7 +80,7 @@ class MotionPlanner:
             stopping: Distance that all spheres keep from the scene [m].
             attempt: Number of searches before; another one draws other
                 numbers.
-            interrupted: Function that tells whether to give up at once.
+            interrupted: Predicate: whether to give up at once.
             roadmap: Corners of earlier paths, which are tried first.
             around: What moves otherwise and stands there now; None for
                 nothing.
@@ -156,7 +156,7 @@ class MotionPlanner:
             goals: Where they may end, shape (k, n_q) [rad, m].
             attempt: Number of searches before; another one draws other
                 numbers, and may look twice as often.
-            interrupted: Function that tells whether to give up at once.
+            interrupted: Predicate: whether to give up at once.
         """
         return Search(
             space,

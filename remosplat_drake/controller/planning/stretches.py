@@ -1,7 +1,7 @@
 """Write a path out in the stretches that are driven, without needless turns.
 
-Where the base stands between two drives its heading does not matter; a search
-draws one all the same.
+Between two drives of the base its heading does not matter; a search draws one
+nevertheless.
 """
 
 from itertools import pairwise

@@ -33,7 +33,7 @@ about."""
 
 @dc.dataclass(frozen=True, eq=False)
 class RowNames:
-    """Says what rows are about that kernels know by numbers.
+    """Names the subjects of rows that kernels know by numbers.
 
     Attributes:
         ingredients: The compiled ingredients, in the kernels' order.

@@ -87,7 +87,7 @@ def stream_problem(
         now: Our wall clock [s].
         limits: When a stream is stale or frozen.
         should_change: Whether the content should be changing by now, because
-            the robot has been told to move.
+            the robot was commanded to move.
     """
     if math.isinf(stream.received):
         return "nothing came yet"

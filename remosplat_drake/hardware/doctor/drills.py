@@ -64,7 +64,7 @@ class WatchedRobot:
     """The robot at the end of the wire, watched; nothing is sent to it.
 
     Attributes:
-        measurement: What was heard last.
+        measurement: The last measurement.
     """
 
     def __init__(self, config: HardwareConfig, robot: RobotModel):
@@ -284,9 +284,9 @@ def check_actuators(robot: RobotModel) -> Finding:
 def check_thresholds(processes: Path = Path("/proc")) -> Finding:
     """Looks at what the arm's driver takes for a collision.
 
-    No status tells of it, and what Franka's Desk says does not hold: the driver
-    sets its own when it starts. Its command line says which, where it runs on
-    this computer.
+    No status contains them, and those set in Franka's Desk have no effect: the
+    driver sets its own when it starts. Its command line shows them, if it runs
+    on this computer.
 
     Args:
         processes: The folder of the processes.

@@ -25,7 +25,7 @@ _TIMEX = 512
 """More bytes than a `struct timex` has anywhere."""
 
 _TIME_ERROR = 5
-"""What adjtimex returns of a clock that follows none."""
+"""Return value of adjtimex for a clock that is not synchronised."""
 
 _SYSCTL = Path("/proc/sys")
 

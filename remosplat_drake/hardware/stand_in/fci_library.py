@@ -66,7 +66,7 @@ class JointVelocities:
 
 @dc.dataclass(frozen=True)
 class RobotState:
-    """What the robot tells, under libfranka's names; vectors have seven."""
+    """State of the robot, by libfranka's names; vectors have 7 entries."""
 
     q: list[float]
     q_d: list[float]
@@ -93,7 +93,7 @@ class Robot:
 
         Args:
             franka_address: UDP port of this computer, in digits.
-            realtime_config: Of no effect here.
+            realtime_config: Without effect here.
         """
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         # Not settimeout, with which every call waits, DONTWAIT or not.

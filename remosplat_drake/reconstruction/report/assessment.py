@@ -192,7 +192,7 @@ def _own_error(splat_W: GaussianSplat, workspace: Workspace) -> float:
 def _references(
     surface_W: np.ndarray, truth: PrimitiveScene | None
 ) -> dict[str, DistanceField]:
-    """What distances are compared with, by name."""
+    """References that distances are compared with, by name."""
     if not len(surface_W):
         raise RemoSplatError("the capture shows no surface in the workspace")
     fields: dict[str, DistanceField] = {CAPTURE: PointDistanceField(surface_W)}

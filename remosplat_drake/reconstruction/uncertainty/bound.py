@@ -35,7 +35,7 @@ LARGEST_PITCH = 0.002
 """Limit of a: many views see an edge with different pixels [m]."""
 
 LARGEST_EDGE = 0.008
-"""Limit of e: an edge goes on along its surface, and a larger bound, which
+"""Limit of e: an edge continues along its surface, and a larger bound, which
 applies in all directions, would cost more space than edges occupy [m]."""
 
 LARGEST_SIGMA = 0.005

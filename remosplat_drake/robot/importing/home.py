@@ -20,7 +20,7 @@ _WITHIN = 0.15
 """Least distance from both joint limits, as a share of the range."""
 
 _TWISTED = 0.05
-"""What joints cost that are half a turn from zero, as manipulability."""
+"""Cost of joints that are half a turn from zero, in units of manipulability."""
 
 
 def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:

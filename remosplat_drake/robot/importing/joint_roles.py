@@ -145,7 +145,7 @@ def is_of_arm(urdf: Urdf, joint: UrdfJoint) -> bool:
 
 
 def side_names(names: list[str]) -> list[str]:
-    """Names several hands by what tells them apart: left and right, arm_1.
+    """Names several hands by their differences: left and right, arm_1.
 
     Args:
         names: Names of their links, or of these and of what moves them.

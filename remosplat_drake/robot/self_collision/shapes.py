@@ -85,7 +85,7 @@ class CollisionShapes:
 
     @cached_property
     def first(self) -> np.ndarray:
-        """Where each shape's vertices begin in `vertices`, shape (s + 1,)."""
+        """First index of each shape's vertices in `vertices`, (s + 1,)."""
         counts = [len(shape.vertices) for shape in self.shapes]
         return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 

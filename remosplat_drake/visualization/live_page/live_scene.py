@@ -1,4 +1,4 @@
-"""`LiveScene`: the parts of a scene that move while people look on."""
+"""`LiveScene`: the parts of a scene that move while people watch."""
 
 import numpy as np
 from pydrake.geometry import Meshcat

@@ -34,7 +34,7 @@ class Moment:
 
 @dc.dataclass(frozen=True, eq=False)
 class Account:
-    """What is to be told of a run, by the clock of its replay.
+    """The account of a run, by the clock of its replay.
 
     Attributes:
         state: How it ended.

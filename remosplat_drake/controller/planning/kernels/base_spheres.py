@@ -1,8 +1,9 @@
 """The spheres that no arm moves, wherever their base stands.
 
-Where a base is drawn, most places are taken. What it carries is one rigid body,
-so that its spheres are placed without the kinematics of the arms. The one that
-was in the way last is looked at first: mostly it is in the way again.
+Most places that are drawn for a base are occupied. The base and the parts that
+it carries are one rigid body, so its spheres are placed without the kinematics
+of the arms. The sphere that collided last is checked first: it often collides
+again.
 """
 
 import math

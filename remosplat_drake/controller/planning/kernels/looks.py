@@ -1,7 +1,7 @@
 """Checks configurations, and motions between them, for distances.
 
-A motion is looked at as verification looks at commands: nothing slips through
-between two looks but for verification's tolerance, see `map_looks.py` and
+A motion is checked as verification checks commands: between two looks,
+distances are kept up to verification's tolerance, see `map_looks.py` and
 `self_looks.py`.
 """
 

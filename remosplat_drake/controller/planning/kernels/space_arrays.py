@@ -15,7 +15,7 @@ from remosplat_drake.signals.compiled_map import Misplacement
 
 
 class SpaceArrays(NamedTuple):
-    """What keeps a robot with n spheres and k pairs of own shapes off.
+    """The constraints of a robot with n spheres and k pairs of own shapes.
 
     The pairs are those of l pairs of links.
 

@@ -30,7 +30,7 @@ class AddedBy(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """What the function of such an ingredient is told when it is its turn.
+    """The argument of an ingredient's function when it is its turn.
 
     Attributes:
         part: Number of the ingredient.
@@ -45,7 +45,7 @@ class Turn(NamedTuple):
 
 @cache
 def adder(add: Callable) -> Callable[[Any, Turn], None]:
-    """Makes a function that is told a `Turn`.
+    """Makes a function that takes a `Turn`.
 
     Args:
         add: The `add` of an ingredient.

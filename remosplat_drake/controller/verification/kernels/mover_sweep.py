@@ -165,9 +165,9 @@ def _looks_at_movers(movers, times):
 def _pair_is_kept(movers, seen, pair, sphere, tolerance):
     """Tells whether one sphere keeps off one mover.
 
-    What the sphere and the mover have moved since the start bounds what they
-    can have lost of their room. Only where that tells too little, their
-    distance is computed.
+    The motions of the sphere and the mover since the start bound the loss of
+    distance between them. Their distance is computed only if that is not
+    sufficient.
 
     Args:
         movers: The `MoverArrays`.
