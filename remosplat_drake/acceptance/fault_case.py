@@ -24,7 +24,7 @@ class Part(Enum):
     ARM_DRIVER_STALLED = "arm driver stalled"
     """`remosplat panda-driver` is stopped (SIGSTOP)."""
     ARM_CALLBACK_STALLED = "arm callback stalled"
-    """Its 1 kHz callback, a process of its own, is stopped."""
+    """Its 1 kHz callback, a separate process, is stopped."""
     SECOND_ROBOT = "second robot"
     """A second `remosplat hardware-sim` joins the wire."""
     SECOND_CONTROLLER = "second controller"

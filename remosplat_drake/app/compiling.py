@@ -28,7 +28,7 @@ def compiling_shown(
     """Shows how many kernels are compiled while the block waits for some.
 
     Args:
-        progress: Where it is shown, in place of the stage that is.
+        progress: Where it is shown, instead of the stage that is.
         scenario: What the block runs, if anything. Once a kernel is found to be
             missing, all that it needs are compiled, on all cores.
         tell: Called with the text that is shown, kernel by kernel.

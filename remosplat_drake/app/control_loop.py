@@ -60,7 +60,7 @@ class ControlLoop:
 
     Attributes:
         scenario: The scenario that the stages are made from.
-        world: What the scenario's files hold: robot, map and true scene.
+        world: The content of the scenario's files: robot, map and true scene.
         station: The robot, simulated or real, as a system.
         odometry: The output port of the q that the station measures, n_q
             entries.
@@ -75,7 +75,7 @@ class ControlLoop:
             disables guidance.
         supervisor: The safety supervisor between controller and station; None
             if the scenario disables it.
-        standing: The system that says how things stand, in one sentence.
+        standing: The system that says the robot's state, in one sentence.
         known_movers: The output port of the `Movers` that the robot knows; None
             if it knows of none.
         true_movers: The output port of the true `Movers` of a simulation, or of
@@ -143,7 +143,7 @@ def AddControlLoop(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario that the stages are made from.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         add_targets: Function that adds the targets, given the output port of
             the measured configuration.
         hardware: Whether the station is the real robot; nothing else differs.

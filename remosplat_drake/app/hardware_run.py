@@ -81,10 +81,10 @@ def prepare_for_hardware(
 ) -> None:
     """Sets in a scenario what the real robot needs besides another station.
 
-    Guidance looks ahead in a process of its own, so that ticks do not wait
-    for it. The program knows how fast the base may go. Accelerations are
-    bounded with every gain set, as those of real joints are. Nothing is faster
-    than `HARDWARE_SPEED` and unseen space is solid, unless the scenario says
+    Guidance looks ahead in a separate process, so that ticks do not wait for
+    it. The program knows how fast the base may go. Accelerations are bounded
+    with every gain set, as those of real joints are. Nothing is faster than
+    `HARDWARE_SPEED` and unseen space is solid, unless the scenario says
     otherwise.
 
     Args:
@@ -146,11 +146,11 @@ def run_on_hardware(
     Args:
         application: The diagram; its station must be a `HardwareStation`.
         on_progress: Called every `PROGRESS_PERIOD` with the time since the
-            start [s], how things stand and the latest tick report.
+            start [s], the robot's state and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
-        on_standing: Called with the time since the start [s] and how things
-            stand whenever that is news.
+        on_standing: Called with the time since the start [s] and the robot's
+            state whenever that is news.
         on_map: Called with the live map's status whenever its `news` are
             others.
         between_ticks: Called after every tick with the diagram's context, for

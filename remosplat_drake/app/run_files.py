@@ -1,4 +1,4 @@
-"""The files of a run: what was measured, and all its ticks."""
+"""The files of a run: the measurements, and all its ticks."""
 
 import dataclasses as dc
 import json
@@ -58,7 +58,7 @@ def save_result(result: RunResult, document: dict, folder: Path) -> None:
 
     Args:
         result: Result of the run.
-        document: What was measured, from `run_document`.
+        document: The measurements, from `run_document`.
         folder: Folder that receives both files.
 
     Raises:

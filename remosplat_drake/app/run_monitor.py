@@ -68,12 +68,12 @@ class RunMonitor:
         Args:
             application: The diagram that runs, with all of its parts.
             start: Time of the context at which the run starts [s].
-            on_progress: Called with the time since the start [s], how things
-                stand and the latest tick report.
+            on_progress: Called with the time since the start [s], the robot's
+                state and the latest tick report.
             on_supervision: Called with the supervisor's state whenever its
                 mode has changed, or a release was refused.
-            on_standing: Called with the time since the start [s] and how
-                things stand whenever that is news.
+            on_standing: Called with the time since the start [s] and the
+                robot's state whenever that is news.
             on_map: Called with the live map's status whenever its `news` are
                 others.
             until: Function that ends the run instead of the arrival at the last
@@ -105,7 +105,7 @@ class RunMonitor:
 
     @property
     def standings(self) -> tuple[tuple[float, Standing], ...]:
-        """News of how things stand, the latest `KEPT_STANDINGS`, with times."""
+        """News of the state, the latest `KEPT_STANDINGS`, with times."""
         return tuple(self._standings)
 
     @property

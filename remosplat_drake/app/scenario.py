@@ -91,7 +91,7 @@ MOVERS_FROM = (TRUTH, CAMERAS)
 """Choices of how a simulated robot perceives movers."""
 
 MOST_CAMERAS = 8
-"""Most cameras that watch for what moves."""
+"""Most cameras that watch for movers."""
 
 
 @dc.dataclass
@@ -218,7 +218,7 @@ class Scenario(Config):
         return self.wrist_camera
 
     def sight_camera(self, name: str) -> SightCameraConfig:
-        """Returns one of the cameras that watch for what moves.
+        """Returns one of the cameras that watch for movers.
 
         Args:
             name: Its name.

@@ -33,11 +33,11 @@ _GAIN = 1e-4
 
 
 def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
-    """Finds what is wrong with a scenario's start and targets.
+    """Finds faults of a scenario's start and targets.
 
     Args:
         scenario: A checked scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
     """
     law = ReactiveLaw.make(
         scenario.controller, world.robot, scenario.control_period
@@ -75,7 +75,7 @@ def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
 
 
 def leads_out(law: ReactiveLaw, world: World) -> bool:
-    """Tells whether the law moves the robot out of where it starts.
+    """Returns whether the law moves the robot out of where it starts.
 
     It is driven ahead in thought, until all that is too near has parted by a
     little. A robot that gets stuck later is not foreseen.

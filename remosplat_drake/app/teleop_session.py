@@ -42,7 +42,7 @@ _log = logging.getLogger(__name__)
 
 
 def holds_session(folder: Path) -> bool:
-    """Tells whether a folder is that of a session.
+    """Returns whether a folder is that of a session.
 
     Args:
         folder: Any path.
@@ -119,13 +119,12 @@ def open_teleoperation(
     Args:
         scenario: A checked scenario; where the folder holds a session, that
             of the session.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         folder: Folder of the session; it may be new or empty, or contain a
             session to continue.
         hardware: Whether the camera is the real robot's.
 
-    Returns:
-        What the diagram needs to be teleoperated; close it at the end.
+    Returns: The inputs of a teleoperated diagram; close it at the end.
 
     Raises:
         RemoSplatError: The folder or a file cannot be used.
@@ -217,7 +216,7 @@ def camera_maker(
 
     Args:
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         hardware: Whether the camera is the real robot's.
     """
     config = scenario.camera or WristCameraConfig()

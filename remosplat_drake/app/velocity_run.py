@@ -75,12 +75,12 @@ class Played:
 def build_velocity_run(
     scenario: Scenario, world: World, *, hardware: bool = True
 ) -> Application:
-    """Wires the diagram of a scenario for profiles in place of its targets.
+    """Wires the diagram of a scenario for profiles instead of its targets.
 
     Args:
         scenario: The scenario, prepared for hardware; it is left as it is.
-        world: What its files hold. Its real robot is taken to be as late as
-            `LATEST_BASE` and `LATEST_ARM` say from now on.
+        world: The content of its files. Its real robot is taken to be as late
+            as `LATEST_BASE` and `LATEST_ARM` say from now on.
         hardware: Whether the station is the real robot.
 
     Raises:
@@ -204,6 +204,6 @@ class _Player:
             raise HeldBackError("verification holds it back")
 
     def was_late(self) -> bool:
-        """Tells whether statuses or commands came late."""
+        """Returns whether statuses or commands came late."""
         gaps = np.diff([*(tick.sent for tick in self.ticks), time.time()])
         return self._is_late or bool((gaps[:-1] > LONGEST_GAP).any())

@@ -105,7 +105,7 @@ def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
 
     Args:
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
 
     Returns:
         One scene or two; none if the true geometry is unknown.
@@ -213,7 +213,7 @@ def load_splat(
 
 
 def _check_scale(scenario: Scenario, splat: Path) -> None:
-    """Refuses to scale what was measured in metres."""
+    """Refuses to scale the measurements in metres."""
     scale = scenario.scene.scale
     if scale == 1:
         return

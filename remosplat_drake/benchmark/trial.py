@@ -276,7 +276,7 @@ def _pose(X: RigidTransform, effector: str) -> TargetConfig:
 
 
 class _ArrivedByEveryRule:
-    """Tells whether each rule has held once, so that one run serves all."""
+    """Returns whether each rule has held once, so that one run serves all."""
 
     def __init__(self, scenario: Scenario):
         self._open = [arrival_rule(scenario, rule) for rule in RULES]

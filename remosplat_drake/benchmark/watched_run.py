@@ -33,7 +33,7 @@ class WatchedRun:
 
     Attributes:
         robot: The robot.
-        trajectory: What it did.
+        trajectory: Its motion.
         movers: Says what truly moved, and where it was, at any time [s]; in the
             same order each time.
         cameras: The cameras.

@@ -74,7 +74,7 @@ class Crew(Protocol):
 
 
 class ClientPanel:
-    """STOP, how things stand, a field for the code, and views.
+    """STOP, the robot's state, a field for the code, and views.
 
     The controls are the client's own: no other client's messages reach them.
 
@@ -213,7 +213,7 @@ class ClientPanel:
 
 
 def _status(look: Look, pace: float | None) -> str:
-    """How things stand, as HTML."""
+    """The robot's state, as HTML."""
     state: PageState = look.state
     colour = _COLOURS.get(state.phase, _GREY)
     lines = [

@@ -37,7 +37,7 @@ _log = logging.getLogger(__name__)
 
 
 class CockpitProcess:
-    """Serves the cockpit's page in a process of its own.
+    """Serves the cockpit's page in a separate process.
 
     Nothing here waits for that process once its page is there. A thread passes
     on what it shows, and leaves out moments that come too fast; another one
@@ -125,7 +125,7 @@ class CockpitProcess:
         return SILENT if silent else ""
 
     def _send(self) -> None:
-        """Sends the newest moment and map, in a thread of its own."""
+        """Sends the newest moment and map, in a separate thread."""
         try:
             while True:
                 with self._news:

@@ -90,7 +90,7 @@ class Look:
         X_WT: Pose of that one's target, shape (4, 4).
         is_followed: Whether the target moves to where the operator's page has
             put it.
-        state: How things stand, in words, and what may be pressed.
+        state: The robot's state, in words, and what may be pressed.
         held_link: Name of the link that is held; empty if none is.
         p_WHeld: Where it is held, shape (3,) [m]; None if that is no place.
         target: What the target does, in words.

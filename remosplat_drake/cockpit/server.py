@@ -282,7 +282,7 @@ class Page:
         return find_reach(job.planner, field, job.stopping, look.q, aim)
 
     def _show_pictures(self) -> None:
-        """Shows what the wrist camera sees, in a thread of its own."""
+        """Shows what the wrist camera sees, in a separate thread."""
 
         def now() -> tuple[Look, int]:
             return self._look, self._desk.wishes.scene_changes

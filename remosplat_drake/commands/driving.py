@@ -151,11 +151,11 @@ def strangers(application: Application) -> str:
 
 
 def progress_line(t: float, standing: Standing, report: TickReport) -> Text:
-    """Says how things stand, and below it the tick in numbers.
+    """Says the robot's state, and below it the tick in numbers.
 
     Args:
         t: Time since the start of the run [s].
-        standing: How things stand.
+        standing: The robot's state.
         report: The latest tick.
     """
     total = report.timings.get("total", math.nan)

@@ -56,7 +56,7 @@ class Admission:
     """Permission for a run to begin, and its terms.
 
     Attributes:
-        knowledge: What is known of the run's map.
+        knowledge: The knowledge about the run's map.
         passage: Result of the gates: the warnings, and what was accepted.
         hardware: Whether a real robot moves.
     """
@@ -97,10 +97,10 @@ def admit(
     """Lets a run begin, or refuses it; prints nothing yet.
 
     Args:
-        knowledge: What is known of the run's map.
+        knowledge: The knowledge about the run's map.
         arguments: The command line, with `accept` and `hardware`.
         where: Name of the scenario that errors blame.
-        start: What is wrong with the run's start and targets.
+        start: Faults of the run's start and targets.
 
     Raises:
         RemoSplatError: The run is refused.

@@ -21,7 +21,7 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
 
     Args:
         page: The page of the run on that map.
-        knowledge: What is known of the map.
+        knowledge: The knowledge about the map.
     """
     error = knowledge.error
     if error.largest is None and not error.trouble:
@@ -61,7 +61,7 @@ def account_of(
         result: How the run ended.
         scenario: The scenario that was run.
         state: The same, as the page says it.
-        facts: Names and values of what was measured.
+        facts: Names and values of the measurements.
         start: Time of the diagram at which the recording begins [s].
     """
     trajectory = result.trajectory

@@ -242,7 +242,7 @@ class HardwareConfig(Config):
 
 
 def leaves_computer(url: str) -> bool:
-    """Tells whether messages at an LCM URL reach other computers."""
+    """Returns whether messages at an LCM URL reach other computers."""
     match = re.search(r"[?&]ttl=(\d+)", url)
     return match is not None and int(match[1]) > 0
 

@@ -85,7 +85,7 @@ def asked_error(X_WE, target):
 
 @helper
 def has_free(weights) -> bool:
-    """Tells whether a direction has no weight, and so is free.
+    """Returns whether a direction has no weight, and so is free.
 
     Args:
         weights: Weights of the directions, shape (6,).

@@ -98,7 +98,7 @@ class Observation:
         motion: The motion of a robot with delay; None for one that executes
             commands at once.
         map_age: Age of the map [s].
-        movers: What moves; None where they are not sensed.
+        movers: Movers; None where they are not sensed.
         stop: Why a person or a program requests a stop; empty if none does.
         release: Whether a person or a program releases a stop.
     """

@@ -94,13 +94,13 @@ class SafetySupervisor(LeafSystem):
 
     `velocity_commanded` is the command u on both sides, shape (n_u,) [m/s,
     rad/s]; `report` takes the controller's `TickReport`, `status` the
-    `StationStatus`, `velocity_measured` the measured u, `motion` what a
-    robot that does not obey at once is about to do, `operator` the
+    `StationStatus`, `velocity_measured` the measured u, `motion` what a robot
+    that does not execute commands at once is about to do, `operator` the
     `OperatorRequests` of a stop button, which stops the robot where it cannot
-    be heard, `map_age` seconds and `map_hold` why a new map waits for the
-    robot to stop, empty if none does. `movers` are the `Movers`, which must be
-    news. `supervision` gives the `SupervisorState`. A stop is latched until it
-    is released.
+    be heard, `map_age` seconds and `map_hold` why a new map waits for the robot
+    to stop, empty if none does. `movers` are the `Movers`, which must be new.
+    `supervision` gives the `SupervisorState`. A stop is latched until it is
+    released.
 
     Args:
         law: The thresholds and limits; its `dt` is the control period [s].

@@ -74,7 +74,7 @@ def symptoms(
 def _has_paused(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> bool:
-    """Tells whether the loop stood still for longer than it may."""
+    """Returns whether the loop stood still for longer than it may."""
     return now.time - state.time > law.dt + law.config.max_overrun
 
 

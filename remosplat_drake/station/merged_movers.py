@@ -1,4 +1,4 @@
-"""`MergedMovers`: all that moves, merged from several sources."""
+"""`MergedMovers`: all movers, merged from several sources."""
 
 from collections.abc import Sequence
 from itertools import chain

@@ -1,4 +1,4 @@
-"""`RobotMovers`: a robot as what moves around another one."""
+"""`RobotMovers`: a robot as movers around another one."""
 
 import dataclasses as dc
 

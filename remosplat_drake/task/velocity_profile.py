@@ -85,7 +85,7 @@ class VelocityProfile(LeafSystem):
         value.set_value(_Playing(context.get_time(), np.array(u, float)))
 
     def progress(self, context: Context) -> TargetProgress:
-        """Tells whether the profile is over, as the only target that there is.
+        """Returns whether the profile is over; it is the only target.
 
         Args:
             context: The system's own context.

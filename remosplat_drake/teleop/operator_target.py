@@ -43,12 +43,11 @@ class OperatorTarget(LeafSystem):
         - state
         - map_requests
 
-    It stands in the place of a `TargetSequence` that never ends.
-    `configuration` takes the measured q, `command` an `OperatorCommand`;
-    `aim` gives the `Aim`, `target` the pose X_WT alone of the end effector
-    that the operator moves as a `RigidTransform`, and `state` that one's
-    `TargetState`. The outgoing `map_requests` are those that come in and the
-    frames that scans want.
+    It stands instead of a `TargetSequence` that never ends. `configuration`
+    takes the measured q, `command` an `OperatorCommand`; `aim` gives the `Aim`,
+    `target` the pose X_WT alone of the end effector that the operator moves as
+    a `RigidTransform`, and `state` that one's `TargetState`. The outgoing
+    `map_requests` are those that come in and the frames that scans want.
 
     One of several end effectors is moved, which the command selects; the others
     are held where they were left, or at their starts. One that is left while it

@@ -65,7 +65,7 @@ def change_velocity(
 
     Args:
         before: The present velocity, shape (3,).
-        wanted: The wanted velocity, shape (3,).
+        wanted: The desired velocity, shape (3,).
         max_change: Greatest length of the change between the two.
     """
     change = wanted - before

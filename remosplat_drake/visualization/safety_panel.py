@@ -40,12 +40,11 @@ class SafetyPanel(LeafSystem):
         output_ports:
         - operator
 
-    `report` takes the controller's `TickReport`, `status` the
-    `StationStatus`, `supervision` the `SupervisorState`, `standing` the
-    `Standing`; `operator` gives the `OperatorRequests` so far. The page's bar
-    says how things stand, and why the supervisor stopped; a line of text, the
-    arm's mode with the largest ages of measurements and commands in the last
-    half second.
+    `report` takes the controller's `TickReport`, `status` the `StationStatus`,
+    `supervision` the `SupervisorState`, `standing` the `Standing`; `operator`
+    gives the `OperatorRequests` so far. The page's bar says the robot's state,
+    and why the supervisor stopped; a line of text, the arm's mode with the
+    largest ages of measurements and commands in the last half second.
 
     Args:
         page: The page that gets bar and buttons.

@@ -42,7 +42,7 @@ class Recording:
         sent: When commands were sent, shape (k,) [s].
         u: The commands, shape (k, n_u) [m/s, rad/s].
         stamp: When each axis had last been measured by then, (k, n_u) [s].
-        q: What was measured, shape (k, n_q) [m, rad].
+        q: The measurements, shape (k, n_q) [m, rad].
         n_base: Number of base commands, first in u: 0, 2 or 3.
     """
 

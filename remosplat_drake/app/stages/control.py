@@ -38,7 +38,7 @@ def AddOracle(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold, the map among them.
+        world: The content of the scenario's files, the map among them.
         configuration: The output port of the measured q, n_q entries.
     """
     return DistanceOracle.AddToBuilder(

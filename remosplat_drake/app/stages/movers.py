@@ -52,7 +52,7 @@ def _things(
     *,
     hardware: bool,
 ) -> OutputPort | None:
-    """The output port of all that moves but other robots, if anything does."""
+    """The output port of all movers except other robots, if there are any."""
     if station.HasOutputPort(ports.MOVERS):
         return station.GetOutputPort(ports.MOVERS)
     tracks = tracks_of(scenario)
@@ -91,7 +91,7 @@ def AddMoverSensor(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
         oracle: The system that outputs the map, which cameras use.
         truth: The output port of the true `Movers`; None where nothing moves.

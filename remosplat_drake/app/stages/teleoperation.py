@@ -87,9 +87,9 @@ def AddOperatorTarget(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
         page: The browser page that gets a panel; None has none.
         operators: Operators that are in the diagram already.
 
@@ -205,7 +205,7 @@ def AddLiveMap(
     Args:
         builder: The builder of the diagram.
         loop: The control loop whose oracle uses the map.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
         hardware: Whether the robot is real: movers are then sensed by other
             programs, which receive the version of the map in use.
 
@@ -283,7 +283,7 @@ def AddOperatorViews(
     Args:
         builder: The builder of the diagram.
         loop: The control loop.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
         page: The browser page to draw on.
         live_map: The map that is drawn; None without one.
     """

@@ -71,8 +71,8 @@ class GuidanceSelector(LeafSystem):
         budget: Number of rollout steps a period; 0 cycles through the
             candidates whenever the robot stalls.
         period: Time between two updates [s].
-        process: The process that looks ahead in place of the selector; None:
-            the selector does it itself.
+        process: The process that looks ahead instead of the selector; None: the
+            selector does it itself.
 
     Example:
         >>> import remosplat_drake as rs

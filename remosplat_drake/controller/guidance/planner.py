@@ -25,7 +25,7 @@ class Situation:
     Attributes:
         robot: The robot, with its limits and kinematics.
         q: The robot's present configuration, shape (n_q,) [rad, m].
-        aim: What the end effectors shall reach.
+        aim: The targets of the end effectors.
         field: The map of rollouts.
         tiers: Stopping distances in the order in which they may be tried,
             largest first [m].

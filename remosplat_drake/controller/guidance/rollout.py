@@ -149,7 +149,7 @@ def advance_rollout(
         law: The control law, with the rollout's step as its period.
         rollout: The rollout so far.
         field: The map.
-        aim: What the end effectors shall reach: an `Aim`, or for the first of
+        aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         arrived: Predicate: whether a `PoseError` counts as arrival.
         horizon: Longest simulated time [s].

@@ -85,7 +85,7 @@ class Selection:
         return self.hopeless_at is not None
 
     def has_given_up(self, attempts: int) -> bool:
-        """Tells whether a target that nothing leads to is not tried for more.
+        """Returns whether a target that nothing leads to is not tried for more.
 
         Obstacles that may leave are waited for.
 

@@ -101,11 +101,11 @@ def advance_selection(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        aim: What the end effectors shall reach: an `Aim`, or for the first of
+        aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         field: The map.
         budget: Number of rollout steps that may be spent.
-        movers: What moves; None if nothing is known to.
+        movers: The movers; None if none are known.
         motion: The motion that commands in flight lead to; None for a robot
             without delay.
         interrupted: Predicate: whether a search of a path, which may take long,

@@ -58,7 +58,7 @@ class SelectionRule:
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
-            aim: What the end effectors shall reach.
+            aim: The targets of the end effectors.
             field: The map.
         """
         situation = Situation(self.law.robot, q, aim, field, self.tiers)
@@ -83,8 +83,8 @@ class SelectionRule:
             attempt: Number of rounds of searches before this one.
             interrupted: Predicate: whether to give up at once.
             roadmap: Corners of earlier paths, which are tried first.
-            around: What stands in the way, which is gone round as far as
-                verification will keep off it.
+            around: Obstacles, which is gone round as far as verification will
+                keep off it.
 
         Returns:
             The guidance along the path, None without one, and what the search

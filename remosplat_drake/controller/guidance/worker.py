@@ -1,4 +1,4 @@
-"""Looking ahead in a process of its own: what runs inside it.
+"""Looking ahead in a separate process: what runs inside it.
 
 It receives a map whenever that changes, and the robot's states. Every state
 is answered within a budget of wall-clock time, by what has been decided since.

@@ -41,7 +41,7 @@ class ActiveCollisionCost(CompiledIngredient):
     Args:
         config: Gain of the cost, and how far ahead it looks.
         damper: The collision damper's distances d_i and d_s.
-        movers: Those of the damper before what moves; None takes its defaults.
+        movers: Those of the damper before movers; None takes its defaults.
     """
 
     term = "active collision"
@@ -57,7 +57,7 @@ class ActiveCollisionCost(CompiledIngredient):
         self._movers = movers or MoverDamperConfig()
 
     def settings(self, robot: RobotModel) -> "ActiveCollisionSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         damper, movers = self._damper, self._movers
         return ActiveCollisionSettings(
             self._gain,

@@ -96,7 +96,7 @@ class JointLimitDamper(CompiledIngredient):
         self._config = config
 
     def settings(self, robot: RobotModel) -> "JointLimitSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config, turns = self._config, robot.arm_turns
         return JointLimitSettings(
             turns,

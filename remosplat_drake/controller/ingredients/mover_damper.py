@@ -1,4 +1,4 @@
-"""Slow down before what moves, and retreat from what comes too fast."""
+"""Slow down before movers, and retreat from what comes too fast."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -45,7 +45,7 @@ class MoverDamperConfig(Config):
 
 
 class MoverDamper(CompiledIngredient):
-    """A velocity damper before what moves.
+    """A velocity damper before movers.
 
     `add_mover_damper` computes its rows.
 
@@ -60,7 +60,7 @@ class MoverDamper(CompiledIngredient):
         self.config = config
 
     def settings(self, robot: RobotModel) -> "MoverSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self.config
         return MoverSettings(config.influence, config.separation, config.gain)
 
@@ -83,7 +83,7 @@ class MoverSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_mover_damper(own, k, tick, program):
-    """Adds a velocity damper before what moves.
+    """Adds a velocity damper before movers.
 
     For every sphere and mover whose distance d is within the influence
     distance d_i [m],

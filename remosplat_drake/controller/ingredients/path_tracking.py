@@ -71,7 +71,7 @@ class PathTracking(CompiledIngredient):
         self._config = config
 
     def settings(self, robot: RobotModel) -> "PathTrackingSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self._config
         return PathTrackingSettings(
             config.weight,

@@ -88,7 +88,7 @@ class SelfCollisionDamper(CompiledIngredient):
         return NearQuestion(pairs.pair_arrays.values, reach, crowded)
 
     def settings(self, robot: RobotModel) -> "SelfCollisionSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self.config
         span = config.influence - config.stopping
         return SelfCollisionSettings(config.stopping, config.gain / span)

@@ -81,7 +81,7 @@ class ServoTracking(CompiledIngredient):
         self._damper = damper
 
     def settings(self, robot: RobotModel) -> "ServoSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self._config
         return ServoSettings(
             config.gain,
@@ -110,11 +110,11 @@ def add_servo_tracking(own, k, tick, program):
         |delta| <= max(slack_limit, |V_WE|)
 
     (paper eq. 2; holistic controller of Haviland, Sünderhauf and Corke 2022).
-    J_E is the Jacobian of the end effector in W, V_WE the wanted twist in W,
-    angular above translational [rad/s, m/s], and e the error to the target
-    [m]: see `servo.error_scale`. The price 1/e grows near the target, so that
-    the end effector first gets there roughly and then exactly. The bounds on
-    the slack hold entry by entry, and leave u = 0 feasible.
+    J_E is the Jacobian of the end effector in W, V_WE the desired twist in W,
+    angular above translational [rad/s, m/s], and e the error to the target [m]:
+    see `servo.error_scale`. The price 1/e grows near the target, so that the
+    end effector first gets there roughly and then exactly. The bounds on the
+    slack hold entry by entry, and leave u = 0 feasible.
 
     A direction that the target leaves free has no row, and the others are
     weighed as the target says. Guidance bends the translational part of V_WE,

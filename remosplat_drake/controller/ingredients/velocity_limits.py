@@ -82,7 +82,7 @@ class VelocityLimits(CompiledIngredient):
         self.config = config
 
     def settings(self, robot: RobotModel) -> "VelocityLimitsSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self.config
         return VelocityLimitsSettings(
             config.fraction,

@@ -73,9 +73,8 @@ class MotionPlanner:
 
         Args:
             q: Where the robot is, shape (n_q,) [rad, m].
-            aim: What the end effectors shall reach: an `Aim`, or for the first
-                of them a `Target` or the pose X_WT of a plain one, shape
-                (4, 4).
+            aim: The targets of the end effectors: an `Aim`, or for the first of
+                them a `Target` or the pose X_WT of a plain one, shape (4, 4).
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
             attempt: Number of searches before; another one draws other

@@ -61,6 +61,6 @@ def _without_spins(
 
 
 def _only_turns(*corners: np.ndarray) -> bool:
-    """Tells whether the base stays where it is."""
+    """Returns whether the base stays where it is."""
     places = np.array(corners)[:, :2]
     return bool(np.abs(places - places[0]).max() < 1e-6)

@@ -167,7 +167,7 @@ class ReactiveProgram:
             name: Name of this tracking, unique among the trackings.
             J: Jacobian of the end effector in W, angular above
                 translational, shape (6, n_u); or r directions of it.
-            V: The wanted twist V_WE, angular above translational, shape (6,)
+            V: The desired twist V_WE, angular above translational, shape (6,)
                 [rad/s, m/s]; or the same directions of it, shape (r,).
             price: Weight of the squared slack in the cost.
             limit: Bounds on |delta|, shape (r,) [rad/s, m/s]; inf is none.

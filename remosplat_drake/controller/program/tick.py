@@ -24,7 +24,7 @@ class Tick:
     Attributes:
         robot: The robot, with its limits and kinematics.
         state: Kinematics at the measured configuration q.
-        aim: What the end effectors shall reach.
+        aim: The targets of the end effectors.
         clearances: The distances of the robot's spheres to the map that lie
             within the influence distance.
         u_previous: The command that is being executed, shape (n_u,).
@@ -33,7 +33,7 @@ class Tick:
         sphere_tube: How far each sphere may be off its predicted path, at the
             speeds of the command that is being executed, shape (n,) [m]; None
             for a robot without delay.
-        movers: What moves; None if nothing is known to.
+        movers: The movers; None if none are known.
         time: The time of the tick [s].
 
     Example:

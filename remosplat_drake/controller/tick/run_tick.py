@@ -72,7 +72,7 @@ def run_tick(
         time: Time of the tick [s].
         q: Configuration to plan from, measured or where all commands in flight
             lead, shape (n_q,) [rad, m].
-        aim: What the end effectors shall reach: an `Aim`, or for the first of
+        aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         clearances: The oracle's distances and directions at q.
         field: The map, which verification queries along the command's path.
@@ -80,7 +80,7 @@ def run_tick(
         guidance: How the tick is bent, as `GuidanceSelector` has chosen.
         motion: The motion that commands in flight lead to; None for a robot
             without delay.
-        movers: What moves; None if nothing is known to.
+        movers: The movers; None if none are known.
         periods: How many control periods ago `u_previous` was sent: more than
             one where the tick is late. The station brakes by itself from 1.5
             periods on.

@@ -21,11 +21,11 @@ class TickInputs:
 
     Attributes:
         time: Time of the tick [s].
-        aim: What the end effectors shall reach.
+        aim: The targets of the end effectors.
         field: The map, which verification queries along the command's path.
         guidance: How the tick is bent.
-        motion: What the robot is about to do already.
-        movers: What moves; None if nothing is known to.
+        motion: The motion that commands in flight lead to.
+        movers: The movers; None if none are known.
     """
 
     time: float

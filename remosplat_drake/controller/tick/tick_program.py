@@ -38,7 +38,7 @@ class RowNames:
     Attributes:
         ingredients: The compiled ingredients, in the kernels' order.
         robot: The robot that is driven.
-        movers: What moves; None if nothing is known to.
+        movers: The movers; None if none are known.
         outside: What ingredients in Python have added; None for nothing.
     """
 

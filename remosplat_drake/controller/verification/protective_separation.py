@@ -191,7 +191,7 @@ def protective_separation(
 
     Args:
         state: Kinematics at the present configuration.
-        movers: What moves.
+        movers: Movers.
         time: The present time [s].
         u: The command, shape (n_u,) [rad/s, m/s].
         monitoring: What is kept, and how soon the robot can rest.

@@ -21,8 +21,8 @@ class HeardMovers:
     problem is the reason.
 
     Attributes:
-        movers: What moves, with the problem of the latest message if it could
-            not be used.
+        movers: Movers, with the problem of the latest message if it could not
+            be used.
         refused: Number of messages that could not be used.
         count: Number of packets of the mailbox that have been looked at.
     """

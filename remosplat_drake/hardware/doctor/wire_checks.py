@@ -203,7 +203,7 @@ class _Source:
         channel: Its channel.
         rate: Least rate [Hz].
         ages: Times of arrival minus stamps [s].
-        problem: What was wrong with the latest broken one.
+        problem: Faults of the latest broken one.
         modes: The latest mode.
     """
 

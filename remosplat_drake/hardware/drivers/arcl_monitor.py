@@ -44,7 +44,7 @@ _LONGEST_LINE = 4096
 
 
 class ArclMonitor:
-    """A `StopSource` by ARCL, in a thread of its own.
+    """A `StopSource` by ARCL, in a separate thread.
 
     It logs in, queries the motors' state ten times a second, and reconnects
     whenever the connection is lost. Without a fresh answer the base's state is
@@ -128,7 +128,7 @@ class ArclMonitor:
 
 
 class _Lines:
-    """Cuts the bytes of a socket into lines, of any content."""
+    """Splits the bytes of a socket into lines."""
 
     def __init__(self, link: socket.socket):
         self._link = link

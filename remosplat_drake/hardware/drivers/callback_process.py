@@ -1,4 +1,4 @@
-"""`CallbackProcess`: the 1 kHz callback, alone in a process of its own.
+"""`CallbackProcess`: the 1 kHz callback, alone in a separate process.
 
 Nothing that happens to the process with the wire can make the callback late:
 no other thread waits for its interpreter, and nothing is collected. It outlives

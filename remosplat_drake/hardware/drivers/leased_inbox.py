@@ -73,7 +73,7 @@ class Hold:
         return self if now - self.heard <= LEASE_EXPIRY else Hold()
 
     def admits(self, sender: str, now: float) -> bool:
-        """Tells whether a command from an address is to be carried out."""
+        """Returns whether a command from an address is to be carried out."""
         return self.at(now).lease is not None and sender == self.sender
 
 

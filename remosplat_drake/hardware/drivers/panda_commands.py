@@ -79,7 +79,7 @@ class ArmCommands:
     Attributes:
         received: Number of commands so far.
         broken: Number of messages that were none.
-        complaint: What was wrong with the latest of those; empty for nothing.
+        complaint: Faults of the latest of those; empty for nothing.
         expired: How often a command has ended without a successor.
     """
 

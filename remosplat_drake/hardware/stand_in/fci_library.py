@@ -1,6 +1,6 @@
 """Libfranka's interface, as panda-python has it, to the stand-in's `FciArm`.
 
-The arm's driver takes this module in place of `panda_py.libfranka`; all else
+The arm's driver takes this module instead of `panda_py.libfranka`; all else
 of it is the same. Only what the driver uses is here.
 """
 

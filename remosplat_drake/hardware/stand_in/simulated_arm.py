@@ -148,7 +148,7 @@ class SimulatedArm:
 def violates(
     measured: ArmMeasurement, target: np.ndarray, limits: ArmLimits
 ) -> bool:
-    """Tells whether the arm would stop by a reflex.
+    """Returns whether the arm would stop by a reflex.
 
     It does at a collision, and if a joint beyond its position limit is
     commanded farther; it may move back.

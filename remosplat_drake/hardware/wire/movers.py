@@ -29,7 +29,7 @@ _BOUNDS = ("max_speed", "max_acceleration", "position_error", "velocity_error")
 
 
 def encode_movers(movers: Movers) -> bytes:
-    """Encodes what moves, and which space is watched.
+    """Encodes movers, and which space is watched.
 
     Args:
         movers: What is known; its stamp is wall clock time [s].
@@ -68,7 +68,7 @@ def _quaternion(X_WF: RigidTransform) -> list[float]:
 
 
 def decode_movers(data: bytes) -> Movers:
-    """Decodes and checks what moves, and which space is watched.
+    """Decodes and checks movers, and which space is watched.
 
     One unusable value makes the whole message unusable: a source that is wrong
     about one mover is not trusted about the others.

@@ -112,7 +112,7 @@ def assess(
         held_out: Whether the compared views were not trained on.
         count: Largest number of points at which distances are compared.
         seed: Seed of the random points.
-        warnings: What is wrong with the capture, in words.
+        warnings: Faults of the capture, in words.
         validations: Errors at views that a map was made without, see
             `cross_validate`; they determine the verdict unless the truth is
             known.

@@ -1,12 +1,13 @@
 """A bound on how far the truth may lie in front of each disc of a splat.
 
-u = g + z s + max(a, e): g is the largest gap between the disc and what was
-measured of its surface; s is the standard deviation of the disc's own place, by
-the noise of the depth and by the errors of the poses and of the camera; a is
-the distance between the pixels that saw it, between which an edge may lie, and
-e how far an edge may lie beyond the last of them. z and the limit of a were
-chosen on rendered scenes with known truth and then frozen; see the studies
-`map_bound` and `true_maps`, and docs/theory/uncertainty.md.
+u = g + z s + max(a, e): g is the largest gap between the disc and the
+measurements of its surface; s is the standard deviation of the disc's own
+place, by the noise of the depth and by the errors of the poses and of the
+camera; a is the distance between the pixels that saw it, between which an
+edge may lie, and e how far an edge may lie beyond the last of them. z and
+the limit of a were chosen on rendered scenes with known truth and then
+frozen; see the studies `map_bound` and `true_maps`, and
+docs/theory/uncertainty.md.
 """
 
 import dataclasses as dc

@@ -1,4 +1,4 @@
-"""`Ros2View`: the target, the nearest things and how things stand, for RViz.
+"""`Ros2View`: the target, the nearest things and the robot's state, for RViz.
 
 The robot's own robot_state_publisher publishes its links; a second source on
 /tf would contradict it. So /tf gets the target alone.

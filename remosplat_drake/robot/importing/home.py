@@ -72,7 +72,7 @@ def tightness(robot: RobotModel, q_arm: np.ndarray) -> float:
 
 
 def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
-    """Tells whether links are apart that are apart at home.
+    """Returns whether links are apart that are apart at home.
 
     Those that are close at home, as at a short wrist, may be closer by 3 cm.
 

@@ -82,7 +82,7 @@ def prepare_mjcf(
 
 
 def _include(path: Path, element: Element, seen: set[Path]) -> None:
-    """Puts what included files hold in the place of the <include>."""
+    """Puts what included files hold instead of the <include>."""
     children = []
     for child in element:
         if child.tag != "include":

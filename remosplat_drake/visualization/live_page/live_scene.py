@@ -7,7 +7,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.visualization.live_page.newest import Newest
 
 POSE, PROPERTY = "pose", "property"
-"""Kinds of what moves: poses of paths, and their other properties."""
+"""Kinds of movers: poses of paths, and their other properties."""
 
 Property = bool | float | list[float]
 """Value of a property."""

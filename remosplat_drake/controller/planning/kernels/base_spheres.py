@@ -73,7 +73,7 @@ def base_spheres(space):
 
 @helper
 def _is_moved_by_arm(robot, body):
-    """Tells whether a joint of an arm moves a body."""
+    """Returns whether a joint of an arm moves a body."""
     is_moved = False
     for j in range(robot.n_base, robot.moves.shape[1]):
         is_moved |= robot.moves[body, j]
@@ -82,7 +82,7 @@ def _is_moved_by_arm(robot, body):
 
 @kernel(returns=TRUTH)
 def may_stand(space, line, base, q):
-    """Tells whether the base may stand somewhere, its arms left out.
+    """Returns whether the base may stand somewhere, its arms left out.
 
     Args:
         space: The `SpaceArrays`.

@@ -39,7 +39,7 @@ _NO_DAMPING = 1e-6
 
 
 class Arms(NamedTuple):
-    """The arms of a robot, and what they shall reach.
+    """The arms of a robot, and their targets.
 
     Attributes:
         chains: The joints that move each end effector, as `SerialChain`s in a

@@ -46,7 +46,7 @@ _ROUNDING = 1e-9
 
 @kernel(returns=TRUTH)
 def is_off_the_map(space, line, X_WL):
-    """Tells whether all spheres keep their clearances at a configuration.
+    """Returns whether all spheres keep their clearances at a configuration.
 
     Args:
         space: The `SpaceArrays`.
@@ -94,7 +94,7 @@ def rooms(space, line, q, far):
 
 @kernel(returns=TRUTH)
 def keeps_off_the_map(space, line, q, u, looks):
-    """Tells whether all spheres keep their clearances on a motion.
+    """Returns whether all spheres keep their clearances on a motion.
 
     They keep them less verification's tolerance. A map that is not 1-Lipschitz
     is known at the looks only.
@@ -254,7 +254,7 @@ def look(space, line, at, wanted, room, least):
         at: Centres of the spheres in W, shape (n, 3) [m], and the orientations
             of their links, shape (n, 3, 3).
         wanted: Rooms up to which results are exact, shape (n,) [m].
-        room: Lower bounds, in place of which answers are put, shape (n,) [m].
+        room: Lower bounds, instead of which answers are put, shape (n,) [m].
         least: Least room that answers should have [m].
 
     Returns:

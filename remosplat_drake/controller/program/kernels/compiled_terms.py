@@ -82,7 +82,7 @@ def add_compiled(added_by, first, tick, program):
 
 @helper
 def _are_usable(program, part, most):
-    """Tells whether an ingredient has kept to what `ReactiveProgram` takes."""
+    """Returns whether an ingredient's terms are valid for the program."""
     n_u = len(program.lower)
     for j in range(n_u):
         c, weight = program.linear[part, j], program.quadratic[part, j]

@@ -136,7 +136,7 @@ class TickArrays(NamedTuple):
     Attributes:
         robot: The robot.
         state: Kinematics at the measured configuration.
-        aim: What the end effectors shall reach, k targets.
+        aim: The targets of the end effectors, k targets.
         p_ET_W: `PoseError.p_ET_W` of each target, shape (k, 3) [m].
         rotation_W: `PoseError.rotation_W` of each, shape (k, 3) [rad].
         error_scales: `Tick.error_scales`, shape (k,) [m].

@@ -124,7 +124,7 @@ def demanded_retreat(program):
 
 @helper
 def should_retreat(scale, retreat):
-    """Tells whether a robot that is too near shall only move out.
+    """Returns whether a robot that is too near shall only move out.
 
     Motion towards the target bends the way out, and verification may refuse
     such a way again and again, since neither changes.

@@ -32,7 +32,7 @@ ROUNDS = 5
 
 @kernel(returns=TRUTH)
 def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
-    """Tells whether all spheres keep their distance from a map on a path.
+    """Returns whether all spheres keep their distance from a map on a path.
 
     They keep it at the path's `times`, and less a tolerance at all times in
     between, see `between_looks.py`.
@@ -217,7 +217,7 @@ def _place(robot, path, time, i, p, R):
 
 @helper
 def keeps_joint_limits(path, lower, upper):
-    """Tells whether no joint gets beyond its limits or farther out than before.
+    """Returns whether each joint stays within its limits, or no farther out.
 
     Joints move one way on each piece of a path, so the ends of these are
     enough.

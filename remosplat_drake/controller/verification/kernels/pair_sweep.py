@@ -35,7 +35,7 @@ _HALVINGS = 10
 
 @kernel(returns=TRUTH)
 def pairs_keep_apart(tree, path, own, stopping, off):
-    """Tells whether all pairs keep min(stopping, present distance) on a path.
+    """Returns whether all pairs keep min(stopping, present distance) on a path.
 
     Between the times of the path distances may fall below that as `tolerated`
     says.

@@ -1,10 +1,10 @@
 """The path of a command: one tick of it and its braking ramp, to a standstill.
 
-A robot that obeys at once needs one piece. The ramp shrinks the whole command
-evenly, so tick and ramp follow the path on which u is simply held, only slower
-and slower. Time on the path is counted as if u were held. A robot that executes
-a smaller share of u, or brakes earlier, stays on this path. It ends where a
-station ends that hears nothing more, and so brakes last.
+A robot that executes commands at once needs one piece. The ramp shrinks the
+whole command evenly, so tick and ramp follow the path on which u is simply
+held, only slower and slower. Time on the path is counted as if u were held. A
+robot that executes a smaller share of u, or brakes earlier, stays on this path.
+It ends where a station ends that hears nothing more, and so brakes last.
 
 If actuators have delays and lags, each its own, the path is that of their
 model: commands in flight, then the command, then its ramp, until all has
@@ -41,7 +41,7 @@ def stopping_path(robot, motion, q, u, dt, spare) -> PathArrays:
 
     Args:
         robot: The `RobotArrays`.
-        motion: What the robot is about to do already, the `MotionArrays`.
+        motion: The motion that commands in flight lead to, the `MotionArrays`.
         q: Configuration at which the path starts, shape (n_q,) [rad, m].
         u: The command, shape (n_u,).
         dt: Length of a tick [s].

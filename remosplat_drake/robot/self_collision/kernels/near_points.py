@@ -273,7 +273,7 @@ def _copy(near, i, found, row):
 
 @helper
 def _is_known(found, first, row, same):
-    """Tells whether both points of a pair are those of one before it."""
+    """Returns whether both points of a pair are those of one before it."""
     for i in range(first, row):
         far = 0.0
         for p_W in found[3:]:
