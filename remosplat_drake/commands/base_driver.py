@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--arcl",
         metavar="HOST[:PORT]",
-        help="ask an Omron base over ARCL whether it may move, besides",
+        help="also query an Omron base over ARCL whether it may move",
     )
     parser.add_argument(
         "--arcl-password-file",

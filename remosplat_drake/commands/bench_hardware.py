@@ -73,8 +73,9 @@ def run_sight(console: Console) -> list[LoopQuality]:
 def _check_wire() -> None:
     if not wire_works():
         raise RemoSplatError(
-            "this computer hears none of its own multicasts; `ip link set lo"
-            " multicast on` and `ip route add 224.0.0.0/4 dev lo` mend it"
+            "this computer does not receive its own multicasts; run `ip"
+            " link set lo multicast on` and `ip route add 224.0.0.0/4 dev"
+            " lo`"
         )
 
 

@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         problem = f"expected 0.5 to 200 [mm], got {tolerance:g}"
         raise FieldError("fit-spheres", "--tolerance", problem)
     if tolerance is None and args.most is not None:
-        problem = "goes with --tolerance; without one --count bounds them all"
+        problem = "needs --tolerance; without it, use --count"
         raise FieldError("fit-spheres", "--most", problem)
     if args.most is not None and not 1 <= args.most <= 200:
         problem = f"expected 1 to 200, got {args.most}"

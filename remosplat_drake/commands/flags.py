@@ -86,7 +86,8 @@ def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
         "--doctor",
         type=Path,
         metavar="FILE",
-        help="report of `remosplat doctor` (default: where it puts that)",
+        help="report of `remosplat doctor` (default: where the doctor"
+        " writes it)",
     )
     parser.add_argument(
         "--without-doctor",

@@ -61,8 +61,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
-        " where the robot stands and what it may bump into",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the"
+        " robot's start and its obstacles",
     )
     add_wire_argument(parser, REHEARSAL_URL)
     parser.add_argument(
@@ -91,28 +91,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fci",
         type=int,
         metavar="PORT",
-        help="let the arm obey `remosplat panda-driver --simulated PORT` in"
-        " place of the wire",
+        help="control the arm by `remosplat panda-driver --simulated PORT`"
+        " instead of the wire",
     )
     parser.add_argument(
         "--rtde",
         metavar="ADDRESS",
-        help="let a Universal Robots arm obey `remosplat arm-driver ur ADDRESS`"
-        " in place of the wire, on an address of this computer such as"
-        " 127.0.0.2",
+        help="control a Universal Robots arm by `remosplat arm-driver ur"
+        " ADDRESS` instead of the wire, on an address of this computer"
+        " such as 127.0.0.2",
     )
     parser.add_argument(
         "--ros2",
         action="store_true",
-        help="be a robot on ROS 2 in place of one on the wire: with the topics"
-        " of the scenario's !Ros2Arm and !Ros2Base, for `arm-driver` and"
-        " `base-driver`",
+        help="simulate a robot on ROS 2 instead of one on the wire: with"
+        " the topics of the scenario's !Ros2Arm and !Ros2Base, for"
+        " `arm-driver` and `base-driver`",
     )
     parser.add_argument(
         "--localization",
         action="store_true",
-        help="tell where the base is by a localisation, too, 10 times a second;"
-        " its odometry then begins elsewhere",
+        help="also send the base's pose by a localisation, 10 times a"
+        " second; its odometry then begins elsewhere",
     )
     parser.add_argument(
         "--record",

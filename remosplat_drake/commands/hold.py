@@ -54,7 +54,7 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
     host = arguments.host
     if host != LOCALHOST and getattr(arguments, "hardware", False):
         raise RemoSplatError(
-            "--host: not with --hardware: Meshcat does not know its visitors"
+            "--host: not with --hardware: Meshcat cannot identify its visitors"
         )
     # As Meshcat has it.
     host = "*" if host == "0.0.0.0" else host

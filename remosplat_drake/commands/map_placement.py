@@ -26,10 +26,10 @@ def add_placement_arguments(parser: argparse.ArgumentParser):
         "--up",
         choices=UPS,
         default=AUTO,
-        help="what is up, so that z is, from the floor at z = 0: the floor, or"
-        " else what the capture's format says (auto); the floor, which must be"
-        " found; the capture's own frame, which has its floor at z = 0; none,"
-        " and no scenario is written",
+        help="the source of the upward direction and of the floor at z ="
+        " 0: the floor, or else the capture's format (auto); the"
+        " floor, which must be found; the capture's own frame, with"
+        " its floor at z = 0; or none, and no scenario is written",
     )
     parser.add_argument(
         "--floor",

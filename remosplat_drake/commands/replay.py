@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=-math.inf,
         metavar="T",
-        help="leave out what was before, since the run's first tick [s]",
+        help="start at this time since the run's first tick [s]",
     )
     parser.add_argument(
         "--to",
@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=math.inf,
         metavar="T",
-        help="leave out what came after [s]",
+        help="end at this time [s]",
     )
     parser.add_argument(
         "--rate",

@@ -33,8 +33,8 @@ def add_guide_arguments(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--guide",
         action="store_true",
-        help="find what is up, and the floor, without other flags, set the"
-        " splat upright on it, and print the flags that do the same",
+        help="find the upward direction and the floor without other flags,"
+        " set the splat upright, and print the equivalent flags",
     )
     group.add_argument(
         "--length",
@@ -53,7 +53,7 @@ def check_guide(arguments: argparse.Namespace) -> None:
             without the guide, or is not positive.
     """
     if arguments.length is not None and not arguments.guide:
-        problem = "tells --guide how long the scene is; give both"
+        problem = "gives the scene's length to --guide; use both"
         raise FieldError("convert", "--length", problem)
     for name in ("scale", "scale_by", "align", "align_points", "up"):
         if arguments.guide and getattr(arguments, name) is not None:

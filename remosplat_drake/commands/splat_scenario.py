@@ -54,9 +54,9 @@ _HINT = (
 )
 
 _UNSEEN = (
-    "the space that the cameras of this splat saw is unknown, so that all"
-    " counts as free where there is no splat; `remosplat reconstruct` writes"
-    " that beside a splat that it makes of a capture"
+    "the space that the cameras of this splat saw is unknown, so"
+    " all space without splats counts as free; `remosplat"
+    " reconstruct` writes the seen space beside a splat"
 )
 
 

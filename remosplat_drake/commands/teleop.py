@@ -327,7 +327,7 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
     by_meshcat = arguments.viewer == MESHCAT
     if arguments.host != LOOPBACK and (by_meshcat or arguments.headless):
         raise RemoSplatError(
-            "--host: only with the cockpit, which knows its operator"
+            "--host: only with the cockpit, which identifies its operator"
         )
     if arguments.hardware and by_meshcat and not any(sources):
         raise RemoSplatError(

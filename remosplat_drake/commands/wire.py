@@ -61,7 +61,7 @@ def add_robot_choice(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
-        help="where the robot's drivers are (default: the scenario's"
+        help="LCM URL of the robot's drivers (default: the scenario's"
         " hardware.lcm_url)",
     )
     parser.add_argument(

@@ -46,7 +46,7 @@ class Room:
             q: The configuration in the map, shape (n_q,) [m, rad].
         """
         if not np.isfinite(q).all():
-            return "where the robot is in the map is not known"
+            return "the robot's pose in the map is not known"
         spheres = self.own.robot.spheres_at(q)
         least = self.clearance
         nearest = self.field.clearances(spheres, least).minimum()

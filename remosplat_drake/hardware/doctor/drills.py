@@ -224,8 +224,8 @@ def drill_stop(
             found=f"nothing within {patience:.0f} s",
             wanted=wanted,
             source=source,
-            mend="a driver that cannot tell of stops needs a topic that does,"
-            " or an ARCL connection beside it",
+            mend="a driver that does not report stops needs a topic for them,"
+            " or an ARCL connection",
         )
     say(f"{found}; now reset it and start what has ended again")
     _wait(robot, lambda: "" if stopped() else "it is back", patience)
@@ -237,7 +237,7 @@ def drill_stop(
         + ("is still stopped" if stopped() else f"moved at {moved:.3f}"),
         wanted=wanted,
         source=source,
-        mend="reset the stop and start the driver again; find what moved",
+        mend="reset the stop and start the driver again; find out why it moved",
     )
 
 

@@ -41,7 +41,7 @@ def check_clock() -> Finding:
             follows,
             found="follows another by the kernel's account"
             if follows
-            else "the kernel knows of no other clock that it follows",
+            else "the kernel follows no other clock",
             wanted=wanted,
             source="adjtimex, as there is no chronyc",
             mend=mend,

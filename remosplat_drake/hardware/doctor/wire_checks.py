@@ -67,8 +67,8 @@ def check_loopback(url: str) -> Finding:
     return judged(
         "multicast",
         bool(heard),
-        found="this computer hears its own packets" if heard else found,
-        wanted="this computer hears its own packets",
+        found="this computer receives its own packets" if heard else found,
+        wanted="this computer receives its own packets",
         source=f"packets on {PROBE}",
         mend="`ip link set lo multicast on` and `ip route add 224.0.0.0/4 dev"
         " lo`, or the wire's network device in place of lo",

@@ -82,7 +82,7 @@ def prepare_mjcf(
 
 
 def _include(path: Path, element: Element, seen: set[Path]) -> None:
-    """Puts what included files hold instead of the <include>."""
+    """Replaces each <include> by the content of its file."""
     children = []
     for child in element:
         if child.tag != "include":
