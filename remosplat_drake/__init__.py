@@ -123,7 +123,7 @@ _MODULES = {
     "Config": "base.ranges",
     "RemoSplatError": "base.errors",
 }
-"""Where each name of the face is defined."""
+"""The module that defines each public name."""
 
 __all__ = [*_MODULES, "__version__"]  # pyright: ignore
 

@@ -65,7 +65,7 @@ LONGEST = (
     "benchmark/test_runner.py",
     "mapping/test_mapping_process.py",
 )
-"""Files that take longest. They come first: whoever gets a file does all of
+"""Files that take longest. They come first: a worker that gets one does all of
 it, and the others would have nothing left to do beside it."""
 
 

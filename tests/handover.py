@@ -1,4 +1,4 @@
-"""Who knows of a box: the map, what moves, or both."""
+"""The map, the movers, or both contain a box."""
 
 from collections.abc import Iterable
 

@@ -1,4 +1,4 @@
-"""How often numba is at work, in a process of its own."""
+"""Compilations by numba in a process of its own."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""What a page sends to Meshcat, for tests without a browser."""
+"""Messages of a page to Meshcat, for tests without a browser."""
 
 import struct
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""How long tests wait for what other processes do."""
+"""Time limits of tests that wait for other processes."""
 
 PATIENCE = 800.0
 """Longest wait for anything, however busy the computer is [s]."""

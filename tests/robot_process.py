@@ -1,4 +1,4 @@
-"""The stand-in robot as a process, and somebody who talks to it."""
+"""The stand-in robot as a process, and a client of it."""
 
 import contextlib
 import math
@@ -71,7 +71,7 @@ class Client:
         """Starts to listen.
 
         Args:
-            wire: A URL, or the other end itself, which then waits for nobody.
+            wire: A URL, or the other end itself, which then waits for no other.
             clock: What stamps the commands [us].
         """
         self._lcm = DrakeLcm(wire) if isinstance(wire, str) else wire
@@ -159,7 +159,7 @@ class Client:
         self.wait_for(done)
 
     def take_command(self) -> None:
-        """Makes the drivers obey: they obey nobody without a lease."""
+        """Takes the lease: without one, drivers follow no command."""
         if self._guard is not None:
             self._guard.take_command(0.0)
 

@@ -1,5 +1,6 @@
 """Every example runs as it stands, and shows what it says."""
 
+import json
 import re
 import runpy
 import sys
@@ -115,3 +116,16 @@ def test_every_notebook_runs(notebook):
         for output in cell.get("outputs", [])
     )
     assert "mm" in printed
+
+
+@pytest.mark.parametrize(
+    "notebook", sorted(FOLDER.glob("notebooks/*.ipynb")), ids=lambda p: p.stem
+)
+def test_a_notebook_is_stored_with_outputs_and_a_picture(notebook):
+    cells = json.loads(notebook.read_text())["cells"]
+    outputs = [o for cell in cells for o in cell.get("outputs", [])]
+    assert any("mm" in "".join(o.get("text", "")) for o in outputs)
+    assert any("image/png" in o.get("data", {}) for o in outputs)
+    # A page of the run that stored them is gone.
+    assert "iframe" not in json.dumps(outputs).lower()
+    assert notebook.stat().st_size < 200_000

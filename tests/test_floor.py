@@ -116,7 +116,7 @@ def added_solids(lowest: float) -> PrimitiveScene:
     return PrimitiveScene(boxes=(slab,), cylinders=(column,))
 
 
-def test_the_floor_stops_nobody(scenarios):
+def test_the_floor_stops_no_robot(scenarios):
     application = load_application(f"{scenarios}:Floor")
     splat_W = application.world.splat_W
     assert splat_W is not None

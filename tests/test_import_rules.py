@@ -1,4 +1,4 @@
-"""The tree is the theory: who may import whom, read off the sources."""
+"""The tree is the theory: allowed imports, read off the sources."""
 
 import ast
 import graphlib

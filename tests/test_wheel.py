@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "remosplat_drake"
 
 # Runs the main job; then says where it came from, and which of the heavy
-# packages anybody tried to import, whether they are installed or not.
+# packages it tried to import, whether they are installed or not.
 MAIN_JOB = """
 import json, sys
 wanted = set()

@@ -1,4 +1,4 @@
-"""Whether a measured axis ever meets anything: strokes from random poses.
+"""Motions of `identify` from random poses, and whether they meet anything.
 
 Robots stand anywhere where they are clear of the scene and of themselves. One
 axis, drawn by lot, makes the stroke that `remosplat identify` would choose

@@ -33,7 +33,7 @@ class FieldRow:
     Attributes:
         name: As a scenario writes it.
         kind: What it holds.
-        default: What it is if nobody says anything.
+        default: The value that it has if none is given.
         range: Which values are valid.
         unit: Of its numbers.
         meaning: The comment in the source.

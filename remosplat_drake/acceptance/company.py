@@ -1,7 +1,7 @@
 """Processes that join a robot and its controller on their wire, uninvited.
 
-Such a process takes seconds to start. What counts begins when its first
-packet is on the wire, which the packets' senders tell.
+Such a process takes seconds to start. Its case begins when its first packet is
+on the wire, which is recognised by the packet's sender.
 """
 
 import contextlib

@@ -1,8 +1,8 @@
 """The control tick in a closed loop with delays and lags, without any clock.
 
-What a campaign of real processes needs minutes for takes seconds here: the
-tick, its prediction and its verification are the very ones that drive the
-robot; only the robot and the wire are replaced by the model of its actuators.
+A campaign of real processes needs minutes for these cases; here they take
+seconds. The tick, its prediction and its verification are those that drive the
+robot. Only the robot and the wire are replaced by the model of its actuators.
 """
 
 import dataclasses as dc
@@ -72,8 +72,8 @@ class DelayedRobot:
             robot: The robot.
             model: How its axes follow their commands.
             q0: Configuration to start from, shape (n_q,) [m, rad].
-            status_delay: Age at which the state of each axis is heard of,
-                shape (n_u,) [s].
+            status_delay: Age of each axis' state when it is received, shape
+                (n_u,) [s].
         """
         self.robot, self.model = robot, model
         self.status_delay = status_delay
@@ -127,8 +127,8 @@ def run_delayed(
         robot: The robot, at its start.
         field: The map, which is the truth.
         X_WT: Pose of the target T in W, shape (4, 4).
-        model: What the controller knows of the actuators; None leads the
-            base's pose forward by its measured velocity, and nothing else.
+        model: The controller's model of the actuators; None advances the base's
+            pose by its measured velocity, and does nothing else.
         seconds: Longest simulated time [s].
     """
     known = History.at_rest(law.robot.n_u)

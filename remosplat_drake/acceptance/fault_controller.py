@@ -133,7 +133,7 @@ class FaultInjector:
         self._release = True
 
     def __call__(self, root: Context) -> None:
-        """Applies what the signals asked for, between two control ticks."""
+        """Applies the requests of the signals, between two control ticks."""
         context = self._supervisor.GetMyMutableContextFromRoot(root)
         self._release_if_asked(context)
         lasted = time.time() - self._since

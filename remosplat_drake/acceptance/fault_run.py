@@ -228,7 +228,7 @@ class FaultRun:
     ) -> None:
         """Waits for the stop, tries a release, and takes the fault back.
 
-        Then it looks on for a while before it releases the stop for good.
+        Then it waits for a while before it releases the stop for good.
         """
         case = self._case
         if case.outcome == STOPS:

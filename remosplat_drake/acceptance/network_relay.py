@@ -2,9 +2,9 @@
 
     python -m remosplat_drake.acceptance.network_relay URL_A URL_B --delay 0.05
 
-Commands go from A to B, statuses from B to A. What is lost is drawn from the
-seed, message by message; the order of messages is kept. The network is a good
-one until the process gets SIGUSR1, and again after a second one.
+Commands go from A to B, statuses from B to A. Losses are drawn from the seed,
+message by message; the order of messages is kept. The network has no losses
+until the process gets SIGUSR1, and again after a second one.
 """
 
 import argparse

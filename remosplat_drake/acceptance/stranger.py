@@ -2,7 +2,7 @@
 
     python -m remosplat_drake.acceptance.stranger URL WHAT
 
-It knows no lease and asks for none, as other programs that speak LCM.
+It has no lease and requests none, like other programs that use LCM.
 """
 
 import argparse
@@ -38,7 +38,7 @@ STRANGERS = {
     BASE: "repeats the base's statuses 0.3 m away",
     GARBAGE: "sends bytes that are no message on every channel",
 }
-"""What a stranger does, by name."""
+"""The actions of a stranger, by name."""
 
 CHANNELS = (
     channels.COMMAND_RAMP,
@@ -62,7 +62,7 @@ _OFF = 0.6
 _AWAY = 0.3
 
 _SPEED = 0.2
-"""What the stranger commands [m/s, rad/s]."""
+"""Command of the stranger [m/s, rad/s]."""
 
 
 def command(lcm: DrakeLcm) -> None:

@@ -1,4 +1,4 @@
-"""`WireTap`: hears what goes to and fro, and makes faults happen."""
+"""`WireTap`: receives all messages of a wire, and triggers faults."""
 
 import struct
 import time

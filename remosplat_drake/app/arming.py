@@ -1,8 +1,8 @@
 """`Arming`: an operator's consent, from the terminal or over the wire.
 
-A real robot stands until a person lets it go: types `arm` at the program's
-terminal, or sends a request for this very session (`remosplat arm`). Any
-other line stops it. The page cannot: Meshcat knows no clients.
+A real robot stands until a person arms it: types `arm` at the program's
+terminal, or sends a request for this session (`remosplat arm`). Any other line
+stops it. The page cannot arm it, since Meshcat cannot identify its clients.
 """
 
 from pydrake.systems.framework import Context
@@ -12,7 +12,7 @@ from remosplat_drake.base.terminal import TerminalLines
 from remosplat_drake.hardware.client.robot_link import RobotLink
 
 ARM = "arm"
-"""What a person types to let the robot go."""
+"""Text that a person types to arm the robot."""
 
 TERMINAL_STOP = "Enter in the terminal"
 """Reason of a stop by any other line."""
@@ -29,8 +29,8 @@ class Arming:
 
         Args:
             application: The diagram, with its supervisor.
-            link: The link to the robot, which hears requests and tells what
-                the supervisor does.
+            link: The link to the robot, which receives requests and sends the
+                supervisor's state.
         """
         assert application.supervisor is not None
         self._supervisor = application.supervisor

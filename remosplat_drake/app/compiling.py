@@ -28,10 +28,10 @@ def compiling_shown(
     """Shows how many kernels are compiled while the block waits for some.
 
     Args:
-        progress: Where it is shown, in place of the stage that is.
+        progress: Where it is shown, instead of the stage that is.
         scenario: What the block runs, if anything. Once a kernel is found to be
             missing, all that it needs are compiled, on all cores.
-        tell: Told what is shown, kernel by kernel.
+        tell: Called with the text that is shown, kernel by kernel.
     """
     if scenario is not None and isinstance(scenario.oracle, SphereToEllipsoid):
         compilation.expect(lambda: read_list(RUN_KERNELS))

@@ -3,7 +3,7 @@
 station --configuration--> oracle --clearances--> controller --> supervisor
 --> station
 
-Everything else of the application looks on or adds to it.
+All other parts of the application observe the loop or add to it.
 """
 
 import dataclasses as dc
@@ -60,7 +60,7 @@ class ControlLoop:
 
     Attributes:
         scenario: The scenario that the stages are made from.
-        world: What the scenario's files hold: robot, map and true scene.
+        world: The content of the scenario's files: robot, map and true scene.
         station: The robot, simulated or real, as a system.
         odometry: The output port of the q that the station measures, n_q
             entries.
@@ -72,14 +72,14 @@ class ControlLoop:
         law: The control law.
         controller: The reactive controller.
         selector: The look-ahead beside the controller; None if the scenario
-            wants no guidance.
+            disables guidance.
         supervisor: The safety supervisor between controller and station; None
-            if the scenario wants none.
-        standing: The system that says how things stand, in one sentence.
-        known_movers: The output port of the `Movers` that the robot is told of;
-            None where it is told of none.
+            if the scenario disables it.
+        standing: The system that says the robot's state, in one sentence.
+        known_movers: The output port of the `Movers` that the robot knows; None
+            if it knows of none.
         true_movers: The output port of the true `Movers` of a simulation, or of
-            what is heard of a real robot's; None where nothing moves.
+            those received from a real robot's sensors; None without movers.
     """
 
     scenario: Scenario
@@ -143,7 +143,7 @@ def AddControlLoop(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario that the stages are made from.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         add_targets: Function that adds the targets, given the output port of
             the measured configuration.
         hardware: Whether the station is the real robot; nothing else differs.
@@ -241,7 +241,7 @@ def _Close(
     *,
     hardware: bool,
 ) -> None:
-    """Lets the station carry out what is commanded, and tells the predictor."""
+    """Lets the station execute the command, and passes it to the predictor."""
     scenario, robot, executed = loop.scenario, loop.world.robot, loop.executed
     carried_out = executed
     if not hardware:

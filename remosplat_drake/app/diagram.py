@@ -83,14 +83,14 @@ def build(
 
     Args:
         scenario: The scenario that the stages are made from.
-        world: What the scenario's files hold; None reads them.
+        world: The content of the scenario's files; None reads them.
         page: A browser page to draw on; None draws nothing.
         hardware: Whether the station is the real robot; nothing else differs.
         teleoperation: What lets an operator move the target, and the map
             grow; None takes the scenario's targets.
         ingredients: Costs and constraints of the control law, besides the
-            scenario's; rollouts know them, too.
-        law: The control law in place of the scenario's, with its own
+            scenario's; rollouts include them, too.
+        law: The control law instead of the scenario's, with its own
             ingredients; None makes the scenario's.
         mcap: Writes the run as an MCAP file; None for none.
         cockpit: The page of a teleoperation's operator; None for none.

@@ -72,7 +72,7 @@ def check_for_hardware(scenario: Scenario) -> None:
     """
     for field in REQUIRED:
         if not _value(scenario, field):
-            problem = "must be true where a real robot moves"
+            problem = "must be true for a real robot"
             if scenario.controller.gains == "paper":
                 problem += " (`gains: paper` turns it off)"
             raise FieldError(scenario.source, field, problem)

@@ -48,7 +48,8 @@ STATUS_TIMEOUT = 0.003
 millisecond [s]."""
 
 _SCIPY = ("linalg", "ndimage", "optimize", "sparse.csgraph", "spatial")
-"""What scipy would load at its first use, which may be in some later tick."""
+"""Imports that scipy would do at its first use, which may be in a later
+tick."""
 
 REHEARSAL = 0.3
 """Time that the loop runs before anything is sent [s]."""
@@ -80,10 +81,10 @@ def prepare_for_hardware(
 ) -> None:
     """Sets in a scenario what the real robot needs besides another station.
 
-    Guidance looks ahead in a process of its own, so that ticks do not wait
-    for it. The program knows how fast the base may go. Accelerations are
-    bounded with every gain set, as those of real joints are. Nothing is faster
-    than `HARDWARE_SPEED` and unseen space is solid, unless the scenario says
+    Guidance looks ahead in a separate process, so that ticks do not wait for
+    it. The program knows how fast the base may go. Accelerations are bounded
+    with every gain set, as those of real joints are. Nothing is faster than
+    `HARDWARE_SPEED` and unseen space is solid, unless the scenario says
     otherwise.
 
     Args:
@@ -145,11 +146,11 @@ def run_on_hardware(
     Args:
         application: The diagram; its station must be a `HardwareStation`.
         on_progress: Called every `PROGRESS_PERIOD` with the time since the
-            start [s], how things stand and the latest tick report.
+            start [s], the robot's state and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
-        on_standing: Called with the time since the start [s] and how things
-            stand whenever that is news.
+        on_standing: Called with the time since the start [s] and the robot's
+            state whenever that is news.
         on_map: Called with the live map's status whenever its `news` are
             others.
         between_ticks: Called after every tick with the diagram's context, for
@@ -238,9 +239,8 @@ class HardwareLoop:
     def rehearse(self) -> None:
         """Ticks for a moment without sending anything, and forgets it all.
 
-        What is loaded or drawn on first use then does not delay a tick on
-        which the robot relies. Kernels have been compiled before, by
-        `warm_up.compile_kernels`.
+        Work of the first use is done here, so that it does not delay a tick
+        later. Kernels have been compiled before, by `warm_up.compile_kernels`.
         """
         for name in _SCIPY:
             importlib.import_module(f"scipy.{name}")
@@ -362,8 +362,8 @@ def bring_to_rest(
 ) -> None:
     """Ramps the robot down from its latest command, then falls silent.
 
-    It needs nothing but the wire. The ramp goes on where the drivers are on it
-    already.
+    It needs only the wire. If the drivers are on the ramp already, the ramp
+    continues.
 
     Args:
         link: The link to the robot's drivers.

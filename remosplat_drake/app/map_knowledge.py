@@ -75,7 +75,7 @@ class MapError:
         largest: Largest over-estimate of a distance [m]; None if it is not
             known, or the map is the true geometry.
         trouble: Why `largest` cannot be relied on; empty if it can.
-        warnings: What was wrong with the capture of the map.
+        warnings: Faults of the capture of the map.
     """
 
     largest: float | None = None
@@ -85,10 +85,10 @@ class MapError:
 
 @dc.dataclass(frozen=True)
 class MapKnowledge:
-    """What a map holds, how wrong it is, and what does not suffice.
+    """The content of a map, its error, and what is insufficient about it.
 
     Attributes:
-        summary: What the map holds, in all and where the robot works.
+        summary: Content of the map, in total and where the robot works.
         error: How wrong the map is.
         stopping: Smallest stopping distance that may come into use [m].
         gates: All that is wrong with the map for this scenario.
@@ -135,7 +135,8 @@ def examine_map(
 
     Args:
         scenario: A checked scenario.
-        world: What the scenario's files hold, with a splat or a true scene.
+        world: The content of the scenario's files, with a splat or a true
+            scene.
         places: Points in W where the end effector is to go, by name, shape
             (3,) each [m].
     """
@@ -182,7 +183,7 @@ def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
 
     Args:
         scenario: A checked scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
 
     Returns:
         The targets' positions by name, such as "target 1", shape (3,) each
@@ -213,10 +214,10 @@ def saved_places(scenario: Scenario) -> dict[str, np.ndarray]:
 
 
 def coverage_gates(summary: MapSummary) -> list[Gate]:
-    """Finds what is wrong with what a map holds.
+    """Finds faults of what a map holds.
 
     Args:
-        summary: What the map holds, in all and where the robot works.
+        summary: Content of the map, in total and where the robot works.
     """
     if not summary.kept:
         return [Gate(EMPTY_MAP, f"the map is empty: {summary}")]
@@ -288,7 +289,7 @@ def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
     leaves less of it than one that ignores them.
 
     Args:
-        report: What was measured of the map.
+        report: The measurements of the map.
         oracle: The oracle that looks at it.
     """
     subtracts = getattr(oracle, "uncertainty", "") == "subtract"

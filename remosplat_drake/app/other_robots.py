@@ -1,6 +1,6 @@
 """The other robots of a simulation: control loops beside the application's.
 
-Each is a diagram of its own with one input, what moves around it, and one
+Each is a diagram of its own with one input, movers around it, and one
 output, what it is to others.
 """
 
@@ -81,7 +81,7 @@ def AddOwnMovers(
 
     Args:
         builder: The builder of the diagram.
-        config: How the two are told of each other.
+        config: How the two robots are known to each other.
         world: What the robot's scenario holds.
         configuration: The output port of its q.
         executed: The output port of the command that it carries out.
@@ -120,7 +120,7 @@ def AddOtherRobots(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What its files hold.
+        world: The content of its files.
         configuration: The output port of our robot's q.
         executed: The output port of the command that it carries out.
         movers: The output port of the other true `Movers`; None for none.

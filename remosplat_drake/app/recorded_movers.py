@@ -21,7 +21,7 @@ from remosplat_drake.station.robot_movers import (
 
 @dc.dataclass
 class RecordedMovers(Config):
-    """What moved in a run, or the robot of that run itself.
+    """The movers of a recorded run, or the robot of that run itself.
 
     After its end they stand.
     """
@@ -80,7 +80,7 @@ def _tick(trajectory: Trajectory, time: float) -> tuple[int, float]:
 
 
 class RecordedTrack:
-    """What moved around the robot of a run.
+    """The movers around the robot of a recorded run.
 
     Args:
         trajectory: The run.

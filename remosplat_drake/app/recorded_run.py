@@ -34,7 +34,7 @@ class RecordedRun:
         folder: Folder of the run.
         session: The session that the run belongs to.
         scenario: The scenario of the session.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         log: The ticks; the first one of the run is at time 0.
         events: What happened besides the ticks, by the same clock.
     """

@@ -1,4 +1,4 @@
-"""The files of a run: what was measured, and all its ticks."""
+"""The files of a run: the measurements, and all its ticks."""
 
 import dataclasses as dc
 import json
@@ -20,7 +20,7 @@ def run_document(
     loop: LoopQuality | None,
     known: dict,
 ) -> dict:
-    """Returns all that was measured in a run, but for its ticks.
+    """Returns all measurements of a run, except its ticks.
 
     Args:
         result: Result of the run.
@@ -54,11 +54,11 @@ def run_document(
 def save_result(result: RunResult, document: dict, folder: Path) -> None:
     """Writes metrics.json and trajectory.npz, each atomically.
 
-    Where the disk is full, neither takes the place of what was there before.
+    If the disk is full, neither replaces an earlier file.
 
     Args:
         result: Result of the run.
-        document: What was measured, from `run_document`.
+        document: The measurements, from `run_document`.
         folder: Folder that receives both files.
 
     Raises:

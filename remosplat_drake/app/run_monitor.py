@@ -1,4 +1,4 @@
-"""`RunMonitor`: looks on after every step of a run, and ends it."""
+"""`RunMonitor`: examines each step of a run, and ends the run."""
 
 import math
 import re
@@ -25,26 +25,26 @@ from remosplat_drake.signals.supervisor_state import (
 from remosplat_drake.signals.tick_report import TickReport
 
 ProgressCallback = Callable[[float, Standing, TickReport | None], None]
-"""Function that is told the time [s], how things stand and the last report."""
+"""Function that is called with the time [s], the state and the last report."""
 
 SupervisionCallback = Callable[[SupervisorState], None]
-"""Function that is told what the supervisor is doing."""
+"""Function that is called with the supervisor's state."""
 
 StandingCallback = Callable[[float, Standing], None]
-"""Function that is told the time [s] and how things stand with the robot."""
+"""Function that is called with the time [s] and the robot's state."""
 
 MapCallback = Callable[[MapStatus], None]
-"""Function that is told how the live map is coming on."""
+"""Function that is called with the live map's state."""
 
 KEPT_STANDINGS = 2000
 """Number of latest news that a run keeps: it may go on for hours."""
 
 _NUMBER = re.compile(r"\d+(\.\d+)?")
-"""What differs between two tellings of the same trouble."""
+"""The parts that differ between two messages about the same trouble."""
 
 
 class RunMonitor:
-    """Drake's monitor of a run: looks on after every step and ends the run.
+    """Drake's monitor of a run: examines each step and ends the run.
 
     Attributes:
         is_finished: Whether the run is over.
@@ -68,17 +68,16 @@ class RunMonitor:
         Args:
             application: The diagram that runs, with all of its parts.
             start: Time of the context at which the run starts [s].
-            on_progress: Called with the time since the start [s], how things
-                stand and the latest tick report.
+            on_progress: Called with the time since the start [s], the robot's
+                state and the latest tick report.
             on_supervision: Called with the supervisor's state whenever its
                 mode has changed, or a release was refused.
-            on_standing: Called with the time since the start [s] and how
-                things stand whenever that is news.
+            on_standing: Called with the time since the start [s] and the
+                robot's state whenever that is news.
             on_map: Called with the live map's status whenever its `news` are
                 others.
-            until: Function that ends the run in place of the arrival at the
-                last target; asked once a step with the error to the present
-                target.
+            until: Function that ends the run instead of the arrival at the last
+                target; called once a step with the error to the present target.
             patience: Time that a stopped robot waits to be released before
                 the run ends [s].
             progress_period: Least time between two calls of `on_progress`
@@ -106,7 +105,7 @@ class RunMonitor:
 
     @property
     def standings(self) -> tuple[tuple[float, Standing], ...]:
-        """News of how things stand, the latest `KEPT_STANDINGS`, with times."""
+        """News of the state, the latest `KEPT_STANDINGS`, with times."""
         return tuple(self._standings)
 
     @property
@@ -159,7 +158,7 @@ class RunMonitor:
         return EventStatus.DidNothing()
 
     def _listen(self, time: float, root: Context) -> None:
-        """Keeps and tells what is news about how things stand."""
+        """Stores and reports changes of the robot's state."""
         standing = standing_of(self._application, root)
         known = self._standings
         before = known[-1][1] if known else NOT_STARTED
@@ -183,7 +182,7 @@ class RunMonitor:
             self._on_map(status)
 
     def _heed_guidance(self, root: Context) -> None:
-        """Ends the run where guidance has given up, if that is wanted."""
+        """Ends the run if guidance has given up, where that is enabled."""
         selection = selection_of(self._application, root)
         if selection is None:
             return
@@ -192,7 +191,7 @@ class RunMonitor:
             self.is_finished = True
 
     def _watch(self, time: float, supervision: SupervisorState) -> None:
-        """Counts how long the robot stands stopped; tells of changes."""
+        """Counts how long the robot is stopped; reports changes."""
         step, self._time = time - self._time, time
         stands = supervision.mode == STOPPED
         # For as long as it takes until a person releases the robot.

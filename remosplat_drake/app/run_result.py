@@ -37,8 +37,8 @@ class RunResult:
         trajectory: All ticks that the recorder kept.
         metrics: Metrics of the trajectory.
         standing: How things stood at the end, in one sentence.
-        standings: All that was news about how things stand, each with its
-            time since the start [s].
+        standings: All that was news about the robot's state, each with its time
+            since the start [s].
         search_effort: What the searches of paths have cost.
         effector_errors: By the names of several end effectors, distance [m] and
             angle [rad] of each that has one to its present target; none for an
@@ -82,7 +82,7 @@ def make_result(
         application: The diagram that ran, with all of its parts.
         root: Context of the whole diagram at the end.
         interrupted: Whether a person has ended the run.
-        standings: What was news about how things stand, as `RunMonitor` has
+        standings: What was news about the robot's state, as `RunMonitor` has
             kept it.
     """
     scenario, world = application.scenario, application.world

@@ -83,15 +83,15 @@ LONGEST_RUN = 1e9
 _SPECS = "a NAME that `remosplat scenarios` lists, FILE.yaml or FILE.yaml:NAME"
 
 DEFAULT_SCENARIO = "TableReach"
-"""What `remosplat run` runs when nothing is named."""
+"""The scenario that `remosplat run` uses without a name."""
 
 
 TRUTH, CAMERAS = "truth", "cameras"
 MOVERS_FROM = (TRUTH, CAMERAS)
-"""Choices of how a simulated robot knows of what moves."""
+"""Choices of how a simulated robot perceives movers."""
 
 MOST_CAMERAS = 8
-"""Most cameras that watch for what moves."""
+"""Most cameras that watch for movers."""
 
 
 @dc.dataclass
@@ -218,7 +218,7 @@ class Scenario(Config):
         return self.wrist_camera
 
     def sight_camera(self, name: str) -> SightCameraConfig:
-        """Returns one of the cameras that watch for what moves.
+        """Returns one of the cameras that watch for movers.
 
         Args:
             name: Its name.

@@ -15,9 +15,8 @@ from remosplat_drake.robot.robot_model import RobotModel, load_robot
 def robot_file(scenario: Scenario) -> str:
     """Returns what `load_robot` takes for a scenario's robot.
 
-    A file is relative to the scenario's. One that is not there is looked for
-    in the working directory, where a person who types it on a command line
-    means it to be.
+    A file is relative to the scenario's. If it does not exist there, the
+    working directory is searched, as a person expects on a command line.
 
     Args:
         scenario: The scenario.

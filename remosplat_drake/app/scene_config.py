@@ -18,7 +18,7 @@ from remosplat_drake.splat.gaussian_splat import LARGEST_SCALE, LEAST_SCALE
 
 FREE, WARN, OBSTACLE = "free", "warn", "obstacle"
 UNKNOWN = (FREE, WARN, OBSTACLE)
-"""Choices of what space counts as that no camera has seen."""
+"""Choices of how unseen space is treated."""
 
 
 @dc.dataclass
@@ -73,7 +73,7 @@ class SceneConfig(Config):
     floor_height: Annotated[float, Interval(ge=-100, le=0.1)] = 0.03
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that each of the directives says one thing.
+        """Checks that each directive has one entry.
 
         Yields:
             The name of a field and what is wrong with it.

@@ -32,7 +32,7 @@ _STEP = 0.04
 
 @dc.dataclass(frozen=True, eq=False)
 class SeenSpace:
-    """What the capture of a splat has seen, and where the robot starts.
+    """Space seen by a splat's capture, and the robot's start.
 
     Attributes:
         coverage: The voxels, in the splat's frame G.
@@ -84,9 +84,8 @@ def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
         scenario: The scenario.
         start: The robot's spheres where it starts, in W.
 
-    Returns:
-        What was seen; None if there is no such file, or nothing depends on it
-        because the oracle knows the true geometry.
+    Returns: The seen space; None if there is no such file, or if the oracle
+        uses the true geometry and does not need it.
 
     Raises:
         RemoSplatError: The file is unusable, or is about another splat.

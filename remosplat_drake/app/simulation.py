@@ -48,16 +48,16 @@ def run(
         application: The diagram to run, with all of its parts.
         realtime_rate: Pace relative to the wall clock, 0 is unlimited; None
             takes that of the scenario's `simulator`, unlimited if it has none.
-        on_progress: Called after every step with the time [s], how things
-            stand and the latest tick report.
+        on_progress: Called after every step with the time [s], the robot's
+            state and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
-        on_standing: Called with the time [s] and how things stand whenever
+        on_standing: Called with the time [s] and the robot's state whenever
             that is news.
         on_map: Called with the live map's status whenever its `news` are
             others.
-        until: Function that ends the run in place of the arrival at the last
-            target; asked once a step with the error to the present target.
+        until: Function that ends the run instead of the arrival at the last
+            target; called once a step with the error to the present target.
         patience: Time that a stopped robot waits to be released before the
             run ends [s]. The time limit does not count this time.
 

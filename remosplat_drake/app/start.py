@@ -23,8 +23,7 @@ from remosplat_drake.signals.distance_field import Clearances
 from remosplat_drake.standing.names import name_thing
 
 NOTABLE = 1e-3
-"""How far inside its stopping distance something is at least that is told of
-[m]."""
+"""Least depth inside a stopping distance that is reported [m]."""
 
 _FORESEEN = 2.0
 """Time within which a start must be seen to lead out [s]."""
@@ -34,11 +33,11 @@ _GAIN = 1e-4
 
 
 def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
-    """Finds what is wrong with a scenario's start and targets.
+    """Finds faults of a scenario's start and targets.
 
     Args:
         scenario: A checked scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
     """
     law = ReactiveLaw.make(
         scenario.controller, world.robot, scenario.control_period
@@ -54,7 +53,7 @@ def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
 
 
 def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
-    """Computes what distances lack of their stopping distances [m, rad].
+    """Computes how far distances are below their stopping distances [m, rad].
 
     Args:
         law: The control law, which keeps them.
@@ -76,7 +75,7 @@ def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
 
 
 def leads_out(law: ReactiveLaw, world: World) -> bool:
-    """Tells whether the law moves the robot out of where it starts.
+    """Returns whether the law moves the robot out of where it starts.
 
     It is driven ahead in thought, until all that is too near has parted by a
     little. A robot that gets stuck later is not foreseen.
@@ -110,7 +109,7 @@ def _beyond_limits(world: World) -> Iterator[Gate]:
 def _too_near(
     scenario: Scenario, world: World, law: ReactiveLaw
 ) -> Iterator[Gate]:
-    """What starts nearer than it may come: to itself and to the scene."""
+    """Finds pairs that start nearer than permitted, also to the scene."""
     q, called = world.q0, world.robot.description.called
     own = law.self_clearance
     if own is not None and len(own.pairs):

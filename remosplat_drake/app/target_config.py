@@ -20,7 +20,7 @@ from remosplat_drake.signals.target import (
 
 @dc.dataclass
 class TargetConfig(PoseConfig):
-    """A pose of the end effector, how much of it is asked for, and the way."""
+    """A pose of the end effector, its constrained directions, and the way."""
 
     # Name of the end effector; empty for an only one, or the first. Each has
     # its own targets one after the other, and none waits for another.

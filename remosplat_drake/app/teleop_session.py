@@ -42,7 +42,7 @@ _log = logging.getLogger(__name__)
 
 
 def holds_session(folder: Path) -> bool:
-    """Tells whether a folder is that of a session.
+    """Returns whether a folder is that of a session.
 
     Args:
         folder: Any path.
@@ -114,18 +114,17 @@ def _entries(folder: Path) -> list[Path]:
 def open_teleoperation(
     scenario: Scenario, world: World, folder: Path, *, hardware: bool
 ) -> Teleoperation:
-    """Begins a session, or goes on with it, and starts its mapping process.
+    """Begins or continues a session, and starts its mapping process.
 
     Args:
         scenario: A checked scenario; where the folder holds a session, that
             of the session.
-        world: What the scenario's files hold.
-        folder: Folder of the session; it may be new or empty, or hold a
-            session that goes on.
+        world: The content of the scenario's files.
+        folder: Folder of the session; it may be new or empty, or contain a
+            session to continue.
         hardware: Whether the camera is the real robot's.
 
-    Returns:
-        What the diagram needs to be teleoperated; close it at the end.
+    Returns: The inputs of a teleoperated diagram; close it at the end.
 
     Raises:
         RemoSplatError: The folder or a file cannot be used.
@@ -166,7 +165,7 @@ def open_teleoperation(
 
 
 def _reopened(session: Session) -> tuple[SceneMap | None, str]:
-    """Opens the map that a session goes on with, or says why it cannot.
+    """Opens the map of a session that is continued, or says why it cannot.
 
     Raises:
         RemoSplatError: The map's file is damaged.
@@ -182,8 +181,8 @@ def _reopened(session: Session) -> tuple[SceneMap | None, str]:
 def _initial_map(scenario: Scenario, world: World) -> SceneMap:
     """Makes the map that the scenario comes with.
 
-    Where it comes with none, all is an obstacle that is not near the robot:
-    it can look around, and cannot be driven blindly.
+    Without a map, all space is an obstacle except near the robot: it can look
+    around, and cannot be driven blindly.
     """
     splat_W = world.splat_W or GaussianSplat.empty()
     field, coverage = world.field, None
@@ -217,7 +216,7 @@ def camera_maker(
 
     Args:
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         hardware: Whether the camera is the real robot's.
     """
     config = scenario.camera or WristCameraConfig()

@@ -37,8 +37,8 @@ from remosplat_drake.task.velocity_profile import ProfileMaker, VelocityProfile
 
 LATEST_BASE = Actuator(delay=0.2, tube=0.25, noise=0.02)
 LATEST_ARM = Actuator(delay=0.1, tube=0.15, noise=0.005)
-"""What is taken to be known of axes that are about to be measured: the tubes
-hold those that follow at once and those that are 0.45 and 0.25 s late."""
+"""Assumed model of axes that are about to be measured: the tubes contain axes
+without delay and axes that are 0.45 and 0.25 s late."""
 
 _FOLLOW_DWELL = 1.0
 """Time for which an axis may follow its command otherwise than the models above
@@ -75,12 +75,12 @@ class Played:
 def build_velocity_run(
     scenario: Scenario, world: World, *, hardware: bool = True
 ) -> Application:
-    """Wires the diagram of a scenario for profiles in place of its targets.
+    """Wires the diagram of a scenario for profiles instead of its targets.
 
     Args:
         scenario: The scenario, prepared for hardware; it is left as it is.
-        world: What its files hold. Its real robot is taken to be as late as
-            `LATEST_BASE` and `LATEST_ARM` say from now on.
+        world: The content of its files. Its real robot is taken to be as late
+            as `LATEST_BASE` and `LATEST_ARM` say from now on.
         hardware: Whether the station is the real robot.
 
     Raises:
@@ -180,7 +180,7 @@ class _Player:
             self._release(root, state.refusal)
 
     def _release(self, root: Context, refusal: str) -> None:
-        """Asks again: a localisation tells only after some fixes."""
+        """Checks again, since a localisation needs some fixes."""
         if time.monotonic() > self._deadline:
             raise RemoSplatError(refusal or UNARMED)
         supervisor = self._application.supervisor
@@ -204,6 +204,6 @@ class _Player:
             raise HeldBackError("verification holds it back")
 
     def was_late(self) -> bool:
-        """Tells whether statuses or commands came late."""
+        """Returns whether statuses or commands came late."""
         gaps = np.diff([*(tick.sent for tick in self.ticks), time.time()])
         return self._is_late or bool((gaps[:-1] > LONGEST_GAP).any())

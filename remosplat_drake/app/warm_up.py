@@ -1,7 +1,7 @@
-"""The one slow start: numba compiles its kernels, before any tick wants them.
+"""The one slow start: Numba compiles the kernels before the first tick.
 
-What is compiled is kept. To load it takes a while, too, so that every run
-begins with `compile_kernels`.
+Compiled kernels are kept. Loading them takes a while, too, so every run begins
+with `compile_kernels`.
 """
 
 import copy
@@ -56,11 +56,11 @@ def compile_kernels(
 
     Args:
         scenario: The scenario, which is left as it is.
-        world: What the scenario's files hold; the robot, where it starts, and
-            what its map is made of matter here.
+        world: The content of the scenario's files; the robot, where it starts,
+            and what its map is made of matter here.
         live_map: Whether another map may take its place.
-        plans: Whether planning is rehearsed, too. Where nothing waits for the
-            clock, its kernels may be loaded when a path is wanted.
+        plans: Whether planning is rehearsed, too. A run without real time may
+            load its kernels when a path is searched.
 
     Raises:
         RemoSplatError: The loop cannot be made.
@@ -93,9 +93,9 @@ def _fields(
     splat_W: GaussianSplat,
     truth: PrimitiveScene,
 ) -> list[DistanceField]:
-    """Makes small maps of all kinds that the loop may ask.
+    """Makes small maps of all kinds that the loop may query.
 
-    Kernels are compiled for each kind, since they ask it in compiled code.
+    Kernels are compiled for each kind, since they query it in compiled code.
     """
     known = make_field(scenario.oracle, splat_W, truth, scenario.source)
     unseen = np.zeros((_ROOM, _ROOM, _ROOM), bool)
@@ -115,7 +115,7 @@ def _fields(
 
 
 class _Outside(DistanceField):
-    """A map that kernels cannot ask, as maps from outside may be.
+    """A map that kernels cannot query, as maps of other packages may be.
 
     Unknown space that is placed elsewhere than in W is one of them.
     """

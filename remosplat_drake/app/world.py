@@ -38,13 +38,13 @@ from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.03
-"""How deep inside the scene a robot may start [m]: a map knows surfaces, and
-deeper no direction leads out for sure."""
+"""How deep inside the scene a robot may start [m]: a map contains surfaces, and
+deeper inside no direction is sure to lead out."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class World:
-    """What a scenario's files hold, loaded and placed in W.
+    """The content of a scenario's files, loaded and placed in W.
 
     Attributes:
         robot: The robot, with its limits and kinematics.
@@ -52,7 +52,7 @@ class World:
             there is no splat.
         cropped_W: The part of the splat that was cropped away, in W.
         truth: The scene's true geometry in W; None if it is unknown.
-        field: The map that the oracle asks for distances.
+        field: The map that the oracle queries.
         q0: Configuration to start from, shape (n_q,) [rad, m].
         seen: What the splat's capture has seen; None if that is unknown.
     """
@@ -105,7 +105,7 @@ def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
 
     Args:
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
 
     Returns:
         One scene or two; none if the true geometry is unknown.
@@ -213,7 +213,7 @@ def load_splat(
 
 
 def _check_scale(scenario: Scenario, splat: Path) -> None:
-    """Refuses to scale what was measured in metres."""
+    """Refuses to scale the measurements in metres."""
     scale = scenario.scene.scale
     if scale == 1:
         return

@@ -53,7 +53,7 @@ def struct_fields(struct: Any) -> dict[str, Any]:
 
 
 def _reduced(struct: Any) -> tuple[Any, ...]:
-    """What `pickle` keeps of a struct."""
+    """The state of a struct for `pickle`."""
     names = struct_fields(type(struct))
     return _restored, (type(struct), {n: member(struct, n) for n in names})
 

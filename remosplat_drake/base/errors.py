@@ -27,7 +27,7 @@ class FileError(RemoSplatError):
 
     Attributes:
         path: The file or folder.
-        problem: What is wrong with it.
+        problem: Faults of it.
     """
 
     def __init__(self, path: str | Path, problem: str):
@@ -42,7 +42,7 @@ class FieldError(RemoSplatError):
     Attributes:
         where: The file (with its line, where that is known), flag or class.
         field: Path of the field inside it, such as `oracle.n_sigma`.
-        problem: What is wrong with the value.
+        problem: Faults of the value.
     """
 
     def __init__(self, where: str, field: str, problem: str):
@@ -69,7 +69,7 @@ _MANY, _LISTED = 12, 5
 def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:
     """Formats an error about an unknown name, with a guess and valid names.
 
-    Of many names it lists the closest.
+    It lists the closest of many names.
 
     Args:
         kind: The kind of thing that the name stands for, such as "robot".

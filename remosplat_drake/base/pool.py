@@ -115,7 +115,7 @@ def run_jobs(
 
 @dc.dataclass(frozen=True)
 class _Failure:
-    """What kept a job from a result.
+    """The reason why a job has no result.
 
     Attributes:
         subject: Argument of the call.

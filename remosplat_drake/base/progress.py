@@ -38,7 +38,7 @@ class Stage:
     """A part of a job with its own progress display.
 
     Attributes:
-        what: What is done.
+        what: Name of the work.
         done: How many of its steps are done.
         total: Number of its steps; None if unknown. For fewer than two, only
             the elapsed time is shown.
@@ -155,7 +155,7 @@ class Progress:
         """Shows the progress of a stage; another name begins another stage.
 
         Args:
-            what: What is done.
+            what: Name of the work.
             done: How many of its steps are done.
             total: Number of its steps; None if unknown.
         """
@@ -170,14 +170,14 @@ class Progress:
 
         Args:
             items: The items.
-            what: What is done with them.
+            what: Name of the work with them.
         """
         for done, item in enumerate(items):
             self.report(what, done, len(items))
             yield item
 
     def show(self, stage: Stage) -> None:
-        """Shows this stage from now on, in place of the previous one."""
+        """Shows this stage from now on, instead of the previous one."""
         is_first, self.stage = self.stage is None, stage
         if not is_first:
             return

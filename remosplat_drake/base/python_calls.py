@@ -38,7 +38,7 @@ _WORD = ir.IntType(64)
 _KINDS = {types.float64: 0, types.int64: 1, types.boolean: 2}
 _DTYPES = np.dtype(float), np.dtype(np.int64), np.dtype(bool)
 _NUMBER = -1
-"""Marks a number, in place of the number of dimensions of an array."""
+"""Marks a number, instead of the number of dimensions of an array."""
 
 
 class Question:

@@ -1,4 +1,4 @@
-"""The truth about a real scene, as far as its capture knows it."""
+"""The truth about a real scene, as far as its capture contains it."""
 
 import hashlib
 from functools import lru_cache

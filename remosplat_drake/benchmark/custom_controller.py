@@ -86,8 +86,8 @@ def drive(
         X_WT: Target pose of the end effector in W, shape (4, 4).
         dt: Control period [s].
         ticks: Largest number of control ticks.
-        until: Predicate on the pose error that ends the run; it is asked
-            before every tick.
+        until: Predicate on the pose error that ends the run; called before
+            every tick.
 
     Returns:
         The trajectory up to the end of the run.

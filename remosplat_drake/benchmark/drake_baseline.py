@@ -1,7 +1,7 @@
 """Drake's own differential inverse kinematics as a controller to compare with.
 
-`DifferentialInverseKinematicsSystem` knows neither splats nor a base that
-cannot move sideways. It is applied where that is fair:
+`DifferentialInverseKinematicsSystem` supports neither splats nor a base that
+cannot move sideways. It is used where the comparison is fair:
 
 - It gets the scene's true solids, as `sdf-hard` does, so it stands beside
   that method. The robot is the same spheres, with the same stopping and

@@ -42,7 +42,8 @@ GRASP_SIZE = 0.3
 """Largest side length of an object that a hand grasps [m]."""
 
 GRASP_SPHERES = ("paper", "covering")
-"""Sphere sets that tell what is grasped: the first that the robot has."""
+"""Sphere sets that determine the grasped object: the first that the robot
+has."""
 
 START_CLEARANCE, START_DRAWS = 0.05, 200
 """Smallest clearance of a displaced base [m], and how often it is drawn."""

@@ -33,7 +33,7 @@ class MovingCase(SceneCase):
         return MovingCase(**{**fields, "suite": suite})
 
     def movers(self) -> Sequence[MoverConfig | Person]:
-        """Draws what moves.
+        """Draws movers.
 
         Raises:
             RemoSplatError: The scene's file cannot be used.

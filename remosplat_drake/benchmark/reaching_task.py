@@ -34,8 +34,8 @@ class ReachingTask:
         start_field: Name of the start in the scene's file, for errors.
         arm_goal: Joint positions of an arm on a fixed base at the target
             [rad]; None where they are not given.
-        further_targets: Target poses in W of the robot's further end
-            effectors, in their order; empty where nothing is asked of them.
+        further_targets: Target poses in W of the robot's further end effectors,
+            in their order; empty if they have none.
     """
 
     X_WE_target: RigidTransform

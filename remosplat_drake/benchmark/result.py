@@ -81,7 +81,7 @@ class Judgement:
 
 @dc.dataclass(frozen=True)
 class MovingResult:
-    """What became of the robot and of what moved around it, by the truth.
+    """The motion of the robot and of the movers around it, by the truth.
 
     Attributes:
         movers: Number of things that moved, each part counted.

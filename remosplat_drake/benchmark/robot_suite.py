@@ -1,9 +1,8 @@
 """Any robot, at random targets in generated scenes and in a trained one.
 
-Targets are poses of goals that the robot can hold: configurations drawn at
-random that keep off the scene, off the robot itself and off its joint limits,
-with a hand near something, or in a piece of furniture. Of several hands each
-has its target.
+Targets are poses of goals that the robot can hold: random configurations that
+keep away from the scene, the robot itself and its joint limits, with a hand
+near something or in a piece of furniture. Each of several hands has its target.
 """
 
 import dataclasses as dc
@@ -60,11 +59,11 @@ FLOOR_HEIGHT = 0.03
 """Height below which floor links see nothing, as in scenarios [m]."""
 
 _SPARE = 0.009
-"""What goals keep beyond the controller's stopping distance: the map errs, and
-there must be room to arrive [m]."""
+"""Distance of goals beyond the controller's stopping distance, for errors of
+the map and room to arrive [m]."""
 
 _INSIDE = 0.1
-"""What goals keep from joint limits, as a share of the range."""
+"""Distance of goals from joint limits, as a share of the range."""
 
 _NEAR = 0.3
 """How near to the scene the hand is at a goal, at most [m]."""
@@ -258,7 +257,7 @@ def _scene(robot: str, scene: str, piece: int) -> PrimitiveScene:
 
 
 def _goal_space(robot: RobotModel, solids: PrimitiveScene) -> FreeSpace:
-    """What a goal must keep: more than the controller does."""
+    """The distances that a goal must keep: more than the controller's."""
     law = ReactiveLaw.make(ReactiveControllerConfig(), robot, 0.01)
     planner = MotionPlanner(
         robot, law.self_clearance, ReactiveControllerConfig().guidance.planning
@@ -282,7 +281,7 @@ def _held(
     draws: int,
     around: Furniture | None = None,
 ) -> np.ndarray | None:
-    """Draws a configuration that keeps off everything; None if none is found.
+    """Draws a configuration that keeps all distances; None if none is found.
 
     Its hand is inside a piece of furniture, or near the scene if none is given.
     """

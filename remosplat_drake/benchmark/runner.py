@@ -56,7 +56,7 @@ class SplatMaking:
 def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
     """Compiles the kernels of trials, before many workers would at once.
 
-    What fails here fails again in a worker, and is recorded there.
+    A failure here occurs again in a worker, and is recorded there.
 
     Args:
         trials: The trials; the first of each method is run for some ticks.
@@ -83,7 +83,7 @@ def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
 def missing_splats(
     trials: Sequence[Trial], recipe: SplatRecipe
 ) -> list[SplatOrder]:
-    """Returns the orders of the splats that trials lack.
+    """Returns the orders of the splats that trials need and do not have.
 
     Scenes that no method looks at through a splat, and those whose solids
     are unknown, get none.
@@ -114,8 +114,8 @@ def make_splats(
     Args:
         orders: Orders of the splats, one a scene.
         making: Recipe, workers and GPUs.
-        is_over: Predicate that is asked before each splat; once it is true, no
-            other one is begun.
+        is_over: Predicate that is called before each splat; once it is true, no
+            other one is started.
         on_record: Callback for every new record.
         function: Function that makes a splat; workers must be able to import
             it.
@@ -155,8 +155,8 @@ def run_trials(
         ray_address: Address of a Ray cluster that runs the trials instead;
             "auto" is the one of this machine, "local" a new one. None uses
             processes.
-        is_over: Predicate that is asked before each scene; once it is true, no
-            other one is begun.
+        is_over: Predicate that is called before each scene; once it is true, no
+            other one is started.
         on_start: Callback for the number of trials that will be run.
         on_result: Callback for every new result.
         function: Function that runs a trial; workers must be able to import

@@ -38,7 +38,7 @@ ROBOTS_METHOD = "robots-guided"
 """The same for random targets of any robot."""
 
 MOVING_METHODS = "moving,drake-ik:movers-unknown"
-"""The same where things move: ours, and Drake's, which knows none of them."""
+"""The same with movers: our controllers, and Drake's, which ignores them."""
 
 MBM = "mbm"
 """Kind of the suite of MotionBenchMaker's problems."""

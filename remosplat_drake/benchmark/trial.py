@@ -70,7 +70,7 @@ class Trial:
     def key(self) -> str:
         """Returns a digest of everything that the result depends on.
 
-        Of a scene that cannot be used, that is what is wrong with it.
+        If the scene cannot be used, this is the reason.
         """
         parts = (
             TRIAL_VERSION,
@@ -99,7 +99,7 @@ class Trial:
 
 
 def _moving_parts(case: BenchmarkCase) -> tuple:
-    """What moves in a case; nothing where its scene cannot be used."""
+    """The movers of a case; none if its scene cannot be used."""
     if not isinstance(case, MovingCase):
         return ()
     try:
@@ -135,7 +135,7 @@ def describe(trial: Trial, error: str = "") -> TrialResult:
 
 
 def run_trial(trial: Trial) -> TrialResult:
-    """Runs a trial; equal trials give equal results, but for wall times.
+    """Runs a trial; equal trials give equal results, except for wall times.
 
     Raises:
         Exception: Any error of the trial.
@@ -276,7 +276,7 @@ def _pose(X: RigidTransform, effector: str) -> TargetConfig:
 
 
 class _ArrivedByEveryRule:
-    """Tells whether each rule has held once, so that one run serves all."""
+    """Returns whether each rule has held once, so that one run serves all."""
 
     def __init__(self, scenario: Scenario):
         self._open = [arrival_rule(scenario, rule) for rule in RULES]

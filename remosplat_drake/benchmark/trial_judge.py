@@ -55,7 +55,7 @@ class RunJudge:
     Args:
         robot: The robot.
         scenario: Its control period and its arrival tolerances.
-        trajectory: What it did.
+        trajectory: Its motion.
         task: The target, and the true scene.
     """
 
@@ -142,7 +142,7 @@ def judge_contacts(
     Args:
         scenario: How the robot knew of what moved.
         world: The robot and the true scene.
-        trajectory: What the robot did.
+        trajectory: The robot's motion.
         tracks: How things moved.
         seed: Seed of the cameras' noise.
     """

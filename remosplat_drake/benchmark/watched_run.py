@@ -1,4 +1,4 @@
-"""`WatchedRun`: whose fault a contact is where cameras tell what moves.
+"""`WatchedRun`: causes of contacts if cameras detect the movers.
 
 No robot can heed what has come out of space that no camera sees. So a link that
 moves towards what it touches is the robot's fault only if cameras have had the
@@ -29,11 +29,11 @@ from remosplat_drake.sight.simulated.simulated_sight import PlacedCamera
 
 @dc.dataclass(frozen=True, eq=False)
 class WatchedRun:
-    """A run, and the cameras that told its robot what moved.
+    """A run, and the cameras that detected the movers for its robot.
 
     Attributes:
         robot: The robot.
-        trajectory: What it did.
+        trajectory: Its motion.
         movers: Says what truly moved, and where it was, at any time [s]; in the
             same order each time.
         cameras: The cameras.

@@ -87,7 +87,7 @@ class CameraSim:
         Args:
             q: The robot's configuration, shape (n_q,).
             utime: Stamp of the images: wall clock of the Unix epoch [us].
-            time: Time of what moves, since it began to [s].
+            time: Time since the movers began to move [s].
         """
         self._scene.place(self._root, q, utime / MICROSECONDS, time)
         context = self._publisher.GetMyContextFromRoot(self._root)

@@ -166,7 +166,7 @@ def choose_keyframes(
 
 
 def _missed(voxels: np.ndarray, is_seen: np.ndarray) -> float:
-    """Which part of the voxels is not seen, and has no seen neighbour."""
+    """The part of the voxels that is not seen and has no seen neighbour."""
     missed = voxels[~is_seen]
     for x, y, z in product((-1, 0, 1), repeat=3):
         step = x + (y << _AXIS_BITS) + (z << 2 * _AXIS_BITS)

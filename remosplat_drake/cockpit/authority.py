@@ -23,7 +23,7 @@ def new_code() -> str:
 
 
 def is_whole(typed: str) -> bool:
-    """Tells whether what was typed is as long as a code."""
+    """Returns whether what was typed is as long as a code."""
     return len(_plain(typed)) == _GROUPS * _LENGTH
 
 
@@ -67,7 +67,7 @@ class Authority:
         return ""
 
     def operates(self, client: int) -> bool:
-        """Tells whether a client operates.
+        """Returns whether a client operates.
 
         Args:
             client: Number of the client.

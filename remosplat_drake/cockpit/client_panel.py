@@ -28,7 +28,7 @@ _COLOURS = {
 _GREY = "#495057"
 
 _SLOW = 0.85
-"""Share of real time below which it is told."""
+"""Share of real time below which the page states it."""
 
 _UNSEEN = (
     "Where no camera has looked, the robot does not go. The inside of things"
@@ -53,12 +53,12 @@ button[style*="red-filled"] {
   }
 }
 </style>"""
-"""STOP is larger than viser has buttons, and stays in sight when the panel is
+"""STOP is larger than viser's buttons, and stays visible when the panel is
 scrolled; nothing else is red."""
 
 
 class Crew(Protocol):
-    """What a panel asks of the page that it is part of."""
+    """Interface of the page to its panels."""
 
     def stop(self) -> None:
         """Stops the robot; every client may."""
@@ -74,7 +74,7 @@ class Crew(Protocol):
 
 
 class ClientPanel:
-    """STOP, how things stand, a field for the code, and views.
+    """STOP, the robot's state, a field for the code, and views.
 
     The controls are the client's own: no other client's messages reach them.
 
@@ -213,7 +213,7 @@ class ClientPanel:
 
 
 def _status(look: Look, pace: float | None) -> str:
-    """How things stand, as HTML."""
+    """The robot's state, as HTML."""
     state: PageState = look.state
     colour = _COLOURS.get(state.phase, _GREY)
     lines = [

@@ -15,7 +15,7 @@ from remosplat_drake.signals.operator_requests import OperatorRequests
 
 
 class CockpitOperator(LeafSystem):
-    """What people at the cockpit ask for.
+    """Requests of the people at the cockpit.
 
     .. pydrake_system::
 
@@ -26,9 +26,9 @@ class CockpitOperator(LeafSystem):
         - operator
 
     `command` carries the `OperatorCommand`, `map_requests` the `MapRequests`
-    and `operator` the `OperatorRequests` so far; they are those of the latest
-    message when a system asks. While the cockpit cannot be heard, STOP
-    cannot either, and the requests say so.
+    and `operator` the `OperatorRequests` so far, from the latest message when a
+    system reads them. While the cockpit is silent, STOP cannot be pressed
+    either, and the requests report that.
 
     Args:
         process: The cockpit.
@@ -66,10 +66,10 @@ class CockpitOperator(LeafSystem):
 def map_requests(
     wishes: Wishes, scenes: Sequence[PrimitiveScene]
 ) -> MapRequests:
-    """Returns what is asked of the map.
+    """Returns the requests to the map.
 
     Args:
-        wishes: All that people have asked for.
+        wishes: All requests so far.
         scenes: The scenes that a simulated camera is shown in turns.
     """
     scene = scene_in_turn(scenes, wishes.scene_changes)

@@ -31,20 +31,20 @@ DIED = "the cockpit has died: the robot could not be stopped there"
 SILENT = f"the cockpit has not answered for {PATIENCE:g} s: STOP is not heard"
 
 _NICENESS = 0
-"""Niceness of the process: STOP is heard there, on a busy computer, too."""
+"""Niceness of the process: STOP must work on a busy computer, too."""
 
 _log = logging.getLogger(__name__)
 
 
 class CockpitProcess:
-    """Serves the cockpit's page in a process of its own.
+    """Serves the cockpit's page in a separate process.
 
-    Nothing here waits for that process once its page is there: what it shows
-    is handed to a thread, which leaves out moments that come too fast, and
-    what people have asked for is read by another one.
+    Nothing here waits for that process once its page is there. A thread passes
+    on what it shows, and leaves out moments that come too fast; another one
+    reads requests.
 
     Attributes:
-        wishes: All that people have asked for so far.
+        wishes: All requests so far.
     """
 
     def __init__(self, announce: Callable[[CodeIssued], None]):
@@ -97,7 +97,7 @@ class CockpitProcess:
     def show(self, look: Look) -> None:
         """Shows one moment, unless a newer one comes before it is sent.
 
-        The worst of its control ticks is told with the newer one then.
+        The newer moment contains the worst of its control ticks.
 
         Args:
             look: The moment.
@@ -118,14 +118,14 @@ class CockpitProcess:
 
     @property
     def trouble(self) -> str:
-        """Why STOP is not heard at the page; empty while it is."""
+        """Why the page's STOP does not work; empty while it does."""
         if self._is_dead:
             return DIED
         silent = monotonic() - self._heard_at > PATIENCE
         return SILENT if silent else ""
 
     def _send(self) -> None:
-        """Sends the newest moment and map, in a thread of its own."""
+        """Sends the newest moment and map, in a separate thread."""
         try:
             while True:
                 with self._news:
@@ -141,7 +141,7 @@ class CockpitProcess:
             self._is_dead = True
 
     def _listen(self) -> None:
-        """Takes in what people ask for, in a thread of its own."""
+        """Receives requests, in a separate thread."""
         try:
             while True:
                 message = self._connection.recv()

@@ -1,4 +1,4 @@
-"""`CockpitView`: tells the cockpit how things stand."""
+"""`CockpitView`: sends the robot's state to the cockpit."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -163,7 +163,7 @@ def look_at(
         time: Time of the diagram [s].
         q: The measured configuration, shape (n_q,).
         robot: The robot.
-        standing: How things stand.
+        standing: The robot's state.
         target: What the target does.
         supervision: What the supervisor does; None without one.
         status: The live map in use; None without one.

@@ -30,7 +30,7 @@ class Desk:
 
     @property
     def wishes(self) -> Wishes:
-        """All that was asked for so far."""
+        """All requests so far."""
         return self._wishes
 
     @property

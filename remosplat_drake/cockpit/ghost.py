@@ -81,7 +81,7 @@ class Ghost:
             mesh.visible = True
 
     def hide(self) -> None:
-        """Draws nothing, since nothing is asked."""
+        """Draws nothing, since there is no request."""
         self._target.visible = False
         self._hide_links()
 

@@ -39,7 +39,7 @@ class CockpitJob:
         scenes: The scenes that a simulated camera is shown in turns, that of
             the start first.
         make_camera: Makes the wrist camera; None without one.
-        truth: The solids of a scene that is drawn as they are, since it has
+        truth: The solids of a scene that is drawn by its solids, since it has
             no splat; None elsewhere.
     """
 
@@ -80,7 +80,7 @@ class MapPicture:
 
 @dc.dataclass(frozen=True, eq=False)
 class Look:
-    """What the page shows of one moment.
+    """The content of the page at one moment.
 
     Attributes:
         time: Time of the diagram [s].
@@ -90,7 +90,7 @@ class Look:
         X_WT: Pose of that one's target, shape (4, 4).
         is_followed: Whether the target moves to where the operator's page has
             put it.
-        state: How things stand, in words, and what may be pressed.
+        state: The robot's state, in words, and what may be pressed.
         held_link: Name of the link that is held; empty if none is.
         p_WHeld: Where it is held, shape (3,) [m]; None if that is no place.
         target: What the target does, in words.
@@ -134,11 +134,11 @@ class Look:
 
 @dc.dataclass(frozen=True, eq=False)
 class Wishes:
-    """All that people at the cockpit have asked for so far.
+    """All requests of people at the cockpit so far.
 
     Attributes:
-        command: What the operator asks of the target.
-        requests: What the operator asks of the map.
+        command: The operator's command for the target.
+        requests: The operator's requests to the map.
         scene_changes: Number of times that a simulated camera was to see
             another scene.
         operator: Presses of STOP, by all, and of RELEASE, by the operator.

@@ -49,7 +49,7 @@ class OperatorPanel:
     Args:
         client: The client that operates.
         job: What the cockpit was given.
-        desk: Keeps what is asked for.
+        desk: Stores the requests.
         look: What is so now.
         shapes: The look of the robot's links.
         hand_over: Called when the operator hands over.
@@ -296,7 +296,7 @@ class OperatorPanel:
         self._place(self._look.X_WT if wished is None else wished)
 
     def _wished(self) -> np.ndarray:
-        """Where gizmo and sliders are, shape (4, 4)."""
+        """Pose of gizmo and sliders, shape (4, 4)."""
         return _pose(self._gizmo.wxyz, self._gizmo.position)
 
     def _move(self, X_WT: np.ndarray, *, by_gizmo: bool = False) -> None:
@@ -367,7 +367,7 @@ class OperatorPanel:
         self._verdict.visible = True
 
     def withdraw(self) -> None:
-        """Shows no answer, since nothing is asked."""
+        """Shows no answer, since there is no request."""
         self._ghost.hide()
         self._verdict.visible = False
 

@@ -59,7 +59,7 @@ def find_reach(
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
         q: Where the robot is, shape (n_q,) [rad, m].
-        aim: What the end effectors shall reach; a target is the first one's.
+        aim: The targets of the end effectors; a target is the first one's.
     """
     space = planner.free_space(q, field, stopping)
     goals = goal_configurations(

@@ -128,7 +128,7 @@ class Page:
             self._answer_operator()
 
     def _keep_beating(self) -> None:
-        """Tells, through the loop that hears STOP, that STOP is heard."""
+        """Reports, through the loop that handles STOP, that STOP works."""
         loop = self._server.get_event_loop()
         while True:
             loop.call_soon_threadsafe(self._send, Beat())
@@ -282,7 +282,7 @@ class Page:
         return find_reach(job.planner, field, job.stopping, look.q, aim)
 
     def _show_pictures(self) -> None:
-        """Shows what the wrist camera sees, in a thread of its own."""
+        """Shows what the wrist camera sees, in a separate thread."""
 
         def now() -> tuple[Look, int]:
             return self._look, self._desk.wishes.scene_changes

@@ -38,8 +38,8 @@ def find_surface(
 ) -> SurfacePoint | None:
     """Follows a ray to the first surface that it meets.
 
-    The ray steps by the distance to the nearest surface, so that none is
-    jumped over (Hart, "Sphere tracing", 1996).
+    The ray steps by the distance to the nearest surface, so it passes through
+    none (Hart, "Sphere tracing", 1996).
 
     Args:
         field: The map, whose distances are 1-Lipschitz.
@@ -80,9 +80,9 @@ def target_before(
 
     Args:
         surface: A point of the surface.
-        X_WE: Pose of the end effector, whose z axis is what it reaches
-            along, shape (4, 4). The target is turned away from it no more
-            than the normal asks for.
+        X_WE: Pose of the end effector, whose z axis points forward, shape (4,
+            4). The target is turned away from it no more than the normal
+            requires.
         standoff: Distance of the target from the surface [m].
 
     Returns:

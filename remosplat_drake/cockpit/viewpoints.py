@@ -15,7 +15,7 @@ VIEWS = (SCENE, HAND, TARGET, TOP, FOLLOW)
 
 @dc.dataclass(frozen=True, eq=False)
 class Viewpoint:
-    """Where a camera is.
+    """Pose of a camera.
 
     Attributes:
         p_WC: Position of the camera in W, shape (3,) [m].

@@ -9,7 +9,7 @@ _ARM = 0.06
 """Length of the crosshair's arms, in heights of the picture."""
 
 _PATCH = 0.02
-"""Half the side of the middle whose distance is told, in heights."""
+"""Half the side of the central area whose distance is shown, in heights."""
 
 
 class WristMonitor:

@@ -30,16 +30,16 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
         "--align",
         choices=("auto", "off"),
         default="auto",
-        help="refine poses and the depths' scale where that makes views agree"
+        help="refine poses and the depths' scale if views then agree"
         " better (auto)",
     )
     group.add_argument(
         "--camera",
         choices=("auto", "exact"),
         default="auto",
-        help="refine what all images err by as well: focal length, lens,"
-        " delay, read-out and mount (auto), or take all but the depths' scale"
-        " and offset as exact",
+        help="refine errors that all images share, too: focal length,"
+        " lens, delay, read-out and mount (auto); or assume that all"
+        " but the depths' scale and offset are exact",
     )
     group.add_argument(
         "--depth-scale-std",
@@ -56,8 +56,9 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
         action="append",
         default=[],
         metavar=_LENGTH,
-        help="a measured distance of two points, each a pixel (column U, row"
-        " V) of a frame; tells the scale; may be repeated",
+        help="a measured distance of two points, each a pixel (column U,"
+        " row V) of a frame, from which the scale follows; may be"
+        " repeated",
     )
 
 

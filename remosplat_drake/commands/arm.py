@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--session",
         type=int,
         metavar="N",
-        help="which one, where several controllers wait",
+        help="session to arm, if several controllers wait",
     )
 
 

@@ -31,7 +31,7 @@ _PATIENCE = 3.0
 """How long the arm is given to come to rest at the end [s]."""
 
 _AFTERWARDS = 0.2
-"""How long a stopped arm's mode is told before the driver ends [s]."""
+"""How long a stopped arm's mode is sent before the driver ends [s]."""
 
 EXAMPLES = """
 remosplat arm-driver my_arm.yaml
@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _leave(
     driver: ArmDriver, link: ArmLink, pacer: Pacer, has_stopped: bool
 ) -> None:
-    """Brings the arm to rest, or tells for a moment why it rests."""
+    """Brings the arm to rest, or reports for a moment why it rests."""
     try:
         end = time.monotonic() + (_AFTERWARDS if has_stopped else _PATIENCE)
         while time.monotonic() < end:

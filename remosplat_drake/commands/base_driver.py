@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--arcl",
         metavar="HOST[:PORT]",
-        help="ask an Omron base over ARCL whether it may move, besides",
+        help="also query an Omron base over ARCL whether it may move",
     )
     parser.add_argument(
         "--arcl-password-file",
@@ -65,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drives the base until Ctrl-C, and then tells it to stop."""
+    """Drives the base until Ctrl-C, and then stops it."""
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     config = scenario.hardware
     if config.base_driver is None:
@@ -125,7 +125,7 @@ def _leave(driver: BaseDriver, link: BaseLink, pacer: Pacer) -> None:
 def _arcl(
     arguments: argparse.Namespace, tell: Tell
 ) -> Iterator[list[ArclMonitor]]:
-    """Asks over ARCL while the context lasts, if a flag asks for it."""
+    """Queries ARCL while the context lasts, if a flag requests it."""
     if arguments.arcl is None:
         yield []
         return

@@ -60,7 +60,7 @@ remosplat bench --compare before.json
 
 
 STDOUT = "-"
-"""What `--json` stands for without a file."""
+"""The value of `--json` without a file."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -30,7 +30,8 @@ def run_faults(console: Console, only: str = "") -> list[FaultResult]:
         only: Text in the names of the cases to run; all have the empty one.
 
     Raises:
-        RemoSplatError: No case has such a name, or nothing is heard here.
+        RemoSplatError: No case has such a name, or this computer receives
+            nothing.
     """
     cases = [case for case in CASES if only in case.name]
     if not cases:
@@ -61,7 +62,7 @@ def run_loops(console: Console) -> list[LoopQuality]:
 
 
 def run_sight(console: Console) -> list[LoopQuality]:
-    """Measures the loop where cameras tell what moves, and prints a table."""
+    """Measures the loop with cameras that detect movers, and prints a table."""
     _check_wire()
     console.print(load())
     loops = [measure_sight()]
@@ -72,13 +73,14 @@ def run_sight(console: Console) -> list[LoopQuality]:
 def _check_wire() -> None:
     if not wire_works():
         raise RemoSplatError(
-            "this computer hears none of its own multicasts; `ip link set lo"
-            " multicast on` and `ip route add 224.0.0.0/4 dev lo` mend it"
+            "this computer does not receive its own multicasts; run `ip"
+            " link set lo multicast on` and `ip route add 224.0.0.0/4 dev"
+            " lo`"
         )
 
 
 def fault_table(results: list[FaultResult]) -> Table:
-    """Makes a table with one row a fault; its reasons are told as it ends."""
+    """Makes a table with one row a fault; reasons follow it."""
     return Table(
         "",
         (
@@ -105,7 +107,7 @@ def fault_table(results: list[FaultResult]) -> Table:
 
 
 def fault_rows(results: list[FaultResult]) -> list[dict]:
-    """Returns the results as JSON has them; a number that is none is null."""
+    """Returns the results as JSON has them; null for a missing number."""
     rows = []
     for result in results:
         row = {"fault": result.case.name, **vars(result)}

@@ -102,9 +102,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--robot",
         default="",
         metavar="NAME|FILE",
-        help="robot that all methods drive (default: theirs; panda for mbm,"
-        " where a mobile robot starts displaced; all that are shipped for"
-        " robots, which takes several, joined by commas)",
+        help="robot of all methods (default: that of each; for mbm panda,"
+        " a mobile robot starts displaced; for robots all shipped"
+        " ones, or several, joined by commas)",
     )
     parser.add_argument(
         "--methods",
@@ -130,7 +130,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("results/benchmark"),
         metavar="DIR",
-        help="what is there already is not run again"
+        help="folder of the results; trials in it are not run again"
         " (default: results/benchmark)",
     )
     parser.add_argument(
@@ -151,8 +151,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=math.inf,
         metavar="MINUTES",
-        help="start nothing new after that time, and report what is there;"
-        " the same command goes on with the rest",
+        help="start no new trial after that time, and report the results"
+        " so far; the same command continues with the rest",
     )
     add_splat_arguments(parser)
     add_json_argument(parser)
@@ -243,7 +243,7 @@ def _trials(
 
 @dc.dataclass(frozen=True)
 class _Outcome:
-    """What a run has produced, and what it has left to do."""
+    """The results of a run, and its remaining trials."""
 
     results: list[TrialResult]
     failed_splats: list[SplatRecord]

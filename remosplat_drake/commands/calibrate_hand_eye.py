@@ -80,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Finds the mount, prints it, and writes it where that is wanted."""
+    """Finds the mount, prints it, and writes it if requested."""
     console = open_console(soft_wrap=True)
     if arguments.write and split_spec(arguments.scenario) is None:
         raise RemoSplatError(

@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _drive(
     driver: CameraDriver, console: Console, request: StopRequest
 ) -> None:
-    """Sends images, and tells when they cease and come back."""
+    """Sends images, and reports when they cease and come back."""
     problem, is_new = "", True
     while not request.made:
         driver.step()

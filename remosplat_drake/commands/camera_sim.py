@@ -68,9 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Sends images until Ctrl-C, once the whole robot has been heard.
+    """Sends images until Ctrl-C, after a status of each part of the robot.
 
-    What moves begins when the robot does.
+    Movers begin to move when the robot does.
     """
     scenario = load_scenario(arguments.scenario)
     if arguments.camera is not None:

@@ -1,4 +1,4 @@
-"""Inspect a capture before work starts: refuse it, mend it, or tell."""
+"""Inspect a capture before work starts: refuse it, repair it, or warn."""
 
 import argparse
 from collections.abc import Iterable
@@ -61,12 +61,12 @@ def check_inspection_arguments(arguments: argparse.Namespace):
 def admitted(
     capture: Capture, arguments: argparse.Namespace, console: Console
 ) -> tuple[Capture, list[str]]:
-    """Inspects a capture, and mends it if that was asked for.
+    """Inspects a capture, and repairs it if that was requested.
 
     Args:
         capture: The capture as it was read.
         arguments: The command line, with `capture`, `repair` and `accept`.
-        console: Where findings and repairs are told.
+        console: Console for findings and repairs.
 
     Returns:
         The capture to use, and what remains to be said against it.
@@ -130,7 +130,7 @@ def _gate(finding: Finding) -> Gate:
 
 
 def _otherwise(result: Repair, tried: bool) -> str:
-    """What helps, up to the names that can be accepted."""
+    """The remedy, up to the names that can be accepted."""
     anyway = "to use it anyway"
     if tried and result.undone:
         done = ", ".join(finding.remedy for finding in result.undone)

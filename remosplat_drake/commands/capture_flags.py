@@ -22,8 +22,8 @@ TRUTH = "truth.json"
 its images."""
 
 KEYFRAMES = 150
-"""Largest number of frames that are used unless told: with so many, a map is
-made in minutes."""
+"""Default of the largest number of frames in use: with so many, a map is made
+in minutes."""
 
 _MOST_MISSED = 0.01
 """Part of what was seen that may be in unused frames only, without a doubt."""
@@ -86,8 +86,8 @@ def captured(
 
     Args:
         arguments: The command's flags.
-        console: Where it is told how many frames are used, if not all are and
-            they miss little.
+        console: Console that prints how many frames are used, if some are left
+            out.
         report: Called with the progress.
         stages: Where the choice of frames is kept.
         counting: The flag, if one is given, that names frames by their numbers,

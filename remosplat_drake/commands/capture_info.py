@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _document(path: Path, kind: str, inspection: CaptureInspection) -> dict:
-    """What `--json` says of a capture."""
+    """The document of `--json` about a capture."""
     height, width = inspection.size
     near, median, far = inspection.depth
     registration, overlap = inspection.registration, inspection.overlap

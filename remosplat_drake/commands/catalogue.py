@@ -35,7 +35,7 @@ GROUPS = (
         "remosplat inspect TableReach --sphere panda_hand",
         {
             "scenarios": "list the shipped scenarios",
-            "inspect": "show what a sphere's depth views see",
+            "inspect": "show a sphere's depth views",
         },
     ),
     Group(
@@ -59,14 +59,14 @@ GROUPS = (
             "arm": "let a real robot go that waits for an operator",
             "identify": "measure how the axes of the real robot follow"
             " commands",
-            "calibrate-hand-eye": "find where the camera sits on the robot",
+            "calibrate-hand-eye": "find the camera's pose on the robot",
             "panda-driver": "drive a Panda through panda-python",
             "arm-driver": "drive an arm: ROS 2, Universal Robots, a plug-in",
             "base-driver": "drive a mobile base: ROS 1, ROS 2, a plug-in",
             "ros2-target": "take a teleoperation's target from ROS 2",
             "camera-driver": "send the images of a RealSense camera",
             "hardware-sim": "stand in for the real robot, behind the same wire",
-            "sight": "tell a robot what its cameras see move",
+            "sight": "detect movers by cameras, and send them to a robot",
             "camera-sim": "stand in for a camera of the real robot",
         },
     ),

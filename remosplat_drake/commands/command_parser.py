@@ -34,8 +34,8 @@ def load_command(name: str) -> ModuleType:
 class CommandParser(argparse.ArgumentParser):
     """Reads the arguments of one command.
 
-    What is wrong with them is a `RemoSplatError` with a guess at what was
-    meant, where `argparse` would print several lines and exit.
+    Errors in them are `RemoSplatError`s with a suggestion; `argparse` would
+    print several lines and exit.
 
     Attributes:
         examples: Command lines that work, one a line.

@@ -63,12 +63,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         nargs=6,
         metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
-        help="keep what lies between these corners, in A's coordinates",
+        help="keep the splats between these corners, in A's coordinates",
     )
     parser.add_argument(
         "--model",
         choices=_MODELS,
-        help="what a checkpoint holds, if its name does not tell",
+        help="kind of splats in a checkpoint, if its name does not contain it",
     )
     add_cleaning_arguments(parser)
     add_placement_arguments(parser)
@@ -141,7 +141,7 @@ def _description(splat: GaussianSplat) -> str:
 
 
 def _measured_loss(before: GaussianSplat, after: GaussianSplat) -> str:
-    """What reading the file again shows, in one line."""
+    """Result of reading the file again, in one line."""
     error = conversion_error(before, after)
     parts = {
         "position": (1e3 * error.position, "mm"),

@@ -70,14 +70,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
-        help="where the robot's drivers are (default: the scenario's"
+        help="LCM URL of the robot's drivers (default: the scenario's"
         " hardware.lcm_url)",
     )
     parser.add_argument(
         "--report",
         type=Path,
         metavar="FILE",
-        help="where the report goes (default: where `run --hardware` looks)",
+        help="file of the report (default: where `run --hardware` reads it)",
     )
     parser.add_argument(
         "--yes",

@@ -65,8 +65,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         choices=(STOP, RESTART),
-        help="do not wait for a stop, or for a restart of a driver; what was"
-        " not seen is not conformant, but for the restart",
+        help="do not wait for a stop, or for a restart of a driver;"
+        " missing observations are not conformant, except for the"
+        " restart",
     )
     add_json_argument(parser)
 

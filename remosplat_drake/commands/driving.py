@@ -1,4 +1,4 @@
-"""Drive an application to its end, and tell people how it goes."""
+"""Drive an application to its end, and report its progress."""
 
 import math
 import time
@@ -22,7 +22,7 @@ from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
 
 INCOMPLETE = 2
-"""Exit code of a run that went well, and of which a file lacks something."""
+"""Exit code of a successful run with an incomplete file."""
 
 _FRAME = 0.1
 """Period at which the progress line is updated [s]."""
@@ -122,14 +122,13 @@ def drive(
 
 
 def log_is_whole(application: Application, console: Console) -> bool:
-    """Says what the files lack that were written while a run went on.
+    """Prints what is missing in the files that were written during a run.
 
     Args:
         application: The diagram that ran; its log is closed.
         console: Console for the line.
 
-    Returns:
-        Whether they lack nothing.
+    Returns: Whether nothing is missing.
     """
     parts = application.recorder.ticks, application.log
     troubles = [part.trouble for part in parts if part and part.trouble]
@@ -139,7 +138,7 @@ def log_is_whole(application: Application, console: Console) -> bool:
 
 
 def say_trouble(trouble: str, console: Console) -> None:
-    """Says in a line what files lack; it is whole, since it names them."""
+    """Prints in one line what is missing in files, with their names."""
     console.print(Text(trouble, "bold red"), soft_wrap=True)
 
 
@@ -152,11 +151,11 @@ def strangers(application: Application) -> str:
 
 
 def progress_line(t: float, standing: Standing, report: TickReport) -> Text:
-    """Says how things stand, and below it the tick in numbers.
+    """Says the robot's state, and below it the tick in numbers.
 
     Args:
         t: Time since the start of the run [s].
-        standing: How things stand.
+        standing: The robot's state.
         report: The latest tick.
     """
     total = report.timings.get("total", math.nan)

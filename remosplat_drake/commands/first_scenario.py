@@ -1,8 +1,7 @@
 """A first scenario for a robot that has not been driven yet.
 
-There is a post on the floor, and targets on both sides of it. What the
-scenario says has been tried: the targets are those that a simulated run
-reaches.
+It has a post on the floor, and targets on both sides of it. The scenario has
+been tried: its targets are those that a simulated run reached.
 """
 
 import dataclasses as dc
@@ -58,7 +57,7 @@ _DISCS = 4000
 
 @dc.dataclass(frozen=True)
 class Tried:
-    """What became of the scenario when it was tried.
+    """Result of the scenario's trial.
 
     Attributes:
         reached: Number of targets that were reached.

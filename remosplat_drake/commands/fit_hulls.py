@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         default=1.0,
         metavar="MM",
-        help="how far a mesh may stand out of its shapes (1 mm)",
+        help="how far a mesh may extend beyond its shapes (1 mm)",
     )
     parser.add_argument(
         "--output",

@@ -15,7 +15,7 @@ from remosplat_drake.robot.fitting.sphere_fitting import MOST_SPHERES
 from remosplat_drake.robot.robot_description import load_robot_description
 
 COUNT = 77
-"""Number of spheres unless told otherwise."""
+"""Default number of spheres."""
 
 EXAMPLES = """
 remosplat fit-spheres my_arm.urdf --output spheres.yaml
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         problem = f"expected 0.5 to 200 [mm], got {tolerance:g}"
         raise FieldError("fit-spheres", "--tolerance", problem)
     if tolerance is None and args.most is not None:
-        problem = "goes with --tolerance; without one --count bounds them all"
+        problem = "needs --tolerance; without it, use --count"
         raise FieldError("fit-spheres", "--most", problem)
     if args.most is not None and not 1 <= args.most <= 200:
         problem = f"expected 1 to 200, got {args.most}"

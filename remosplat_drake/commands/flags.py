@@ -48,7 +48,7 @@ def add_record_argument(parser: argparse.ArgumentParser) -> None:
 def opened_recorder(
     arguments: argparse.Namespace, scenario: Scenario, robot: RobotModel
 ) -> McapRecorder | None:
-    """Begins the recording that the flags want; None if they want none.
+    """Starts the recording that the flags request; None if they request none.
 
     Args:
         arguments: The command line with the flags of
@@ -86,7 +86,8 @@ def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
         "--doctor",
         type=Path,
         metavar="FILE",
-        help="report of `remosplat doctor` (default: where it puts that)",
+        help="report of `remosplat doctor` (default: where the doctor"
+        " writes it)",
     )
     parser.add_argument(
         "--without-doctor",
@@ -96,7 +97,7 @@ def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
-    """Refuses a real robot that no doctor has found fit, unless told to.
+    """Refuses a real robot without a valid report, unless permitted.
 
     A rehearsal moves no real robot, and a shadow none at all.
 

@@ -1,4 +1,4 @@
-"""Tell people what a map knows, and let them accept what it does not."""
+"""Print the knowledge about a map, and let people accept what is missing."""
 
 import argparse
 import dataclasses as dc
@@ -44,7 +44,7 @@ def check_accepted(arguments: argparse.Namespace) -> None:
 def describe(
     knowledge: MapKnowledge, warnings: Iterable[Gate], console: Console
 ) -> None:
-    """Prints what a map knows, and what is wrong with it."""
+    """Prints the knowledge about a map, and its faults."""
     for line in knowledge.lines():
         _tell(console, line)
     for gate in warnings:
@@ -56,7 +56,7 @@ class Admission:
     """Permission for a run to begin, and its terms.
 
     Attributes:
-        knowledge: What is known of the run's map.
+        knowledge: The knowledge about the run's map.
         passage: Result of the gates: the warnings, and what was accepted.
         hardware: Whether a real robot moves.
     """
@@ -66,7 +66,7 @@ class Admission:
     hardware: bool
 
     def announce(self, console: Console) -> None:
-        """Prints what the map knows; asks to confirm what is accepted.
+        """Prints the map's state; asks to confirm accepted gates.
 
         Raises:
             RemoSplatError: No person confirms it.
@@ -97,10 +97,10 @@ def admit(
     """Lets a run begin, or refuses it; prints nothing yet.
 
     Args:
-        knowledge: What is known of the run's map.
+        knowledge: The knowledge about the run's map.
         arguments: The command line, with `accept` and `hardware`.
         where: Name of the scenario that errors blame.
-        start: What is wrong with the run's start and targets.
+        start: Faults of the run's start and targets.
 
     Raises:
         RemoSplatError: The run is refused.

@@ -42,8 +42,8 @@ from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
 from remosplat_drake.station.station_config import DynamicStation
 
 _PATIENCE = 0.04
-"""Longest stall of the computer that the robot makes up for [s]: a real one
-goes on meanwhile. After longer ones its statuses would be too old for good."""
+"""Longest stall of the computer that the stand-in makes up for [s]: a real
+robot continues meanwhile. After longer ones its statuses would stay too old."""
 
 _FCI_PATIENCE = 0.002
 """The same where a driver must answer each millisecond: in those that are made
@@ -61,8 +61,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario",
         nargs="?",
-        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
-        " where the robot stands and what it may bump into",
+        help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the"
+        " robot's start and its obstacles",
     )
     add_wire_argument(parser, REHEARSAL_URL)
     parser.add_argument(
@@ -91,28 +91,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fci",
         type=int,
         metavar="PORT",
-        help="let the arm obey `remosplat panda-driver --simulated PORT` in"
-        " place of the wire",
+        help="control the arm by `remosplat panda-driver --simulated PORT`"
+        " instead of the wire",
     )
     parser.add_argument(
         "--rtde",
         metavar="ADDRESS",
-        help="let a Universal Robots arm obey `remosplat arm-driver ur ADDRESS`"
-        " in place of the wire, on an address of this computer such as"
-        " 127.0.0.2",
+        help="control a Universal Robots arm by `remosplat arm-driver ur"
+        " ADDRESS` instead of the wire, on an address of this computer"
+        " such as 127.0.0.2",
     )
     parser.add_argument(
         "--ros2",
         action="store_true",
-        help="be a robot on ROS 2 in place of one on the wire: with the topics"
-        " of the scenario's !Ros2Arm and !Ros2Base, for `arm-driver` and"
-        " `base-driver`",
+        help="simulate a robot on ROS 2 instead of one on the wire: with"
+        " the topics of the scenario's !Ros2Arm and !Ros2Base, for"
+        " `arm-driver` and `base-driver`",
     )
     parser.add_argument(
         "--localization",
         action="store_true",
-        help="tell where the base is by a localisation, too, 10 times a second;"
-        " its odometry then begins elsewhere",
+        help="also send the base's pose by a localisation, 10 times a"
+        " second; its odometry then begins elsewhere",
     )
     parser.add_argument(
         "--record",
@@ -192,7 +192,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _arm_driver(
     arguments: argparse.Namespace, world: World
 ) -> FciArm | RtdeArm | None:
-    """What the arm obeys in place of the wire, if it is to."""
+    """Source of the arm's commands that replaces the wire, if any."""
     joints = len(world.robot.home)
     if arguments.ros2 and (arguments.fci is not None or arguments.rtde):
         problem = "not with --fci or --rtde: the arm is on ROS 2"

@@ -54,7 +54,7 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
     host = arguments.host
     if host != LOCALHOST and getattr(arguments, "hardware", False):
         raise RemoSplatError(
-            "--host: not with --hardware: Meshcat does not know its visitors"
+            "--host: not with --hardware: Meshcat cannot identify its visitors"
         )
     # As Meshcat has it.
     host = "*" if host == "0.0.0.0" else host
@@ -85,7 +85,7 @@ def is_waited_for(arguments: argparse.Namespace) -> bool:
             `hardware`.
 
     Raises:
-        RemoSplatError: It was asked for, and cannot be.
+        RemoSplatError: It was requested, and is not possible.
     """
     wanted = arguments.wait_for_viewer
     if wanted and arguments.headless:
@@ -106,7 +106,7 @@ def wait_for_start(page: MeshcatPage, goal: str, console: Console) -> None:
     Args:
         page: The page, which says what it waits for.
         goal: What the run is for, in a sentence.
-        console: Console that tells what to do.
+        console: Console for the instructions.
     """
     before, clicks = page.state, page.clicks(START)
     console.print(goal, soft_wrap=True)
@@ -130,7 +130,7 @@ def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
     Args:
         wanted: Whether the page stays; None: if a terminal is attached.
         page: The page.
-        console: Console that tells how to end it.
+        console: Console for how to end it.
     """
     if not is_held(wanted):
         return

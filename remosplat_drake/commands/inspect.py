@@ -102,7 +102,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the picture, and serves the page if it is asked for."""
+    """Writes the picture, and serves the page if requested."""
     console = open_console(stderr=True)
     if arguments.page or arguments.save_html:
         check_free(arguments.host, arguments.port)

@@ -20,12 +20,12 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
 
 
 def print_json(document: Any) -> None:
-    """Prints a document as JSON; `plain` tells what it may hold."""
+    """Prints a document as JSON; `plain` defines its possible content."""
     print(json_text(document))
 
 
 def json_text(document: Any) -> str:
-    """Writes a document as JSON; `plain` tells what it may hold."""
+    """Writes a document as JSON; `plain` defines its possible content."""
     return json.dumps(plain(document), indent=1, ensure_ascii=False)
 
 

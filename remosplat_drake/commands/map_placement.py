@@ -26,10 +26,10 @@ def add_placement_arguments(parser: argparse.ArgumentParser):
         "--up",
         choices=UPS,
         default=AUTO,
-        help="what is up, so that z is, from the floor at z = 0: the floor, or"
-        " else what the capture's format says (auto); the floor, which must be"
-        " found; the capture's own frame, which has its floor at z = 0; none,"
-        " and no scenario is written",
+        help="the source of the upward direction and of the floor at z ="
+        " 0: the floor, or else the capture's format (auto); the"
+        " floor, which must be found; the capture's own frame, with"
+        " its floor at z = 0; or none, and no scenario is written",
     )
     parser.add_argument(
         "--floor",
@@ -60,7 +60,7 @@ def find_placement(
     A capture whose true geometry is known keeps the frame of that.
 
     Raises:
-        RemoSplatError: The floor was asked for, and none is convincing.
+        RemoSplatError: The floor was requested, and none is convincing.
     """
     known = arguments.up == AUTO and true_scene(arguments) is not None
     return place(capture, CAPTURE if known else arguments.up)

@@ -61,8 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--hand",
         action="store_true",
-        help="drive the hand in place of the arm: it needs a process of its"
-        " own",
+        help="drive the hand instead of the arm, in a separate process",
     )
     parser.add_argument(
         "--simulated",
@@ -78,8 +77,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--joint-torque-limit",
         type=positive,
         metavar="N_M",
-        help="external torque on a joint that is a collision (default: 20 to"
-        " 12 N m, as in libfranka's example); what Desk says does not hold",
+        help="external torque on a joint that counts as a collision"
+        " (default: 20 to 12 N m, as in libfranka's example); settings"
+        " in Desk have no effect",
     )
     parser.add_argument(
         "--cartesian-force-limit",

@@ -28,12 +28,12 @@ from remosplat_drake.reconstruction.workspace import Workspace
 
 @dc.dataclass(frozen=True, eq=False)
 class PreparedCapture:
-    """A capture as it is reconstructed, and what was found on the way.
+    """A capture as it is reconstructed, with the results of its preparation.
 
     Attributes:
         capture: The capture, inspected, refined and placed.
         warnings: What its inspection warns of.
-        alignment: The refinement of its cameras; None if none was wanted.
+        alignment: The refinement of its cameras; None if it was not requested.
         summary: What the report says of that.
         placement: Where its frame is.
         workspace: Where the robot works.

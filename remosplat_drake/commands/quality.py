@@ -67,9 +67,9 @@ def add_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "--capture-pose",
         metavar="FILE",
-        help="a 4 x 4 matrix, as text: the pose of the capture's world in the"
-        " splat's frame (default: what `reconstruct --floor` has left beside"
-        " the splat, SPLAT.pose.txt, or else they agree)",
+        help="a 4 x 4 matrix, as text: the pose of the capture's world in"
+        " the splat's frame (default: SPLAT.pose.txt of `reconstruct"
+        " --floor` beside the splat, or else the identity)",
     )
     parser.add_argument(
         "--truth", metavar="SCENE", help="the true geometry, an RMMI JSON file"
@@ -86,8 +86,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         nargs=3,
         metavar=("X", "Y", "Z"),
-        help="centre of the robot's workspace [m] (default: where most was"
-        " captured)",
+        help="centre of the robot's workspace [m] (default: the middle of"
+        " the captured points)",
     )
     parser.add_argument(
         "--reach",

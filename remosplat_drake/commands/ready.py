@@ -38,7 +38,7 @@ def goal_in_words(application: Application, knowledge: MapKnowledge) -> str:
 
     Args:
         application: The diagram.
-        knowledge: What is known of the map.
+        knowledge: The knowledge about the map.
     """
     root = application.diagram.CreateDefaultContext()
     aim = _first_aim(application, root)

@@ -138,8 +138,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         nargs=3,
         metavar=("X", "Y", "Z"),
-        help="where the splats are finest and the robot works, in the splat's"
-        " frame (default: everywhere alike)",
+        help="the robot's workspace with the finest splats, in the splat's"
+        " frame (default: all alike)",
     )
     parser.add_argument(
         "--initialisation",

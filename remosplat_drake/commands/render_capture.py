@@ -48,7 +48,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 @dc.dataclass(frozen=True)
 class _Subject:
-    """What is captured: a scene, its free space, and where it matters."""
+    """The captured scene, its free space, and the part that matters."""
 
     solids: tuple[Solid, ...]
     field: DistanceField
@@ -91,8 +91,9 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         nargs=3,
         metavar=("X", "Y", "Z"),
-        help="what the cameras look at [m] (the scene's target, or the middle"
-        " of a mesh); inside a room, a point of its free space",
+        help="point that the cameras look at [m] (the scene's target, or"
+        " the middle of a mesh); inside a room, a point of its free"
+        " space",
     )
     parser.add_argument(
         "--radius",
@@ -106,12 +107,12 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         nargs=4,
         metavar=("X", "Y", "Z", "YAW"),
-        help="where a model or mesh is put [m, deg] (as its file has it)",
+        help="pose of a model or mesh [m, deg] (that of its file)",
     )
     parser.add_argument(
         "--scale",
         type=float,
-        help="what a mesh file's unit is [m] (1)",
+        help="unit of a mesh file [m] (1)",
     )
 
 

@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=-math.inf,
         metavar="T",
-        help="leave out what was before, since the run's first tick [s]",
+        help="start at this time since the run's first tick [s]",
     )
     parser.add_argument(
         "--to",
@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=math.inf,
         metavar="T",
-        help="leave out what came after [s]",
+        help="end at this time [s]",
     )
     parser.add_argument(
         "--rate",
@@ -84,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Replays the run, and writes what was asked for."""
+    """Replays the run, and writes the requested files."""
     console = open_console(stderr=True)
     if arguments.figure:
         check_figure_path(arguments.figure)
@@ -127,7 +127,7 @@ def _draw(recorded: RecordedRun, page: MeshcatPage, console: Console) -> None:
 
 
 def _account(recorded: RecordedRun) -> Account:
-    """Returns what the page tells of the run, by the clock of its replay."""
+    """Returns the page's account of the run, by the clock of its replay."""
     rows = recorded.log.rows
     first, last = float(rows["time"][0]), float(rows["time"][-1])
     collision = recorded.scenario.controller.collision

@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--channel",
         default=PoseStreamConfig.channel,
         metavar="NAME",
-        help="where the teleoperation listens (default: %(default)s)",
+        help="URL at which the teleoperation listens (default: %(default)s)",
     )
     parser.add_argument(
         "--topic",

@@ -141,7 +141,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Runs the scenario; returns 0 if the targets were reached, else 1.
 
-    It returns `INCOMPLETE` if they were and a file lacks something.
+    It returns `INCOMPLETE` if they were reached and a file is incomplete.
     """
     console = open_console(stderr=True)
     _check_outputs(arguments)

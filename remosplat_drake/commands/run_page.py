@@ -21,7 +21,7 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
 
     Args:
         page: The page of the run on that map.
-        knowledge: What is known of the map.
+        knowledge: The knowledge about the map.
     """
     error = knowledge.error
     if error.largest is None and not error.trouble:
@@ -55,13 +55,13 @@ def account_of(
     facts: list[tuple[str, str]],
     start: float,
 ) -> Account:
-    """Returns what a saved page tells of a run.
+    """Returns a saved page's account of a run.
 
     Args:
         result: How the run ended.
         scenario: The scenario that was run.
         state: The same, as the page says it.
-        facts: Names and values of what was measured.
+        facts: Names and values of the measurements.
         start: Time of the diagram at which the recording begins [s].
     """
     trajectory = result.trajectory

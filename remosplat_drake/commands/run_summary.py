@@ -12,7 +12,7 @@ from remosplat_drake.recording.metrics import RunMetrics
 def print_summary(
     result: RunResult, facts: list[tuple[str, str]], console: Console
 ) -> None:
-    """Prints how a run ended, and what was measured.
+    """Prints how a run ended, and the measurements.
 
     Args:
         result: Result of the run.
@@ -30,7 +30,7 @@ def print_summary(
 def facts_of(
     result: RunResult, loop: LoopQuality | None
 ) -> list[tuple[str, str]]:
-    """Returns names and values of what was measured, for people.
+    """Returns names and values of the measurements, for people.
 
     Args:
         result: Result of the run.

@@ -26,7 +26,7 @@ _IN_WORDS = {
     "KinematicStation": "kinematic",
     "DynamicStation": "dynamic",
 }
-"""What the table calls the library's oracles and stations."""
+"""Names of the library's oracles and stations in the table."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,7 +77,7 @@ def _map_file(scenario: Scenario) -> str:
 
 
 def _entry(name: str, scenario: Scenario) -> dict:
-    """What `--json` says of a scenario."""
+    """The document of `--json` about a scenario."""
     scene = scenario.scene
     return {
         "name": name,

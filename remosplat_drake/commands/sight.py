@@ -1,4 +1,4 @@
-"""`remosplat sight`: tell a robot what its cameras see move."""
+"""`remosplat sight`: send a robot the movers that cameras detect."""
 
 import argparse
 import time
@@ -52,8 +52,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--session",
         type=Path,
         metavar="DIR",
-        help="folder of the teleoperation whose map grows: what that shows by"
-        " now is no longer told of (default: the scenario's map stays)",
+        help="folder of a teleoperation with a growing map: things that"
+        " its map contains are no longer movers (default: the"
+        " scenario's map is used)",
     )
 
 
@@ -74,7 +75,7 @@ def _open(
 ) -> WireSight:
     """Loads the map and joins the wire."""
     if not scenario.cameras:
-        problem = "are none: say which cameras watch for what moves"
+        problem = "are none: list the cameras that watch for movers"
         raise FieldError(scenario.source, "cameras", problem)
     hardware = scenario.hardware
     if arguments.lcm_url:

@@ -25,10 +25,11 @@ def add_cleaning_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the flags that remove junk."""
     group = parser.add_argument_group(
         "cleaning",
-        "What other programs train holds splats that are no surface. These"
-        " flags remove them before all else, and write B.clean.html, which"
-        " shows them. What touches a large part of the scene stays, unless it"
-        " is nearly transparent or far too large.",
+        "Splats of other programs contain Gaussians that are not"
+        " surfaces. These flags remove them first, and write"
+        " B.clean.html, which shows them. Splats that touch a large"
+        " part of the scene stay, unless they are nearly transparent"
+        " or far too large.",
     )
     group.add_argument(
         "--clean",
@@ -51,7 +52,7 @@ def check_cleaning(arguments: argparse.Namespace) -> None:
         FieldError: `--views` has nothing to do.
     """
     if arguments.views is not None and not arguments.clean:
-        problem = "tells --clean what was seen; give both"
+        problem = "gives the cameras to --clean; use both"
         raise FieldError("convert", "--views", problem)
 
 

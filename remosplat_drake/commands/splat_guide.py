@@ -33,8 +33,8 @@ def add_guide_arguments(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--guide",
         action="store_true",
-        help="find what is up, and the floor, without other flags, set the"
-        " splat upright on it, and print the flags that do the same",
+        help="find the upward direction and the floor without other flags,"
+        " set the splat upright, and print the equivalent flags",
     )
     group.add_argument(
         "--length",
@@ -49,11 +49,11 @@ def check_guide(arguments: argparse.Namespace) -> None:
     """Checks the guide's flags by themselves.
 
     Raises:
-        FieldError: The guide is told what it is to find, or there is a length
-            without it, or one that is not positive.
+        FieldError: A flag sets what the guide should find, or a length is given
+            without the guide, or is not positive.
     """
     if arguments.length is not None and not arguments.guide:
-        problem = "tells --guide how long the scene is; give both"
+        problem = "gives the scene's length to --guide; use both"
         raise FieldError("convert", "--length", problem)
     for name in ("scale", "scale_by", "align", "align_points", "up"):
         if arguments.guide and getattr(arguments, name) is not None:
@@ -112,7 +112,7 @@ def _best_floor(
 ) -> tuple[SplatFloor, list[np.ndarray]]:
     """The most convincing floor, and what would be up with others.
 
-    Where no plane is convincing by itself, the axes are tried for up.
+    If no plane is convincing by itself, the axes are tried as upward direction.
     """
     try:
         return find_splat_floor(splat_G), []

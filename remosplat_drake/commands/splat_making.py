@@ -27,8 +27,8 @@ def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="DIR",
-        help="where trained splats are, as SCENE.ply; otherwise what --train"
-        " has made before, and surfels on the true geometry stand in",
+        help="folder of trained splats, as SCENE.ply (default: earlier"
+        " splats of --train, or else surfels on the true geometry)",
     )
     either = group.add_mutually_exclusive_group()
     either.add_argument(

@@ -44,9 +44,9 @@ def add_placement_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the flags for the splat's unit and frame."""
     group = parser.add_argument_group(
         "unit and frame",
-        "What these flags say is in A's own coordinates, as a viewer of A shows"
-        " them. In this order the splat is cleaned, cropped, scaled, set"
-        " upright and made of surfels.",
+        "Coordinates in these flags are those of A, as a viewer of A"
+        " shows them. The splat is cleaned, cropped, scaled, set"
+        " upright and converted to surfels, in this order.",
     )
     scale = group.add_mutually_exclusive_group()
     scale.add_argument(
@@ -79,9 +79,9 @@ def add_placement_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         nargs=3,
         metavar=("X", "Y", "Z"),
-        help="what is up in A, to 45 degrees, for --align floor: 0 -1 0 in many"
-        " files of COLMAP, 0 1 0 in many of phones (default: the side of the"
-        " floor on which most of the splat is)",
+        help="the upward direction in A, to 45 degrees, for --align floor:"
+        " 0 -1 0 in many files of COLMAP, 0 1 0 in many of phones"
+        " (default: the side of the floor with most of the splat)",
     )
     add_guide_arguments(group)
 
@@ -102,7 +102,7 @@ def check_placement(arguments: argparse.Namespace) -> None:
             raise FieldError("convert", flag_name(name), problem)
     if arguments.up is not None:
         if arguments.align is None:
-            problem = "says what --align floor shall take for up"
+            problem = "gives the upward direction to --align floor"
             raise FieldError("convert", "--up", f"{problem}; give both")
         if np.linalg.norm(arguments.up) < 1 / _FARTHEST:
             raise FieldError("convert", "--up", "must have a length > 0")
@@ -120,8 +120,7 @@ def find_placement(
         arguments: The command line.
         console: Where it is said.
 
-    Returns:
-        The pose X_FG of the splat's frame, None where that stays as it is, and
+    Returns: The pose X_FG of the splat's frame, None if it does not change, and
         metres per unit.
 
     Raises:
@@ -145,7 +144,7 @@ def find_placement(
 
 
 def _scale(arguments: argparse.Namespace) -> float | None:
-    """Metres per unit, if the flags tell."""
+    """Metres per unit, if the flags define it."""
     flag, scale = "--scale", arguments.scale
     if arguments.scale_by is not None:
         flag = "--scale-by"

@@ -54,9 +54,9 @@ _HINT = (
 )
 
 _UNSEEN = (
-    "the space that the cameras of this splat saw is unknown, so that all"
-    " counts as free where there is no splat; `remosplat reconstruct` writes"
-    " that beside a splat that it makes of a capture"
+    "the space that the cameras of this splat saw is unknown, so"
+    " all space without splats counts as free; `remosplat"
+    " reconstruct` writes the seen space beside a splat"
 )
 
 
@@ -74,7 +74,8 @@ def load_given(
         override: YAML laid over the scenario.
         console: Where it is said what was made up.
         save: File that receives a scenario that was made up.
-        hardware: Whether a real robot will move, for which none is made up.
+        hardware: Whether a real robot will move, for which no scenario is made
+            up.
 
     Raises:
         RemoSplatError: There is no such scenario, or none can be made up.
@@ -205,10 +206,10 @@ def _check_floor(splat_W: GaussianSplat) -> None:
 
 
 def _free_space(scenario: Scenario):
-    """What tells which points in W are known to be free.
+    """Function that returns which points in W are known to be free.
 
-    Where seen space is unknown, all are taken to be seen: the clear way from
-    the base keeps the target out of solids.
+    If seen space is unknown, all space counts as seen: the clear way from the
+    base keeps the target out of solids.
     """
     path = seen_file(scenario)
     if path is None:

@@ -13,7 +13,7 @@ from remosplat_drake.reconstruction.report.quality_report import (
 from remosplat_drake.task.suggestion import NEAR, Suggestion
 
 FRANKIE = "frankie"
-"""The robot that tasks are suggested for unless told otherwise."""
+"""The default robot of suggested tasks."""
 
 
 def scenario_path(splat: Path) -> Path:

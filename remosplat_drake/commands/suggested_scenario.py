@@ -48,7 +48,7 @@ def write_scenario(
         capture: The capture that the splat was made of, in the same frame.
         workspace: Space in which the target is sought.
         map_error: Largest over-estimate of a distance by the splat [m].
-        warnings: What is wrong with the capture, in words.
+        warnings: Faults of the capture, in words.
         robot: Name of the robot, or a file that describes one.
 
     Raises:

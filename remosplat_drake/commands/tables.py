@@ -43,8 +43,8 @@ def print_table(
 ) -> None:
     """Prints a table, whole and no wider than the console.
 
-    Long texts wrap. Where that does not suffice, the table is printed in
-    pieces, each of which repeats the first column.
+    Long texts wrap. A table that is still too wide is printed in parts, each of
+    which repeats the first column.
 
     Args:
         console: Where it is printed.

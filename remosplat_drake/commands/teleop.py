@@ -153,7 +153,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Teleoperates until Ctrl-C; returns 1 if the robot ended up stopped.
 
-    A log or a recording that lacks something makes it 1, too.
+    It is 1, too, if a log or a recording is incomplete.
     """
     console = open_console(stderr=True)
     check_accepted(arguments)
@@ -327,7 +327,7 @@ def _load_scenario(arguments: argparse.Namespace) -> Scenario:
     by_meshcat = arguments.viewer == MESHCAT
     if arguments.host != LOOPBACK and (by_meshcat or arguments.headless):
         raise RemoSplatError(
-            "--host: only with the cockpit, which knows its operator"
+            "--host: only with the cockpit, which identifies its operator"
         )
     if arguments.hardware and by_meshcat and not any(sources):
         raise RemoSplatError(

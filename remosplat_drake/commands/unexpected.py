@@ -22,7 +22,7 @@ _LONGEST_LINE = 2000
 def report(error: UnreadableError) -> None:
     """Prints one line, which names a log with the traceback.
 
-    Where no log can be written, the traceback itself is printed.
+    If no log can be written, the traceback itself is printed.
     """
     text = "".join(traceback.format_exception(error))
     try:

@@ -61,7 +61,7 @@ def add_robot_choice(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
-        help="where the robot's drivers are (default: the scenario's"
+        help="LCM URL of the robot's drivers (default: the scenario's"
         " hardware.lcm_url)",
     )
     parser.add_argument(
@@ -124,13 +124,13 @@ def leased_inbox(
     *,
     open_channels: Collection[str] = (),
 ) -> LeasedInbox:
-    """Makes the inbox of a driver that obeys one session, and names it.
+    """Makes the inbox of a driver for one session, and prints its name.
 
     Args:
         lcm: The wire.
         channels: Channels of commands.
         name: Name of the driver.
-        console: Console that prints the sessions it obeys and refuses.
+        console: Console that prints the sessions it follows and refuses.
         open_channels: Channels that every program may use.
     """
     return LeasedInbox(

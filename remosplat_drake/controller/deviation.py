@@ -16,7 +16,7 @@ def end_effector_velocities(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Computes the desired and the executed velocity of E (paper figure 5).
 
-    Of several end effectors with targets, E is the first.
+    E is the first of several end effectors with targets.
 
     Args:
         report: The report of a tick; with that from before the first tick

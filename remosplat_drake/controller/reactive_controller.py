@@ -60,12 +60,11 @@ class ReactiveController(LeafSystem):
     `RigidTransform`, or else `aim` an `Aim` or a `Target`. `report` is the
     `TickReport` of the latest tick; viewers and loggers read it instead of
     asking the oracle again. `selection` is a `GuidanceSelector`'s; without it
-    the controller goes straight.
-    `velocity_executed` is what a supervisor made of the command; without it
-    the controller takes its own to be executed. `motion` is the `Motion` of a
-    robot that does not obey at once; `configuration` and `clearances` are then
-    those of its `q_planned`. `movers` are the `Movers` around the robot;
-    without them nothing moves.
+    the controller goes straight. `velocity_executed` is what a supervisor made
+    of the command; without it the controller takes its own to be executed.
+    `motion` is the `Motion` of a robot that does not execute commands at once;
+    `configuration` and `clearances` are then those of its `q_planned`. `movers`
+    are the `Movers` around the robot; without them nothing moves.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].

@@ -36,7 +36,7 @@ class RestRule:
 
     Attributes:
         config: The dead band.
-        arrived: Function that tells whether a `PoseError` counts as arrival.
+        arrived: Predicate: whether a `PoseError` counts as arrival.
     """
 
     config: RestConfig
@@ -45,13 +45,13 @@ class RestRule:
 
 @dc.dataclass(frozen=True, eq=False)
 class Rest:
-    """What is known of a target that is held; copying returns itself.
+    """The memory of a target that is held; copying returns the object itself.
 
     Attributes:
         aim: What is held; None while nothing is.
         since: Time since which the errors have not fallen [s].
-        errors: What they were then: of each target the distance [m] and the
-            angle [rad]; and in the last row what the clearance lacks of the
+        errors: Their values then: for each target the distance [m] and the
+            angle [rad]; and in the last row how far the clearance is below the
             stopping distance [m], and 0. Shape (k + 1, 2).
         is_still: Whether the robot rests.
         looked: When the errors were looked at last [s].

@@ -42,7 +42,7 @@ class Furniture:
     inside: tuple[Box, ...]
 
     def holds(self, p_WE: np.ndarray) -> bool:
-        """Tells whether a point is inside.
+        """Returns whether a point is inside.
 
         Args:
             p_WE: The point in W, shape (3,) [m].

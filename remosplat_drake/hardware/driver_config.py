@@ -29,11 +29,11 @@ class ArmDriverMaker(Protocol):
     def connect_arm(
         self, description: RobotDescription, tell: Tell
     ) -> "ArmLink":
-        """Connects to the arm; nothing is asked of it.
+        """Connects to the arm; sends no command.
 
         Args:
             description: The robot, which names the joints in their order.
-            tell: Prints a line for people.
+            tell: Prints a message.
         """
         ...
 
@@ -42,10 +42,10 @@ class BaseDriverMaker(Protocol):
     """The settings of a mobile base's driver: ours below, or one's own."""
 
     def connect_base(self, tell: Tell) -> "BaseLink":
-        """Connects to the base; nothing is asked of it.
+        """Connects to the base; sends no command.
 
         Args:
-            tell: Prints a line for people.
+            tell: Prints a message.
         """
         ...
 

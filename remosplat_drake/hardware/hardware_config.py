@@ -28,11 +28,12 @@ _LONGEST_NAME = 63
 """LCM takes no longer names of channels."""
 
 REHEARSAL_URL = "udpm://239.255.76.67:7670?ttl=0"
-"""Where the stand-in robot is: within this computer, on a port that no real
-robot's driver listens to."""
+"""Address of the stand-in robot: within this computer, on a port that no real
+robot's driver uses."""
 
 ROBOT_URL = "udpm://239.255.76.67:7667?ttl=0"
-"""Where a real robot's drivers are: LCM's own default, within this computer."""
+"""Address of a real robot's drivers: LCM's own default, within this
+computer."""
 
 ChannelName = Annotated[str, Len(1, _LONGEST_NAME)]
 """Name of an LCM channel: 1 to 63 characters."""
@@ -241,7 +242,7 @@ class HardwareConfig(Config):
 
 
 def leaves_computer(url: str) -> bool:
-    """Tells whether messages at an LCM URL reach other computers."""
+    """Returns whether messages at an LCM URL reach other computers."""
     match = re.search(r"[?&]ttl=(\d+)", url)
     return match is not None and int(match[1]) > 0
 

@@ -14,11 +14,11 @@ Tell = Callable[[str], None]
 
 STRING, INT32, BOOL = "String", "Int32", "Bool"
 MODE_TYPES = (STRING, INT32, BOOL)
-"""Messages of std_msgs that may tell an arm's mode."""
+"""Messages of std_msgs that may contain an arm's mode."""
 
 VELOCITIES, TRAJECTORY = "velocities", "trajectory"
 COMMANDS = (VELOCITIES, TRAJECTORY)
-"""What controllers of ros2_control take: Float64MultiArray, or
+"""Commands of ros2_control's controllers: Float64MultiArray, or
 JointTrajectory."""
 
 EMERGENCY_STOP, MODE = "emergency_stop", "mode"
@@ -27,8 +27,8 @@ Topic = Annotated[str, Len(1, 256)]
 """Name of a ROS topic."""
 
 StopExpiry = Annotated[float, Interval(gt=0, le=3600)] | None
-"""Silence after which a topic says nothing any more [s]; None for topics that
-tell changes only."""
+"""Silence after which a topic is unknown [s]; None for topics that publish
+changes only."""
 
 Domain = Annotated[int, Interval(ge=0, le=232)] | None
 """A ROS_DOMAIN_ID; None takes that of the environment, or 0."""
@@ -50,7 +50,7 @@ class Ros2Controller(Config):
 
 @dc.dataclass
 class Ros2ArmTopics(Config):
-    """What an arm behind ros2_control takes and says, and on which topics."""
+    """Commands and topics of an arm behind ros2_control."""
 
     # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
     domain: Domain = None
@@ -101,7 +101,7 @@ class Ros2ArmTopics(Config):
 
 @dc.dataclass
 class RosBase(Config):
-    """What bases on ROS 1 and ROS 2 have in common: their topics."""
+    """Settings that bases on ROS 1 and ROS 2 share: their topics."""
 
     # Topic of the velocity commands.
     commands: Topic = "/cmd_vel"
@@ -145,7 +145,7 @@ class RosBase(Config):
 
 @dc.dataclass
 class Ros2BaseTopics(RosBase):
-    """What a base on ROS 2 takes and says, and on which topics."""
+    """Commands and topics of a base on ROS 2."""
 
     # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
     domain: Domain = None

@@ -24,7 +24,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 
 class MissingInputError(RemoSplatError):
-    """An oracle lacks its input."""
+    """An input of an oracle is missing."""
 
 
 @dc.dataclass
@@ -256,7 +256,8 @@ def make_field(
         where: The file that errors name.
 
     Raises:
-        FieldError: The oracle lacks its input, or a value is out of range.
+        FieldError: An input of the oracle is missing, or a value is out of
+            range.
     """
     name = type(config).__name__
     if isinstance(config, Config):

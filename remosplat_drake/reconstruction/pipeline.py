@@ -104,8 +104,8 @@ def reconstruct(
         device: One of `DEVICES`.
         initialisation: How surfels are placed on the measured surfaces; None
             takes the defaults.
-        surfels: Surfels to start from, in place of an initialisation; with
-            them, a single view suffices.
+        surfels: Surfels to start from, instead of an initialisation; with them,
+            a single view suffices.
         refinement: Settings of the refinement; None takes the defaults.
         looks: Views that may clear space: discs in space that they looked
             through are removed, even if they come from `surfels`; None for

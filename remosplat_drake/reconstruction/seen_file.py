@@ -40,7 +40,7 @@ def write_seen_space(splat: Path, coverage: Coverage) -> None:
     """Writes seen space beside the splat file, atomically.
 
     Args:
-        splat: The splat file, as it is going to stay.
+        splat: The splat file, in its final form.
         coverage: What its capture has seen, in the splat's frame.
 
     Raises:

@@ -120,8 +120,8 @@ def find_splat_floor(
         seed: Seed of the random choice of points.
 
     Raises:
-        RemoSplatError: No plane is convincing; the error says what the best
-            one lacks.
+        RemoSplatError: No plane is convincing; the error says why the best one
+            is not.
     """
     rng = np.random.default_rng(seed)
     p_G, radius = _surface_points(splat, rng)

@@ -93,7 +93,7 @@ def run_metrics(
     """Computes the metrics of a finished run.
 
     Args:
-        trajectory: What the robot did.
+        trajectory: The robot's motion.
         robot: The robot, for its kinematics and its spheres.
         dt: Control period [s].
         truth: The true scene; None where it is unknown.

@@ -18,7 +18,7 @@ sideways; or at rest."""
 
 UNSEEN = "unseen"
 """A link moved towards a mover that came out of unseen space; an evaluation
-with cameras uses it in place of TOWARDS."""
+with cameras uses it instead of TOWARDS."""
 
 KINDS = (TOWARDS, UNSEEN, RETREATING, RESTING)
 """All kinds of contact, the worst first."""

@@ -18,8 +18,8 @@ PREFIX = "mover_"
 """Prefix of the names of all these arrays."""
 
 _NUMBERS, _QUATERNION = 21, slice(4, 8)
-"""Numbers of a row: those of `PackedMovers`, but for the orientation, which is
-a quaternion in a file."""
+"""Numbers of a row: those of `PackedMovers`, except for the orientation,
+which is a quaternion in a file."""
 
 
 def to_arrays(ticks: Sequence[Movers]) -> dict[str, np.ndarray]:

@@ -13,10 +13,10 @@ _LENGTHS = (3, 1, 9, 3, 3, 3, 4)
 velocity, angular velocity, bounds."""
 
 MOVER = "mover_"
-"""What the names of the columns of movers begin with."""
+"""Prefix of the columns of movers."""
 
 ORIENTATION = slice(4, 13)
-"""Where the orientation is among them."""
+"""Index of the orientation among them."""
 
 
 @dc.dataclass(frozen=True, eq=False, slots=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 @dc.dataclass(frozen=True, slots=True)
 class _Place:
-    """Where an array is in the file."""
+    """Position of an array in the file."""
 
     offset: int
     shape: tuple[int, ...]

@@ -22,7 +22,7 @@ BLOCK = 4000
 """Number of ticks that go to the disk together: 40 s at 100 Hz, 1 MB."""
 
 _TIMING = "timing_"
-"""What the names of the columns of phases begin with."""
+"""Prefix of the columns of phases."""
 
 
 class TickTable:

@@ -158,7 +158,7 @@ def _check_sizes(path: Path, file: IO[bytes]) -> None:
 
 
 def _is_consistent(trajectory: Trajectory) -> bool:
-    """Whether all arrays are of so many ticks, and of numbers but for names."""
+    """Whether all arrays have so many ticks, and numbers except for names."""
     t = trajectory
     one = [t.time, t.status, t.scale, t.clearance, *t.timings.values()]
     if any(array.shape != t.time.shape for array in one) or t.time.ndim != 1:

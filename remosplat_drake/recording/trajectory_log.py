@@ -130,7 +130,7 @@ class TrajectoryLog(LeafSystem):
 
     @property
     def trouble(self) -> str:
-        """Returns what the files lack; empty if nothing."""
+        """Returns what is missing in the files; empty if nothing."""
         writers = self._log, self._events, self._recorder
         return next((w.trouble for w in writers if w and w.trouble), "")
 

@@ -117,8 +117,8 @@ class ActuatorModel:
             u: The commands, shape (h, n_u) [rad/s, m/s].
             start: Where in time each axis starts, shape (n_u,) [s].
             v: Velocities at the start, shape (n_u,) [rad/s, m/s].
-            until: Times at which the ways are wanted, ascending and not
-                before the start, shape (k, n_u) [s].
+            until: Times of the returned positions, ascending and not before the
+                start, shape (k, n_u) [s].
 
         Returns:
             The ways since the start, and the velocities, at these times, shape
@@ -156,7 +156,7 @@ def panda_py_actuators(delay: float = 0.0) -> list[Actuator]:
     integrated_velocity.cpp.
 
     Args:
-        delay: Dead time before the law hears of a command [s].
+        delay: Dead time before a command acts [s].
     """
     return [
         Actuator(delay=delay, time_constant=damping / stiffness)

@@ -59,7 +59,7 @@ class LinkMesh:
 
 
 def link_meshes(visuals: Path) -> dict[str, list[LinkMesh]]:
-    """Lists the visual meshes of each link, converting what the cache lacks.
+    """Lists the visual meshes of each link, converting uncached ones.
 
     Args:
         visuals: The `visuals.yaml` of a robot.

@@ -62,7 +62,7 @@ def find_frame(
         field: The field of it that has the name.
 
     Raises:
-        FieldError: There is no such frame; the text tells those that there are.
+        FieldError: There is no such frame; the text lists the existing ones.
     """
     if not plant.HasFrameNamed(name):
         known = _frame_names(plant)
@@ -82,7 +82,7 @@ def _frame_names(plant: MultibodyPlant) -> set[str]:
 
 
 def in_one_line(error: BaseException) -> str:
-    """What Drake says, without the place in its own sources."""
+    """Drake's message, without the place in its own sources."""
     text = " ".join(str(error).split())
     return re.sub(r"^Failure at \S+ in ", "Drake refuses it in ", text)
 

@@ -73,13 +73,13 @@ def stepped(
 def largest_error(
     covariance: np.ndarray, sigmas: float, X_WB: np.ndarray, told: np.ndarray
 ) -> np.ndarray:
-    """Bounds how far a told pose is from where something may really be.
+    """Bounds the distance of a reported pose from the true one.
 
     Args:
         covariance: Covariance of the pose X_WB by W's axes, shape (3, 3).
         sigmas: Number of standard deviations that count.
         X_WB: Where it is expected, shape (3,) [m, rad].
-        told: The pose that a caller relies on instead, shape (3,) [m, rad].
+        told: The reported pose that a caller uses, shape (3,) [m, rad].
 
     Returns:
         Distance and angle, shape (2,) [m, rad].

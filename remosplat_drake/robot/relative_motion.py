@@ -15,7 +15,7 @@ def levers(robot: RobotModel, link_A: str, link_B: str) -> np.ndarray:
 
     Args:
         robot: The robot.
-        link_A: Name of the link that looks on.
+        link_A: Name of the reference link.
         link_B: Name of the link that is seen moving.
 
     Returns:

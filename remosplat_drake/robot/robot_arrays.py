@@ -16,7 +16,7 @@ from remosplat_drake.robot.kinematics import (
 
 
 class RobotArrays(NamedTuple):
-    """What kernels know of a robot with n spheres and b bodies.
+    """The data of a robot with n spheres and b bodies, for kernels.
 
     Attributes:
         tree: The kinematic tree.
@@ -67,7 +67,7 @@ class RobotArrays(NamedTuple):
 
 
 class StateArrays(NamedTuple):
-    """What kernels know of a configuration.
+    """The data of a configuration, for kernels.
 
     Attributes:
         q: The configuration, shape (n_q,) [rad, m].

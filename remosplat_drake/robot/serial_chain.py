@@ -1,8 +1,8 @@
 """`SerialChain`: the joints from the world to the end effector, in a row.
 
-Inverse kinematics asks for the end effector alone, thousands of
-times: what is fixed between two joints is then one pose, and other branches of
-the tree are left out.
+Inverse kinematics needs the end effector alone, thousands of times: fixed
+transforms between two joints are merged, and other branches of the tree are
+left out.
 """
 
 from typing import NamedTuple

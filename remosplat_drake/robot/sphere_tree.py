@@ -1,8 +1,8 @@
 """`SphereTree`: balls around the spheres of a link, so that few are looked at.
 
-What keeps a distance from a ball keeps it from all spheres within. A ball moves
-with its link, as the spheres do, so that bounds on its motion are those of a
-sphere.
+A lower bound of the distance to a ball holds for all spheres within. A ball
+moves with its link, as the spheres do, so the bounds on its motion are those of
+a sphere.
 """
 
 from collections.abc import Callable

@@ -64,10 +64,10 @@ def target_of(aim, i) -> TargetArrays:
 
 @kernel(returns=several(reals(1), reals(1), reals(1)))
 def asked_error(X_WE, target):
-    """Computes the attributes of a `PoseError` in what a target asks for.
+    """Computes a `PoseError`'s attributes in constrained directions.
 
-    It leads to the nearest pose that has all that is asked: what is free is
-    left as the end effector has it.
+    It leads to the nearest pose that satisfies all constraints: free directions
+    keep the end effector's values.
 
     Args:
         X_WE: Pose of the end effector, shape (4, 4).
@@ -85,7 +85,7 @@ def asked_error(X_WE, target):
 
 @helper
 def has_free(weights) -> bool:
-    """Tells whether a direction has no weight, and so is free.
+    """Returns whether a direction has no weight, and so is free.
 
     Args:
         weights: Weights of the directions, shape (6,).
@@ -114,7 +114,7 @@ def leave_free(target, p_W) -> None:
 
 @helper
 def asked_rotation(X_WE, X_WT, weights):
-    """Computes the smallest rotation that gives E what is asked of it.
+    """Computes the smallest rotation of E to its constrained orientation.
 
     With one axis free that is the one which carries this axis of E to that of
     T, along the shortest way.

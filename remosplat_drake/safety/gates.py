@@ -39,7 +39,7 @@ GATES = {
 """Names of all gates, and what is wrong where one is shut."""
 
 SILENCE, WARNING, REFUSAL = "silence", "warning", "refusal"
-"""What a shut gate may lead to."""
+"""Possible consequences of a shut gate."""
 
 
 @dc.dataclass(frozen=True)

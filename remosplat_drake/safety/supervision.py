@@ -87,7 +87,7 @@ class SupervisorLaw:
 
 @dc.dataclass(frozen=True, eq=False)
 class Observation:
-    """What the supervisor sees at one control tick.
+    """The inputs of the supervisor at one control tick.
 
     Attributes:
         time: Time of the tick [s].
@@ -95,11 +95,11 @@ class Observation:
         report: The controller's latest report.
         status: The station's status.
         u_measured: Measured velocities, shape (n_u,) [m/s, rad/s].
-        motion: What a robot that does not obey at once is about to do; None
-            where it should do as it is told.
+        motion: The motion of a robot with delay; None for one that executes
+            commands at once.
         map_age: Age of the map [s].
-        movers: What moves; None where they are not sensed.
-        stop: Why a person or a program asks for a stop; empty if none does.
+        movers: Movers; None where they are not sensed.
+        stop: Why a person or a program requests a stop; empty if none does.
         release: Whether a person or a program releases a stop.
     """
 

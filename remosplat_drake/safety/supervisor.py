@@ -107,7 +107,7 @@ def _tripped(
 
 
 def _missing(now: Observation) -> str:
-    """What a start still waits for."""
+    """The condition that a start still waits for."""
     if now.status.age == math.inf:
         return "waiting for the first measurement"
     if math.isnan(now.report.time):

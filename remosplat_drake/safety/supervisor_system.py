@@ -33,7 +33,7 @@ STOP_BUTTON = "stop button"
 
 @dc.dataclass(frozen=True, eq=False)
 class _Sample:
-    """What a tick found before the controller ran."""
+    """The findings of a tick before the controller ran."""
 
     time: float
     status: StationStatus
@@ -53,7 +53,7 @@ class _Memory:
     Attributes:
         before: The supervisor after the tick before.
         sample: What the present tick found; None before the first one.
-        stop: Why a program asks for a stop at the next tick.
+        stop: Why a program requests a stop at the next tick.
         release: Whether a program releases the stop at the next tick.
     """
 
@@ -94,13 +94,13 @@ class SafetySupervisor(LeafSystem):
 
     `velocity_commanded` is the command u on both sides, shape (n_u,) [m/s,
     rad/s]; `report` takes the controller's `TickReport`, `status` the
-    `StationStatus`, `velocity_measured` the measured u, `motion` what a
-    robot that does not obey at once is about to do, `operator` the
+    `StationStatus`, `velocity_measured` the measured u, `motion` what a robot
+    that does not execute commands at once is about to do, `operator` the
     `OperatorRequests` of a stop button, which stops the robot where it cannot
-    be heard, `map_age` seconds and `map_hold` why a new map waits for the
-    robot to stop, empty if none does. `movers` are the `Movers`, which must be
-    news. `supervision` gives the `SupervisorState`. A stop is latched until it
-    is released.
+    be heard, `map_age` seconds and `map_hold` why a new map waits for the robot
+    to stop, empty if none does. `movers` are the `Movers`, which must be new.
+    `supervision` gives the `SupervisorState`. A stop is latched until it is
+    released.
 
     Args:
         law: The thresholds and limits; its `dt` is the control period [s].
@@ -186,7 +186,7 @@ class SafetySupervisor(LeafSystem):
         Args:
             builder: Builder of the diagram.
             law: The thresholds and limits.
-            controller: A `ReactiveController`; it is told which command was
+            controller: A `ReactiveController`; it receives the command that was
                 executed.
             armed: Whether the robot may start without a release.
         """

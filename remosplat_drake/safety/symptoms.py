@@ -74,7 +74,7 @@ def symptoms(
 def _has_paused(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> bool:
-    """Tells whether the loop stood still for longer than it may."""
+    """Returns whether the loop stood still for longer than it may."""
     return now.time - state.time > law.dt + law.config.max_overrun
 
 
@@ -228,8 +228,8 @@ def _of_clearance(
 def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """Returns the largest clearance since the robot was set going [m].
 
-    Of a robot that stands and waits to be, it is the present clearance; of one
-    that was stopped where it touches, more: it is not released there.
+    For a robot that stands and waits, it is the present clearance. For one that
+    was stopped in contact, it is more, so that it is not released there.
 
     Args:
         state: The supervisor after the tick before.
@@ -255,7 +255,7 @@ def _of_target_and_map(
 
 
 def _of_movers(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
-    """What moves must be known anew all the time, by every camera.
+    """The state of movers must be renewed all the time, by every camera.
 
     Stamps from the future are as wrong as old ones.
     """

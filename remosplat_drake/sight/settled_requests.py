@@ -113,7 +113,8 @@ class SettledRequests(LeafSystem):
             builder: The builder of the diagram.
             configuration: The output port of the robot's q.
             movers: The output port of the `Movers` that are known.
-            **arguments: The arguments of `SettledRequests`, but for `n_q`.
+            **arguments: The arguments of `SettledRequests`, except for
+                `n_q`.
         """
         system = builder.AddSystem(
             SettledRequests(n_q=configuration.size(), **arguments)

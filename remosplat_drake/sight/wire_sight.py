@@ -1,6 +1,6 @@
 """`WireSight`: receives images and statuses over LCM, and sends movers.
 
-`remosplat sight` runs it in a process of its own.
+`remosplat sight` runs it in a separate process.
 """
 
 import dataclasses as dc

@@ -18,10 +18,10 @@ class Aim:
     """A target for each end effector, or none; copying returns the same object.
 
     Attributes:
-        targets: By the end effectors' indices, the target of each, None for one
-            that nothing is asked of; at least one is asked for something.
-        u: Velocities that the axes shall have, for laws that track these,
-            shape (n_u,) [m/s, rad/s]; None where poses alone are asked for.
+        targets: The target of each end effector by its index, None for one
+            without a target; at least one has one.
+        u: Velocities that the axes shall have, for laws that track these, shape
+            (n_u,) [m/s, rad/s]; None if poses alone are given.
 
     Raises:
         ValueError: There is no target at all.

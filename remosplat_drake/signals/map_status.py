@@ -10,7 +10,7 @@ MAKING = "making a map: "
 
 @dc.dataclass(frozen=True, eq=False)
 class MapStatus:
-    """The map in use and the progress of the next one; copying returns itself.
+    """The map in use, and progress of the next; copies are the object itself.
 
     Attributes:
         scene_map: The map that the distance oracle uses.

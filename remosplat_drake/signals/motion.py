@@ -14,8 +14,8 @@ class MotionArrays(NamedTuple):
     """A `Motion`, as arrays for kernels.
 
     Attributes:
-        is_late: Whether the robot has a delay; if not, it obeys at once, and
-            the other fields are unused.
+        is_late: Whether the robot has a delay; if not, it executes commands at
+            once, and the other fields are unused.
         parameters: `ActuatorModel.parameters`, shape (n_u, 4).
         tube: `Motion.tube`, shape (n_u,) [s].
         sent: `Motion.sent`, shape (h,) [s].
@@ -39,7 +39,7 @@ class MotionArrays(NamedTuple):
 
 @cache
 def prompt_motion(n_u: int) -> Packed[MotionArrays]:
-    """Makes the motion of a robot that obeys at once.
+    """Makes the motion of a robot that executes commands at once.
 
     Args:
         n_u: Number of entries of its command.

@@ -67,7 +67,7 @@ class NearMovers:
         """Finds the movers near the robot.
 
         Args:
-            movers: What moves.
+            movers: Movers.
             time: The present time [s].
             spheres: The robot's spheres, placed in W.
             within: Pairs at or beyond this distance are left out [m].

@@ -10,7 +10,7 @@ from remosplat_drake.splat.surfel_tiles import SurfelTile
 
 @dc.dataclass(frozen=True, eq=False)
 class SceneMap:
-    """One version of the map, which is immutable; copying returns itself.
+    """One immutable version of the map; copying returns the object itself.
 
     A live map has many versions, each made from an earlier one.
 

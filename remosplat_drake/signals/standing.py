@@ -34,7 +34,7 @@ NO_COMMAND = "no command"
 NOT_OBEYED = "not obeyed"
 """Cause: the robot does not follow its commands, as in shadow mode."""
 NOTHING = "nothing"
-"""Cause: no constraint is in the way; the program wants no other command."""
+"""Cause: no constraint is in the way; the program's optimum is no motion."""
 
 CAUSES = (
     *KINDS_OF_THINGS,

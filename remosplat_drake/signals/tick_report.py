@@ -28,7 +28,7 @@ STATUSES = (OPTIMAL, ACCELERATION_DROPPED, RELAXED, BRAKING)
 
 @dc.dataclass(frozen=True, eq=False)
 class TickReport:
-    """Inputs, decision and reasons of one control tick; copying returns itself.
+    """Inputs, decision and reasons of one tick; copies are the object itself.
 
     Attributes:
         time: Time of the tick [s]; NaN before the first one.

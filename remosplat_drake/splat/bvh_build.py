@@ -87,7 +87,7 @@ def _cut(table: np.ndarray, part: _Part) -> list[_Part]:
 
 
 def _sort(table: np.ndarray, part: _Part) -> None:
-    """Sorts a part down to its leaves; one that is a leaf stays as it is."""
+    """Sorts a part down to its leaves; a leaf is left unchanged."""
     if len(part) > LEAF_SIZE or not part.depth:
         part.nodes = _build(table, part.first, part.end, part.depth)
 

@@ -32,7 +32,7 @@ def round_outwards(boxes, table):
     Args:
         boxes: Lower corner, upper corner, height of the centre [m], shape (n,
             7), double precision.
-        table: Filled in but for its last column, shape (n, 8).
+        table: Filled in except for its last column, shape (n, 8).
     """
     up = np.float32(np.inf)
     for i in range(len(boxes)):

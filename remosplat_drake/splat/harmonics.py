@@ -1,8 +1,7 @@
 """Spherical harmonics: view-dependent colours of a splat.
 
 The real harmonics are those of 3D Gaussian splatting (Kerbl et al., 2023), with
-the Condon-Shortley sign (-1)^m. Of each degree l there are 2 l + 1, by m from
--l to l.
+the Condon-Shortley sign (-1)^m. Each degree l has 2 l + 1, by m from -l to l.
 """
 
 import math

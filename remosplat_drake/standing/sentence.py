@@ -153,7 +153,7 @@ def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
 
 
 def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
-    """What a robot moves out of, or cannot."""
+    """Sentence about what a robot moves out of, or cannot."""
     moves, part = now.hold is None, robot.called(inside.link)
     if inside.clearance is None:
         where = f"{part} beyond {inside.thing}"

@@ -6,7 +6,7 @@ commanded velocities at once, as in the paper; its robot is one system,
 and contact: `VelocityDriver` turns commands into the motors' (`motors`),
 `StateReader` measures, `ContactMonitor` reports contacts.
 
-Both have the ports of `signals.station_ports`, which `hardware` has, too: a
-controller cannot tell a simulated station from the real robot. `commands`
-checks what comes in, `connections` joins the ports to the vectors q and u.
+Both have the ports of `signals.station_ports`, as `hardware` does: to a
+controller, a simulated station and the real robot are the same. `commands`
+checks inputs, `connections` joins the ports to the vectors q and u.
 """

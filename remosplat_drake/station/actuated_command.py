@@ -1,4 +1,4 @@
-"""`ActuatedCommand`: makes a simulated robot obey late and slowly."""
+"""`ActuatedCommand`: makes a simulated robot react late and slowly."""
 
 import numpy as np
 from pydrake.systems.framework import (
@@ -22,8 +22,8 @@ class ActuatedCommand(LeafSystem):
         output_ports:
         - velocity
 
-    It stands before a station whose robot moves exactly as it is told. The
-    output is the mean velocity of each step.
+    It precedes a station whose robot executes commands exactly. The output is
+    the mean velocity of each step.
 
     Args:
         model: How the axes follow their commands; dead times are rounded to

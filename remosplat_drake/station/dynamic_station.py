@@ -55,7 +55,7 @@ def make_dynamic_station(
         scene: The solids in the scene; None for none.
         q0: Configuration to start from, shape (n_q,).
         wrist_camera: The wrist camera; None for none.
-        movers: What moves, as it is at the start; the robot feels it.
+        movers: The movers at the start; they have contact with the robot.
 
     Returns:
         A diagram with the ports of `signals.station_ports` and, as ground
@@ -126,7 +126,7 @@ def add_dynamic_body(
         robot: The robot.
         scene: The solids in the scene; None for none.
         q0: Configuration to start from, shape (n_q,).
-        movers: What moves, as it is at the start.
+        movers: The movers at the start.
 
     Raises:
         RemoSplatError: A setting is unusable.

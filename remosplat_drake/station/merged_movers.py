@@ -1,4 +1,4 @@
-"""`MergedMovers`: all that moves, merged from several sources."""
+"""`MergedMovers`: all movers, merged from several sources."""
 
 from collections.abc import Sequence
 from itertools import chain
@@ -18,7 +18,7 @@ def merge_movers(parts: Sequence[Movers]) -> Movers:
     """Puts movers of one time together; were they not, the oldest would count.
 
     Args:
-        parts: What each of several knows; at least one.
+        parts: The movers of each of several sources; at least one.
     """
     return Movers(
         min(part.stamp for part in parts),
@@ -61,8 +61,7 @@ class MergedMovers(LeafSystem):
             builder: The builder of the diagram.
             parts: Output ports of `Movers`.
 
-        Returns:
-            The port of all; the only one as it is, None for none.
+        Returns: The port of all; a single one unchanged, None for none.
         """
         if len(parts) < 2:
             return parts[0] if parts else None

@@ -1,4 +1,4 @@
-"""Movers as bodies of a dynamic station, which go where they are told.
+"""Movers as bodies of a dynamic station, which follow given motions.
 
 A body is heavy, and pulled to where its mover is by a force that nothing the
 robot does can match: so the robot feels it, and it hardly feels the robot.
@@ -52,7 +52,7 @@ def add_mover_bodies(
 
     Args:
         plant: A plant with a scene graph, before `Finalize`.
-        movers: What moves, as it is at the start.
+        movers: The movers at the start.
     """
     if not movers:
         return []

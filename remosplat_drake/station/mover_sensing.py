@@ -1,7 +1,7 @@
 """Settings of a simulated robot's sensors for movers, and these sensors.
 
-A sensor is a function of the truth. One that needs images is made of a period
-and a robot that looks; what it knows at a time may be old.
+A sensor is a function of the truth. One that needs images consists of a period
+and a robot with cameras; its results may be old.
 """
 
 import dataclasses as dc
@@ -16,11 +16,11 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 
 
 class MoverSensor(Protocol):
-    """What a robot gets to know of what moves."""
+    """Choices of a robot's perception of movers."""
 
     @property
     def period(self) -> float:
-        """Time between two looks [s]; 0: it always knows."""
+        """Time between two measurements [s]; 0: at every time."""
         ...
 
     def sense(self, truth: Movers, q: np.ndarray) -> Movers:
@@ -50,19 +50,19 @@ class MoverSensing(Protocol):
 
 @dc.dataclass
 class KnownMovers(Config):
-    """The robot is told exactly where each is, and how fast it goes."""
+    """The robot gets the exact pose and twist of each."""
 
     def make(
         self, robot: RobotModel, scene: PrimitiveScene | None
     ) -> MoverSensor:
-        """Makes a sensor that tells the truth."""
+        """Makes a sensor that returns the truth."""
         del robot, scene
         return _Told(standing=False)
 
 
 @dc.dataclass
 class StandingMovers(Config):
-    """The robot is told where each is, as if all of them stood for good.
+    """The robot gets the pose of each, as if all of them stood still.
 
     This is how obstacles in a map are known, and for comparisons only.
     """
@@ -70,7 +70,7 @@ class StandingMovers(Config):
     def make(
         self, robot: RobotModel, scene: PrimitiveScene | None
     ) -> MoverSensor:
-        """Makes a sensor that knows no velocities."""
+        """Makes a sensor without velocities."""
         del robot, scene
         return _Told(standing=True)
 

@@ -16,7 +16,7 @@ NOTHING = Movers(0.0)
 
 
 class MoverSensorSystem(LeafSystem):
-    """Looks at the true movers, and tells what a sensor finds.
+    """Measures the true movers, and outputs the sensor's result.
 
     .. pydrake_system::
 

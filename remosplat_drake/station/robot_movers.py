@@ -1,4 +1,4 @@
-"""`RobotMovers`: a robot as what moves around another one."""
+"""`RobotMovers`: a robot as movers around another one."""
 
 import dataclasses as dc
 
@@ -19,11 +19,11 @@ _STEP = 1e-4
 """Time over which the motion of links is looked at [s]."""
 
 MOST_ACCELERATION = 15.0
-"""What a point of a robot is told to accelerate by at most [m/s^2].
+"""Bound on the commanded acceleration of a robot's points [m/s^2].
 
-A Panda that brakes with its arm stretched out was seen to reach 13. What its
-limits allow if all joints work together, 200, would keep it from being
-approached at all."""
+A Panda that brakes with its arm stretched out was seen to reach 13. The
+bound by its limits with all joints together, 200, would prevent any approach
+to it."""
 
 _JUMP = 5e-3
 """How far commands that change all at once, from tick to tick, take a link

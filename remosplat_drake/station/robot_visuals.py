@@ -17,7 +17,7 @@ def add_robot_visuals(
 ) -> None:
     """Draws each link by its meshes or else by its collision primitives.
 
-    Links that the model file itself gave visuals are left as they are.
+    Links with visuals in the model file are left unchanged.
 
     Args:
         plant: The plant with the robot, before `Finalize`.

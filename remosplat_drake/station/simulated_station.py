@@ -40,8 +40,8 @@ def MakeSimulatedStation(
             [m, rad].
         wrist_camera: The wrist camera, a `WristCameraConfig` for example;
             None leaves the camera and its ports out.
-        movers: What moves, as it is at the start: a dynamic station has it as
-            bodies, and an input port `movers` for what becomes of them.
+        movers: The movers at the start: a dynamic station has them as bodies,
+            and an input port `movers` for their later states.
 
     Returns:
         A diagram with the ports of `signals.station_ports`, and with ground

@@ -60,7 +60,7 @@ class DynamicStation(Config):
 
 
 class StationMaker(Protocol):
-    """The settings of a station of your own, in place of the two of ours."""
+    """The settings of a station of your own, instead of the two of ours."""
 
     def make(
         self,

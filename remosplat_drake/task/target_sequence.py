@@ -49,7 +49,7 @@ class TargetProgress:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Place:
-    """Progress of the end effectors in their sequences; copying returns itself.
+    """Progress of end effectors in sequences; copies are the object itself.
 
     Attributes:
         index: Index of each one's present target; their number when all are

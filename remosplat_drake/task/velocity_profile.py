@@ -22,7 +22,7 @@ _ROUNDING = 1e-6
 
 @dc.dataclass(frozen=True, eq=False)
 class _Playing:
-    """What is played; copying returns itself.
+    """The present motion; copying returns the object itself.
 
     Attributes:
         start: When its first row begins [s]; NaN while nothing is played.
@@ -48,9 +48,9 @@ class VelocityProfile(LeafSystem):
         - target
         - aim
 
-    Before `play` and after the last row it asks for rest. The pose of `target`
-    is where the end effector is: a profile asks for no other. `aim` is that
-    pose with the velocities of the period.
+    Before `play` and after the last row it commands rest. The pose of `target`
+    is that of the end effector, so a profile has no target of its own. `aim` is
+    that pose with the velocities of the period.
 
     Args:
         robot: The robot.
@@ -85,7 +85,7 @@ class VelocityProfile(LeafSystem):
         value.set_value(_Playing(context.get_time(), np.array(u, float)))
 
     def progress(self, context: Context) -> TargetProgress:
-        """Tells whether the profile is over, as the only target that there is.
+        """Returns whether the profile is over; it is the only target.
 
         Args:
             context: The system's own context.

@@ -1,4 +1,4 @@
-"""Teleoperation: what operators ask for, and the target's motion to it.
+"""Teleoperation: operators' requests, and the target's motion to them.
 
 Operators are systems with a port `command`, an `OperatorCommand`:
 `TrajectoryOperator` follows a script (`trajectory_file`), `LcmOperator` hears

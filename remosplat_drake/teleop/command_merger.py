@@ -86,8 +86,8 @@ class CommandMerger(LeafSystem):
 
         Args:
             builder: Builder of the diagram.
-            sources: The operators: systems with an output port `command`.
-                Those that have a port `map_requests` are heard on that, too.
+            sources: The operators: systems with an output port `command`. The
+                port `map_requests` of an operator is used, too.
             period: Time between two looks at the operators [s].
         """
         merger = builder.AddSystem(

@@ -24,7 +24,7 @@ class MergedCommand:
 
     @staticmethod
     def silent(count: int) -> "MergedCommand":
-        """Returns operators that have not asked for anything yet."""
+        """Returns operators without a request so far."""
         return MergedCommand((OperatorCommand(),) * count)
 
     def __deepcopy__(self, memo) -> "MergedCommand":
@@ -36,9 +36,9 @@ def merge_commands(
 ) -> MergedCommand:
     """Merges the commands of several operators.
 
-    An operator who wishes for something new leads from then on: its pose, its
-    velocity and its trouble count, those of the others do not. Their buttons
-    always do. Of two at once the first leads.
+    An operator with a new request leads from then on: its pose, its velocity
+    and its trouble count, those of the others do not. Buttons of all operators
+    count. Of two at once the first leads.
 
     Args:
         before: The operators at the last look.

@@ -27,7 +27,7 @@ from remosplat_drake.teleop.target_motion import advance_target, stand
 
 
 class OperatorTarget(LeafSystem):
-    """Moves the target as the operator asks, within bounds.
+    """Moves the target by the operator's requests, within bounds.
 
     .. pydrake_system::
 
@@ -43,16 +43,15 @@ class OperatorTarget(LeafSystem):
         - state
         - map_requests
 
-    It stands in the place of a `TargetSequence` that never ends.
-    `configuration` takes the measured q, `command` an `OperatorCommand`;
-    `aim` gives the `Aim`, `target` the pose X_WT alone of the end effector
-    that the operator moves as a `RigidTransform`, and `state` that one's
-    `TargetState`. The outgoing `map_requests` are those that come in and the
-    frames that scans want.
+    It stands instead of a `TargetSequence` that never ends. `configuration`
+    takes the measured q, `command` an `OperatorCommand`; `aim` gives the `Aim`,
+    `target` the pose X_WT alone of the end effector that the operator moves as
+    a `RigidTransform`, and `state` that one's `TargetState`. The outgoing
+    `map_requests` are those that come in and the frames that scans want.
 
-    Of several end effectors one is moved, which the command chooses; the
-    others are held where they were left, or where they are at the start. One
-    that is left while it moves is held where it is then.
+    One of several end effectors is moved, which the command selects; the others
+    are held where they were left, or at their starts. One that is left while it
+    moves is held at its place then.
 
     `supervision` takes a `SupervisorState`. While the robot is stopped the
     target stays with it, so that a release does not send the robot to

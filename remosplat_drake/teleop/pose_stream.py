@@ -18,7 +18,7 @@ from remosplat_drake.hardware.wire.packets import (
 from remosplat_drake.signals.operator_command import OperatorCommand
 
 SOURCE = "pose stream"
-"""What texts call this source of commands."""
+"""Name of this source of commands in texts."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -48,9 +48,9 @@ def advance_stream(
 ) -> StreamState:
     """Advances a stream by a look at the network.
 
-    A stream takes hold of the target when it begins, and again when it goes
-    on after a silence; while it flows it takes hold of nothing, so that an
-    operator who presses hold meanwhile is obeyed.
+    A stream takes the target when it begins, and again when it continues after
+    a silence. While it flows it does not take it again, so an operator may
+    press hold meanwhile.
 
     Args:
         state: The stream before.

@@ -61,11 +61,11 @@ def velocity_towards(
 def change_velocity(
     before: np.ndarray, wanted: np.ndarray, max_change: float
 ) -> np.ndarray:
-    """Returns the velocity nearest to a wanted one within a bounded change.
+    """Returns the velocity nearest to a given one within a bounded change.
 
     Args:
         before: The present velocity, shape (3,).
-        wanted: The wanted velocity, shape (3,).
+        wanted: The desired velocity, shape (3,).
         max_change: Greatest length of the change between the two.
     """
     change = wanted - before

@@ -1,4 +1,4 @@
-"""Motions of the target that an operator asks for: hold, follow, go, scan."""
+"""Motions of the target by an operator's requests: hold, follow, go, scan."""
 
 import dataclasses as dc
 
@@ -39,7 +39,7 @@ def advance_target(
     Args:
         law: Bounds and settings of the motion.
         state: The target before.
-        command: All that the operators have asked for so far.
+        command: All requests of the operators so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
         time: Time now [s].
@@ -60,11 +60,11 @@ def stand(
 ) -> TargetState:
     """Keeps the target with a robot that is stopped, or a hand that is left.
 
-    What is wished for meanwhile is void.
+    Requests in the meantime are ignored.
 
     Args:
         state: The target before.
-        command: All that the operators have asked for so far.
+        command: All requests of the operators so far.
         X_WE: Measured pose of the end effector, shape (4, 4); NaN where it
             is unknown.
         text: Why, in words for a person.
@@ -178,7 +178,7 @@ def _break_off(before: TargetState, state: TargetState) -> TargetState:
 def _end(
     law: MotionLaw, state: TargetState, X_WE: np.ndarray, time: float
 ) -> TargetState:
-    """Ends what ends by itself, or goes on to what comes next."""
+    """Ends motions that end by themselves, or starts the next one."""
     command = state.command
     if state.mode == VELOCITY and command.V_W is None:
         return hold(state, X_WE, "hold: the dead-man button was let go")

@@ -54,7 +54,7 @@ def move(law: MotionLaw, state: TargetState, X_WE: np.ndarray) -> TargetState:
 def _wanted_velocity(
     law: MotionLaw, state: TargetState, X_WE: np.ndarray
 ) -> np.ndarray:
-    """Where the target wants to move, within its speeds; V_W, (6,)."""
+    """Desired velocity of the target, within its speeds; V_W, (6,)."""
     config, dt = law.config, law.dt
     if state.mode == VELOCITY:
         assert state.command.V_W is not None

@@ -1,4 +1,4 @@
-"""An operator's script: what is asked for at which time, in a YAML file.
+"""An operator's script: timed requests, in a YAML file.
 
 steps:
 - {time: 1, translation: [1.1, 0, 0.7], rpy_deg: [180, 0, 0]}
@@ -27,7 +27,7 @@ from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.teleop.teleop_config import SavedPose
 
 SOURCE = "trajectory"
-"""What texts call this source of commands."""
+"""Name of this source of commands in texts."""
 
 _TARGET_BUTTONS = {"hold": "holds", "home": "homes", "scan": "scans"}
 _MAP_BUTTONS = {
@@ -82,12 +82,12 @@ class TrajectoryFile(Config):
 
 @dc.dataclass(frozen=True, eq=False)
 class Asked:
-    """All that has been asked for by some time of a script.
+    """All requests of a script up to a time.
 
     Attributes:
-        time: Time from which on it has been asked for [s].
-        command: All that was asked of the target by then.
-        map_requests: All that was asked of the live map by then.
+        time: Time of the request [s].
+        command: All requests to the target by then.
+        map_requests: All requests to the live map by then.
     """
 
     time: float
@@ -170,9 +170,8 @@ def asked_over_time(
         steps: The steps, in the order of time.
         scenes: The scene at the start, and those that take turns with it.
 
-    Returns:
-        What has been asked for, first nothing from -inf on, then one entry
-        for each step.
+    Returns: The requests so far, first none from -inf on, then one entry for
+        each step.
     """
     command, requests = OperatorCommand(source=SOURCE), MapRequests()
     asked = [Asked(-np.inf, command, requests)]

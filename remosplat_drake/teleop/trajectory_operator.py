@@ -20,7 +20,7 @@ _ROUNDING = 1e-9
 
 
 class TrajectoryOperator(LeafSystem):
-    """An operator who asks at given times for what a script says.
+    """An operator with the timed requests of a script.
 
     .. pydrake_system::
 

@@ -1,10 +1,11 @@
 """The Meshcat page: what a person sees of scene, robot and controller.
 
-`MeshcatPage` is the page; `AddViews` adds the systems that draw on it while a
-run goes on, and `record_replay` draws a recorded one. Views only look on: they
-read the measured configuration and the exported `TickReport`, never an oracle.
+`MeshcatPage` is the page; `AddViews` adds the systems that draw on it during a
+run, and `record_replay` draws a recorded one. Views only look on: they read the
+measured configuration and the exported `TickReport`, never an oracle.
 Everything lies below `/remosplat` in the page's scene tree.
 
-Two systems on the page ask for something: `SafetyPanel` has the stop button,
-`TeleopPanel` the controls of an operator. `page_style` is how controls look.
+Two systems on the page send requests: `SafetyPanel` has the stop button,
+`TeleopPanel` the controls of an operator. `page_style` defines the look of
+controls.
 """

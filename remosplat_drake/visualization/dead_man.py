@@ -34,7 +34,7 @@ class DeadMan:
         meshcat.AddButton(self.pulse)
 
     def is_held(self) -> bool:
-        """Tells whether the page has sent a pulse within `SILENCE`."""
+        """Returns whether the page has sent a pulse within `SILENCE`."""
         now = time.monotonic()
         pulses = self._meshcat.GetButtonClicks(self.pulse)
         if pulses != self._pulses:

@@ -31,7 +31,7 @@ _REDRAW = 0.25  # Of either plot; they take turns.
 
 
 class LivePlots(LeafSystem):
-    """Plots the curves of the paper's figure 5 while a run goes on.
+    """Plots the curves of the paper's figure 5 during a run.
 
     .. pydrake_system::
 

@@ -1,4 +1,4 @@
-"""`LogView`: tells on the page when the log of a run lacks something."""
+"""`LogView`: reports on the page when the log of a run is incomplete."""
 
 from pydrake.common.value import Value
 from pydrake.systems.framework import (

@@ -42,9 +42,9 @@ class MoverView(LeafSystem):
         input_ports:
         - movers
 
-    A mover is orange. Its ghost is where it will be in `AHEAD` if it goes on
-    as it does, and a pale ball around that holds wherever it can be then. A
-    camera that watches is a blue pyramid, red while it does not see.
+    A mover is orange. Its ghost is its position in `AHEAD` if it keeps its
+    motion, and a pale ball around that contains all possible positions then. A
+    camera that watches is a blue pyramid, red while it has no usable image.
 
     Args:
         page: The page to draw on.

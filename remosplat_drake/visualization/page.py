@@ -29,7 +29,7 @@ _FIRST_PORT = 7000
 class MeshcatPage:
     """A page that shows a scene of Meshcat's, with a bar, a panel and a player.
 
-    The bar says how things stand. Meshcat's server sends the shapes of the
+    The bar says the robot's state. Meshcat's server sends the shapes of the
     scene, and hears the buttons. A server of our own has the page itself, and
     the newest of what moves and of what is said: a browser that draws slowly
     skips some of it, and is never late.
@@ -47,7 +47,7 @@ class MeshcatPage:
         scene: Moves what Meshcat has drawn.
         port: The TCP port.
         status: The lines of text on show, by their topics.
-        state: How things stand, as the page says it; None before it is told.
+        state: The robot's state on the page; None before the first one.
 
     Raises:
         RemoSplatError: The port is taken or out of range.
@@ -120,10 +120,10 @@ class MeshcatPage:
         self._newest.put(("scene",), [dc.asdict(t) for t in self._toggles])
 
     def show(self, state: PageState):
-        """Says how things stand, and offers the buttons that do something.
+        """Says the robot's state, and offers the buttons that do something.
 
         Args:
-            state: How things stand.
+            state: The robot's state.
         """
         if state == self.state:
             return
@@ -157,7 +157,7 @@ class MeshcatPage:
         """Says how a run has ended; what was said of its motion goes away.
 
         Args:
-            state: How things stand now.
+            state: The robot's state now.
         """
         self._server.rest()
         self.show(state)
@@ -230,10 +230,10 @@ class MeshcatPage:
         self._newest.put(("legend",), list(entries))
 
     def set_account(self, account: Account):
-        """Shows what was measured in a run, and lets people play it again.
+        """Shows the measurements in a run, and lets people play it again.
 
         Args:
-            account: What is told of the run.
+            account: The account of the run.
         """
         self._newest.put(("account",), account.document())
 
@@ -276,7 +276,7 @@ class MeshcatPage:
 
         Args:
             path: The HTML file.
-            account: What is to be told of the run; None if nothing has moved.
+            account: The account of the run; None if nothing has moved.
 
         Raises:
             FileError: The file cannot be written.

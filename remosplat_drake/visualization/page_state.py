@@ -34,17 +34,17 @@ STILL = "still"
 """Phase of a page on which nothing ever moves."""
 
 START, STOP, RELEASE = "start", "stop", "release"
-"""What may be pressed."""
+"""The buttons of a page."""
 
 
 @dc.dataclass(frozen=True)
 class PageState:
-    """How things stand, for a viewer of the page.
+    """The robot's state, for a viewer of the page.
 
     Attributes:
         phase: WAITING, LIVE, HELD, STOPPED, REACHED, MISSED, REPLAYED or
             STILL.
-        title: How things stand, in a word or two.
+        title: The robot's state, in a word or two.
         text: The same in a sentence; empty if there is no more to say.
         buttons: START, STOP and RELEASE, as far as they do something now.
     """
@@ -94,7 +94,7 @@ def supervised(
         supervision: What the supervisor does.
         releases: Whether the page may release stops, which a real robot's
             may not.
-        standing: How things stand while nothing is stopped.
+        standing: The robot's state while nothing is stopped.
     """
     reason = ": ".join(filter(None, (supervision.reason, supervision.refusal)))
     if not supervision.is_latched:
@@ -113,7 +113,7 @@ def unsupervised(standing: Standing = NOT_STARTED) -> PageState:
     """Returns the state of a run without a supervisor: nothing stops it.
 
     Args:
-        standing: How things stand.
+        standing: The robot's state.
     """
     if standing.kind == stands.WAITING:
         text = "without a supervisor: nothing stops here"
@@ -132,7 +132,7 @@ def without_map(state: PageState) -> PageState:
     """Returns the state of a robot that moves only where it has no map.
 
     Args:
-        state: How things stand with the robot.
+        state: The robot's state.
     """
     if state.phase != LIVE:
         return state

@@ -62,9 +62,9 @@ def record_replay(
 ) -> None:
     """Records a run into the page, which then plays it.
 
-    Robot, target and traces move as they did. A red line joins the robot to
-    the closest point of the map of that time, and each map is on show as
-    long as it was asked. What was held lights up as long as it was.
+    Robot, target and traces move as they did. A red line joins the robot to the
+    closest point of the map of that time. Each map is shown while it was in
+    use, and a held link glows while it was held.
 
     Args:
         page: The page to draw on; it has shown nothing else.
@@ -122,7 +122,7 @@ def frame_ticks(
 
 
 def standing_at(events: Sequence[Event], time: float) -> Standing:
-    """Returns what held the robot at a time, as its events tell.
+    """Returns the cause that held the robot at a time, by its events.
 
     Args:
         events: The run's events, in the order of their times.

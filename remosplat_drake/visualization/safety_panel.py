@@ -40,19 +40,18 @@ class SafetyPanel(LeafSystem):
         output_ports:
         - operator
 
-    `report` takes the controller's `TickReport`, `status` the
-    `StationStatus`, `supervision` the `SupervisorState`, `standing` the
-    `Standing`; `operator` gives the `OperatorRequests` so far. The page's bar
-    says how things stand, and why the supervisor stopped; a line of text, the
-    arm's mode with the largest ages of measurements and commands in the last
-    half second.
+    `report` takes the controller's `TickReport`, `status` the `StationStatus`,
+    `supervision` the `SupervisorState`, `standing` the `Standing`; `operator`
+    gives the `OperatorRequests` so far. The page's bar says the robot's state,
+    and why the supervisor stopped; a line of text, the arm's mode with the
+    largest ages of measurements and commands in the last half second.
 
     Args:
         page: The page that gets bar and buttons.
         n_u: Length of the command.
-        releases: Whether the page releases stops, too. Meshcat does not
-            know its visitors, and any web page may press its buttons: a real
-            robot is stopped here, and set going elsewhere.
+        releases: Whether the page releases stops, too. Meshcat cannot identify
+            its visitors, and any web page may press its buttons: a real robot
+            is only stopped here, and released elsewhere.
     """
 
     def __init__(self, *, page: MeshcatPage, n_u: int, releases: bool = True):

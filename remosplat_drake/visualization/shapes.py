@@ -1,4 +1,4 @@
-"""Shapes that Meshcat lacks: tubes (its lines are one pixel wide), triads."""
+"""Shapes that Meshcat does not have: thick lines as tubes, and triads."""
 
 import numpy as np
 from pydrake.geometry import Cylinder, Meshcat, Rgba

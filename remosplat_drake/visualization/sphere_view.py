@@ -22,7 +22,7 @@ class SphereView:
     """Draws translucent spheres, red where the scene is near.
 
     They are hidden until a viewer clicks their button. Hidden ones move with
-    the robot, too: each page shows them when its viewer wants.
+    the robot, too, so that each page can show them at any time.
 
     Args:
         page: The page to draw on.

@@ -25,8 +25,8 @@ _POINT_RADIUS = 0.006  # [m]
 class SplatView:
     """Draws a splat once; a button steps through surfels, points and off.
 
-    Of a splat that is too large for a browser the discs that cover most are
-    drawn, and the page says how many of how many.
+    If a splat is too large for a browser, the largest discs are drawn, and the
+    page states their number.
 
     Args:
         page: The page to draw on.

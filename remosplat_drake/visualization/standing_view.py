@@ -24,7 +24,7 @@ _RING, _TUBE = 0.05, 0.006  # Radii of the ring about the place [m].
 
 
 class StandingView(LeafSystem):
-    """Lights up what is held, and where; says how things stand.
+    """Lights up what is held, and where; says the robot's state.
 
     .. pydrake_system::
 

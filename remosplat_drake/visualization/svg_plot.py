@@ -12,7 +12,7 @@ import numpy as np
 from remosplat_drake.visualization.page_style import escaped
 
 WIDTH, HEIGHT = 380, 132
-"""Size of a whole plot, unless another one is asked for [px]."""
+"""Size of a whole plot, unless another one is given [px]."""
 
 _LEFT, _RIGHT, _TOP, _BOTTOM = 46, 14, 34, 26
 _INK, _GREY, _FAINT = "#1f2933", "#66717f", "#dfe4ea"
@@ -103,12 +103,12 @@ class SvgPlot:
 
     @property
     def _end(self) -> int:
-        """Where the time axis ends [px]."""
+        """End of the time axis [px]."""
         return self.width - _RIGHT
 
     @property
     def _foot(self) -> int:
-        """Where the axis of values begins [px]."""
+        """Start of the axis of values [px]."""
         return self.height - _BOTTOM
 
     def _x(self, age: np.ndarray | float) -> np.ndarray:

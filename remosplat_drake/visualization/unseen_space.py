@@ -183,7 +183,7 @@ def smoothed(
 def _free_around(state: np.ndarray, layer: int) -> np.ndarray:
     """Which voxels up to two from a layer are free, (nx + 4, ny + 4, 5).
 
-    The floor goes on below; beyond the other ends of the grid is nothing.
+    The floor continues below; beyond the other ends of the grid is nothing.
     """
     layers = np.arange(layer - 2, layer + 3)
     last = state.shape[2] - 1

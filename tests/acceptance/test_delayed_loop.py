@@ -81,7 +81,7 @@ def test_a_late_robot_stays_15_mm_away(frankie, case):
 
 
 @pytest.mark.parametrize("case", sorted(UNMEASURED))
-def test_the_defaults_hold_a_robot_that_nobody_has_measured(frankie, case):
+def test_the_defaults_hold_an_unmeasured_robot(frankie, case):
     assert not frankie.description.actuators
     known = frankie.assumed_actuators
     run = drive(frankie, UNMEASURED[case], 0.0, known)

@@ -1,4 +1,4 @@
-"""Where the robot truly stands decides whether it may start."""
+"""The true place of a robot decides whether it may start."""
 
 import re
 import signal
@@ -42,7 +42,7 @@ def test_a_robot_that_stands_too_near_in_the_map_does_not_start(wire, tmp_path):
         while not (reason := REASON.search(said)) and run.poll() is None:
             time.sleep(0.1)
             said = " ".join(heard.read_text().split())
-        # It waits for its operator, who might move the robot.
+        # It waits for its operator: one may move the robot.
         run.send_signal(signal.SIGINT)
         assert run.wait(PATIENCE) == 1, said
         end(process)

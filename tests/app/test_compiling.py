@@ -1,4 +1,4 @@
-"""What is said while kernels are compiled, in processes of their own."""
+"""Messages while kernels are compiled, in processes of their own."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What a package of somebody else adds, without an edit in ours."""
+"""Parts that a package of others adds, without an edit in ours."""
 
 import dataclasses as dc
 import json
@@ -236,7 +236,7 @@ def test_a_planner_decides_what_is_tried(load):
     )
     simulator.AdvanceTo(0.1)  # The first round; a later one may arrive.
     names = [r.guidance.name for r in port.Eval(context).latest]
-    # Where neither arrives, a path is planned, whatever the planner tries.
+    # Where neither arrives, a path is planned, for any planner.
     assert names[:2] == ["direct", "keep right"]
     assert set(names[2:]) <= {"plan"}
 

@@ -88,7 +88,7 @@ def moves(client: Client) -> bool:
 
 
 def assert_stays_still(client: Client) -> None:
-    """From now on, with nobody who commands it."""
+    """From now on, without a controller that commands it."""
     client.listen_for(0.2)
     q = np.array(client.latest.joint_position)
     pose = np.array(client.latest_base.pose)

@@ -1,4 +1,4 @@
-"""What is known of a scenario's map, and which of it does not suffice."""
+"""Knowledge about a scenario's map, and gates that it does not pass."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -54,7 +54,7 @@ from remosplat_drake.scene.rmmi import write_rmmi
 def splat(tmp_path) -> Path:
     """A splat file that is off by 6 mm, as a report beside it says."""
     path = tmp_path / "splat.ply"
-    path.write_bytes(b"a splat that nobody reads here")
+    path.write_bytes(b"a splat that is not read here")
     write_report(path, QualityReport(map_error=0.006))
     (tmp_path / "a.yaml").write_text("A: {scene: {splat: splat.ply}}\n")
     return path
@@ -155,7 +155,7 @@ def test_millimetres_are_not_lost_in_rounding(splat, error):
         assert map_error_gates(asked, find_map_error(asked)) == []
 
 
-def test_tiers_that_nobody_uses_do_not_count(splat):
+def test_tiers_that_are_not_used_do_not_count(splat):
     off = "{controller: {guidance: {tiers: [0.001], enabled: false}}}"
     assert error_gates(splat, off) == []
 
@@ -219,7 +219,7 @@ def test_most_of_what_is_there_must_count(ignored, opacity, told):
     assert names == [IGNORED_SPLATS] * told
 
 
-# What nobody has seen
+# Space that no camera has seen
 
 
 @pytest.mark.parametrize(
@@ -242,7 +242,7 @@ def test_unseen_space_is_told_of(unknown, unseen, name, in_simulation):
     (gate,) = unseen_gates(asked, unseen)
     assert gate.name == name
     assert gate.leads_to(False) == in_simulation
-    # On the real robot somebody has to accept that.
+    # On the real robot a person has to accept that.
     assert gate.leads_to(True) == REFUSAL
 
 
@@ -308,7 +308,7 @@ def test_trained_splats_raise_no_false_alarm(
     file = tmp_path / "a.yaml"
     file.write_text(f"A: {{scene: {{splat: {splat}, truth: {truth}}}}}\n")
     gates = examined(str(file), f"{{oracle: !{oracle} {{}}}}").gates
-    # Nobody has measured them, nor kept what their cameras saw.
+    # Neither their errors nor the space that their cameras saw are known.
     names = [gate.name for gate in gates]
     assert names == [UNKNOWN_MAP_ERROR, UNKNOWN_SEEN_SPACE]
 

@@ -1,4 +1,4 @@
-"""A shipped scenario with somebody in it: nobody is touched, and it arrives."""
+"""A shipped scenario with a person: no contact, and the robot arrives."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a run left behind moves again."""
+"""The movers of an earlier run move again."""
 
 from pathlib import Path
 

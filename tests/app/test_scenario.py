@@ -85,7 +85,7 @@ def test_shipped_scenarios_are_found_by_name():
 # Values
 
 
-def test_what_nobody_says_keeps_its_default(folder):
+def test_a_field_that_is_not_given_keeps_its_default(folder):
     scenario = load_scenario(str(folder / "two.yaml"))
     assert scenario.control_period == 0.01
     assert scenario.controller.gains == "fast"

@@ -1,4 +1,4 @@
-"""Which robot a scenario means: a name, or a file beside the scenario."""
+"""The robot of a scenario: a name, or a file beside the scenario."""
 
 import shutil
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A scenario survives being written out, whatever it consists of."""
+"""A scenario survives being written out, with any content."""
 
 import dataclasses as dc
 

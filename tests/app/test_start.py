@@ -1,4 +1,4 @@
-"""What is wrong with a start is said before anything moves."""
+"""Faults of a start are reported before anything moves."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""Two robots in one simulation: who has the right of way goes first."""
+"""Two robots in one simulation: the one with the right of way goes first."""
 
 from itertools import product
 
@@ -144,6 +144,6 @@ def beyond(was: Movers, now: Movers) -> float:
 
 def test_a_scenario_that_is_not_there_is_named(tmp_path):
     scenario = load(tmp_path, "ours")
-    scenario.movers = [OtherRobot(scenario="Nobody")]
-    with pytest.raises(RemoSplatError, match="Nobody"):
+    scenario.movers = [OtherRobot(scenario="Unknown")]
+    with pytest.raises(RemoSplatError, match="Unknown"):
         build(scenario, load_world(scenario))

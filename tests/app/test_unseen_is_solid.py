@@ -1,4 +1,4 @@
-"""What a scenario's splat has seen: which file, where it lies, what it does."""
+"""The seen space of a scenario's splat: its file, its place, its effect."""
 
 from pathlib import Path
 
@@ -43,7 +43,7 @@ def world_of(table: Path, scene: str = "{}") -> World:
 
 
 def hide(table: Path, lower: list[float], upper: list[float]) -> None:
-    """Lets nobody have seen a box."""
+    """Makes a box unseen by all cameras."""
     splat = table.with_name("splat.ply")
     coverage = read_seen_space(seen_path(splat), splat)
     low, high = (
@@ -64,7 +64,7 @@ def test_unseen_space_is_solid_only_where_the_scenario_says_so(table):
     assert solid.field.parts[0].revision == free.field.revision
 
 
-def test_on_hardware_it_is_solid_unless_somebody_chose(table):
+def test_on_hardware_it_is_solid_unless_a_choice_was_made(table):
     scenario = load_scenario(str(table))
     prepare_for_hardware(scenario, None)
     assert scenario.scene.unknown == OBSTACLE
@@ -74,7 +74,7 @@ def test_on_hardware_it_is_solid_unless_somebody_chose(table):
 
 
 def test_the_robot_may_stand_where_it_starts(table):
-    """Nobody has looked there; beyond the margin it stays unknown."""
+    """No camera has looked there; beyond the margin it stays unknown."""
     hide(table, [-1.0, -1.0, 0.0], [0.4, 1.0, 1.5])
     world = world_of(table, "{unknown: obstacle}")
     assert world.seen is not None
@@ -127,14 +127,14 @@ def test_surfaces_that_are_cropped_away_are_not_known(table):
     assert cropped.unseen_fraction(floor) == whole.unseen_fraction(floor)
 
 
-def test_outside_of_the_grid_nobody_has_looked(table):
+def test_outside_of_the_grid_space_is_unseen(table):
     seen = world_of(table).seen
     assert seen is not None
     away = [np.array([40.0, 0, 0]), np.array([41.0, 0, 1])]
     assert seen.unseen_fraction(away) == 1.0
 
 
-def test_a_target_that_nobody_has_seen_is_named(table, capsys):
+def test_a_target_in_unseen_space_is_named(table, capsys):
     text = (
         "{scene: {unknown: obstacle}, time_limit: 0.1,"
         " targets: [{translation: [1.0, 0.0, 0.3]}]}"
@@ -145,7 +145,7 @@ def test_a_target_that_nobody_has_seen_is_named(table, capsys):
     assert "it counts as obstacle; target 1 lies in it" in told
 
 
-def test_the_true_geometry_needs_nobody_to_look(table):
+def test_the_true_geometry_needs_no_camera(table):
     text = "{scene: {unknown: obstacle}, oracle: !GroundTruth {}}"
     assert load_world(load_scenario(str(table), text)).seen is None
 

@@ -47,7 +47,7 @@ def loads_in_ticks(text: str, **environment: str) -> int:
 def test_no_tick_loads_a_kernel(oracle):
     """Past the things on the table, with look-ahead, as far as the target.
 
-    Somebody comes by, who is not what the kernels were compiled with.
+    A person comes by, unlike those that the kernels were compiled with.
     """
     assert loads_in_ticks(f"{{oracle: {oracle}, movers: {ADA}}}") == 0
 
@@ -100,7 +100,7 @@ def test_no_tick_of_cameras_that_watch_loads_a_kernel():
 
 
 def test_a_live_map_has_its_kernels_too(monkeypatch):
-    """Those of what nobody has seen; its loop is another one."""
+    """Kernels for unseen space; its loop is another one."""
     scenario = load_scenario("StudioLive", "scene: {unknown: obstacle}")
     asked = []
     clearances = UnknownSpaceField.clearances

@@ -62,7 +62,7 @@ def test_a_piece_that_does_not_fit_is_left_out_as_a_whole(tmp_path):
     ("is_there", "problem"),
     [(False, "was moved or deleted"), (True, "was replaced")],
 )
-def test_a_file_that_somebody_takes_away_is_named(tmp_path, is_there, problem):
+def test_a_file_that_is_taken_away_is_named(tmp_path, is_there, problem):
     """As where logs are rotated."""
     path = tmp_path / "file"
     file = AppendFile(path)

@@ -54,7 +54,7 @@ def test_what_is_no_json_is_refused_in_one_line(text):
     assert "\n" not in str(error.value)
 
 
-def test_a_name_that_nobody_can_print_is_escaped():
+def test_a_name_that_cannot_be_printed_is_escaped():
     with pytest.raises(FieldError) as error:
         fields(**{"a\nb": 1}).text("a\nb")
     assert "\n" not in str(error.value)

@@ -1,4 +1,4 @@
-"""What a long job shows, in a real terminal and in real pipes."""
+"""Progress of a long job, in a real terminal and in real pipes."""
 
 import os
 import pty

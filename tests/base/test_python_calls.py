@@ -1,4 +1,4 @@
-"""What kernels ask Python in the middle of a call."""
+"""Calls from kernels to Python."""
 
 import gc
 import threading

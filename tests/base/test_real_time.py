@@ -1,4 +1,4 @@
-"""Which tick is next, and what a log of ticks amounts to."""
+"""The next tick, and the summary of a log of ticks."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""What a YAML file may say, and how its mistakes are reported."""
+"""Valid YAML, and the errors about the rest."""
 
 import dataclasses as dc
 from pathlib import Path

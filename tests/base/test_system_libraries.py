@@ -1,4 +1,4 @@
-"""What pip does not bring: loaded all the same, or named in one line.
+"""System libraries that pip does not install are loaded, or named in one line.
 
 The dynamic loader itself complains here: about libusb's own file, in which
 the name of something that it wants is changed.

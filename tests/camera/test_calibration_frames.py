@@ -1,4 +1,4 @@
-"""Which of a moving camera's images a calibration keeps."""
+"""The images of a moving camera that a calibration keeps."""
 
 import numpy as np
 import pytest

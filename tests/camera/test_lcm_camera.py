@@ -73,7 +73,7 @@ def test_an_unheard_motion_is_refused():
 
 @pytest.fixture
 def patient(monkeypatch):
-    """Nobody is late on a busy computer."""
+    """No message is late on a busy computer."""
     monkeypatch.setattr(lcm_camera, "PATIENCE", 60.0)
 
 

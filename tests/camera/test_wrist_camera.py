@@ -1,4 +1,4 @@
-"""What the wrist camera sees, against distances worked out by hand."""
+"""Images of the wrist camera, against distances worked out by hand."""
 
 import numpy as np
 import pytest

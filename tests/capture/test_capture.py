@@ -1,4 +1,4 @@
-"""`Capture`: what its views are, selected and in another frame."""
+"""`Capture`: its views, selected and in another frame."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""What is said of things that depth cameras get wrong, and what cannot be."""
+"""Findings about things that depth cameras get wrong, and their limits."""
 
 import dataclasses as dc
 

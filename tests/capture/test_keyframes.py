@@ -1,4 +1,4 @@
-"""Which frames of a long capture are used."""
+"""The frames of a long capture that are used."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""What an inspection finds is undone, one mistake after the other."""
+"""Findings of an inspection are undone, one mistake after the other."""
 
 import dataclasses as dc
 

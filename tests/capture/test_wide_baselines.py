@@ -1,4 +1,4 @@
-"""What views far apart say about poses and scale, on rendered views."""
+"""Views far apart determine poses and scale, on rendered views."""
 
 import dataclasses as dc
 
@@ -100,7 +100,7 @@ def test_one_frame_off_by_centimetres_is_named(capture):
 
 
 def test_a_wrong_frame_without_neighbours_is_found(capture):
-    """It looks at what nobody else shows in detail, from another place."""
+    """It looks from another place at a part that no other view shows well."""
     X_WC = capture.X_WC.copy()
     X_WC[5, :3, 3] += [0.3, -0.3, 0.3]
     wide = measure_wide_baselines(dc.replace(capture, X_WC=X_WC))

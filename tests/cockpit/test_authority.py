@@ -1,4 +1,4 @@
-"""Who operates, and who does not."""
+"""Rights of the operator and of other clients."""
 
 import pytest
 
@@ -12,7 +12,7 @@ from remosplat_drake.cockpit.authority import (
 ANNA, BERT, CARL = range(3)
 
 
-def test_whoever_types_the_code_operates():
+def test_the_client_that_types_the_code_operates():
     authority = Authority()
     code = authority.code
     assert not authority.operates(ANNA)
@@ -57,7 +57,7 @@ def test_who_guesses_is_not_listened_to_any_more():
     for _ in range(MOST_TRIES):
         assert "not the code" in authority.admit(ANNA, "AAAA-AAAA")
     assert "load the page again" in authority.admit(ANNA, authority.code)
-    # Others are: nobody can lock the operator out.
+    # Others are: no client can lock the operator out.
     assert authority.admit(BERT, authority.code) == ""
 
 

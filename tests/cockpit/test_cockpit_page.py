@@ -1,4 +1,4 @@
-"""The cockpit in a real browser: who watches, who operates, what they see."""
+"""The cockpit in a real browser: watching, operating, and the picture."""
 
 import numpy as np
 import pytest

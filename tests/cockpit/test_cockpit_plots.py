@@ -1,4 +1,4 @@
-"""What the cockpit plots: the worst of every tick, at a low rate."""
+"""Plots of the cockpit: the worst of every tick, at a low rate."""
 
 import dataclasses as dc
 
@@ -42,7 +42,7 @@ def test_of_several_ticks_the_worst_counts():
     near, slow = WorstTick(0.01, 0.003), WorstTick(np.inf, 0.02)
     assert near.or_of(slow) == slow.or_of(near) == WorstTick(0.01, 0.02)
     assert near.or_of(None) is near
-    # Ticks that nobody has timed say nothing of the others.
+    # Ticks without a time do not count in the others.
     assert near.or_of(WorstTick(0.5, np.nan)) == near
 
 

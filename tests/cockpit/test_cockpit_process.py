@@ -28,7 +28,7 @@ def rig():
     rig.process.close()
 
 
-def test_nobody_else_reaches_it_unless_asked(rig):
+def test_no_other_computer_reaches_it_unless_asked(rig):
     port = int(rig.url.rpartition(":")[2])
     lines = Path("/proc/net/tcp").read_text().splitlines()[1:]
     rows = map(str.split, lines)
@@ -43,7 +43,7 @@ def test_when_it_dies_the_robot_stops(rig):
     rig.until(lambda: rig.process.trouble == DIED)
 
 
-def test_when_it_hangs_the_robot_stops_and_goes_on_by_nobody(rig):
+def test_when_it_hangs_the_robot_stops_and_stays(rig):
     pid = rig.process.process.pid
     os.kill(pid, signal.SIGSTOP)
     rig.until(lambda: rig.process.trouble == SILENT)
@@ -102,7 +102,7 @@ FOREIGN = [
 
 
 def test_strangers_move_nothing(rig):
-    """From another origin, without a code: nothing, whatever they send."""
+    """From another origin, without a code: nothing, for any message."""
 
     async def attack():
         protocol = websockets.Subprotocol(f"viser-v{version('viser')}")

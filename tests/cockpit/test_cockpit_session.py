@@ -89,7 +89,7 @@ def insist(operator: CockpitTab, ask: Callable[[], None], result: str):
 
 
 def address(process: subprocess.Popen[str]) -> tuple[str, str]:
-    """Where the page is, and the code that lets somebody operate."""
+    """Address of the page, and the code that makes a client the operator."""
     assert process.stderr is not None
     url = code = ""
     for line in process.stderr:

@@ -1,4 +1,4 @@
-"""What the cockpit is told, without a cockpit."""
+"""The messages to the cockpit, without a cockpit."""
 
 import dataclasses as dc
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What was asked for is counted, whoever asks at the same time."""
+"""Requests are counted, also if several clients ask at the same time."""
 
 from threading import Thread
 

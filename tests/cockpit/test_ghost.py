@@ -46,7 +46,7 @@ def test_target_and_robot_take_the_verdicts_colour(frankie, scene):
     np.testing.assert_allclose(target.position, X_WT[:3, 3])
     p_WHand = frankie.body_poses(q)[frankie.tree.index("panda_hand")][:3, 3]
     np.testing.assert_allclose(hand.position, p_WHand, atol=1e-9)
-    # Nobody can stand there: the target alone says so.
+    # No robot can stand there: the target alone says so.
     ghost.show(Reach(OUT_OF_REACH, ""), X_WT)
     assert target.visible and tuple(target.color) == COLOURS[OUT_OF_REACH]
     assert not hand.visible

@@ -1,4 +1,4 @@
-"""How fast a simulation runs beside the wall clock."""
+"""The pace of a simulation beside the wall clock."""
 
 import pytest
 

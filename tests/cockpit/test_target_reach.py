@@ -1,4 +1,4 @@
-"""What can be reached, what is in the way, and what nobody has seen."""
+"""Reachable targets, obstacles, and unseen space."""
 
 import numpy as np
 import pytest

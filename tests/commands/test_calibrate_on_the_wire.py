@@ -1,4 +1,4 @@
-"""A wrist camera is calibrated while somebody moves the robot: on the wire."""
+"""A wrist camera is calibrated while a person moves the robot: on the wire."""
 
 import contextlib
 import re

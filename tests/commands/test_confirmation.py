@@ -1,4 +1,4 @@
-"""Whoever accepts something on the real robot types its name at a terminal.
+"""A person who accepts something on the real robot types its name.
 
 The terminal is a pseudo-terminal, and the person at it a thread that answers
 each question when it is asked.
@@ -38,7 +38,7 @@ class Person:
         self.read = b""
 
     def type(self, text: str) -> None:
-        """Types at once, whether or not anybody has asked."""
+        """Types at once, before or after a question."""
         os.write(self._ours, text.encode())
 
     def answering(self, *answers: str) -> threading.Thread:

@@ -1,4 +1,4 @@
-"""`remosplat convert`: what it writes, says, and refuses."""
+"""`remosplat convert`: its output, its messages and its errors."""
 
 import numpy as np
 import pytest

@@ -94,7 +94,7 @@ def test_the_most_spheres_of_a_link_are_the_users_choice(model, tmp_path):
 @pytest.mark.parametrize(
     ("flags", "message"),
     [
-        (["--most", 3], "goes with --tolerance"),
+        (["--most", 3], "needs --tolerance"),
         (["--tolerance", 2, "--most", 0], "expected 1 to 200, got 0"),
     ],
 )

@@ -41,7 +41,7 @@ def test_a_robot_is_driven_broken_and_recovered_over_the_wire():
         client.wait_for(
             lambda: abs(client.hand[-1].actual_position_mm - 60) < 1
         )
-        # Nobody commands any more: it stops by itself, where it is then.
+        # No controller commands any more: it stops by itself, where it is then.
         client.wait_for(lambda: stands(client))
         moved = np.subtract(client.latest.joint_position, first.joint_position)
         assert moved[0] > 0

@@ -1,4 +1,4 @@
-"""A run that waits for somebody at its page."""
+"""A run that waits for a visitor at its page."""
 
 import io
 import sys
@@ -43,7 +43,7 @@ def test_only_a_terminal_makes_a_run_wait_unasked(monkeypatch):
 
 
 @pytest.mark.parametrize("flag", ["headless", "hardware"])
-def test_nobody_waits_where_no_page_starts_a_run(flag):
+def test_no_run_waits_where_no_page_starts_it(flag):
     with pytest.raises(RemoSplatError, match=f"not with --{flag}"):
         is_waited_for(Arguments(wanted=True, **{flag: True}))
 

@@ -1,4 +1,4 @@
-"""What the console script makes of errors that no command expects."""
+"""Messages of the console script about errors that no command expects."""
 
 import pytest
 

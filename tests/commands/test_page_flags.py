@@ -30,7 +30,7 @@ def _reaches_all(port: str) -> bool:
                 host = address.split(":")[0]
                 assert host == LOOPBACK or set(host) == {"0"}
                 return host != LOOPBACK
-    raise AssertionError("nobody listens there")
+    raise AssertionError("no server listens there")
 
 
 @pytest.mark.parametrize("host, shall", [(LOCALHOST, False), ("0.0.0.0", True)])
@@ -39,7 +39,7 @@ def test_others_reach_a_page_only_if_they_shall(host, shall):
     assert reaches_all(page) is shall
 
 
-def test_nobody_else_reaches_the_page_of_a_real_robot():
+def test_no_other_computer_reaches_the_page_of_a_real_robot():
     arguments = Namespace(port=None, host="0.0.0.0", hardware=True)
     with pytest.raises(RemoSplatError, match="--host: not with --hardware"):
         open_page(arguments)

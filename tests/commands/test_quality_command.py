@@ -79,7 +79,7 @@ def test_the_report_as_json(files, tmp_path, capsys):
         (MapError(0.0191), FAIR),
         (MapError(0.001, warnings=("blurred",)), FAIR),
         (MapError(0.048), POOR),
-        (MapError(trouble="nobody has measured it"), UNKNOWN),
+        (MapError(trouble="it was not measured"), UNKNOWN),
     ],
 )
 def test_a_map_is_graded_by_the_distances_that_are_safe_in_it(error, grade):

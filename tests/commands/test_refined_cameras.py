@@ -1,4 +1,4 @@
-"""What `reconstruct` says of cameras that are not what their capture says."""
+"""Messages of `reconstruct` about cameras that differ from their capture."""
 
 import dataclasses as dc
 import json

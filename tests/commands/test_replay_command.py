@@ -1,4 +1,4 @@
-"""`remosplat replay`: what it writes, and what it says of what is missing."""
+"""`remosplat replay`: its output, and its errors about missing parts."""
 
 import dataclasses as dc
 import shutil

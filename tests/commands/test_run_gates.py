@@ -102,7 +102,7 @@ def test_what_the_map_knows_is_told_and_kept(table, capsys):
     assert kept["warnings"] == kept["accepted"] == []
 
 
-def test_a_map_that_nobody_has_measured_is_told(table, capsys):
+def test_an_unmeasured_map_is_told(table, capsys):
     assert drive(table) == 1
     assert "remosplat quality" in capsys.readouterr().err
     assert warned(table) == ["unknown-map-error"]
@@ -126,7 +126,7 @@ def test_no_real_robot_moves_by_an_empty_map(table, capsys):
     assert "--accept empty-map" in line and "47,607 too faint" in line
 
 
-def test_no_real_robot_moves_by_a_map_that_nobody_has_measured(table, capsys):
+def test_no_real_robot_moves_by_an_unmeasured_map(table, capsys):
     assert drive(table, *REHEARSED) == USER_ERROR
     assert "--accept unknown-map-error" in refused(capsys)
 
@@ -137,7 +137,9 @@ def test_all_that_is_wrong_is_said_at_once(table, capsys):
     assert "--accept empty-map --accept unknown-map-error" in line
 
 
-def test_without_a_terminal_nobody_can_confirm(table, capsys, monkeypatch):
+def test_without_a_terminal_there_is_no_confirmation(
+    table, capsys, monkeypatch
+):
     """Not even by a pipe that says yes."""
     monkeypatch.setattr("sys.stdin", io.StringIO("unknown-map-error\n"))
     flags = *REHEARSED, "--accept", "unknown-map-error"

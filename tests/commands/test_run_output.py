@@ -1,4 +1,4 @@
-"""What `remosplat run` prints where: results on stdout, all else on stderr."""
+"""The streams of `remosplat run`: results on stdout, all else on stderr."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""`remosplat run scene.ply`: what is made up for a splat, and what not."""
+"""`remosplat run scene.ply`: the scenario that is made up for a splat."""
 
 import io
 import shutil
@@ -64,7 +64,7 @@ def test_what_was_made_up_is_kept_and_found_again(table, text):
     assert found.targets == made.targets
 
 
-def test_somebody_elses_scenario_beside_it_is_not_taken(table):
+def test_an_unrelated_scenario_beside_it_is_not_taken(table):
     other = "Other: {scene: {splat: other.ply}, targets: [{}]}"
     table.with_suffix(".yaml").write_text(other)
     _, said = given(table)

@@ -1,4 +1,4 @@
-"""What people type wrong, and the one line that they read then."""
+"""Typical mistakes at the command line, and the one line about each."""
 
 import socket
 from collections.abc import Iterator
@@ -70,7 +70,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def port() -> Iterator[str]:
-    """A port that somebody else listens at."""
+    """A port at which another program listens."""
     with socket.socket() as other:
         other.bind(("localhost", 0))
         other.listen()

@@ -1,4 +1,4 @@
-"""What one tick knows, made from as little as a test wants to say."""
+"""The state of one tick, made from few arguments."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What one kernel adds is what the ingredients' reference adds."""
+"""One kernel adds the same terms as the ingredients' reference."""
 
 import dataclasses as dc
 import math

@@ -2,7 +2,7 @@
 
 The three-link arm at q = 0 lies along the world's x axis at z = 1: shoulder
 at x = 0, elbow at x = 0.5, wrist at x = 0.9. A positive rate of its first
-two joints lowers whatever is further out.
+two joints lowers all links further out.
 """
 
 import dataclasses as dc

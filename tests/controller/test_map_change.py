@@ -66,7 +66,7 @@ def test_a_robot_at_rest_or_going_away_may_always_change(law):
     assert objection(law, field, q, ahead(law, 0.1)).startswith(NO_WAY_TO_STOP)
 
 
-def test_who_verifies_nothing_asks_nobody(law):
+def test_without_verification_there_is_no_question(law):
     careless = ReactiveLaw(law.robot, [], DT, verify=False)
     field = wall(law.robot, -0.05)
     assert objection(careless, field, law.robot.q_home, ahead(law, 0.3)) == ""

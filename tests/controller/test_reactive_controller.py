@@ -41,7 +41,7 @@ class CountingField(SignedDistanceField):
         return super().__deepcopy__(memo)
 
     def __copy__(self):
-        raise AssertionError("nobody needs a shallow copy")
+        raise AssertionError("a shallow copy is not needed")
 
 
 class Watcher(LeafSystem):
@@ -141,7 +141,7 @@ def test_one_program_a_period_however_fast_the_plant(loop, ticks):
     np.testing.assert_allclose(ticks, PERIOD * np.arange(10), atol=1e-12)
 
 
-def test_the_oracle_is_asked_once_a_tick_whoever_watches(loop, ticks):
+def test_the_oracle_is_asked_once_a_tick_for_all_readers(loop, ticks):
     loop.simulator.AdvanceTo(0.2)
     assert loop.field.queries == len(ticks)
 

@@ -1,4 +1,4 @@
-"""What a robot's ticks commanded, a simulation and a rollout command, too."""
+"""Commands of a robot's ticks are those of a simulation and of a rollout."""
 
 import inspect
 from typing import Any

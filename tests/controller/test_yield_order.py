@@ -1,4 +1,4 @@
-"""Which rows yield to which, where a program cannot keep all of them."""
+"""The order in which rows are relaxed if a program is infeasible."""
 
 from itertools import combinations
 

@@ -1,6 +1,6 @@
 """An arm that reaches to and fro while things come for its hand.
 
-Who wants to see it for a million ticks, on all cores:
+To see it for a million ticks, on all cores:
 
     python -m tests.controller.wandering --seeds 100:500 --ticks 2500
 """

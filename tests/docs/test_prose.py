@@ -1,13 +1,14 @@
-"""The prose of all rooms and pages is plain; CONTRIBUTING has the rules.
+"""The prose of all code and pages is plain; CONTRIBUTING has the rules.
 
-Prose is docstrings, comments and the texts of errors and reports, and the
-pages of docs/.
+Prose is docstrings, comments and the texts of errors and reports, in the
+package, in apps/ and in tests/, and the pages of docs/.
 """
 
 import ast
 import io
 import re
 import tokenize
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,7 +16,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "remosplat_drake"
-ROOMS = sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py"))
+PARENTS = PACKAGE, ROOT / "apps", ROOT / "tests", ROOT / "docs"
 PAGES = sorted(
     str(path.relative_to(ROOT / "docs")) for path in ROOT.glob("docs/**/*.md")
 )
@@ -26,6 +27,8 @@ _FORBIDDEN = re.compile(
 )
 # Only people are "who".
 _PEOPLE = re.compile(r"\b(person|people|operators?|readers?|users?) who\b")
+_OPENING = re.compile(r'(?:#.*\n|\s)*r?"""(.*)')
+"""The first line of a module's docstring."""
 _QUESTION = re.compile(
     r"(`[^`]+`: )?(what|which|who|where|when|why|whether|how)\b",
     re.IGNORECASE,
@@ -63,27 +66,49 @@ def forbidden(text: str) -> list[str]:
     return [word.lower() for word in _FORBIDDEN.findall(text)]
 
 
-def faults_of_module(source: str) -> list[str]:
-    """Forbidden words in a module, and a first line that is no statement."""
+def prose_faults(source: str) -> list[str]:
+    """Forbidden words in a module's prose, with their lines."""
+    # Parsing takes a hundred times as long.
+    if not _FORBIDDEN.search(source):
+        return []
     tree = ast.parse(source)
     prose = {*docstrings(tree), *messages(tree), *comments(source)}
-    faults = [
+    return sorted(
         f"{line}: {word}" for line, text in prose for word in forbidden(text)
-    ]
-    first = (ast.get_docstring(tree) or "").partition("\n")[0]
+    )
+
+
+def faults_of_module(source: str) -> list[str]:
+    """Forbidden words in a module, and a first line that is no statement."""
+    faults = prose_faults(source)
+    opening = _OPENING.match(source)
+    first = opening[1].removesuffix('"""') if opening else ""
     if not first.endswith(".") or _QUESTION.match(first):
         faults.append(f"1: {first}")
-    return sorted(faults)
+    return faults
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_a_room_is_in_plain_words(room):
-    modules = [
-        path
-        for path in sorted((PACKAGE / room).rglob("*.py"))
-        if "This file automatically generated" not in path.read_text()
-    ]
-    assert modules
+def modules_by_folder() -> dict[str, list[Path]]:
+    """The modules of each room, and of each folder of apps and tests."""
+    found = defaultdict(list)
+    for parent in PARENTS:
+        for path in sorted(parent.rglob("*.py")):
+            parts = path.relative_to(ROOT).parts
+            is_ours = (
+                "This file automatically generated" not in path.read_text()
+            )
+            # This file quotes faults.
+            if is_ours and path != Path(__file__):
+                found["/".join(parts[: min(2, len(parts) - 1)])].append(path)
+    return dict(found)
+
+
+MODULES = modules_by_folder()
+
+
+@pytest.mark.parametrize("folder", MODULES)
+def test_a_folder_is_in_plain_words(folder):
+    modules = MODULES[folder]
     faults = {
         str(path.relative_to(ROOT)): found
         for path in modules

@@ -34,7 +34,7 @@ class Wheel(Config):
 class Sledge(Config):
     """Runs without wheels."""
 
-    load: Annotated[float, Unbounded("who knows")] = 1.0
+    load: Annotated[float, Unbounded("it is not known")] = 1.0
 
 
 @dc.dataclass
@@ -47,7 +47,7 @@ class Cart(Config):
     wheel: Wheel = dc.field(default_factory=Wheel)
     spare: Wheel | None = None
     other: Wheel | Sledge = dc.field(default_factory=Sledge)
-    # Who draws it: a horse, or
+    # Its animal: a horse, or
     # an ox.
     animal: Annotated[str, OneOf(("horse", "ox"))] = "ox"
     # Lengths of the left and the right shaft [m].
@@ -75,7 +75,7 @@ def test_a_number_has_default_range_and_unit():
 
 def test_names_are_listed_and_comments_joined():
     assert ROWS["animal"].range == "`horse`, `ox`"
-    assert ROWS["animal"].meaning == "Who draws it: a horse, or an ox."
+    assert ROWS["animal"].meaning == "Its animal: a horse, or an ox."
 
 
 def test_a_pair_shares_its_comment_and_nothing_else_does():
@@ -97,7 +97,7 @@ def test_configurations_are_links_and_tags_where_one_must_choose():
     assert ROWS["spare"].default == "absent"
     assert ROWS["other"].kind == "[`!Wheel`](#Wheel) or [`!Sledge`](#Sledge)"
     assert ROWS["other"].default == "`!Sledge`"
-    assert field_rows(Sledge)[0].range == "any: who knows"
+    assert field_rows(Sledge)[0].range == "any: it is not known"
 
 
 def test_what_no_file_sets_is_left_out():

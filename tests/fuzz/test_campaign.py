@@ -47,7 +47,7 @@ def test_no_file_does_what_none_may():
 def test_what_none_may_do_is_noticed(misbehaving, reader, kind, text):
     outcome = misbehaving.answer(reader, 0)
     assert (outcome.kind, text in outcome.text) == (kind, True), outcome
-    # Whatever it was, there is a process for the next case.
+    # After any fault, there is a process for the next case.
     assert misbehaving.answer("good", 0).kind == "read"
 
 

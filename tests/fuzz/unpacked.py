@@ -1,4 +1,4 @@
-"""How much a file unpacks to, as it says itself."""
+"""The size to which a file unpacks by its own header."""
 
 import io
 import struct
@@ -8,7 +8,7 @@ import zlib
 from remosplat_drake.capture.readers import lzfse_data
 
 MOST = 2 * 10**8
-"""Whatever a file says, no reader takes more from it [bytes]."""
+"""Memory that no reader exceeds for one file, for any content [bytes]."""
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _PIXEL = 4

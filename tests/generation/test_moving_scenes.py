@@ -1,4 +1,4 @@
-"""What moves in a scene is drawn by its name, and keeps what is said of it."""
+"""Movers of a scene are drawn by its name, within the stated bounds."""
 
 from pathlib import Path
 
@@ -36,7 +36,7 @@ def test_they_keep_what_is_said_of_them(family, seed):
             body = parts[0]
             assert np.linalg.norm(body.v_WM) <= 1.1 * FASTEST
             assert np.linalg.norm(body.v_WM) <= body.max_speed
-        # In the end nobody is where the hand goes, nor where the base stands.
+        # In the end no mover is where the hand goes, nor where the base stands.
         for mover in movers_at([track], 1e4):
             p_WM = mover.X_WM.translation()[:2]
             assert np.linalg.norm(p_WM - goal) > 0.6

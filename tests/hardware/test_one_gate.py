@@ -1,6 +1,6 @@
 """There is one way to a robot: the diagram, verified and supervised.
 
-All that sends a command is listed here. Whoever adds another sender has to
+All that sends a command is listed here. To add another sender, one has to
 come past this list.
 """
 
@@ -22,7 +22,7 @@ FAR_SIDE = ("hardware/drivers/", "hardware/stand_in/", "hardware/wire/")
 """Beyond the wire commands are obeyed; what encodes them for both sides."""
 
 STRANGER = "acceptance/stranger.py"
-"""Plays somebody else in the lab, against whom the guards are tested."""
+"""Plays another person in the lab, against whose commands guards are tested."""
 
 LINK = "hardware/client/robot_link.py"
 
@@ -63,7 +63,7 @@ def called(call: ast.Call) -> str:
 
 
 def callers(*names: str) -> set[tuple[str, str]]:
-    """Who calls something of such a name, as (module, function)."""
+    """Callers of anything with such a name, as (module, function)."""
     return {
         (module, where)
         for module, tree in sources()

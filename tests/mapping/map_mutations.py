@@ -1,4 +1,4 @@
-"""Map files as nobody of ours would write them; opens them as a program.
+"""Map files as no program of ours writes them; opens them as a program.
 
     python map_mutations.py FILE SEED COUNT
 
@@ -45,7 +45,7 @@ def take_apart(data: bytes) -> tuple[dict, dict[str, bytes]]:
 
 
 def put_together(header: dict, pieces: dict[str, bytes]) -> bytes:
-    """A file whose sums are right, whatever it says."""
+    """A file with correct sums, for any content."""
     text = json.dumps(header).encode()
     body = b""
     for piece in pieces.values():

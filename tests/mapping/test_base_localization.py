@@ -85,7 +85,7 @@ def test_between_frames_the_base_is_known_less_and_less(simulator):
         simulator.AdvanceTo(time)
         port = simulator.get_system().GetOutputPort("bound")
         bound.append(port.Eval(simulator.get_context()))
-    # Rates that nobody knows, of 1 cm/s and 2 mrad/s, three deviations of
+    # Unknown rates, of 1 cm/s and 2 mrad/s, three deviations of
     # them.
     np.testing.assert_allclose(bound[0], 0.0, atol=0.003)
     np.testing.assert_allclose(bound[1], [0.03, 0.006], rtol=0.02)

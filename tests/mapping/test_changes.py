@@ -1,4 +1,4 @@
-"""What newer frames say about older ones."""
+"""Changes between older and newer frames."""
 
 import numpy as np
 import pytest

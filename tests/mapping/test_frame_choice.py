@@ -1,4 +1,4 @@
-"""Which frames a map is made of."""
+"""The frames that a map is made of."""
 
 import dataclasses as dc
 
@@ -106,7 +106,7 @@ def test_what_is_in_a_map_is_not_judged_again(scene_capture):
     assert not len(found)
 
 
-def test_of_two_nobody_knows_which_is_wrong(bare):
+def test_of_two_it_is_unknown_which_is_wrong(bare):
     pair = misplaced(bare, 1).select(np.array([0, 1]))
     with pytest.raises(RemoSplatError, match="contradict each other"):
         contradicting_frames(pair, trusted=0)

@@ -1,4 +1,4 @@
-"""Which directions surfaces hold a base in, and what is known afterwards."""
+"""Directions in which surfaces hold a base, and the covariance afterwards."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What tracked motions say of keyframes, against difference quotients."""
+"""Constraints of tracked motions on keyframes, against difference quotients."""
 
 import numpy as np
 from hypothesis import given, settings

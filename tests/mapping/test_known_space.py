@@ -1,4 +1,4 @@
-"""What was seen, worked by hand in a box of few voxels."""
+"""Seen space, worked by hand in a box of few voxels."""
 
 import numpy as np
 import pytest
@@ -143,7 +143,7 @@ def test_a_voxel_of_the_box_is_seen_only_if_all_of_it_is():
     box = in_box(Coverage(np.zeros(3), 0.1, state), X_WG, config)
     np.testing.assert_array_equal(box.state[:, 0, 0], [SURFACE, UNSEEN])
     moved = X_WG.copy()
-    moved[0, 3] = 0.1  # Nobody has looked at the first 0.1 m.
+    moved[0, 3] = 0.1  # No camera has looked at the first 0.1 m.
     box = in_box(Coverage(np.zeros(3), 0.1, state), moved, config)
     np.testing.assert_array_equal(box.state[:, 0, 0], [UNSEEN, FREE])
 

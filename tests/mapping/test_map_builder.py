@@ -133,7 +133,7 @@ def test_a_frame_that_nothing_bears_out_fills_space_and_clears_none(laden):
     now = both.coverage.state[was_unseen]
     assert (now != FREE).all()
     assert (now == SURFACE).sum() > 20
-    # Somebody else sees the same: then it counts.
+    # Another frame sees the same: then it counts.
     again = a_map(
         joined(laden, alone, moved(alone, NEARLY)), unseen_is_solid=True
     )

@@ -239,7 +239,7 @@ def test_a_truncated_file_is_refused(path):
 
 
 def test_a_damaged_array_is_refused(path):
-    """Moved discs were seen only by who asked for it."""
+    """Moved discs were seen only by the caller."""
     splat = floor(50)
     write_map(path, a_map(splat=splat))
     whole = bytearray(path.read_bytes())

@@ -1,4 +1,4 @@
-"""What a map takes for free because the robot is there."""
+"""Space that a map takes for free because the robot is there."""
 
 import dataclasses as dc
 

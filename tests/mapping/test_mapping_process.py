@@ -280,7 +280,7 @@ def test_a_disk_too_full_for_a_frame_is_told(mapped, table):
     assert after.frames.names == before.frames.names
     assert after.active == before.active
     check_tidy(folder)
-    # Whoever makes room can go on.
+    # A caller that makes room can go on.
     events = ask(process, AddFrame(table.q0, 30.0), build)
     assert of_type(events, MapReady)[-1].version > before.head
     ask(process, Undo())
@@ -367,7 +367,7 @@ def test_it_ends_with_its_parent(table, tmp_path):
     )
     pid = int(answer.stdout)
     end = time.monotonic() + PATIENCE
-    # Of one whose exit code nobody has fetched the line is empty.
+    # Of a process with an exit code that was not fetched the line is empty.
     while command_line(pid):
         assert time.monotonic() < end, "it lives on"
         time.sleep(0.05)

@@ -1,4 +1,4 @@
-"""A session's folder: what is in it comes back, whatever happens."""
+"""A session's folder: its content comes back, after any crash."""
 
 import json
 from pathlib import Path
@@ -229,7 +229,7 @@ def test_one_process_writes(session):
     writer = Session.open_to_write(session.folder)
     with pytest.raises(RemoSplatError, match="is in use"):
         Session.open_to_write(session.folder)
-    Session.open(session.folder)  # Anybody may read.
+    Session.open(session.folder)  # Reading is always allowed.
     del writer
 
 

@@ -129,7 +129,7 @@ class Room:
         return system.GetOutputPort(port).Eval(context)
 
     def who_knows(self) -> set[str]:
-        """Who knows at this time that the parcel is at its place."""
+        """Which of map and movers contain the parcel at this time."""
         field = self.evaluated(self.oracle, "distance_field")
         movers = self.evaluated(self.sight, "movers")
         return who_knows(PLACE, HALF, field, movers)

@@ -1,4 +1,4 @@
-"""Which backend answers: the choice and its errors, on any CPU."""
+"""The backend that answers: the choice and its errors, on any CPU."""
 
 import subprocess
 import sys

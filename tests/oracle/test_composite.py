@@ -142,7 +142,7 @@ def test_for_look_ahead_it_is_composed_of_its_parts_fields_for_that():
 
 
 def _room_with_a_dark_half() -> CompositeDistanceField:
-    """A map's wall at x < -3; beyond x = 1 nobody has looked; a box."""
+    """A map's wall at x < -3; unseen space beyond x = 1; a box."""
     unseen = np.zeros((20, 20, 20), bool)
     unseen[15:] = True  # From -5 on in voxels of 0.4 m: beyond x = 1.
     dark = UnknownSpaceField(unseen, np.array([-5.0, -4.0, -4.0]), 0.4)

@@ -76,7 +76,7 @@ def test_a_robot_before_a_table():
 
 
 def test_the_same_question_has_the_same_answer():
-    """To the last bit, whatever thread comes first."""
+    """To the last bit, in any order of threads."""
     splat, spheres = table_scene(20_000), robot_spheres()
     for field in (CudaDepthField(splat), CudaSphereToEllipsoidField(splat)):
         first = field.clearances(spheres, 0.5)

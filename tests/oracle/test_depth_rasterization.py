@@ -478,13 +478,13 @@ def test_threads_answer_alike():
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
 
 
-def test_nothing_to_see_and_nobody_to_ask():
+def test_nothing_to_see_and_no_sphere():
     faint = _discs([(0.3, 0, 0, 0.1, 0.001)])
     spheres = Spheres.at(np.zeros(3))
     assert len(DepthRasterizationField(faint).clearances(spheres)) == 0
     splat = _discs([(0.3, 0, 0, 0.1, 0.9)])
-    nobody = spheres.select(np.zeros(1, bool))
-    assert len(DepthRasterizationField(splat).clearances(nobody)) == 0
+    none = spheres.select(np.zeros(1, bool))
+    assert len(DepthRasterizationField(splat).clearances(none)) == 0
     with pytest.raises(ValueError, match="not finite"):
         DepthRasterizationField(splat).clearances(
             Spheres.at(np.full(3, np.nan))

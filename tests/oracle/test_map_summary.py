@@ -1,4 +1,4 @@
-"""What a map knows of some places, counted fast and counted simply."""
+"""Content of a map around some places, counted fast and counted simply."""
 
 import dataclasses as dc
 import time

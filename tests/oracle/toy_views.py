@@ -65,7 +65,7 @@ def assert_equal_but_for_rounding(
     Args:
         found: Ranges, shape (n, 6) [m].
         splat_W: The scene.
-        spheres: Who looks.
+        spheres: Spheres with the sensors.
         sensor: The views.
         max_distance: Up to which distance was asked [m].
     """

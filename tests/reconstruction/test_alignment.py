@@ -300,7 +300,7 @@ def test_views_that_share_nothing_stay_and_are_counted(orbit):
     assert f"{len(orbit)} groups of views share no surface" in words
 
 
-def test_on_a_blank_wall_nobody_knows_who_slid():
+def test_on_a_blank_wall_a_slide_is_not_observable():
     """Twelve cameras 1 m off the plane x = 0, that look straight at it."""
     K = np.array([[100.0, 0, 50], [0, 100, 40], [0, 0, 1]])
     X_WC = np.tile(np.eye(4), (12, 1, 1))

@@ -1,4 +1,4 @@
-"""What was undone is told in words, each with the right direction."""
+"""Corrections are told in words, each with the right direction."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a pixel has measured is not free, worked by hand before a wall."""
+"""Space at measured pixels is not free, worked by hand before a wall."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""What depth images say about space, in a room worked out by hand."""
+"""Space measured by depth images, in a room worked out by hand."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What all depth images measured, pooled; and how noisy they are."""
+"""The measurements of all depth images, pooled; and their noise."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""How errors of cameras move discs, by hand and by finite differences."""
+"""Motions of discs by camera errors, by hand and by finite differences."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""What counts as seen: judged by the truth that the views were rendered of."""
+"""Seen space, judged by the truth that the views were rendered of."""
 
 import numpy as np
 import pytest

@@ -104,7 +104,7 @@ def test_a_wall_as_large_as_the_floor_is_a_matter_for_people():
 
 
 def test_what_is_called_up_decides_on_the_side():
-    """A ceiling is a floor for somebody who stands on their head."""
+    """A ceiling is a floor if up is reversed."""
     rng = np.random.default_rng(1)
     floor = patch(rng, [0, 0, 0], [3, 0, 0], [0, 3, 0])
     ceiling = patch(rng, [0, 0, 2.5], [3, 0, 0], [0, 3, 0])

@@ -1,4 +1,4 @@
-"""Which of several surfels in one place stay, by hand."""
+"""The surfels that remain of several in one place, by hand."""
 
 import numpy as np
 

@@ -138,7 +138,7 @@ def test_images_on_the_cameras_wire_are_recorded(frankie, tmp_path):
     np.testing.assert_allclose(colors, rgb, atol=3)
 
 
-def test_a_stalled_process_delays_nobody(frankie, tmp_path, monkeypatch):
+def test_a_stalled_process_delays_no_tick(frankie, tmp_path, monkeypatch):
     monkeypatch.setattr(mcap_recorder, "WAITING", 5)
     path = tmp_path / "a.mcap"
     recorder = McapRecorder(path, frankie)

@@ -1,4 +1,4 @@
-"""What moved is kept beside the ticks, and read back as it was."""
+"""Movers are recorded beside the ticks, and read back unchanged."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""The actuator model: exact steps, whatever the steps' length."""
+"""The actuator model: exact steps, of any length."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""How far a point is beyond an arm."""
+"""Distances of points beyond the reach of an arm."""
 
 import numpy as np
 import pytest

@@ -172,7 +172,7 @@ def test_the_meshes_lie_in_the_collision_shapes(robot):
 def test_contact_shapes_stay_simple(robot):
     for link, pieces in shapes(robot).items():
         assert len(pieces) <= 12, link
-        # A ball is simple, whatever stands for it here.
+        # A ball is simple, for any model of it here.
         counts = {len(corners) for corners in pieces} - {DIRECTIONS}
         assert max(counts, default=0) <= 200, link
 

@@ -40,6 +40,6 @@ def test_the_shoulder_rides_on_the_base(frankie):
     # Half a turn, and elsewhere.
     moved = shoulder(frankie, np.array([3, -2, np.pi, *frankie.home]))
     np.testing.assert_allclose(moved, [3 - x, -2 - y, z], atol=1e-12)
-    # Whatever the arm does.
+    # For any motion of the arm.
     turned = shoulder(frankie, home + np.array([0, 0, 0, *np.ones(7)]))
     np.testing.assert_allclose(turned, [x, y, z])

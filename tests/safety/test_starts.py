@@ -1,4 +1,4 @@
-"""What a start executes is what verification has seen."""
+"""A start executes exactly the motion that verification has seen."""
 
 import numpy as np
 import pytest

@@ -118,7 +118,7 @@ def test_it_waits_for_the_first_tick_without_a_stop():
 
 
 def test_a_robot_in_trouble_is_not_started():
-    """It must not set off by itself when somebody lifts the emergency stop."""
+    """It must not start by itself when a person lifts the emergency stop."""
     drive = Drive()
     drive.tick(status=StationStatus(robot_mode="user_stopped"))
     assert drive.tick().mode == STOPPED

@@ -172,7 +172,7 @@ def test_after_a_release_the_controller_starts_from_rest(folder):
 def test_a_stop_button_that_is_not_heard_stops_and_keeps_the_robot(folder):
     dut = Stepper(make_application(folder))
     dut.advance(20)
-    deaf = OperatorRequests(trouble="nobody hears STOP")
+    deaf = OperatorRequests(trouble="STOP is not heard")
     dut.ask(deaf)
     dut.advance(60)
     assert (dut.state.mode, dut.state.reason) == (STOPPED, deaf.trouble)

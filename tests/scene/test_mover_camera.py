@@ -1,4 +1,4 @@
-"""What a camera that watches for movers has in its picture."""
+"""Images of a camera that watches for movers."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Where things that move can be, against motions that keep their bounds."""
+"""Possible positions of movers, against motions that keep their bounds."""
 
 import dataclasses as dc
 import math

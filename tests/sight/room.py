@@ -21,7 +21,7 @@ SIZE = (60, 80)
 K = np.array([[72.0, 0, 40], [0, 72.0, 30], [0, 0, 1]])
 NOISE = PRESETS["realsense_d435"]
 FRAME = 1 / 30
-NOBODY = Spheres.at(np.zeros((1, 3)), 0.1)
+NO_ROBOT = Spheres.at(np.zeros((1, 3)), 0.1)
 
 
 def looking(p_WC, at) -> np.ndarray:
@@ -58,7 +58,7 @@ def ball(p_W, v_W=(0, 0, 0), radius=0.12, time=0.0) -> Movers:
 class Watch:
     """Cameras that take turns, and what is known by their images."""
 
-    def __init__(self, poses, known=None, config=CONFIG, spheres=NOBODY):
+    def __init__(self, poses, known=None, config=CONFIG, spheres=NO_ROBOT):
         self.poses = poses
         self.cameras = [camera(str(i), i) for i in range(len(poses))]
         self.known = known_room(config) if known is None else known

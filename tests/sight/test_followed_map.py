@@ -1,4 +1,4 @@
-"""Who looks for what is new knows what the control loop's map shows."""
+"""The process that looks for new things uses the control loop's map."""
 
 import time
 from pathlib import Path
@@ -67,7 +67,7 @@ def session(tmp_path) -> Session:
 
 
 class Loop:
-    """What a control loop says, and who follows it."""
+    """Messages of a control loop, and the process that follows them."""
 
     def __init__(self, folder: Path):
         self.own = known_room()

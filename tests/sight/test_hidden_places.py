@@ -1,4 +1,4 @@
-"""What may come out of hiding, against what does."""
+"""Movers that may come out of hiding, against those that do."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_whatever_hides_is_where_it_may_be(seed):
     assert near > 20
 
 
-def test_a_robot_that_is_seen_all_round_carries_nobody_in_its_shadow():
+def test_a_robot_that_is_seen_all_round_hides_no_mover():
     behind = looking([1.6, 0.0, 1.8], [0.2, 0, 1.0])
     above = looking([0.2, 0.01, 2.3], [0.2, 0, 1.0])
     poses = [LEFT, RIGHT, behind, above]
@@ -70,7 +70,7 @@ def test_a_robot_that_is_seen_all_round_carries_nobody_in_its_shadow():
     for tick in range(80):
         _, movers = watch.see(0.25 * FRAME * tick, which=tick % 4)
     assert reach_of(movers, ROBOT.p_WS[0], movers.stamp) > 0.3
-    # With one camera only, somebody may stand behind it.
+    # With one camera only, a person may stand behind it.
     watch = Watch([LEFT], known_room(CONFIG), CONFIG, ROBOT)
     for tick in range(60):
         _, movers = watch.see(FRAME * tick)

@@ -2,7 +2,7 @@
 
 from numba_work import printed_number
 
-# Prints how often numba is at work while somebody is seen to pass the robot.
+# Prints how often numba is at work while a person is seen to pass the robot.
 IN_LOOKS = """
 import dataclasses as dc
 from numba_work import NumbaWork

@@ -1,4 +1,4 @@
-"""When a map is asked for what stays put."""
+"""Requests for a map of things that stay put."""
 
 import dataclasses as dc
 

@@ -9,7 +9,7 @@ from room import (
     CONFIG,
     FRAME,
     LEFT,
-    NOBODY,
+    NO_ROBOT,
     RIGHT,
     ROOM,
     K,
@@ -161,7 +161,7 @@ def test_what_the_robot_hides_is_remembered_and_grows():
         assert outside(movers, np.array([0.4, 0.0, 0.9]), 0.1) <= 0.0
         reach.append(max(m.position_error for m in movers))
     assert np.all(np.diff(reach) > 0)
-    watch.spheres = NOBODY
+    watch.spheres = NO_ROBOT
     for i in range(20, 23):
         _, movers = watch.see(i * FRAME)
     assert not len(movers), "seen to be free"
@@ -308,7 +308,7 @@ def test_an_image_that_contradicts_its_pose_tells_nothing_else():
     wrong[:3, 3] += [0.0, 0.5, -0.4]
     shot = watch.cameras[0].take(LEFT, FRAME)
     misplaced = dc.replace(shot.image, X_WC=wrong)
-    after = look(watch.sight, misplaced, NOBODY, watch.known, CONFIG)
+    after = look(watch.sight, misplaced, NO_ROBOT, watch.known, CONFIG)
     view = after.views["0"]
     assert "looks through" in view.problem
     assert view.seen == 0.0, "known until then, and no longer"
@@ -324,7 +324,7 @@ def test_a_camera_that_was_never_right_has_seen_nothing():
     wrong = LEFT.copy()
     wrong[:3, 3] += [0.0, 0.5, -0.4]
     image = dc.replace(camera().take(LEFT, 5.0).image, X_WC=wrong)
-    sight = look(Sight(), image, NOBODY, known, CONFIG)
+    sight = look(Sight(), image, NO_ROBOT, known, CONFIG)
     (told,) = sight.movers(CONFIG).cameras
     assert told.problem
     assert told.seen == 0.0
@@ -355,7 +355,7 @@ def test_what_a_camera_watches_is_what_it_sees():
     assert framed[~np.isnan(measured) & (z > 0.3) & (z < 2.9)].all()
 
 
-def test_somebody_close_before_the_camera_is_no_contradiction():
+def test_a_person_close_before_the_camera_is_no_contradiction():
     watch = Watch([LEFT])
     ahead = LEFT[:3, 3] + 0.7 * LEFT[:3, 2]
     for i in range(3):

@@ -96,6 +96,6 @@ def test_without_cameras_there_is_nothing_to_look_at(capsys):
     assert "cameras: are none" in capsys.readouterr().err
 
 
-def test_a_camera_that_nobody_has_is_refused(capsys):
+def test_a_camera_that_does_not_exist_is_refused(capsys):
     assert main(["camera-sim", "PersonSeen", "--camera", "lefd"]) == 2
     assert "did you mean 'left'?" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What several end effectors shall reach."""
+"""Targets of several end effectors."""
 
 import copy
 

@@ -1,4 +1,4 @@
-"""What a target asks for, and what it leaves free."""
+"""Constrained and free directions of a target."""
 
 import copy
 import dataclasses as dc

@@ -1,4 +1,4 @@
-"""`GaussianSplat`: what it rejects, what it shares, how it moves."""
+"""`GaussianSplat`: invalid values, shared arrays, and motions."""
 
 import copy
 import dataclasses as dc

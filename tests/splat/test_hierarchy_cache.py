@@ -105,7 +105,7 @@ def test_a_full_cache_loses_what_was_not_used_longest(monkeypatch):
     assert first in left and second not in left and len(left) == 2
 
 
-def test_a_cache_that_cannot_be_written_stops_nobody(monkeypatch, tmp_path):
+def test_a_cache_that_cannot_be_written_stops_no_run(monkeypatch, tmp_path):
     file = tmp_path / "file"
     file.write_text("no folder")
     monkeypatch.setenv("XDG_CACHE_HOME", str(file))

@@ -34,7 +34,7 @@ def splat_of_the_shelf():
 
 
 def unseen_below(height: float) -> UnknownSpaceField:
-    """Nobody has looked below a height, where the hand is sent to [m]."""
+    """Height below which is unseen space, where the hand is sent to [m]."""
     voxel, n = 0.05, 60
     lower = np.full(3, -0.5 * n * voxel)
     x, y, z = lower[:, None] + voxel * (np.arange(n) + 0.5)

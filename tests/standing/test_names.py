@@ -1,4 +1,4 @@
-"""What people call a place: by the map, the truth and the floor's height."""
+"""Names of places: by the map, the truth and the floor's height."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def field():
         (ON_THE_TABLE, TRUTH, Thing(MAP, "the table")),
         (ON_THE_FLOOR, None, THE_FLOOR),
         (ON_THE_FLOOR, TRUTH, THE_FLOOR),
-        # Whatever is truly there, nobody has seen it.
+        # For any truth, that space is unseen.
         (UNSEEN_BEHIND, None, UNSEEN_SPACE),
         (UNSEEN_BEHIND, TRUTH, UNSEEN_SPACE),
         (A_FLOATER, TRUTH, THE_MAP),

@@ -1,4 +1,4 @@
-"""What closed loops say of a robot that something holds."""
+"""Sentences of closed loops about a robot that something holds."""
 
 import re
 
@@ -34,7 +34,7 @@ def test_what_held_it_is_remembered(tmp_path):
     told = [(s.kind, s.cause) for _, s in result.standings]
     assert told[0] == (stands.MOVING, "")
     assert (stands.HELD, things.SOLID) in told
-    # It does not flicker: who is held stays so.
+    # It does not flicker: a robot that is held stays so.
     assert len(told) <= 3
     times = [time for time, _ in result.standings]
     assert times == sorted(times)
@@ -63,7 +63,7 @@ class Leash:
         program.add_rows("leash", J, np.zeros(1), lambda i: "panda_hand")
 
 
-def test_a_constraint_of_somebody_else(tmp_path):
+def test_a_constraint_of_another_package(tmp_path):
     result = drive(tmp_path, [0.4, 0.4, 0.4], ingredients=[Leash()])
     standing = result.standing
     assert standing.cause == stands.CONSTRAINT, standing.text

@@ -1,4 +1,4 @@
-"""What holds a robot, in ticks that are worked out by hand."""
+"""The causes that hold a robot, in ticks that are worked out by hand."""
 
 import dataclasses as dc
 
@@ -189,7 +189,7 @@ def test_the_robot_before_itself(frankie, order):
     assert off == pytest.approx(apart, abs=1e-4)
 
 
-def test_a_constraint_of_somebody_else(frankie):
+def test_a_constraint_of_another_package(frankie):
     row = BoundRow("leash", 0, ("dog",))
     hold = find_hold(report_of(frankie, [row], [1.0]), frankie, name)
     assert (hold.cause, hold.thing) == (stands.CONSTRAINT, "leash (dog)")
@@ -214,7 +214,7 @@ def test_verification_is_afraid_of_the_nearest(frankie):
     hold = find_hold(dc.replace(report, scale=0.0), frankie, name)
     assert (hold.cause, hold.thing) == (stands.VERIFICATION, "the can")
     assert (hold.link, hold.clearance) == ("panda_hand", 0.021)
-    # Whom it lets go, it does not hold.
+    # A row that lets the robot go does not hold it.
     assert find_hold(report, frankie, name).cause == stands.NOTHING
 
 

@@ -1,4 +1,4 @@
-"""What moves in a dynamic station is felt by the robot that it meets."""
+"""Movers in a dynamic station push the robot that they meet."""
 
 from pathlib import Path
 

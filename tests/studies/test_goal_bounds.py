@@ -1,4 +1,4 @@
-"""How many goals can be held: hand-made scenes, cache and table."""
+"""Goals that can be held: hand-made scenes, cache and table."""
 
 import dataclasses as dc
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Runs at the worst places of a map: who judges them, and one of them."""
+"""Runs at the worst places of a map: their evaluation, and one of them."""
 
 import dataclasses as dc
 import json

@@ -1,4 +1,4 @@
-"""What a process has in memory, and how that changes."""
+"""Memory of a process, and its growth."""
 
 import mmap
 import os

@@ -137,7 +137,7 @@ def test_equal_seeds_want_the_same():
     assert not np.array_equal(one.who.command.X_WT, other.who.command.X_WT)
 
 
-def test_nobody_puts_a_thing_into_a_robot():
+def test_no_operator_puts_a_thing_into_a_robot():
     person = Person(3)
     person.watch(1.0)
     spheres = Spheres.at(np.array([0, 0, 0.55]), 0.1)

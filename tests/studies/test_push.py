@@ -44,7 +44,7 @@ def test_figure_and_numbers_are_written_and_a_run_that_is_there_is_kept(
     capfd.readouterr()
 
 
-def test_without_the_truth_nobody_could_judge(tmp_path, capfd):
+def test_without_the_truth_there_is_no_result(tmp_path, capfd):
     scenario = tmp_path / "scenario.yaml"
     scenario.write_text("Blind: {}\n")
     assert push(tmp_path, str(scenario)) == USER_ERROR

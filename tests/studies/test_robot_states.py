@@ -38,7 +38,7 @@ def test_a_wall_that_is_misplaced_is_an_error_of_that_size(frankie):
     assert len(nearer) == len(spheres)
     farther, _ = distance_errors(frankie, wall(1.02), truth, states)
     assert farther.max() == pytest.approx(0.02)
-    # Beyond the influence distance nobody asks.
+    # Beyond the influence distance there is no query.
     distance = truth.clearances(spheres).per_sphere(len(spheres))
     expected = np.minimum(distance + 0.02, INFLUENCE) - distance
     np.testing.assert_allclose(farther, expected, atol=1e-12)

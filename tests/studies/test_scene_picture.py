@@ -35,9 +35,9 @@ def difference(view, scene, other) -> np.ndarray:
 
 
 def test_the_robot_stands_at_its_start(view):
-    nobody = PrimitiveScene()
-    somebody = dc.replace(nobody, X_WB_start=(0.1, 0.6, 0.5))
-    changed = difference(view, nobody, somebody)
+    without = PrimitiveScene()
+    with_robot = dc.replace(without, X_WB_start=(0.1, 0.6, 0.5))
+    changed = difference(view, without, with_robot)
     column, row = pixel_of([0.1, 0.6, 0.3])
     assert changed[row - 8 : row + 9, column - 8 : column + 9].mean() > 0.3
     column, row = pixel_of([0.1, -0.6, 0.3])

@@ -1,4 +1,4 @@
-"""When a target counts as reached."""
+"""The conditions for a target that counts as reached."""
 
 import numpy as np
 import pytest

@@ -185,7 +185,7 @@ def test_end_effectors_do_not_wait_for_each_other(two_arms):
 
 
 def test_all_is_reached_when_all_are_there_at_once(two_arms):
-    """Who has left its last target again has not reached it."""
+    """A hand that has left its last target again has not reached it."""
     there = two_arms.q_home
     only_left, only_right = there.copy(), there.copy()
     only_left[7:], only_right[1:7] = 0.1, 0.1

@@ -49,7 +49,7 @@ def test_whatever_is_wished_the_target_keeps_its_bounds(seed):
             i = rng.integers(3)
             sources[i] = anything(sources[i], rng)
         merged = merge_commands(merged, sources)
-        # Now and then nobody knows where the robot is.
+        # Now and then the robot's place is not known.
         known = rng.random() > 0.02
         state = advance_target(
             law,

@@ -1,4 +1,4 @@
-"""Where a scan looks, worked by hand, and what the real robot sees of it."""
+"""The views of a scan, worked by hand, and what the real robot sees of it."""
 
 import numpy as np
 import pytest

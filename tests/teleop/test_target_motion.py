@@ -1,4 +1,4 @@
-"""What each wish does to the target, step by step."""
+"""Effects of each request on the target, step by step."""
 
 import dataclasses as dc
 

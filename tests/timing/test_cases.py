@@ -1,4 +1,4 @@
-"""Whatever `remosplat bench` times can be timed: each case of each group."""
+"""Every case of `remosplat bench` can be timed: each of each group."""
 
 import dataclasses as dc
 

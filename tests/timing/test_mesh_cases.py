@@ -1,4 +1,4 @@
-"""The meshes of `remosplat bench mesh` are the scene, whoever asks them."""
+"""The meshes of `remosplat bench mesh` are the scene, for any library."""
 
 import numpy as np
 import pytest

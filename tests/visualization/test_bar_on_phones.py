@@ -1,4 +1,4 @@
-"""Why a robot stands can be read on a telephone, too."""
+"""The reason why a robot stands can be read on a telephone, too."""
 
 import pytest
 from browser import find_chromium, open_browser

@@ -1,4 +1,4 @@
-"""What moves is on the page, where it is, and goes when it is gone."""
+"""Movers are on the page at their places, and go when they are gone."""
 
 import numpy as np
 import pytest

@@ -117,7 +117,7 @@ def test_buttons_are_there_as_long_as_they_do_something(page, click):
     click(page.meshcat, BUTTONS[RELEASE])
     page.show(live)
     assert offered() == {STOP}
-    # What was pressed stays pressed, whatever came and went.
+    # Pressed buttons stay pressed, for any sequence of visitors.
     assert [page.clicks(b) for b in (START, STOP, RELEASE)] == [1, 1, 1]
     page.set_status("move, measured 0 ms ago", "robot")
     page.end(ended("in 3.2 s", reached=True))

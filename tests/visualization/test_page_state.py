@@ -1,4 +1,4 @@
-"""What a page says of a run, and what may be pressed."""
+"""States of a page in a run, and the buttons of each."""
 
 import numpy as np
 import pytest

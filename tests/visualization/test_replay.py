@@ -65,7 +65,7 @@ def test_what_was_held_is_what_the_events_tell():
         standing = standing_at(events, time)
         assert (standing.kind, standing.link) == (HELD, "hand")
         np.testing.assert_array_equal(standing.p_W, held.place)
-    # A stopped robot is held by nobody but the supervisor.
+    # A stopped robot is held by the supervisor alone.
     assert standing_at(events, 3.0).kind == MOVING
 
 

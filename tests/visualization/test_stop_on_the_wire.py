@@ -1,6 +1,6 @@
 """A page from elsewhere, in a real browser, and a robot behind a wire.
 
-Meshcat asks nobody who they are: any page may send what its own would.
+Meshcat does not identify visitors: any page may send what its own would.
 """
 
 import json
@@ -121,7 +121,7 @@ def test_a_foreign_page_stops_the_robot_and_does_nothing_else(tmp_path):
 
 
 def arm(operator: Operator) -> None:
-    """As a person does who sees one controller waiting."""
+    """As a person does when one controller is waiting."""
     end, leases = time.monotonic() + PATIENCE, []
     while not leases:
         assert time.monotonic() < end

@@ -33,7 +33,7 @@ LOWER, UPPER = np.array([1.07, -0.21, 0.56]), np.array([1.23, 0.01, 0.74])
 
 
 class Operator:
-    """Somebody at the page of a session, who can look into its folder."""
+    """A person at the page of a session, with access to its folder."""
 
     def __init__(self, tab: Browser, session: Path, robot):
         self.tab, self.session, self._robot = tab, session, robot

@@ -1,4 +1,4 @@
-"""Does one command import what vendors ship, with the right arm and tool?
+"""Imports of vendors' robots, each by one command, compared with the right arm.
 
 Thirty robots are imported as their users would, each by one command in a
 process of its own: URDF, xacro, SDFormat and MJCF of arms, grippers, mobile

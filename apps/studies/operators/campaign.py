@@ -1,4 +1,4 @@
-"""Simulated operators: does anything that was mapped get touched?
+"""Simulated operators, and whether anything that was mapped is touched.
 
 Each wants anything at any time, inside of the furniture, too, while the map
 changes; `RandomOperator` draws the acts, and `judge` says what counts.

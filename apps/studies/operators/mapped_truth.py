@@ -1,4 +1,4 @@
-"""`MappedTruth`: how much of the truth a live map can know at a time."""
+"""`MappedTruth`: the part of the truth that a live map can know at a time."""
 
 import dataclasses as dc
 from collections.abc import Hashable, Sequence

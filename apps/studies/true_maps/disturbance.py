@@ -1,4 +1,4 @@
-"""`Disturbance`: what is wrong with a capture, by name or drawn at random."""
+"""`Disturbance`: errors of a capture, by name or drawn at random."""
 
 import dataclasses as dc
 

@@ -1,4 +1,4 @@
-"""How true the convex shapes of imported robots are to their makers' meshes.
+"""Distances by the convex shapes of imported robots against those by meshes.
 
     python -m apps.studies.true_shapes fetch=robots/fetch/fetch.urdf
 

@@ -1,4 +1,4 @@
-"""How much nearer a robot's links are by their shapes than by their meshes."""
+"""Errors of a robot's link distances by shapes against those by meshes."""
 
 import dataclasses as dc
 

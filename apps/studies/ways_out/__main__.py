@@ -1,4 +1,4 @@
-"""Do robots get out of starts that are too near, and does anything come nearer?
+"""Starts that are too near: whether robots get out, and nothing comes nearer.
 
 Each robot starts at random, up to 30 mm inside its distances to itself, the
 scene, unseen space or a standing mover, or inside those of its joints to their

@@ -1,4 +1,4 @@
-"""What the trials show, robot by robot."""
+"""The report of the trials, robot by robot."""
 
 from collections.abc import Iterator, Sequence
 

@@ -12,7 +12,7 @@ _LOCALIZED = {
 
 
 def _unnoticed(what: str, fault: str, speed: float) -> FaultCase:
-    """A stop that the base's statuses do not tell, as on ROS."""
+    """A stop that the base's statuses do not report, as on ROS."""
     return robot_fault(
         f"{what} through ROS at {speed:g} m/s",
         "base-mute",

@@ -1,4 +1,4 @@
-"""The robot obeys late: as its description says, or more than one would guess.
+"""The robot reacts late: as its description says, or later than that.
 
 Measured, it keeps its distance however late it is. Unmeasured, it is stopped
 where it is later than the cautious defaults allow for.

@@ -51,7 +51,7 @@ class Stroke:
     def ends(self, acceleration_limit: np.ndarray) -> tuple[float, float]:
         """Returns how far the axis may come from its start, on either side.
 
-        An axis that is late for a stop goes on at its speed meanwhile.
+        An axis that stops late keeps its speed meanwhile.
 
         Args:
             acceleration_limit: Bounds on |du/dt|, shape (n_u,).
@@ -102,7 +102,7 @@ def find_stroke(
 
 
 def _objection(stroke: Stroke, around: Surroundings) -> str:
-    """What stands against a stroke, its ramp and a late stop on either side."""
+    """Obstacles of a motion, its ramp and a late stop on either side."""
     robot, q = around.robot, around.state.q
     for end in stroke.ends(robot.acceleration_limit):
         u = np.zeros(robot.n_u)

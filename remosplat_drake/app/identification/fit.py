@@ -36,13 +36,13 @@ _RAMPS = 0.3, 0.6, 1.0  # Shares of the commands' own ramp.
 
 @dc.dataclass(frozen=True, eq=False)
 class Recording:
-    """What was commanded and what was measured, one row a tick.
+    """Commands and measurements, one row a tick.
 
     Attributes:
         sent: When commands were sent, shape (k,) [s].
         u: The commands, shape (k, n_u) [m/s, rad/s].
         stamp: When each axis had last been measured by then, (k, n_u) [s].
-        q: What was measured, shape (k, n_q) [m, rad].
+        q: The measurements, shape (k, n_q) [m, rad].
         n_base: Number of base commands, first in u: 0, 2 or 3.
     """
 

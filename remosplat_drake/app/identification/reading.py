@@ -23,7 +23,7 @@ _STATUS_TIMEOUT = 0.003
 
 @dc.dataclass(frozen=True, eq=False)
 class Reading:
-    """What the drivers have last told of the robot.
+    """The latest states that the drivers have sent.
 
     Attributes:
         measurement: The states of its parts.
@@ -55,7 +55,7 @@ def reading_of(now: Measurement, robot: RobotModel) -> Reading:
         robot: The robot.
 
     Raises:
-        RemoSplatError: A part has not been heard of.
+        RemoSplatError: A part has sent nothing.
     """
     if now.arm is None or (robot.n_base and now.base is None):
         raise RemoSplatError("not all parts of the robot have been heard of")
@@ -77,7 +77,7 @@ def robot_stop(
     """Says why the robot may not move; empty if it may.
 
     Args:
-        reading: What its drivers have last told.
+        reading: The latest states of its drivers.
         robot: The robot.
         config: Expiry times of the drivers.
     """
@@ -94,7 +94,7 @@ def await_robot(
 ) -> Reading:
     """Listens until the robot may move, and it is known where it is.
 
-    A localisation tells that only after some fixes.
+    A localisation reports that only after some fixes.
 
     Args:
         link: The link to the robot's drivers.

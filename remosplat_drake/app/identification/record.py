@@ -21,7 +21,7 @@ _BLOCK = re.compile(
 def with_actuators(
     text: str, actuators: Sequence[Actuator], names: Sequence[str], when: str
 ) -> str:
-    """Puts actuators into the text of a description; the rest stays as it is.
+    """Writes actuators into a description; the rest does not change.
 
     Args:
         text: The description's YAML.

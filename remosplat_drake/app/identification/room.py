@@ -35,7 +35,7 @@ class Room:
         """Returns the room about a base that may be off.
 
         Args:
-            reading: What the drivers tell of the base.
+            reading: The states of the base's drivers.
         """
         return dc.replace(self, field=reading.seen(self.field))
 
@@ -46,7 +46,7 @@ class Room:
             q: The configuration in the map, shape (n_q,) [m, rad].
         """
         if not np.isfinite(q).all():
-            return "where the robot is in the map is not known"
+            return "the robot's pose in the map is not known"
         spheres = self.own.robot.spheres_at(q)
         least = self.clearance
         nearest = self.field.clearances(spheres, least).minimum()
@@ -62,7 +62,7 @@ class Room:
         return ""
 
     def surroundings(self, q: np.ndarray) -> Surroundings:
-        """Returns what verification needs to know to judge paths.
+        """Returns the data that verification needs to judge paths.
 
         Args:
             q: Configuration without a problem, at which the paths start, shape

@@ -1,5 +1,5 @@
 """Makes each stage of the application from a scenario.
 
-What a stage needs of others are its arguments; `control_loop` and `diagram`
-wire them together.
+The arguments of a stage are the outputs of others that it needs; `control_loop`
+and `diagram` connect them.
 """

@@ -1,4 +1,4 @@
-"""The stage of simulated cameras that watch for what moves."""
+"""The stage of simulated cameras that watch for movers."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
@@ -20,12 +20,12 @@ def AddCameraSight(
     oracle: DistanceOracle,
     truth: OutputPort,
 ) -> OutputPort:
-    """Adds the simulated cameras that watch for what moves.
+    """Adds the simulated cameras that watch for movers.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
         oracle: The system that hands out the map.
         truth: The output port of the true `Movers`.
@@ -52,11 +52,11 @@ def AddCameraSight(
 
 
 def known_scene(scenario: Scenario, world: World) -> KnownScene:
-    """Makes what cameras that watch for movers know of the scene.
+    """Makes the scene as cameras for movers know it.
 
     Args:
         scenario: The scenario.
-        world: What its files hold.
+        world: The content of its files.
     """
     surface_W = surface_points(world.splat_W, None)
     if not len(surface_W):

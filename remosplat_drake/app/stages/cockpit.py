@@ -40,12 +40,12 @@ def AddCockpitView(
     process: CockpitProcess,
     live_map: LiveMap | None,
 ) -> CockpitView:
-    """Adds what tells the cockpit how things stand.
+    """Adds the systems that send the robot's state to the cockpit.
 
     Args:
         builder: The builder of the diagram.
         loop: The control loop.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
         process: The cockpit.
         live_map: The map that grows; None without one.
     """
@@ -77,7 +77,7 @@ def cockpit_job(
 
     Args:
         loop: The control loop.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
         host: Network interface that the page is served on.
         port: TCP port of the page; None takes the first free one.
         hardware: Whether the robot is the real one.
@@ -114,7 +114,7 @@ def first_picture(
 
     Args:
         loop: The control loop.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
     """
     scene_map = teleoperation.first_map
     show_unseen = loop.scenario.scene.unknown == OBSTACLE

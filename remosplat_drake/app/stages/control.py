@@ -38,7 +38,7 @@ def AddOracle(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold, the map among them.
+        world: The content of the scenario's files, the map among them.
         configuration: The output port of the measured q, n_q entries.
     """
     return DistanceOracle.AddToBuilder(
@@ -80,7 +80,7 @@ def AddController(
 
 
 def arrival_of(scenario: Scenario) -> Callable[[PoseError], bool]:
-    """Returns a scenario's function that tells whether an error is arrival."""
+    """Returns a scenario's predicate: whether an error counts as arrival."""
     return partial(has_arrived, config=scenario.arrival)
 
 
@@ -93,7 +93,7 @@ def AddGuidance(
     oracle: DistanceOracle,
     controller: ReactiveController,
 ) -> GuidanceSelector | None:
-    """Adds the look-ahead beside the controller, if the scenario wants it.
+    """Adds the look-ahead beside the controller, if the scenario enables it.
 
     Args:
         builder: The builder of the diagram.

@@ -12,7 +12,7 @@ from remosplat_drake.recording.trajectory_log import TrajectoryLog
 def what_happens(
     loop: ControlLoop, live_map: LeafSystem | None
 ) -> dict[str, OutputPort]:
-    """Returns the ports that tell how a run goes, by the inputs they belong to.
+    """Returns the ports that describe a run, by their inputs.
 
     Args:
         loop: The control loop, with or without a supervisor.

@@ -1,4 +1,4 @@
-"""Stages of what moves, and of what the robot gets to know of it."""
+"""Stages of movers, and of the robot's perception of them."""
 
 from collections.abc import Callable, Sequence
 
@@ -24,7 +24,7 @@ def AddMovers(
     *,
     hardware: bool,
 ) -> OutputPort | None:
-    """Adds all that moves in simulation, or what is heard of it.
+    """Adds all movers of a simulation, or those received from sensors.
 
     Args:
         builder: The builder of the diagram.
@@ -52,7 +52,7 @@ def _things(
     *,
     hardware: bool,
 ) -> OutputPort | None:
-    """The output port of all that moves but other robots, if anything does."""
+    """The output port of all movers except other robots, if there are any."""
     if station.HasOutputPort(ports.MOVERS):
         return station.GetOutputPort(ports.MOVERS)
     tracks = tracks_of(scenario)
@@ -66,7 +66,7 @@ def _things(
 
 
 def tracks_of(scenario: Scenario) -> list[Track]:
-    """Returns how a scenario's movers move, but for other robots.
+    """Returns how a scenario's movers move, without other robots.
 
     Args:
         scenario: The scenario.
@@ -86,14 +86,14 @@ def AddMoverSensor(
     oracle: DistanceOracle,
     truth: OutputPort | None,
 ) -> OutputPort | None:
-    """Adds what the robot of a simulation gets to know of what moves.
+    """Adds the simulated perception of movers.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
-        oracle: The system that hands out the map, which cameras know.
+        oracle: The system that outputs the map, which cameras use.
         truth: The output port of the true `Movers`; None where nothing moves.
 
     Returns:

@@ -27,7 +27,7 @@ class Operation:
 
     Args:
         builder: The builder of the diagram.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
         page: The browser page to draw on; None draws nothing.
         cockpit: The operator's own page; None for none.
         hardware: Whether the robot is the real one.
@@ -60,7 +60,7 @@ class Operation:
 
         Args:
             scenario: The scenario.
-            world: What the scenario's files hold.
+            world: The content of the scenario's files.
             configuration: The output port of the measured q, n_q entries.
 
         Raises:
@@ -85,7 +85,7 @@ class Operation:
         )
 
     def AddViews(self, loop: ControlLoop, live_map: LiveMap | None) -> None:
-        """Adds what shows the operator how things stand.
+        """Adds what shows the operator the robot's state.
 
         Args:
             loop: The control loop.

@@ -32,8 +32,8 @@ def AddPrediction(
 ) -> MotionPredictor | None:
     """Adds the predictor, where the robot's axes do not follow at once.
 
-    A simulated robot obeys at once where its description has no actuators. Of
-    a real one that has not been measured the cautious defaults are assumed.
+    A simulated robot without actuators in its description executes commands at
+    once. A real one that has not been measured has the cautious defaults.
 
     Args:
         builder: The builder of the diagram.
@@ -73,12 +73,12 @@ def AddActuators(
     robot: RobotModel,
     executed: OutputPort,
 ) -> OutputPort:
-    """Lets a simulated robot obey as late and slowly as its description says.
+    """Makes a simulated robot react as late and slowly as its description says.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        robot: The robot; without actuators it obeys at once.
+        robot: The robot; without actuators it executes commands at once.
         executed: The output port of the command u that the station gets.
 
     Returns:

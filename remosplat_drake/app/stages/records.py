@@ -1,4 +1,4 @@
-"""Stages that look on: how things stand, and what is recorded."""
+"""Stages that observe: the robot's state, and records of the run."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
@@ -28,12 +28,12 @@ def AddStanding(
     selector: GuidanceSelector | None,
     supervisor: SafetySupervisor | None,
 ) -> StandingSystem:
-    """Adds what says in one sentence how things stand with the robot.
+    """Adds what says in one sentence the robot's state.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
         targets: The system that says where the end effector shall go.
         oracle: The system that hands out the map.

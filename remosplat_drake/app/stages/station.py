@@ -22,7 +22,7 @@ def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
 
     Args:
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         hardware: Whether the station is the real robot.
 
     Raises:

@@ -25,7 +25,7 @@ def AddSupervisor(
     *,
     armed: bool = True,
 ) -> SafetySupervisor | None:
-    """Adds the supervisor between controller and station, if wanted.
+    """Adds the supervisor between controller and station, if it is enabled.
 
     Args:
         builder: The builder of the diagram.
@@ -35,8 +35,7 @@ def AddSupervisor(
         station: The robot, simulated or real, as a system.
         armed: Whether the robot may start without an operator's consent.
 
-    Returns:
-        The supervisor; None if the scenario wants none.
+    Returns: The supervisor; None if the scenario disables it.
     """
     if not scenario.supervisor.enabled:
         return None
@@ -78,7 +77,7 @@ def AddPanel(
     *,
     hardware: bool = False,
 ) -> SafetyPanel | None:
-    """Adds the stop button, if there is a supervisor to obey it.
+    """Adds the stop button, if there is a supervisor.
 
     It comes before everything else that has controls on the page, so that it
     is on top of them.

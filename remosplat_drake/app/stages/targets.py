@@ -22,7 +22,7 @@ def AddTargets(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
 
     Raises:
@@ -61,7 +61,7 @@ def AddOwnTargets(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         maker: The settings that make the system of the targets.
         configuration: The output port of the measured q, n_q entries.
 

@@ -42,14 +42,14 @@ from remosplat_drake.visualization.teleop_panel import TeleopPanel
 
 @dc.dataclass(frozen=True, eq=False)
 class Teleoperation:
-    """What a diagram needs besides its scenario to be teleoperated.
+    """Inputs that teleoperation of a diagram needs besides its scenario.
 
     Attributes:
         run: Folder of the run, which gets the log of ticks and events.
         mapping: The process that takes the pictures and makes the maps; None
             without a live map.
         initial: The map that the scenario begins with.
-        reopened: The map of a session that goes on; None if it has none.
+        reopened: The map of a session that is continued; None if it has none.
         scenes: True scenes that a simulated camera may be shown in turns.
         operator: Another operator, a system with an output port `command` and
             maybe one `map_requests`; None for no other.
@@ -87,9 +87,9 @@ def AddOperatorTarget(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
         page: The browser page that gets a panel; None has none.
         operators: Operators that are in the diagram already.
 
@@ -205,9 +205,9 @@ def AddLiveMap(
     Args:
         builder: The builder of the diagram.
         loop: The control loop whose oracle uses the map.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
         hardware: Whether the robot is real: movers are then sensed by other
-            programs, which are told which map counts.
+            programs, which receive the version of the map in use.
 
     Returns:
         The live map; None if nothing is mapped.
@@ -249,11 +249,11 @@ def AddLiveMap(
 def AddSettledRequests(
     builder: DiagramBuilder, loop: ControlLoop
 ) -> SettledRequests | None:
-    """Adds what asks the live map for things that cameras see stay put.
+    """Adds the requests to the live map for things that stay at their place.
 
     Args:
         builder: The builder of the diagram.
-        loop: The control loop, which may know what moves.
+        loop: The control loop, which may have movers.
 
     Returns:
         The system; None where nothing is known to move.
@@ -283,7 +283,7 @@ def AddOperatorViews(
     Args:
         builder: The builder of the diagram.
         loop: The control loop.
-        teleoperation: What the diagram needs to be teleoperated.
+        teleoperation: The inputs of a teleoperated diagram.
         page: The browser page to draw on.
         live_map: The map that is drawn; None without one.
     """

@@ -212,7 +212,7 @@ _known_environment = b""
 
 
 def _environment() -> bytes:
-    """What all kernels depend on: versions, and extensions of the compiler."""
+    """Dependencies of all kernels: versions, and extensions of the compiler."""
     global _known_environment
     if not _known_environment:
         base = Path(__file__).resolve().parents[1]

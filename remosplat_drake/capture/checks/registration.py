@@ -12,7 +12,7 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 
 _MAX_FRAMES, _FEW_FRAMES, _COARSE = 24, 12, 320
-"""Views for finding a shift, and for one that is given; and the width of the
+"""Views for finding a shift, and for a given one; and the width of the
 latter [pixels]."""
 _MIN_JUMP = 0.05
 """Depths of neighbouring pixels differ by more than this across an edge."""

@@ -183,7 +183,7 @@ class _Fields:
         return as_number(self.path, self.field(key), fields.get(key, default))
 
     def field(self, key: str) -> str:
-        """Where a field stands, such as "frames[3].cx"."""
+        """Place of a field, such as "frames[3].cx"."""
         return f"{self.name}.{key}" if key in self.frame else key
 
     def within(
@@ -258,7 +258,7 @@ def _name(fields: _Fields) -> str:
 
 
 def _time(fields: _Fields) -> float | None:
-    """When a frame was taken [s], which NeRFCapture's documents tell."""
+    """Time of a frame [s], as NeRFCapture's documents define it."""
     if "timestamp" not in fields.frame:
         return None
     return fields.number("timestamp")

@@ -131,7 +131,7 @@ def open_recording(path: Path) -> Recording:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[Source, _Layout]]:
-    """Where the files of a capture are, and their layout."""
+    """Paths of a capture's files, and their layout."""
     if path.is_dir():
         yield path, _EXPORT if _EXPORT.found_in(path) else _ARCHIVE
         return
@@ -214,9 +214,9 @@ def _intrinsics(where: str, metadata: dict, count: int) -> np.ndarray:
 
 
 def _times(where: str, metadata: dict, count: int) -> np.ndarray | None:
-    """Times of the frames, (n,) [s]; older files tell only how many a second.
+    """Times of the frames, (n,) [s]; older files contain only the frame rate.
 
-    None if the metadata tell neither.
+    None if the metadata contain neither.
     """
     times = metadata.get("frameTimestamps")
     if times:

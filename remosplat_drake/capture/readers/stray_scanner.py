@@ -146,7 +146,7 @@ def _columns(
 
 
 def _times(path: Path, rows: list[dict]) -> np.ndarray | None:
-    """Times of the rows, (n,) [s], which the oldest versions do not tell."""
+    """Times of the rows, (n,) [s], which the oldest versions do not contain."""
     if "timestamp" not in rows[0]:
         return None
     return _columns(path, rows, ("timestamp",))[:, 0]

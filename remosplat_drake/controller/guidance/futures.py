@@ -18,7 +18,7 @@ Futures = tuple[Rollout, ...]
 
 
 def are_open(futures: Futures) -> bool:
-    """Tells whether any of these rollouts goes on."""
+    """Returns whether any of these rollouts continues."""
     return any(rollout.status == RUNNING for rollout in futures)
 
 
@@ -39,8 +39,8 @@ def advance_together(
         advance: Function that simulates so many steps of one of them, unless
             it ends before. It is called from several threads.
         first_tier: The usual stopping distance, for the price [m].
-        budget: Number of steps that may be spent. Where it ends, a stride is
-            shorter, or is left to the next call.
+        budget: Number of steps that may be spent. When it is used up, a stride
+            is shortened, or left to the next call.
         threads: Number of rollouts that are simulated at the same time. It
             makes no difference to what comes out.
 

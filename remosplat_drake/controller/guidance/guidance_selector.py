@@ -55,24 +55,24 @@ class GuidanceSelector(LeafSystem):
     come late without harm: safety does not rest on it. So rollouts may use
     a coarser field than control does, see `DistanceField.for_look_ahead`.
 
-    One of `target`, a pose, and `aim`, a `Target`, is needed. A line is
-    followed as it is: to one, nothing is looked for.
+    One of `target`, a pose, and `aim`, a `Target`, is needed. For a line there
+    is no guidance, since it defines the way.
 
     With a `LookAheadProcess` it only passes on what that has decided, and
     runs depend on the machine. When the process is lost, the selector
     cycles as with no budget, and `Selection.missing` says why.
 
-    `movers` are the `Movers` around the robot, which rollouts move on and paths
-    go round; without them nothing moves. `motion` is the `Motion` of a robot
-    that does not obey at once, which rollouts know, too.
+    `movers` are the `Movers` around the robot, which move in rollouts and are
+    obstacles of paths; without them nothing moves. `motion` is the `Motion` of
+    a robot with delay, which rollouts include, too.
 
     Args:
         rule: Which guidances are tried, and when a rollout has arrived.
         budget: Number of rollout steps a period; 0 cycles through the
             candidates whenever the robot stalls.
         period: Time between two updates [s].
-        process: The process that looks ahead in place of the selector; None:
-            the selector does it itself.
+        process: The process that looks ahead instead of the selector; None: the
+            selector does it itself.
 
     Example:
         >>> import remosplat_drake as rs

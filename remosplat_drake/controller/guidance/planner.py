@@ -20,13 +20,13 @@ from remosplat_drake.signals.target import Target
 
 @dc.dataclass(frozen=True, eq=False)
 class Situation:
-    """What is known when the present guidance is seen not to arrive.
+    """The inputs of a planner when the present guidance does not arrive.
 
     Attributes:
         robot: The robot, with its limits and kinematics.
         q: The robot's present configuration, shape (n_q,) [rad, m].
-        aim: What the end effectors shall reach.
-        field: The map, as rollouts know it.
+        aim: The targets of the end effectors.
+        field: The map of rollouts.
         tiers: Stopping distances in the order in which they may be tried,
             largest first [m].
     """

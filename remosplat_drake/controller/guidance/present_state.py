@@ -17,10 +17,10 @@ class PresentState:
         time: Present time [s].
         q: Configuration to plan from, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        aim: What the end effectors shall reach.
-        movers: What moves; None if nothing is known to.
-        motion: What the robot is about to do already; None where it obeys at
-            once.
+        aim: The targets of the end effectors.
+        movers: The movers; None if none are known.
+        motion: The motion that commands in flight lead to; None for a robot
+            without delay.
     """
 
     time: float

@@ -42,10 +42,10 @@ STRIDE = 5
 called by itself finds caches cold, and takes a fifth longer."""
 
 _LATER = "sent", "u", "time", "start", "v_start", "q_start"
-"""What of the `MotionArrays` changes from step to step."""
+"""The part of `MotionArrays` that changes from step to step."""
 
 _Steps = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Of each step the command, and q and the poses X_WE after it."""
+"""For each step the command, and q and the poses X_WE after it."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -67,8 +67,8 @@ class Rollout:
         movers: What moved around the robot when the rollout began; None if
             nothing was known to.
         start: When it began [s].
-        motion: What the robot is about to do already; None where it obeys at
-            once.
+        motion: The motion that commands in flight lead to; None for a robot
+            without delay.
     """
 
     guidance: Guidance
@@ -140,17 +140,18 @@ def advance_rollout(
 ) -> Rollout:
     """Simulates it further, by the very tick that drives the robot.
 
-    What moves keeps its twist for `FORESIGHT`, rests afterwards, and is
-    measured at every step as it was when the rollout began. A robot that
-    stands while it moves may be waiting for it to pass, and has not stalled.
+    Movers keep their twists for `FORESIGHT` and rest afterwards. At every step,
+    their measurements are as old as when the rollout began. A robot that stands
+    still while a mover moves may be waiting for it to pass, and has not
+    stalled.
 
     Args:
         law: The control law, with the rollout's step as its period.
         rollout: The rollout so far.
         field: The map.
-        aim: What the end effectors shall reach: an `Aim`, or for the first of
+        aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
-        arrived: Function that tells whether a `PoseError` counts as arrival.
+        arrived: Predicate: whether a `PoseError` counts as arrival.
         horizon: Longest simulated time [s].
         steps: Number of steps, unless it ends before.
 

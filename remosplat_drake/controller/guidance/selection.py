@@ -85,9 +85,9 @@ class Selection:
         return self.hopeless_at is not None
 
     def has_given_up(self, attempts: int) -> bool:
-        """Tells whether a target that nothing leads to is not tried for more.
+        """Returns whether a target that nothing leads to is not tried for more.
 
-        What stands in the way may go, and is waited for.
+        Obstacles that may leave are waited for.
 
         Args:
             attempts: Number of rounds with searches that are made.
@@ -113,7 +113,7 @@ def on_the_same_world(
         rule: The rule, which names the guidance to start with.
         selection: The selection so far.
         revision: Revision of the present map.
-        aim: What is asked for at present.
+        aim: The present aim.
     """
     known = selection.aim
     if known is None or not known.equals(aim):

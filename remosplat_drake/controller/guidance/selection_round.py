@@ -30,8 +30,8 @@ from remosplat_drake.controller.guidance.selection import (
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
 from remosplat_drake.controller.guidance.standing_movers import (
+    gone_mover,
     standing,
-    whoever_has_gone,
 )
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP
 from remosplat_drake.controller.program.guidance import Guidance
@@ -87,13 +87,13 @@ def advance_selection(
     their tier comes, so a round that takes several ticks may end differently
     from one that a larger budget finishes in a single tick.
 
-    The update that searches a path at once goes on until its first candidates
-    have ended, beyond the budget: a robot loses time if it sets out in a
+    The update that searches a path at once continues until its first candidates
+    have ended, beyond the budget: a robot loses time if it starts in a
     direction that it soon leaves.
 
-    What moves is no other world: rollouts move it on from where it is when
-    they begin, and are made anew more often. A path goes round what stands
-    still; as soon as that has gone, the way is looked at as at the start.
+    Movers do not end a round: rollouts move them on from their places at the
+    start, and are repeated more often. A path avoids standing movers; as soon
+    as one has gone, the direct way is tried as at the start.
 
     Args:
         rule: Which guidances are tried, and when a rollout has arrived.
@@ -101,15 +101,15 @@ def advance_selection(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        aim: What the end effectors shall reach: an `Aim`, or for the first of
+        aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         field: The map.
         budget: Number of rollout steps that may be spent.
-        movers: What moves; None if nothing is known to.
-        motion: What the robot is about to do already; None where it obeys at
-            once.
-        interrupted: Function that tells whether a search of a path, which may
-            take long, shall give up at once.
+        movers: The movers; None if none are known.
+        motion: The motion that commands in flight lead to; None for a robot
+            without delay.
+        interrupted: Predicate: whether a search of a path, which may take long,
+            shall end at once.
         threads: Number of rollouts that may be simulated at the same time. It
             makes no difference to the selection.
 
@@ -128,7 +128,7 @@ def advance_selection(
         still = rule.still_open(selection.guidance, q, field)
         selection = dc.replace(selection, guidance=still)
     now = PresentState(time, q, u, aim, movers, motion)
-    gone = whoever_has_gone(selection.around, now)
+    gone = gone_mover(selection.around, now)
     if gone:
         selection = _way_is_free(rule, selection, now, gone)
     left = budget
@@ -221,8 +221,8 @@ def _way_is_free(
 ) -> Selection:
     """Begins a round with what was tried at first, as if nothing were known.
 
-    What is followed goes on meanwhile, and is tried, too, if that does not
-    arrive.
+    The present guidance is followed meanwhile, and is also tried, if that does
+    not arrive.
     """
     return Selection(
         selection.guidance,

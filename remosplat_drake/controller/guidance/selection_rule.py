@@ -35,8 +35,8 @@ class SelectionRule:
         law: The control law of rollouts, with their step as its period.
         planner: The planner that proposes the candidates.
         tiers: Stopping distances that may be used, largest first [m].
-        arrived: Function that tells whether a `PoseError` counts as arrival;
-            it may be called from several threads.
+        arrived: Predicate: whether a `PoseError` counts as arrival; it may be
+            called from several threads.
         horizon: Longest simulated time of a rollout [s].
         start: The guidance that is followed at first.
         motions: What searches paths where no candidate arrives; None for
@@ -58,7 +58,7 @@ class SelectionRule:
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
-            aim: What the end effectors shall reach.
+            aim: The targets of the end effectors.
             field: The map.
         """
         situation = Situation(self.law.robot, q, aim, field, self.tiers)
@@ -81,10 +81,10 @@ class SelectionRule:
             field: The map.
             tier: Index of the tier.
             attempt: Number of rounds of searches before this one.
-            interrupted: Function that tells whether to give up at once.
+            interrupted: Predicate: whether to give up at once.
             roadmap: Corners of earlier paths, which are tried first.
-            around: What stands in the way, which is gone round as far as
-                verification will keep off it.
+            around: Obstacles, which is gone round as far as verification will
+                keep off it.
 
         Returns:
             The guidance along the path, None without one, and what the search
@@ -164,7 +164,7 @@ def make_selection_rule(
     Args:
         law: The control law of the controller.
         config: How far and how much the selector looks ahead.
-        arrived: Function that tells whether a `PoseError` counts as arrival.
+        arrived: Predicate: whether a `PoseError` counts as arrival.
 
     Raises:
         FieldError: The rollouts' step or solver is unusable.

@@ -44,11 +44,11 @@ def cycle_when_stalled(
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
-        aim: What the end effectors shall reach: an `Aim`, or for the first of
+        aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         field: The map.
-        movers: What moves; it does not matter here.
-        motion: What the robot is about to do already; nor does it.
+        movers: Movers; it does not matter here.
+        motion: The motion that commands in flight lead to; nor does it.
     """
     del movers, motion
     aim = Aim.of(aim)

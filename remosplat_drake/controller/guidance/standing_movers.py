@@ -42,7 +42,7 @@ def standing(now: PresentState) -> Movers:
     )
 
 
-def whoever_has_gone(before: Movers, now: PresentState) -> str:
+def gone_mover(before: Movers, now: PresentState) -> str:
     """Names what has stood somewhere and has gone; empty if nothing has.
 
     Args:

@@ -1,4 +1,4 @@
-"""Looking ahead in a process of its own: what runs inside it.
+"""Looking ahead in a separate process: what runs inside it.
 
 It receives a map whenever that changes, and the robot's states. Every state
 is answered within a budget of wall-clock time, by what has been decided since.
@@ -120,8 +120,7 @@ def look_ahead(
         now: The robot's present state.
         field: The map.
         until: Time at which to end, by `perf_counter` [s].
-        interrupted: Function that tells, every few steps, whether to end at
-            once.
+        interrupted: Predicate, called every few steps: whether to end at once.
         threads: Number of rollouts that may be simulated at the same time.
     """
     while perf_counter() < until and not interrupted():
@@ -154,7 +153,7 @@ def _at_once(
 
 
 def _news(before: Selection, after: Selection) -> Selection | None:
-    """Returns what the controller and the viewer must know, if it is new."""
+    """Returns the selection for controller and viewer, if it is new."""
     if (
         after.guidance is before.guidance
         and after.latest is before.latest

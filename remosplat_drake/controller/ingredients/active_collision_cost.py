@@ -41,7 +41,7 @@ class ActiveCollisionCost(CompiledIngredient):
     Args:
         config: Gain of the cost, and how far ahead it looks.
         damper: The collision damper's distances d_i and d_s.
-        movers: Those of the damper before what moves; None takes its defaults.
+        movers: Those of the damper before movers; None takes its defaults.
     """
 
     term = "active collision"
@@ -57,7 +57,7 @@ class ActiveCollisionCost(CompiledIngredient):
         self._movers = movers or MoverDamperConfig()
 
     def settings(self, robot: RobotModel) -> "ActiveCollisionSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         damper, movers = self._damper, self._movers
         return ActiveCollisionSettings(
             self._gain,
@@ -95,9 +95,9 @@ def add_active_collision_cost(own, k, tick, program):
     nearness is that of RMMI (Marticorena et al. 2024). Guidance may scale g
     down and set d_s.
 
-    What moves counts like the scene, by the distances d_i and d_s of its own
-    damper, but at the place where it will be after the time `lead`: the robot
-    begins to make way before it has to.
+    Movers count like the scene, with d_i and d_s of their own damper, but at
+    their places after the time `lead`: so the robot starts to make way before
+    it must.
 
     See `CompiledIngredient` for the arguments.
     """

@@ -38,7 +38,7 @@ class BaseOrientationCost(CompiledIngredient):
         self._gain = config.gain
 
     def settings(self, robot: RobotModel) -> "BaseOrientationSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         return BaseOrientationSettings(self._gain)
 
 

@@ -82,7 +82,7 @@ class CollisionDamper(CompiledIngredient):
         self.config = config
 
     def settings(self, robot: RobotModel) -> "CollisionSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self.config
         return CollisionSettings(config.influence, config.stopping, config.gain)
 
@@ -139,9 +139,10 @@ def add_collision_damper(own, k, tick, program):
     acceleration limits do not allow, as where a path ends beside something:
     verification then decides.
 
-    A sphere may be off its path by its tube [m], which is zero for a robot
-    that obeys at once. Verification subtracts it, too: without it here, the
-    program could command a slide along an obstacle that verification rejects.
+    A sphere may be off its path by its tube [m], which is zero for a robot that
+    executes commands at once. Verification subtracts it, too: without it here,
+    the program could command a slide along an obstacle that verification
+    rejects.
 
     See `CompiledIngredient` for the arguments.
     """

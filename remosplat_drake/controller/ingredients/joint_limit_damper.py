@@ -32,9 +32,9 @@ from remosplat_drake.signals.binding import JOINT_LIMIT
 class JointLimitDamperConfig(Config):
     """How close to its limits a joint may come, and how fast.
 
-    Hinges go by angles, slides by lengths. Of a joint with a short range the
-    influence distances take a third at most, the stopping distances a tenth:
-    the rest stays free.
+    Hinges are measured by angles, slides by lengths. For a joint with a short
+    range, the influence distances are at most a third of it, the stopping
+    distances a tenth: the rest stays free.
     """
 
     # Largest speed of approach of a hinge at the influence distance [rad/s].
@@ -96,7 +96,7 @@ class JointLimitDamper(CompiledIngredient):
         self._config = config
 
     def settings(self, robot: RobotModel) -> "JointLimitSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config, turns = self._config, robot.arm_turns
         return JointLimitSettings(
             turns,

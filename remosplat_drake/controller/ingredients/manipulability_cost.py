@@ -39,7 +39,7 @@ class ManipulabilityCost(CompiledIngredient):
         self._gain = config.gain
 
     def settings(self, robot: RobotModel) -> "ManipulabilitySettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         return ManipulabilitySettings(self._gain)
 
 

@@ -1,4 +1,4 @@
-"""Slow down before what moves, and retreat from what comes too fast."""
+"""Slow down before movers, and retreat from what comes too fast."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -45,7 +45,7 @@ class MoverDamperConfig(Config):
 
 
 class MoverDamper(CompiledIngredient):
-    """A velocity damper before what moves.
+    """A velocity damper before movers.
 
     `add_mover_damper` computes its rows.
 
@@ -60,7 +60,7 @@ class MoverDamper(CompiledIngredient):
         self.config = config
 
     def settings(self, robot: RobotModel) -> "MoverSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self.config
         return MoverSettings(config.influence, config.separation, config.gain)
 
@@ -83,7 +83,7 @@ class MoverSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_mover_damper(own, k, tick, program):
-    """Adds a velocity damper before what moves.
+    """Adds a velocity damper before movers.
 
     For every sphere and mover whose distance d is within the influence
     distance d_i [m],
@@ -98,9 +98,9 @@ def add_mover_damper(own, k, tick, program):
     retreat. These rows are the first that yield in an infeasible program: then
     the robot only does not approach. Verification decides what is touched.
 
-    d is the distance from where the mover can be as long as a station executes
-    one command: verification asks for that of every sphere that moves, and
-    would refuse to let one glide along the mover any nearer.
+    d is the distance from the places that the mover can reach while a station
+    executes one command. Verification requires that for every moving sphere,
+    and would not let a sphere glide along the mover any nearer.
 
     See `CompiledIngredient` for the arguments.
     """

@@ -31,8 +31,8 @@ _SHORTEST_PURSUIT = 0.2
 one would make it swing."""
 
 _NEAR = 0.02
-"""Distance at which a place where the speed is zero counts as reached, in
-radians and metres alike: the robot goes on as fast as if so much were left."""
+"""Distance at which a place with zero speed counts as reached, in radians and
+metres alike: the robot continues at the speed for that distance."""
 
 CREEP = 0.3
 """Speed along a path below which no row slows the whole motion down, in radians
@@ -71,7 +71,7 @@ class PathTracking(CompiledIngredient):
         self._config = config
 
     def settings(self, robot: RobotModel) -> "PathTrackingSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self._config
         return PathTrackingSettings(
             config.weight,
@@ -177,8 +177,8 @@ def _speed_within(program, along, speed):
     """The speed along a direction that the program has room for.
 
     Its rows and bounds slow the whole motion down, so that it stays on the
-    path. Where the bounds allow no command in this direction, since the robot
-    moves in another one, the joints concerned turn round by themselves.
+    path. If the bounds allow no command in this direction, because the robot
+    moves in another one, the joints concerned reverse by themselves.
 
     Args:
         program: The `ProgramArrays`, with rows and bounds.
@@ -232,7 +232,7 @@ def _drives_on(path_q, k):
 
 @helper
 def _corner_after(path_q, path_s, s):
-    """Where beyond s the base goes over from turning to driving or back.
+    """Next place beyond s where the base starts to turn or to drive.
 
     Returns:
         The arc length of the first such corner; that of the path's end if

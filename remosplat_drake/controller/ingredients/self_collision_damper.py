@@ -66,8 +66,8 @@ class SelfCollisionDamper(CompiledIngredient):
         robot: The robot, for its shapes and links.
 
     Attributes:
-        config: The damper's settings; verification of a `ReactiveLaw` goes
-            by their distances, too.
+        config: The damper's settings; verification of a `ReactiveLaw` uses
+            their distances, too.
     """
 
     term = SELF_COLLISION
@@ -78,7 +78,7 @@ class SelfCollisionDamper(CompiledIngredient):
 
     @property
     def near_question(self) -> NearQuestion:
-        """Pairs and reach, of which `near_arrays` is asked.
+        """Pairs and reach, the arguments of `near_arrays`.
 
         The reach is negative where the damper is not enabled.
         """
@@ -88,7 +88,7 @@ class SelfCollisionDamper(CompiledIngredient):
         return NearQuestion(pairs.pair_arrays.values, reach, crowded)
 
     def settings(self, robot: RobotModel) -> "SelfCollisionSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self.config
         span = config.influence - config.stopping
         return SelfCollisionSettings(config.stopping, config.gain / span)

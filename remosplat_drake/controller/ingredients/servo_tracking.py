@@ -33,9 +33,10 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.target_arrays import place_on_line, target_of
 
 LAST_STRETCH, LAST_DRIVE = 0.01, 0.1
-"""What is left of a planned path when the servo takes part again, in radians
-and metres alike. It is slower than the path's own end. But a base that cannot
-slip sideways, whose stretch is the second one, ends beside the path."""
+"""Remaining length of a planned path from which on the servo takes part
+again, in radians and metres alike. It is slower than the path's own end. But
+a base that cannot slip sideways, whose length is the second one, ends beside
+the path."""
 
 SERVO_SPEED = 1.0
 """Bound on the servo's speed where a configuration has none [m/s]."""
@@ -80,7 +81,7 @@ class ServoTracking(CompiledIngredient):
         self._damper = damper
 
     def settings(self, robot: RobotModel) -> "ServoSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self._config
         return ServoSettings(
             config.gain,
@@ -109,11 +110,11 @@ def add_servo_tracking(own, k, tick, program):
         |delta| <= max(slack_limit, |V_WE|)
 
     (paper eq. 2; holistic controller of Haviland, Sünderhauf and Corke 2022).
-    J_E is the Jacobian of the end effector in W, V_WE the wanted twist in W,
-    angular above translational [rad/s, m/s], and e the error to the target
-    [m]: see `servo.error_scale`. The price 1/e grows near the target, so that
-    the end effector first gets there roughly and then exactly. The bounds on
-    the slack hold entry by entry, and leave u = 0 feasible.
+    J_E is the Jacobian of the end effector in W, V_WE the desired twist in W,
+    angular above translational [rad/s, m/s], and e the error to the target [m]:
+    see `servo.error_scale`. The price 1/e grows near the target, so that the
+    end effector first gets there roughly and then exactly. The bounds on the
+    slack hold entry by entry, and leave u = 0 feasible.
 
     A direction that the target leaves free has no row, and the others are
     weighed as the target says. Guidance bends the translational part of V_WE,
@@ -191,7 +192,7 @@ def _track(Jw, Jv, w, v, program, row):
 
 @helper
 def _track_directions(target, Jw, Jv, w, v, along_W, program, row):
-    """Tracks a twist in the directions that a target asks for.
+    """Tracks a twist in the constrained directions of a target.
 
     There is a row for each axis of T that is not free, as long as the root of
     its weight, for the turn about it and for the way along it. A line makes

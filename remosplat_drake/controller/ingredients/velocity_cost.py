@@ -35,7 +35,7 @@ class VelocityCost(CompiledIngredient):
         self._config = config
 
     def settings(self, robot: RobotModel) -> "VelocityCostSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         return VelocityCostSettings(self._config.weight)
 
 

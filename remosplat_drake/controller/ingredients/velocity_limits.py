@@ -18,7 +18,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 @dc.dataclass
 class VelocityLimitsConfig(Config):
-    """Which of the robot's limits bound the command, and how much of them."""
+    """Limits of the robot that bound the command, and the shares in use."""
 
     # Fraction of the robot's velocity and acceleration limits that the program
     # may use. Braking ramps keep the full deceleration: a careful robot stops
@@ -82,7 +82,7 @@ class VelocityLimits(CompiledIngredient):
         self.config = config
 
     def settings(self, robot: RobotModel) -> "VelocityLimitsSettings":
-        """Makes what the kernel takes; see `CompiledIngredient`."""
+        """Makes the kernel's input; see `CompiledIngredient`."""
         config = self.config
         return VelocityLimitsSettings(
             config.fraction,

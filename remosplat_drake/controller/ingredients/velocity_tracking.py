@@ -9,9 +9,9 @@ from remosplat_drake.controller.program.tick import Tick
 class VelocityTracking:
     """The cost of being slower or faster than `Aim.u`, of any axis.
 
-    It is meant for laws without `ServoTracking`: what moves is then what was
-    asked for, within all bounds and rows, and after verification. An aim that
-    names no velocities asks for rest.
+    It is for laws without `ServoTracking`: the axes then move as requested,
+    within all bounds and rows, and after verification. An aim without
+    velocities means rest.
     """
 
     term = "velocity tracking"

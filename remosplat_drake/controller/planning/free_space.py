@@ -37,8 +37,8 @@ class FreeSpace:
     Each sphere keeps the stopping distance from the scene, shapes of two links
     keep theirs from each other, both less where they have less at the start;
     joints keep within bounds. Motions are looked at as verification looks at
-    commands: nothing slips through between two looks but for verification's
-    tolerance. A free space serves one thread at a time.
+    commands: nothing slips through between two looks except for verification's
+        tolerance. A free space serves one thread at a time.
 
     Attributes:
         robot: The robot.
@@ -73,7 +73,7 @@ class FreeSpace:
             bounds: Lower and upper bounds of q, shape (n_q,) each [rad, m].
             start: Where the robot is, shape (n_q,) [rad, m].
             backing: Longest way that the base may drive backwards [m].
-            standing: What stands in the way besides the scene.
+            standing: Obstacles besides the scene.
         """
         self.robot, self.field = robot, field
         self.stopping, self.backing = stopping, backing
@@ -113,7 +113,7 @@ class FreeSpace:
         level += self.rooms(start[None], 0.0)[0]
 
     def is_free(self, q: np.ndarray) -> bool:
-        """Tells whether a configuration keeps all distances.
+        """Returns whether a configuration keeps all distances.
 
         Args:
             q: The configuration, shape (n_q,) [rad, m].
@@ -123,7 +123,7 @@ class FreeSpace:
             return is_free(self.arrays, line, q)
 
     def is_free_between(self, a: np.ndarray, b: np.ndarray) -> bool:
-        """Tells whether the whole motion between two configurations is free.
+        """Returns whether the whole motion between two configurations is free.
 
         Args:
             a: A free configuration to start from, shape (n_q,) [rad, m].
@@ -148,7 +148,7 @@ class FreeSpace:
             return rooms(self.arrays, line, np.array(q, float), far)
 
     def calls(self) -> AbstractContextManager[int]:
-        """Opens the line on which kernels ask a map that only Python knows.
+        """Opens the line by which kernels query a map of Python's.
 
         Its number is what a `with` statement gives.
         """

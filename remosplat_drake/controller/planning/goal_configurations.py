@@ -41,7 +41,7 @@ _BASE_TURN = 0.8
 
 @dc.dataclass(frozen=True, eq=False)
 class GoalConfigurations:
-    """What was found at a target.
+    """The configurations found for a target.
 
     Attributes:
         q: Goal configurations that keep all distances, the best first, shape
@@ -76,7 +76,7 @@ def goal_configurations(
 
     Args:
         space: The free space.
-        aim: What the end effectors shall reach: an `Aim`, or for the first of
+        aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         q: Where the robot is, shape (n_q,) [rad, m]; the nearer to it the
             better.
@@ -121,7 +121,7 @@ def arms_of(space: FreeSpace, aim: Aim) -> Packed[Arms]:
 
     Args:
         space: The free space, whose bounds the joints keep.
-        aim: What the end effectors shall reach.
+        aim: The targets of the end effectors.
     """
     robot = space.robot
     first = robot.n_q - len(robot.home)

@@ -1,4 +1,4 @@
-"""`MotionPlanner`: from where the robot is to a path, or to why none is."""
+"""`MotionPlanner`: searches a path, or the reason why there is none."""
 
 import dataclasses as dc
 import math
@@ -73,14 +73,13 @@ class MotionPlanner:
 
         Args:
             q: Where the robot is, shape (n_q,) [rad, m].
-            aim: What the end effectors shall reach: an `Aim`, or for the first
-                of them a `Target` or the pose X_WT of a plain one, shape
-                (4, 4).
+            aim: The targets of the end effectors: an `Aim`, or for the first of
+                them a `Target` or the pose X_WT of a plain one, shape (4, 4).
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
             attempt: Number of searches before; another one draws other
                 numbers.
-            interrupted: Function that tells whether to give up at once.
+            interrupted: Predicate: whether to give up at once.
             roadmap: Corners of earlier paths, which are tried first.
             around: What moves otherwise and stands there now; None for
                 nothing.
@@ -126,7 +125,7 @@ class MotionPlanner:
         if corners is None:
             reason = (
                 f"no path to {len(goals.q)} goal configurations found in"
-                f" {space.checks} checks, which proves nothing"
+                f" {space.checks} checks; more checks may find one"
             )
             return Plan(None, reason, space.checks, len(goals.q))
         corners = search.shortened(corners)
@@ -156,7 +155,7 @@ class MotionPlanner:
             goals: Where they may end, shape (k, n_q) [rad, m].
             attempt: Number of searches before; another one draws other
                 numbers, and may look twice as often.
-            interrupted: Function that tells whether to give up at once.
+            interrupted: Predicate: whether to give up at once.
         """
         return Search(
             space,
@@ -249,12 +248,12 @@ class MotionPlanner:
         if not goals.reached:
             return (
                 f"no configuration that reaches it found from {goals.seeds}"
-                " seeds, which proves nothing"
+                " seeds; move or turn the target"
             )
         link = self.robot.spheres.links[goals.tightest]
         part = self.robot.description.called(link)
         return (
-            f"none of {goals.reached} configurations that reach it keeps"
-            f" {1e3 * stopping:.3g} mm: {part} lacks"
-            f" {1e3 * goals.missing:.2g} mm in the best, which proves nothing"
+            f"of {goals.reached} configurations that reach it none keeps"
+            f" {1e3 * stopping:.3g} mm from the scene: in the best {part} lacks"
+            f" {max(1.0, 1e3 * goals.missing):.0f} mm; move or turn the target"
         )

@@ -12,7 +12,7 @@ def out_of_reach(robot: RobotModel, aim: Aim, q: np.ndarray) -> str:
 
     Args:
         robot: The robot.
-        aim: What the end effectors shall reach.
+        aim: The targets of the end effectors.
         q: Where the robot is, shape (n_q,) [rad, m].
     """
     for effector, target in aim.items:

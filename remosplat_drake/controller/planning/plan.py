@@ -9,7 +9,7 @@ from remosplat_drake.controller.program.path import Path
 
 @dc.dataclass(frozen=True, eq=False)
 class Plan:
-    """What a search has come to.
+    """The result of a search.
 
     Attributes:
         path: The path; None if none was found.
@@ -31,7 +31,7 @@ class Plan:
 
 @dc.dataclass(frozen=True)
 class SearchEffort:
-    """What all searches of a run have cost.
+    """The effort of all searches of a run.
 
     Attributes:
         searches: Number of searches.

@@ -1,7 +1,7 @@
 """`Roadmap`: the corners of earlier paths, for searches that come after.
 
-Its edges are taken for free until a path wants them, and looked at then (Bohlin
-and Kavraki 2000): so it outlives maps, targets and stopping distances.
+Its edges count as free until a path uses them; only then are they checked
+(Bohlin and Kavraki 2000). So it outlives maps, targets and stopping distances.
 """
 
 import dataclasses as dc
@@ -19,7 +19,7 @@ _UNKNOWN = 4.0
 """How much dearer a tie is than an edge that a path has had."""
 
 _NO_WAY = 1e-9
-"""What an edge costs besides: SciPy takes 0 for none [rad, m]."""
+"""Additional cost of an edge: SciPy treats a zero as no edge [rad, m]."""
 
 _MOST = 400
 """Largest number of corners that are remembered, the latest."""

@@ -22,13 +22,13 @@ _DRAWS = 32
 """Number of configurations that are drawn at a time, even."""
 
 _CHUNK = 128
-"""Number of motions after which it is asked whether to give up."""
+"""Number of motions between two checks of the interruption."""
 
 _SHORTCUTS = 20
 """Number of shortcuts that are tried."""
 
 _TUCKED = 3
-"""Of so many configurations that are drawn one has its arm tucked in."""
+"""One of so many random configurations has its arm folded."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Search:
             each [rad, m].
         checks: Number of motions that a search may look at.
         seed: Seed of the search.
-        interrupted: Function that tells whether to give up at once.
+        interrupted: Predicate: whether to give up at once.
     """
 
     space: FreeSpace

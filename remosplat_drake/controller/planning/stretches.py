@@ -1,7 +1,7 @@
 """Write a path out in the stretches that are driven, without needless turns.
 
-Where the base stands between two drives its heading does not matter; a search
-draws one all the same.
+Between two drives of the base its heading does not matter; a search draws one
+nevertheless.
 """
 
 from itertools import pairwise
@@ -61,6 +61,6 @@ def _without_spins(
 
 
 def _only_turns(*corners: np.ndarray) -> bool:
-    """Tells whether the base stays where it is."""
+    """Returns whether the base stays where it is."""
     places = np.array(corners)[:, :2]
     return bool(np.abs(places - places[0]).max() < 1e-6)

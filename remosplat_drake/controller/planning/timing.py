@@ -40,7 +40,7 @@ _SHARP = 0.3
 
 @dc.dataclass(frozen=True)
 class TimingLimits:
-    """What bounds speeds along paths, besides the robot's own limits.
+    """Bounds of speeds along paths, besides the robot's own limits.
 
     Attributes:
         damper: The damper before the scene.

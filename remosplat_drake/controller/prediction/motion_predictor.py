@@ -28,7 +28,7 @@ _RENEWED = 0.1
 
 @dc.dataclass(frozen=True, eq=False)
 class _Known:
-    """What is remembered between ticks; copying returns the object itself.
+    """Memory between ticks; copying returns the object itself.
 
     Attributes:
         time: The tick before [s]; NaN before the first.
@@ -136,7 +136,7 @@ class MotionPredictor(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._tick)
 
     def _calc_history(self, context: Context, value: Value) -> None:
-        """What is known, with the command of the tick before."""
+        """The memory, with the command of the tick before."""
         known: _Known = context.get_abstract_state(self._cell).get_value()
         if not math.isnan(known.time):
             known = known.with_command(

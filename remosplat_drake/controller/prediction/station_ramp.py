@@ -1,4 +1,4 @@
-"""`StationRamp`: the ramp of a station that hears no newer command."""
+"""`StationRamp`: the ramp of a station that receives no newer command."""
 
 import dataclasses as dc
 from collections.abc import Iterator

@@ -15,7 +15,7 @@ from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 
 OPTIMAL, INFEASIBLE, UNDECIDED = 0, 1, 2
 """How `solve_dense` ends: with the optimum, with the proof that no u satisfies
-all rows, or undecided by rounding errors (then another solver must be asked).
+all rows, or undecided by rounding errors (then another solver is used).
 """
 
 _TOLERANCE = 1e-10
@@ -26,8 +26,8 @@ _DEPENDENT = 1e-12
 
 _STATIONARY = 1e-6
 """Largest residual of H u + c + A' multipliers = 0, as a share of the larger of
-H u and c. Where it is exceeded a nearly dependent row came in with so large a
-multiplier that what `_DEPENDENT` neglects counts."""
+H u and c. Beyond it, a nearly dependent row has so large a multiplier that the
+terms neglected by `_DEPENDENT` matter."""
 
 _MAX_STEPS = 500
 

@@ -83,7 +83,7 @@ class CompiledIngredient(ABC):
 
         Args:
             robot: The robot that is driven.
-            movers: What moves; None if nothing is known to.
+            movers: The movers; None if none are known.
             number: What the function gave to `new_row`.
         """
         del robot, movers

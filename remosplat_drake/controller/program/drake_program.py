@@ -82,7 +82,7 @@ class KeptProgram:
             bound.evaluator().set_description(name)
 
     def has_size(self, n_u: int, r: int) -> bool:
-        """Tells whether it has so many entries of u and delta."""
+        """Returns whether it has so many entries of u and delta."""
         return self._size == (n_u, r)
 
     def fill(self, form: SlackForm) -> None:

@@ -27,7 +27,7 @@ class Guidance:
             heads to the left of the end effector [rad].
         active_scale: Factor on the gain of the active collision cost.
         stopping: Stopping distance d_s [m]; None keeps the configured one.
-        path: Path through configurations that is followed, in place of the
+        path: Path through configurations that is followed, instead of the
             servo's way to the target; None for none.
         joint_stop: Stopping distance of hinges from their limits [deg]; None
             keeps the configured one.

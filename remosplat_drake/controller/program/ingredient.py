@@ -49,7 +49,7 @@ AnyIngredient = CompiledIngredient | Ingredient
 
 
 class IngredientMaker(Protocol):
-    """The settings of an ingredient that needs to know the robot.
+    """The settings of an ingredient that depends on the robot.
 
     Any `Config` with this method is one, and a scenario may name it in
     `controller.extra`.
@@ -74,8 +74,8 @@ def added(
 
     Args:
         ingredients: The ingredients.
-        bounds: Lower and upper bounds on u so far, and the same but for
-            acceleration, shape (4, n_u).
+        bounds: Lower and upper bounds on u so far, and the same without
+            acceleration bounds, shape (4, n_u).
         taken: Names that terms have already.
         tick: What is known at the tick.
 

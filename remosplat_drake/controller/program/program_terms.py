@@ -59,7 +59,7 @@ class Tracking:
         name: The name of this tracking in the program.
         J: Jacobian of the end effector in W, angular above translational, in
             the r directions that are tracked, shape (r, n_u).
-        V: The wanted twist V_WE in these, shape (r,) [rad/s, m/s].
+        V: The desired twist V_WE in these, shape (r,) [rad/s, m/s].
         price: Weight of the squared slack delta in the cost.
         limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
     """

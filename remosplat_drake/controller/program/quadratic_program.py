@@ -24,7 +24,7 @@ class QuadraticProgram:
     Attributes:
         form: The program.
         extension: Terms that an ingredient may have added to Drake's program
-            itself, which `form` does not know; None for none.
+            itself, which `form` does not contain; None for none.
     """
 
     def __init__(self, form: SlackForm, extension: DrakeProgram | None = None):
@@ -44,7 +44,7 @@ class QuadraticProgram:
 
     @property
     def is_extended(self) -> bool:
-        """Whether Drake's program may have terms that `form` does not know."""
+        """Whether Drake's program may have terms beyond `form`."""
         return self.extension is not None
 
     def dense(self) -> DenseProgram:

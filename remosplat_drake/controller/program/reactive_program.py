@@ -34,7 +34,7 @@ from remosplat_drake.controller.program.term import Term
 
 
 class ReactiveProgram:
-    """What ingredients from outside add to.
+    """The program of ingredients from outside.
 
     The program minimises the sum of all costs over the command u, shape
     (n_u,), within the bounds and subject to all rows. A term's name may be
@@ -76,8 +76,8 @@ class ReactiveProgram:
         """Makes a program whose bounds others have narrowed already.
 
         Args:
-            bounds: Lower and upper bounds on u, and the same but for
-                acceleration, shape (4, n_u).
+            bounds: Lower and upper bounds on u, and the same without
+                acceleration bounds, shape (4, n_u).
             taken: Names that terms have already.
         """
         lower, upper, free_lower, free_upper = bounds
@@ -135,9 +135,9 @@ class ReactiveProgram:
             name: Name of the set of rows, unique among these.
             A: Coefficients of the rows, shape (m, n_u).
             b: Right-hand sides of the rows, shape (m,).
-            label: Says what row i is about, for people: names of links or
-                joints, or a text. It is asked only where the row must yield
-                or holds the command back.
+            label: Function that names row i for people: links or joints, or a
+                text. It is called only if the row is relaxed or holds the
+                command back.
 
         Raises:
             NameTakenError: There are rows of that name already.
@@ -167,7 +167,7 @@ class ReactiveProgram:
             name: Name of this tracking, unique among the trackings.
             J: Jacobian of the end effector in W, angular above
                 translational, shape (6, n_u); or r directions of it.
-            V: The wanted twist V_WE, angular above translational, shape (6,)
+            V: The desired twist V_WE, angular above translational, shape (6,)
                 [rad/s, m/s]; or the same directions of it, shape (r,).
             price: Weight of the squared slack in the cost.
             limit: Bounds on |delta|, shape (r,) [rad/s, m/s]; inf is none.

@@ -26,7 +26,7 @@ def servo_twist(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Computes the desired twist of E in W, proportional to the pose error.
 
-    Where it is too fast, angular and translational part shrink together.
+    If it is too fast, angular and translational part are scaled together.
 
     Args:
         error: The pose error from the end effector E to the target T.
@@ -50,7 +50,7 @@ def target_twist(
     gain: float,
     max_speed: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Computes the twist of E in W that a target wants.
+    """Computes the desired twist of E in W for a target.
 
     Args:
         X_WE: Pose of the end effector, shape (4, 4).

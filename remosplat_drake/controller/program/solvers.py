@@ -56,8 +56,8 @@ class DrakeSolver:
     """One of Drake's solvers, which solves a `MathematicalProgram`.
 
     It keeps the program from tick to tick, one for each thread, and fills in
-    what is new. What an ingredient has added to Drake's program itself only
-    that program knows, and so it is solved.
+    the new values. Terms that an ingredient has added to Drake's program itself
+    exist only there, so that program is solved.
 
     Args:
         solver: The solver, which must be available and enabled.
@@ -121,7 +121,7 @@ class _KeptPrograms(local):
 
 
 def _attempts(solver: SolverInterface) -> tuple[SolverOptions | None, ...]:
-    """By which options a solver is asked, until it finds an optimum.
+    """The options of a solver, tried in this order until it finds an optimum.
 
     Programs as small and well scaled as these Clarabel solves in two thirds of
     the time, and as exactly, without what it does for others; should it fail,

@@ -47,7 +47,7 @@ class Term:
         """Makes an error that names the term.
 
         Args:
-            problem: What is wrong with the term.
+            problem: Faults of the term.
         """
         name = f" {self.name!r}" if self.name else ""
         return TermError(f"{self.kind}{name}: {problem}")

@@ -1,4 +1,4 @@
-"""`Tick`: all that one control tick knows."""
+"""`Tick`: the state of one control tick."""
 
 import dataclasses as dc
 from functools import cached_property
@@ -19,21 +19,21 @@ from remosplat_drake.signals.target import Target
 
 @dc.dataclass(frozen=True, eq=False)
 class Tick:
-    """All that one tick knows.
+    """The state of one control tick.
 
     Attributes:
         robot: The robot, with its limits and kinematics.
         state: Kinematics at the measured configuration q.
-        aim: What the end effectors shall reach.
+        aim: The targets of the end effectors.
         clearances: The distances of the robot's spheres to the map that lie
             within the influence distance.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
         guidance: How the tick is bent, as `GuidanceSelector` has chosen.
-        sphere_tube: By how much each sphere may be off its predicted path, at
-            the speeds of the command that is being executed, shape (n,) [m];
-            None where the robot obeys at once.
-        movers: What moves; None if nothing is known to.
+        sphere_tube: How far each sphere may be off its predicted path, at the
+            speeds of the command that is being executed, shape (n,) [m]; None
+            for a robot without delay.
+        movers: The movers; None if none are known.
         time: The time of the tick [s].
 
     Example:
@@ -86,7 +86,7 @@ class Tick:
 
     @cached_property
     def errors(self) -> tuple[PoseError, ...]:
-        """The pose error to each of the aim's targets, in what that asks."""
+        """The pose error to each target, in its constrained directions."""
         return self.aim.errors(self.state.X_WEs)
 
     @property
@@ -104,8 +104,8 @@ class Tick:
     def error_scale(self) -> float:
         """The paper's error e: L1 distance to the target, at least 1e-3 [m].
 
-        Of several targets, the largest. Costs divide by it; the bound keeps
-        them finite at the target.
+        The largest of several targets' errors. Costs divide by it; the bound
+        keeps them finite at the target.
         """
         return max(self.error_scales)
 

@@ -103,7 +103,7 @@ class CompiledLaw:
 
     @property
     def near(self) -> Packed[NearQuestion]:
-        """What `near_arrays` takes: the pairs and how far it looks.
+        """Arguments of `near_arrays`: the pairs and the largest distance.
 
         It does not where there is no `SelfCollisionDamper`.
         """

@@ -112,7 +112,7 @@ def _compiled(
 
 
 def _cause(error: NumbaError) -> str:
-    """What the innermost of Numba's nested messages says, in one line."""
+    """The text of the innermost of Numba's nested messages, in one line."""
     text = re.sub(r"\x1b\[\d+m", "", str(error))
     cause = text.rpartition("(step: nopython frontend)")[2]
     return " ".join(cause.partition("During: ")[0].split())

@@ -46,7 +46,7 @@ at the robot between two ticks."""
 
 
 class LawConfig(Protocol):
-    """What a law is made of, as `ReactiveControllerConfig` says it."""
+    """The parts of a law, as `ReactiveControllerConfig` defines them."""
 
     solver: str
     verify: bool

@@ -47,7 +47,7 @@ TOO_SUDDEN = "infeasible with acceleration bounds"
 """Why acceleration bounds are left out."""
 
 BindingArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""What `binding_arrays` returns."""
+"""The result of `binding_arrays`."""
 
 NOT_FEASIBLE = "no feasible command found"
 """Why the robot brakes where not even that helps."""
@@ -73,23 +73,22 @@ def run_tick(
         time: Time of the tick [s].
         q: Configuration to plan from, measured or where all commands in flight
             lead, shape (n_q,) [rad, m].
-        aim: What the end effectors shall reach: an `Aim`, or for the first of
+        aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         clearances: The oracle's distances and directions at q.
-        field: The map, which verification asks along the command's path.
+        field: The map, which verification queries along the command's path.
         u_previous: The command that was sent last, shape (n_u,).
         guidance: How the tick is bent, as `GuidanceSelector` has chosen.
-        motion: What the robot is about to do already; None where it obeys at
-            once.
-        movers: What moves; None if nothing is known to.
+        motion: The motion that commands in flight lead to; None for a robot
+            without delay.
+        movers: The movers; None if none are known.
         periods: How many control periods ago `u_previous` was sent: more than
             one where the tick is late. The station brakes by itself from 1.5
             periods on.
 
-    Returns:
-        The command, and how it came about. Where q or the aim is not finite,
-        the clearances are not known, or a term cannot be used, it is a step of
-        the braking ramp.
+    Returns: The command, and how it was found. If q or the aim is not finite,
+        the clearances are unknown, or a term is unusable, it is a step of the
+        braking ramp.
 
     Raises:
         NameTakenError: Two terms of a kind have one name.

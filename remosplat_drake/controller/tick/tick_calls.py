@@ -1,4 +1,4 @@
-"""Questions that kernels ask Python in the middle of a tick."""
+"""Calls from kernels to Python in the middle of a tick."""
 
 from time import perf_counter
 
@@ -28,7 +28,7 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 def asks_python(law: ReactiveLaw, field: DistanceField) -> bool:
-    """Tells whether ticks ask Python for what may bear one thread alone.
+    """Returns whether ticks call Python functions that support one thread only.
 
     These are maps, ingredients and solvers from outside the library.
 
@@ -41,7 +41,7 @@ def asks_python(law: ReactiveLaw, field: DistanceField) -> bool:
 
 
 class TickCalls(MapCalls):
-    """Answers what kernels ask in a tick, or in the steps of a rollout.
+    """Answers the calls of kernels in a tick, or in the steps of a rollout.
 
     Attributes:
         outside: What ingredients in Python have added last; None for nothing.

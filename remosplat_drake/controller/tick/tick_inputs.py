@@ -17,15 +17,15 @@ from remosplat_drake.signals.motion import MotionArrays
 
 @dc.dataclass(frozen=True, eq=False)
 class TickInputs:
-    """What a control tick is given, or a rollout that begins with it.
+    """The inputs of a control tick, or of a rollout that begins with it.
 
     Attributes:
         time: Time of the tick [s].
-        aim: What the end effectors shall reach.
-        field: The map, which verification asks along the command's path.
+        aim: The targets of the end effectors.
+        field: The map, which verification queries along the command's path.
         guidance: How the tick is bent.
-        motion: What the robot is about to do already.
-        movers: What moves; None if nothing is known to.
+        motion: The motion that commands in flight lead to.
+        movers: The movers; None if none are known.
     """
 
     time: float
@@ -37,7 +37,7 @@ class TickInputs:
 
     @property
     def moving(self) -> Movers:
-        """What moves; nothing if nothing is known to."""
+        """The movers; none if none are known."""
         return STILL if self.movers is None else self.movers
 
     def tick(
@@ -48,7 +48,7 @@ class TickInputs:
         clearances: Clearances,
         ahead: float = 0.0,
     ) -> Tick:
-        """Returns what ingredients in Python are told.
+        """Returns the inputs of ingredients in Python.
 
         Args:
             law: The control law.

@@ -33,12 +33,12 @@ about."""
 
 @dc.dataclass(frozen=True, eq=False)
 class RowNames:
-    """Says what rows are about that kernels know by numbers.
+    """Names the subjects of rows that kernels know by numbers.
 
     Attributes:
         ingredients: The compiled ingredients, in the kernels' order.
         robot: The robot that is driven.
-        movers: What moves; None if nothing is known to.
+        movers: The movers; None if none are known.
         outside: What ingredients in Python have added; None for nothing.
     """
 

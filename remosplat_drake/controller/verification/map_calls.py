@@ -1,4 +1,4 @@
-"""Maps, as kernels ask them: by themselves, or through Python."""
+"""Maps, as kernels query them: by themselves, or through Python."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 
 
 def map_for_kernels(field: DistanceField) -> tuple[Packed, Misplacement]:
-    """Returns a map as verification asks it: a `PythonMap` if only Python can.
+    """Returns a map for verification: a `PythonMap` if kernels cannot query it.
 
     Args:
         field: The map.
@@ -29,7 +29,7 @@ def map_for_kernels(field: DistanceField) -> tuple[Packed, Misplacement]:
 
 
 def rows_for_kernels(field: DistanceField) -> Packed[Maps] | Packed[PythonMap]:
-    """Returns a map as rollouts ask for its rows; see `map_for_kernels`.
+    """Returns a map as rollouts query its rows; see `map_for_kernels`.
 
     Args:
         field: The map.
@@ -39,7 +39,7 @@ def rows_for_kernels(field: DistanceField) -> Packed[Maps] | Packed[PythonMap]:
 
 
 def is_pythons(field: DistanceField) -> bool:
-    """Tells whether kernels ask a map through Python, and take longer.
+    """Returns whether kernels query a map through Python, which takes longer.
 
     Args:
         field: The map.
@@ -58,7 +58,7 @@ _PYTHONS = {known: _python_map(known) for known in (False, True)}
 
 
 class MapCalls:
-    """Answers what kernels ask about a map; `with` it, they have its number.
+    """Answers queries of kernels to a map; `with` it, they have its number.
 
     with MapCalls(robot, field) as line:
         kernel(..., line)
@@ -68,7 +68,7 @@ class MapCalls:
         """Prepares the answers.
 
         Args:
-            robot: The robot, whose spheres are asked about.
+            robot: The robot, whose spheres are queried.
             field: The map.
         """
         self._robot, self._field = robot, field
@@ -93,7 +93,7 @@ class MapCalls:
             raise self._calls.error
 
     def _answers(self) -> tuple:
-        """The functions that answer, by the numbers that kernels know."""
+        """The functions that answer, by the numbers that kernels use."""
         return self._look, self._rows
 
     def _look(self, question: Question) -> int:

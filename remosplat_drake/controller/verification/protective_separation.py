@@ -5,9 +5,9 @@ a person and a robot apart by
 
     S_p = S_h + S_r + S_s + C + Z_d + Z_r
 
-Verification knows more than these sums: where things will be, and when. But
-this is the measure by which such robots are known, and so it is reported. No
-conformity is claimed: cameras, computers and software here are not
+Verification is more precise than these sums: it includes where things will be,
+and when. But this is the standard measure for such robots, so it is reported.
+No conformity is claimed: cameras, computers and software here are not
 safety-rated.
 """
 
@@ -29,7 +29,7 @@ from remosplat_drake.signals.separation import Separation
 
 @dc.dataclass(frozen=True)
 class Monitoring:
-    """What is kept apart, and how soon the robot can rest.
+    """The required distances, and how soon the robot can rest.
 
     Attributes:
         separation: The distance C that is kept besides [m].
@@ -112,7 +112,7 @@ class ProtectiveSeparation:
 
     @property
     def margin(self) -> np.ndarray:
-        """What the distances have above S_p, shape (m,) [m]."""
+        """The distances in excess of S_p, shape (m,) [m]."""
         return self.distance - self.needed
 
     def least(self, links: Sequence[str], movers: Movers) -> Separation | None:
@@ -144,7 +144,7 @@ def least_separation(
 ) -> Separation | None:
     """Returns where S_p is kept least; None where nothing moves.
 
-    It is `ProtectiveSeparation.least`, compiled: every tick asks for it.
+    It is `ProtectiveSeparation.least`, compiled, since every tick computes it.
     Arguments are those of `protective_separation`, after the link of each
     sphere.
     """
@@ -191,7 +191,7 @@ def protective_separation(
 
     Args:
         state: Kinematics at the present configuration.
-        movers: What moves.
+        movers: Movers.
         time: The present time [s].
         u: The command, shape (n_u,) [rad/s, m/s].
         monitoring: What is kept, and how soon the robot can rest.

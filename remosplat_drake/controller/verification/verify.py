@@ -75,7 +75,7 @@ from remosplat_drake.signals.motion import prompt_motion
 
 @dc.dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What is known where a path starts, on which nothing else moves.
+    """The known state at the start of a path, where nothing else moves.
 
     Attributes:
         robot: The robot, whose kinematics predict configurations.

@@ -18,8 +18,8 @@ A localisation that drifts takes the estimate with it, a little with each fix.
 So a fix is held against estimates of some seconds ago, too, which odometry
 alone has brought here; and by how much they differ the base may be off.
 
-What the robot is told follows the estimate slowly. The part that is still to
-come counts as uncertain, so a correction shows in its margin only.
+The pose that the controller uses follows the estimate slowly. The remaining
+difference counts as uncertain, so a correction appears in its margin only.
 """
 
 import dataclasses as dc
@@ -74,7 +74,7 @@ class Anchor:
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseFilter:
-    """What is known of X_WO after k odometries; copying returns itself.
+    """The estimate of X_WO after k odometries; copies are the object itself.
 
     Attributes:
         config: How far localisation and odometry are to be trusted.
@@ -83,8 +83,8 @@ class BaseFilter:
         P: Covariance of the base's x, y, yaw in W at each, as far as fixes
             disagree, shape (k, 3, 3).
         X_WO: The estimate; None before the first fix, shape (3,) [m, m, rad].
-        in_effect: The X_WO that the robot is told; None before the first fix,
-            shape (3,) [m, m, rad].
+        in_effect: The X_WO in use; None before the first fix, shape (3,) [m, m,
+            rad].
         R: Covariance of the latest fix, as an error of the base's present
             pose, shape (3, 3).
         fixed: Stamp of the latest fix that was taken in [s].
@@ -187,9 +187,9 @@ def with_fix(known: BaseFilter, fix: BaseFix) -> BaseFilter:
     """Returns the filter after a fix, which may come late.
 
     Args:
-        known: The filter before; it knows an odometry at least.
-        fix: The fix. One that was measured before the latest one, or before
-            any odometry that is remembered, tells nothing.
+        known: The filter before; it contains an odometry at least.
+        fix: The fix. One that was measured before the latest one, or before the
+            stored odometry, is ignored.
     """
     problem = _wrong_frame(known.config, fix)
     if problem:
@@ -281,7 +281,7 @@ def _noise(
 def _odometry_at(known: BaseFilter, stamp: float, i: int) -> np.ndarray:
     """The odometry at a time between the i-th and the next, shape (3,).
 
-    After the latest one the base goes on as before.
+    After the latest one the base continues as before.
     """
     later = min(i + 1, len(known.stamp) - 1)
     if later == 0:

@@ -8,9 +8,9 @@ speed even out, and a base that stands falls behind by 5 cm a second.
 The same goes for the speeds that the base measures itself: a pose that drifts
 leaves them behind.
 
-What it should have done is what it was told, some delay ago. That delay is
-known roughly: of all delays up to the longest the one counts with which the
-motion fits best, and what neighbouring delays differ by is no error.
+Its expected motion is that of the commands, some delay ago. That delay is known
+roughly: the delay counts, of all up to the longest, with which the motion fits
+best, and differences between neighbouring delays are not errors.
 """
 
 import dataclasses as dc
@@ -38,7 +38,7 @@ SHARE = 0.06
 base is calibrated perfectly."""
 
 OWN_DELAY = 0.15
-"""Longest time by which a base tells its speeds late [s]."""
+"""Longest delay of a base's reported speeds [s]."""
 
 _OWN_HELD = 0.25
 """Longest time for which a measured speed stands for the next ones [s]."""
@@ -106,11 +106,11 @@ class ArcPath:
 
 @dc.dataclass(frozen=True)
 class BaseSample:
-    """Where a base was by its own account.
+    """Pose of a base by its own odometry.
 
     Attributes:
         stamp: When, by the base's clock [s].
-        received: When it was heard, by ours [s].
+        received: Time of arrival, by our clock [s].
         pose: x, y, yaw by odometry, shape (3,) [m, m, rad].
         velocity: Speeds forward and to the left, and turning rate, shape (3,)
             [m/s, m/s, rad/s].
@@ -143,7 +143,7 @@ _RECEIVED = 7
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseSamples:
-    """What a base told over the last seconds; the latest sample is the last.
+    """Statuses of a base over the last seconds; the latest sample is the last.
 
     Attributes:
         rows: Stamp, x, y, yaw, speeds forward and to the left, turning rate,
@@ -162,7 +162,7 @@ class BaseSamples:
 
     @property
     def received(self) -> np.ndarray:
-        """When that was heard, by our clock, shape (k,) [s]."""
+        """Time of arrival, by our clock, shape (k,) [s]."""
         return self.rows[:, _RECEIVED]
 
     @property
@@ -208,7 +208,7 @@ class BaseSamples:
 
 
 class CommandedPath:
-    """Where a base would be that follows its commands at once, from (0, 0, 0).
+    """Pose of a base that follows its commands at once, from (0, 0, 0).
 
     Attributes:
         began: When the first command was sent [s]; infinite before.
@@ -252,7 +252,7 @@ class CommandedPath:
 def speed_problem(samples: BaseSamples, share: float = SHARE) -> str:
     """Says that a base's pose is not where its own speeds put it.
 
-    Speeds are told late, so that it is the poses that are delayed here.
+    Speeds are reported late, so the poses are delayed here.
 
     Args:
         samples: Where it was.
@@ -284,10 +284,10 @@ def follow_problem(
     delay: float,
     share: float = SHARE,
 ) -> str:
-    """Says that a base does not do what it is told; empty if it does.
+    """Says that a base does not follow its commands; empty if it does.
 
     Args:
-        commanded: What it was told.
+        commanded: Its commands.
         samples: Where it was.
         delay: Longest time from a command to its effect in the odometry [s].
         share: Share of its way by which a motion may differ.

@@ -21,7 +21,7 @@ def _relative(before, after):
 
 @helper
 def _pose(rows, held, time):
-    """Where a path is at a time."""
+    """Pose on a path at a time."""
     low, high = 0, len(rows)
     while low < high:
         middle = (low + high) // 2

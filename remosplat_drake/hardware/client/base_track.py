@@ -50,7 +50,8 @@ _STEP = np.array([0.015, 0.03])
 rad]."""
 
 _STEP_RATE = np.array([0.15, 0.4])
-"""How much farther after a second, for speeds are told late [m/s, rad/s]."""
+"""Additional distance after a second, since speeds are reported late [m/s,
+rad/s]."""
 
 CERTAIN = np.zeros(2)
 """Bounds on the error of a pose that is trusted [m, rad]."""
@@ -62,7 +63,7 @@ _CLOCK_STEP = 0.1
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseTrack:
-    """What the statuses of the base have told; copying returns itself.
+    """Content of the base's statuses; copying returns the object itself.
 
     Attributes:
         samples: The statuses of the last seconds.
@@ -87,7 +88,7 @@ class BaseTrack:
     def latency(self) -> float:
         """Least age of the latest statuses when they came [s].
 
-        What a clock is off shows in it, and nothing tells one from the other.
+        It includes an error of the clock, which cannot be distinguished.
         """
         received = self.samples.received
         recent = received >= received[-1] - _LATENCY_SPAN
@@ -102,7 +103,7 @@ class BaseTrack:
     def uncertainty(self) -> np.ndarray:
         """How far off that pose may be: shift and turn, (2,) [m, rad].
 
-        Where the stamps are late, it is unknown when the base was there.
+        If stamps are late, it is unknown when the base was there.
         """
         bound = CERTAIN if self.filter is None else self.filter.uncertainty
         if not len(self.samples):
@@ -142,7 +143,7 @@ def with_base_sample(
         track: The track before.
         state: The status.
         received: When it came, by our wall clock [s].
-        commanded: What the base was told; None if that is unknown.
+        commanded: The base's commands; None if they are unknown.
         config: The longest delay of commands, and how far to trust fixes.
     """
     values = state.stamp, received, state.pose, state.velocity
@@ -239,7 +240,7 @@ def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
 
 
 def _fix_problem(track: BaseTrack, fusion: BaseFilter) -> str:
-    """What is wrong with the localisation."""
+    """The fault of the localisation."""
     if fusion.refusal:
         return fusion.refusal
     if track.fixes.broken:
@@ -279,7 +280,7 @@ def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:
 
 
 def _expected(before: BaseSample, after: BaseSample) -> np.ndarray:
-    """Where a pose should be after the one before, shape (3,).
+    """Expected pose after the one before, shape (3,).
 
     It is where it is, if noise and a change of speed explain that.
     """

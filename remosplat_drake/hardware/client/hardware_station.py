@@ -27,8 +27,9 @@ class HardwareStation(Diagram):
 
     Attributes:
         link: The LCM connection to the robot's drivers.
-        camera: The system that hears the wrist camera; None without one.
-        movers: The system that hears what moves; None without one.
+        camera: The system that receives the wrist camera's images; None without
+            one.
+        movers: The system that receives movers; None without one.
     """
 
     def __init__(
@@ -86,9 +87,7 @@ class HardwareStation(Diagram):
         Args:
             context: The station's own context.
 
-        Returns:
-            The stamp of the newest `Movers` that cameras have told; NaN without
-            any.
+        Returns: The stamp of the newest `Movers` from cameras; NaN without any.
         """
         if self.movers is None:
             return math.nan
@@ -104,7 +103,7 @@ class HardwareStation(Diagram):
         return self._robot.measurement(self._robot.GetMyContextFromRoot(root))
 
     def receive(self, root: Context) -> None:
-        """Takes the packets that the link has heard onto the ports.
+        """Puts the packets that the link has received onto the ports.
 
         Args:
             root: Context of the whole diagram, between two steps of it.

@@ -13,7 +13,7 @@ NONE_HEARD = Movers(0.0, problem="no message has told what moves")
 
 @dc.dataclass(frozen=True, eq=False)
 class HeardMovers:
-    """The latest movers that can be believed; copying returns the object.
+    """The latest valid movers; copying returns the object itself.
 
     A message that cannot be used changes nothing of what was known before,
     which grows older: the robot keeps off wherever those movers can have come
@@ -21,8 +21,8 @@ class HeardMovers:
     problem is the reason.
 
     Attributes:
-        movers: What moves, with the problem of the latest message if it could
-            not be used.
+        movers: Movers, with the problem of the latest message if it could not
+            be used.
         refused: Number of messages that could not be used.
         count: Number of packets of the mailbox that have been looked at.
     """
@@ -41,7 +41,7 @@ def with_movers(
     """Adds a message to what is known.
 
     Args:
-        heard: What is known so far.
+        heard: The state so far.
         data: The encoded packet.
         received: When it came, by our wall clock [s].
         config: How far ahead of our clock its stamp may be.

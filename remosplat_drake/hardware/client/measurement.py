@@ -23,8 +23,8 @@ from remosplat_drake.hardware.wire.panda import PandaState, decode_panda_status
 class Measurement:
     """The latest good state of each part; copying returns the object itself.
 
-    A part that has not been heard of is None. A message that cannot be used
-    leaves the state before it in place; its stream says what was wrong.
+    A part that has sent nothing is None. A message that is unusable leaves the
+    state before it in place; its stream has the reason.
 
     Attributes:
         arm: Latest good state of the arm.
@@ -35,8 +35,8 @@ class Measurement:
         hand: Latest good state of the gripper.
         counts: Numbers of packets so far, from arm, base, gripper and
             localisation.
-        moving_since: Since when the arm has been told to move, by our wall
-            clock [s]; infinite while it is told to stand.
+        moving_since: Time since when the arm has been commanded to move, by our
+            wall clock [s]; infinite while it is commanded to rest.
         intruder: Sender on the wire that must not be there; empty for none.
         sent: When our latest command was sent, by our wall clock [s]; -inf
             before the first.
@@ -98,7 +98,7 @@ def with_arm_status(
 
 
 def _arm_changed(before: PandaState, after: PandaState) -> bool:
-    """Whether the robot's clock ran on or, where it is not told, a joint."""
+    """Whether the robot's clock or, if it is not sent, a joint has advanced."""
     if after.robot_stamp:
         return after.robot_stamp != before.robot_stamp
     return not (
@@ -120,7 +120,7 @@ def with_base_status(
         data: The encoded packet.
         received: When it came, by our wall clock [s].
         config: The expiry times.
-        commanded: What the base was told; None if that is unknown.
+        commanded: The base's commands; None if they are unknown.
     """
     stream = measurement.base_stream
     try:

@@ -15,7 +15,7 @@ from remosplat_drake.hardware.mover_sensing_config import MoverSensingConfig
 
 
 class MoverReceiver(LeafSystem):
-    """The latest movers that arrived and can be believed.
+    """The latest movers that arrived and are valid.
 
     .. pydrake_system::
 
@@ -24,12 +24,12 @@ class MoverReceiver(LeafSystem):
         - movers
 
     `receive` takes the newest packet of a mailbox into the state. `movers` are
-    `Movers`, stamped when they were seen: what is not heard again grows older
-    there. See `HeardMovers` for messages that cannot be used.
+    `Movers` with the stamp of their image: without a new message they grow
+    older. See `HeardMovers` for unusable messages.
 
     Args:
         mailbox: Where the packets come.
-        config: What is believed of them.
+        config: Limits of valid movers.
     """
 
     def __init__(self, *, mailbox: Mailbox, config: MoverSensingConfig):
@@ -57,7 +57,7 @@ class MoverReceiver(LeafSystem):
         value.set_value(dc.replace(heard, count=box.count))
 
     def heard(self, context: Context) -> HeardMovers:
-        """Returns what has been heard so far.
+        """Returns the movers received so far.
 
         Args:
             context: The system's own context.

@@ -110,7 +110,7 @@ class RemoteRobot(LeafSystem):
         )
 
     def measurement(self, context: Context) -> Measurement:
-        """Returns what the ports tell of.
+        """Returns the content of the ports.
 
         Args:
             context: The system's own context.
@@ -118,7 +118,7 @@ class RemoteRobot(LeafSystem):
         return context.get_abstract_state(int(self._cell)).get_value()
 
     def receive(self, context: Context) -> None:
-        """Takes the packets that the link has heard into the state.
+        """Takes the packets that the link has received into the state.
 
         It is called between two steps of the diagram.
 

@@ -64,12 +64,12 @@ class RobotLink:
         base: Mailbox of the base's statuses; None for a fixed robot.
         hand: Mailbox of the gripper's statuses; None for a robot without
             one.
-        localization: Mailbox of the base's localisation; None where none is
+        localization: Mailbox of the base's localisation; None if none is
             configured.
-        movers: Mailbox of what moves; None where none is configured.
+        movers: Mailbox of movers; None if none is configured.
         commanded: The commands to the base so far.
-        period: Control period, by which the drivers know when to brake [s];
-            None tells them nothing, so that commands only expire.
+        period: Control period, by which the drivers compute when to brake [s];
+            None sends none, so that commands only expire.
         u: The command that was sent last, shape (n_u,) [m/s, rad/s].
         sent: When it was sent, by our wall clock [s]; -inf before the first.
     """
@@ -145,8 +145,7 @@ class RobotLink:
         Args:
             timeout: Longest wait for the arm [s].
 
-        Returns:
-            Whether the arm was heard within the timeout.
+        Returns: Whether a status of the arm arrived within the timeout.
         """
         self.take_out()
         if 0 <= time.time() - self.arm.stamp < self._config.arm_status_period:
@@ -160,7 +159,7 @@ class RobotLink:
         return True
 
     def wait_for_statuses(self) -> None:
-        """Waits until arm, base and all that is configured is heard anew.
+        """Waits for a new message of arm, base and all configured parts.
 
         Raises:
             RemoSplatError: One of them kept silent; names its channel.
@@ -187,7 +186,7 @@ class RobotLink:
             }
 
     def updated(self, measurement: Measurement) -> Measurement:
-        """Adds the packets that a measurement does not know yet to it."""
+        """Adds packets to a measurement that it does not contain yet."""
         n = len(self._robot.description.arm.joints)
         boxes = (self.arm, self.base, self.hand, self.localization)
         counts = tuple(box.count if box else 0 for box in boxes)
@@ -235,7 +234,7 @@ class RobotLink:
         )
 
     def command_problem(self, u: np.ndarray) -> str:
-        """Says why a command must not be sent as it is; empty if it may.
+        """Says why a command must not be sent; empty if it may.
 
         Args:
             u: Base and arm velocities, shape (n_u,) [m/s, rad/s].
@@ -307,7 +306,7 @@ class RobotLink:
             self.guard.sent += 1
 
     def take_command(self) -> None:
-        """Tells the drivers to obey us, once no other program commands them.
+        """Names us in the lease, once no other program commands the drivers.
 
         Raises:
             RemoSplatError: Another program does, or two robots answer.
@@ -317,10 +316,10 @@ class RobotLink:
             raise RemoSplatError(f"{self._config.url}: {problem}")
 
     def take_request(self) -> str:
-        """Returns which operator has asked for motion; empty for none."""
+        """Returns the operator that has requested motion; empty for none."""
         return self.guard.take_request() if self.guard else ""
 
     def tell(self, mode: str, reason: str) -> None:
-        """Lets those on the wire know what the supervisor does, and why."""
+        """Sends the supervisor's state and reason on the wire."""
         if self.guard is not None:
             self.guard.mode, self.guard.reason = mode, reason

@@ -21,7 +21,7 @@ from remosplat_drake.signals.station_status import (
 )
 
 _STANDS = {"guiding", "reflex", "user_stopped", "automatic_error_recovery"}
-"""Modes of the arm in which it obeys no command."""
+"""Modes of the arm in which it follows no command."""
 
 
 def station_status(

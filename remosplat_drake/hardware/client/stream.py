@@ -16,7 +16,7 @@ class Stream:
             showed it [s]; 0 if it was never set.
         changed: When the content of a message last differed from the one
             before, by our wall clock [s].
-        broken: What is wrong with the latest message; empty if nothing is.
+        broken: Faults of the latest message; empty if nothing is.
     """
 
     stamp: float = -math.inf
@@ -72,7 +72,7 @@ def broken(stream: Stream, received: float, problem: str) -> Stream:
     Args:
         stream: The history so far.
         received: When the message came, by our wall clock [s].
-        problem: What is wrong with it.
+        problem: Faults of it.
     """
     return dc.replace(stream, received=received, broken=problem)
 
@@ -87,7 +87,7 @@ def stream_problem(
         now: Our wall clock [s].
         limits: When a stream is stale or frozen.
         should_change: Whether the content should be changing by now, because
-            the robot has been told to move.
+            the robot was commanded to move.
     """
     if math.isinf(stream.received):
         return "nothing came yet"

@@ -47,8 +47,8 @@ class Senders:
     """The senders of one channel, by address.
 
     Attributes:
-        heard: When each was heard last [s].
-        first: The one that was heard first of those that are there.
+        heard: When each last sent a packet [s].
+        first: The one that sent first, of those present.
     """
 
     heard: dict[str, float] = dc.field(default_factory=dict)
@@ -74,14 +74,14 @@ class Senders:
 
 
 class Watch:
-    """What has been heard on the wire, and what is wrong with it.
+    """The senders on the wire, and what is wrong with them.
 
-    It knows neither clock nor socket.
+    It uses neither clock nor socket.
 
     Attributes:
         identity: Our identity.
         own: Our address, once our own lease came back; empty before.
-        requested_by: Operator that asked for motion since `take_request`.
+        requested_by: Operator that requested motion since `take_request`.
         broken: Number of leases, reports and requests that were none.
         strange: Number of messages of strangers on channels of commands and
             statuses, and the latest of them by channel and address.
@@ -93,7 +93,7 @@ class Watch:
         commands: Sequence[str],
         statuses: Sequence[str],
     ):
-        """Starts before anything is heard.
+        """Starts before any packet.
 
         Args:
             identity: Our identity.
@@ -156,7 +156,7 @@ class Watch:
         return tuple(dict.fromkeys(sessions))
 
     def take_request(self) -> str:
-        """Returns the operator that has asked since the last call, if any."""
+        """Returns the operator that requested motion since the last call."""
         operator, self.requested_by = self.requested_by, None
         return operator or ""
 
@@ -209,12 +209,12 @@ class WireGuard:
 
     Attributes:
         sent: Number of messages that we have sent so far.
-        mode: Mode of our supervisor, which the lease tells.
+        mode: Mode of our supervisor, which the lease contains.
         reason: Why that mode.
     """
 
     def __init__(self, lcm: DrakeLcm, config: HardwareConfig, name: str):
-        """Joins the wire a second time, to hear its senders.
+        """Joins the wire a second time, to see its senders.
 
         Args:
             lcm: The network on which our commands go out.
@@ -272,8 +272,7 @@ class WireGuard:
         Args:
             patience: Longest wait until the wire is ours [s].
 
-        Returns:
-            Why it is not; empty once the drivers are told to obey us.
+        Returns: Why it is not; empty once the lease names us.
         """
         end = time.monotonic() + patience
         while problem := self._objection():
@@ -296,7 +295,7 @@ class WireGuard:
         return self._watch.problem(time.time(), listens_only=self._shadow)
 
     def take_request(self) -> str:
-        """Returns the operator that has asked for motion; empty for none."""
+        """Returns the operator that has requested motion; empty for none."""
         return self._watch.take_request()
 
     def summary(self) -> str:

@@ -23,8 +23,9 @@ class WristCameraReceiver(LeafSystem):
 
     `receive` takes the newest packet into the state. It is decoded when
     a system reads a port, so that a control loop which reads none does not
-    wait for that. Images without pixels stand for none so far; a broken
-    packet leaves the images before it on the ports.
+    wait for that. Images without pixels
+    mean that none has arrived; after a broken packet the images before it
+    stay on the ports.
 
     Attributes:
         decoder: Counts the broken packets among those that were looked at.
@@ -92,8 +93,8 @@ class ImageDecoder:
 
     Attributes:
         broken: Number of broken packets so far.
-        problem: What was wrong with the latest of them, with the channel's
-            name; empty before the first.
+        problem: Faults of the latest of them, with the channel's name; empty
+            before the first.
     """
 
     def __init__(self, channel: str):
@@ -112,8 +113,8 @@ class ImageDecoder:
         """Returns the latest good images; None before the first.
 
         Args:
-            packet: The newest packet; one that is given again is not looked
-                at again. An empty one stands for none.
+            packet: The newest packet; a given one again is not looked at
+                again. An empty one stands for none.
         """
         if packet and packet is not self._packet:
             self._packet = packet

@@ -1,4 +1,4 @@
-"""Judges what was heard of a robot: a finding for each rule of the wire."""
+"""Checks the messages of a robot: a finding for each rule of the wire."""
 
 from collections.abc import Iterator, Sequence
 
@@ -32,10 +32,10 @@ _OTHER = 0.1
 """Greatest gain of an axis by the commands of another one."""
 
 _VELOCITY = 0.3
-"""By which share a told velocity may differ from that by positions."""
+"""Permitted difference of a velocity from that by positions, as a share."""
 
 _RESOLUTION = 0.005
-"""How well delays are told apart [s]."""
+"""Resolution of delays [s]."""
 
 _MODE_WORDS = "a mode in which it obeys, and another one while it is stopped"
 
@@ -46,8 +46,8 @@ def judge(
     """Judges a record; see `Seen` for what it must hold.
 
     Args:
-        record: What was heard.
-        config: Rates and limits that the controller goes by.
+        record: The received messages.
+        config: Rates and limits of the controller.
         actuators: How the axes should follow, base first.
     """
     findings = []
@@ -72,7 +72,7 @@ def judge(
 
 
 class Seen:
-    """What has been seen so far of what a record must hold."""
+    """The observations so far that a record must contain."""
 
     def __init__(self):
         """Starts with nothing."""
@@ -81,7 +81,7 @@ class Seen:
         self._drivers: set[int] = set()
 
     def add(self, record: RobotRecord) -> None:
-        """Adds what was heard since."""
+        """Adds the messages since then."""
         for part in record.parts:
             axes = self._axes.setdefault(part.part, {})
             for axis, way in zip(

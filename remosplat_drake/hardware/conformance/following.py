@@ -1,7 +1,8 @@
 """Measures how the axes of a part follow: which, how far and how late.
 
-The commands are led through the description's model of the actuators. What is
-measured is then compared with these ways, at every delay beyond the model's.
+The commands are passed through the description's model of the actuators.
+Measurements are then compared with this motion, at every delay beyond the
+model's.
 """
 
 import dataclasses as dc
@@ -49,10 +50,10 @@ class Following:
 
 
 def examine(part: PartRecord, actuators: Sequence[Actuator]) -> Following:
-    """Compares what a part did with what it was told.
+    """Compares a part's motion with its commands.
 
     Args:
-        part: What was heard of it.
+        part: Its messages.
         actuators: How its axes should follow, in their order.
     """
     n = len(part.axes)
@@ -117,7 +118,7 @@ def _model(
 
 
 def _velocity_share(stamp: np.ndarray, way: np.ndarray, v: np.ndarray) -> float:
-    """What was told of a velocity, for that by positions; NaN at rest."""
+    """Share of a reported velocity in that by positions; NaN at rest."""
     mean = 0.5 * (v[1:] + v[:-1])
     step = np.diff(stamp)
     by_way = np.diff(way) / step

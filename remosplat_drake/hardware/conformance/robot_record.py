@@ -29,7 +29,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 @dc.dataclass(frozen=True, eq=False)
 class PartRecord:
-    """What one part of a robot, of n axes, was told and told.
+    """Commands and statuses of one part of a robot, with n axes.
 
     Attributes:
         part: Its name, `arm` or `base`.
@@ -40,9 +40,9 @@ class PartRecord:
         received: When statuses came, by our clock, shape (k,) [s].
         stamp: When they were measured, by the driver's clock, shape (k,) [s].
         way: How far the axes have come since the first, shape (k, n) [rad, m].
-        v: Velocities that were told, shape (k, n) [rad/s, m/s].
-        modes: Modes that were told, in the order of their first.
-        obeys: Those of them in which it obeys.
+        v: Reported velocities, shape (k, n) [rad/s, m/s].
+        modes: Reported modes, in the order of their first occurrence.
+        obeys: Those of them in which it follows commands.
         broken: Numbers of statuses that could not be read, by their problem.
     """
 
@@ -62,7 +62,7 @@ class PartRecord:
 
 @dc.dataclass(frozen=True, eq=False)
 class RobotRecord:
-    """What a robot was told and told.
+    """Commands and statuses of a robot.
 
     Attributes:
         arm: Its arm.
@@ -88,7 +88,7 @@ def gather(
     robot: RobotModel,
     duration: float,
 ) -> RobotRecord:
-    """Sorts what was heard on a wire.
+    """Sorts the messages of a wire.
 
     Args:
         packets: The messages, in their order.

@@ -19,7 +19,7 @@ LONGEST_AGE = 12 * 3600.0
 
 @dc.dataclass(frozen=True)
 class DoctorReport:
-    """What `remosplat doctor` has found.
+    """The findings of `remosplat doctor`.
 
     Attributes:
         host: Name of the computer.

@@ -64,7 +64,7 @@ class WatchedRobot:
     """The robot at the end of the wire, watched; nothing is sent to it.
 
     Attributes:
-        measurement: What was heard last.
+        measurement: The last measurement.
     """
 
     def __init__(self, config: HardwareConfig, robot: RobotModel):
@@ -224,8 +224,8 @@ def drill_stop(
             found=f"nothing within {patience:.0f} s",
             wanted=wanted,
             source=source,
-            mend="a driver that cannot tell of stops needs a topic that does,"
-            " or an ARCL connection beside it",
+            mend="a driver that does not report stops needs a topic for them,"
+            " or an ARCL connection",
         )
     say(f"{found}; now reset it and start what has ended again")
     _wait(robot, lambda: "" if stopped() else "it is back", patience)
@@ -237,7 +237,7 @@ def drill_stop(
         + ("is still stopped" if stopped() else f"moved at {moved:.3f}"),
         wanted=wanted,
         source=source,
-        mend="reset the stop and start the driver again; find what moved",
+        mend="reset the stop and start the driver again; find out why it moved",
     )
 
 
@@ -284,9 +284,9 @@ def check_actuators(robot: RobotModel) -> Finding:
 def check_thresholds(processes: Path = Path("/proc")) -> Finding:
     """Looks at what the arm's driver takes for a collision.
 
-    No status tells of it, and what Franka's Desk says does not hold: the driver
-    sets its own when it starts. Its command line says which, where it runs on
-    this computer.
+    No status contains them, and those set in Franka's Desk have no effect: the
+    driver sets its own when it starts. Its command line shows them, if it runs
+    on this computer.
 
     Args:
         processes: The folder of the processes.

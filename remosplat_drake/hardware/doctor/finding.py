@@ -9,13 +9,13 @@ SKIPPED where a check is needed; see `doctor_report.needed_checks`."""
 
 @dc.dataclass(frozen=True)
 class Finding:
-    """What a check has found.
+    """The result of a check.
 
     Attributes:
         check: Name of the check.
         result: One of PASSED, ADVICE, FAILED and SKIPPED.
         found: What was found.
-        wanted: What was wanted.
+        wanted: The expected value.
         source: Where it was looked up.
         mend: How to mend it; empty where nothing is to be mended.
     """
@@ -49,7 +49,7 @@ def judged(
         check: Name of the check.
         good: Whether it holds.
         found: What was found.
-        wanted: What was wanted.
+        wanted: The expected value.
         source: Where it was looked up.
         mend: How to mend it.
         otherwise: The result where it does not hold, FAILED or ADVICE.

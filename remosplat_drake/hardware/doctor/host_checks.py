@@ -25,7 +25,7 @@ _TIMEX = 512
 """More bytes than a `struct timex` has anywhere."""
 
 _TIME_ERROR = 5
-"""What adjtimex returns of a clock that follows none."""
+"""Return value of adjtimex for a clock that is not synchronised."""
 
 _SYSCTL = Path("/proc/sys")
 
@@ -41,7 +41,7 @@ def check_clock() -> Finding:
             follows,
             found="follows another by the kernel's account"
             if follows
-            else "the kernel knows of no other clock that it follows",
+            else "the kernel follows no other clock",
             wanted=wanted,
             source="adjtimex, as there is no chronyc",
             mend=mend,

@@ -26,7 +26,7 @@ from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
 PROBE = "REMOSPLAT_DOCTOR"
-"""Channel on which the doctor hears itself; no other program listens to it."""
+"""Channel on which the doctor receives itself; no other program uses it."""
 
 LISTENING = 2.0
 """Time for which the wire is listened to [s]."""
@@ -37,14 +37,14 @@ ARM_RATE, BASE_RATE = 200.0, 9.0
 """Least rates of statuses [Hz]; a real arm's is 1 kHz."""
 
 ARM_SHARE = 0.8
-"""Least share of an arm's statuses that must arrive, if it tells fewer."""
+"""Least share of an arm's statuses that must arrive, if their rate is lower."""
 
 STAMP_ERROR = 0.02
 """Largest difference between a driver's stamp and our clock, travel included
 [s]."""
 
 _COMMANDED = {"arm": ("idle", "move"), "base": ("ready", "moving")}
-"""Modes in which the parts of a robot obey."""
+"""Modes in which the parts of a robot follow commands."""
 
 
 def check_loopback(url: str) -> Finding:
@@ -67,8 +67,8 @@ def check_loopback(url: str) -> Finding:
     return judged(
         "multicast",
         bool(heard),
-        found="this computer hears its own packets" if heard else found,
-        wanted="this computer hears its own packets",
+        found="this computer receives its own packets" if heard else found,
+        wanted="this computer receives its own packets",
         source=f"packets on {PROBE}",
         mend="`ip link set lo multicast on` and `ip route add 224.0.0.0/4 dev"
         " lo`, or the wire's network device in place of lo",
@@ -77,7 +77,7 @@ def check_loopback(url: str) -> Finding:
 
 @dc.dataclass(frozen=True)
 class Heard:
-    """A message that was heard.
+    """A received message.
 
     Attributes:
         sender: Address of the process that sent it, `IP:PORT`.
@@ -121,7 +121,7 @@ def check_publishers(
     """Finds the senders of statuses, and programs that command already.
 
     Args:
-        packets: What was heard.
+        packets: The received packets.
         config: Names of the channels.
         has_base: Whether the robot has a mobile base.
     """
@@ -161,7 +161,7 @@ def check_reach(packets: Sequence[Heard], config: HardwareConfig) -> Finding:
     """Looks whether our commands get as far as the drivers.
 
     Args:
-        packets: What was heard.
+        packets: The received packets.
         config: The wire's URL and channels.
     """
     match = re.search(r"ttl=(\d+)", config.url)
@@ -203,7 +203,7 @@ class _Source:
         channel: Its channel.
         rate: Least rate [Hz].
         ages: Times of arrival minus stamps [s].
-        problem: What was wrong with the latest broken one.
+        problem: Faults of the latest broken one.
         modes: The latest mode.
     """
 
@@ -225,7 +225,7 @@ def check_statuses(
     """Looks how often statuses come, by which clock, and in which mode.
 
     Args:
-        packets: What was heard.
+        packets: The received packets.
         config: Names of the channels.
         n_arm: Number of the arm's joints.
         has_base: Whether the robot has a mobile base.

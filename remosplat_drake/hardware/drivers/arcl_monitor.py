@@ -1,4 +1,4 @@
-"""`ArclMonitor`: asks an Omron base over ARCL whether it may move."""
+"""`ArclMonitor`: queries over ARCL whether an Omron base may move."""
 
 import contextlib
 import re
@@ -28,10 +28,10 @@ _PERIOD = 0.1
 """Time between two questions about the motors [s]."""
 
 _STATUS_EVERY = 20
-"""Number of these after which the state of charge is asked for."""
+"""Number of these after which the state of charge is queried."""
 
 _LOGIN = 5.0
-"""Longest time for the password to be asked for, and accepted [s]."""
+"""Longest time until the password prompt and its acceptance [s]."""
 
 _SILENCE = 2.0
 """Time without a word after which the connection counts as dead [s]."""
@@ -44,11 +44,11 @@ _LONGEST_LINE = 4096
 
 
 class ArclMonitor:
-    """A `StopSource` by ARCL, in a thread of its own.
+    """A `StopSource` by ARCL, in a separate thread.
 
-    It logs in, asks for the motors' state ten times a second, and connects anew
-    whenever it is cut off. As long as there is no fresh answer the base's state
-    is unknown.
+    It logs in, queries the motors' state ten times a second, and reconnects
+    whenever the connection is lost. Without a fresh answer the base's state is
+    unknown.
     """
 
     def __init__(
@@ -97,11 +97,11 @@ class ArclMonitor:
             self._say(f"ARCL {self._address[0]}:{self._address[1]}: {problem}")
 
     def _talk(self, link: socket.socket) -> None:
-        """Logs in, and asks until the connection ends.
+        """Logs in, and sends queries until the connection ends.
 
         Raises:
-            OSError: The robot is silent, has hung up, or wants another
-                password.
+            OSError: The robot is silent, has closed the connection, or rejects
+                the password.
         """
         lines = _Lines(link)
         lines.wait_for(PROMPT, _LOGIN)
@@ -128,7 +128,7 @@ class ArclMonitor:
 
 
 class _Lines:
-    """Cuts the bytes of a socket into lines, of any content."""
+    """Splits the bytes of a socket into lines."""
 
     def __init__(self, link: socket.socket):
         self._link = link

@@ -19,13 +19,13 @@ import math
 from remosplat_drake.hardware.drivers.base_stops import FREE, BaseStops
 
 QUERY = "queryMotors"
-"""Command that asks whether the motors may turn."""
+"""Command that queries whether the motors may turn."""
 
 STATUS = "status"
-"""Command that asks for the state of charge, among others."""
+"""Command that queries the state of charge, among others."""
 
 PROMPT = "enter password"
-"""How the robot asks for the password, in lower case."""
+"""Password prompt of the robot, in lower case."""
 
 WELCOME = "end of commands"
 """How the list of commands ends that follows a good password."""
@@ -37,17 +37,17 @@ _MOTORS = {
     # Someone has to press the ON button.
     "estop relieved": BaseStops(emergency=True),
 }
-"""What the beginnings of lines, in lower case, say about the motors."""
+"""Meaning of the beginnings of lines, in lower case, for the motors."""
 
 
 @dc.dataclass(frozen=True)
 class ArclState:
-    """What the lines so far have told.
+    """The state according to the lines so far.
 
     Attributes:
         stops: What holds the base, by the latest line about it.
-        heard: When that line came, by a clock that never jumps [s]; -inf
-            before the first one.
+        heard: Time of that line, by a clock that never jumps [s]; -inf before
+            the first one.
     """
 
     stops: BaseStops = FREE

@@ -1,4 +1,4 @@
-"""`ArmDriver`: serves `PANDA_COMMAND` with any arm that obeys velocities.
+"""`ArmDriver`: serves `PANDA_COMMAND` with any arm that accepts velocities.
 
 The channels' names are those of drake-franka-driver, whose messages serve arms
 of any number of joints. Its rules for commands hold here, too.
@@ -30,16 +30,16 @@ controller each is a dialogue of some milliseconds."""
 
 @dc.dataclass(frozen=True, eq=False)
 class ArmReport:
-    """What an arm of n joints tells of itself.
+    """A status of an arm of n joints.
 
     Attributes:
         q: Joint positions, shape (n,) [rad].
         v: Joint rates, shape (n,) [rad/s].
         time: The arm's own clock [s].
         mode: A value of lcmt_panda_status.robot_mode.
-        problem: Why it obeys no more; empty while it does.
-        utime: When it was measured, by the wall clock [us]; None where the arm
-            does not tell that: then it counts from when it came.
+        problem: Why it follows no more commands; empty while it does.
+        utime: Time of the measurement, by the wall clock [us]; None if the arm
+            does not send it: then the time of arrival counts.
     """
 
     q: np.ndarray
@@ -51,7 +51,7 @@ class ArmReport:
 
 
 class ArmLink(Protocol):
-    """What `ArmDriver` needs of an arm: joint rates in, reports out."""
+    """Interface of an arm for `ArmDriver`: joint rates in, reports out."""
 
     def command(self, velocity: np.ndarray) -> None:
         """Asks for joint rates, shape (n,) [rad/s]."""
@@ -76,13 +76,13 @@ class ArmDriver:
         joints: int,
         inbox: CommandSource | None = None,
     ):
-        """Subscribes; nothing is asked of the arm before a command comes.
+        """Subscribes; nothing is sent to the arm before a command comes.
 
         Args:
             lcm: The LCM network.
             link: The arm.
             joints: Number of its joints.
-            inbox: Where commands come from; None obeys everybody.
+            inbox: Source of commands; None accepts every sender.
         """
         self._lcm, self._link = lcm, link
         self._inbox = inbox or Inbox(lcm, [COMMAND_RAMP, PANDA_COMMAND])
@@ -93,14 +93,13 @@ class ArmDriver:
     def step(self, now: int, t: float) -> ArmReport | None:
         """Hears commands, hands on the latest and publishes a new status.
 
-        The arm is told something every `COMMAND_PERIOD`, news or not.
+        The arm receives a setpoint every `COMMAND_PERIOD`, new or not.
 
         Args:
             now: Wall clock [us].
             t: Time now, by a clock that never jumps [s].
 
-        Returns:
-            What the arm told, if anything is new.
+        Returns: The arm's report, if it is new.
         """
         for channel, data in self._inbox.fetch():
             self._commands.hear(channel, data)
@@ -128,7 +127,7 @@ def arm_status(report: ArmReport, now: int) -> lcmt_panda_status:
     """Makes the status message of a report.
 
     Args:
-        report: What the arm told.
+        report: The arm's report.
         now: Wall clock, for a report without a stamp [us].
     """
     status, zeros = lcmt_panda_status(), [0.0] * len(report.q)

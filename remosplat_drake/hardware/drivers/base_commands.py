@@ -39,7 +39,7 @@ class BaseMaxima:
         forward: Greatest speed forward [m/s].
         reverse: Greatest speed backwards [m/s]; nothing looks back there.
         sideways: Greatest speed to either side [m/s]; 0 for a base that cannot
-            go there: told to, it stops.
+            move sideways: if commanded to, it stops.
         yaw_rate: Greatest turning rate, either way [rad/s].
     """
 
@@ -151,7 +151,7 @@ class BaseCommands:
         return share * self._velocity
 
     def _share(self, now: int, silence: float) -> float:
-        """Which share of the command counts now."""
+        """Share of the command that applies now."""
         expired = is_expired(self._utime, now, self._expiry)
         ramp = self._ramp.of(self._utime)
         if ramp is None:

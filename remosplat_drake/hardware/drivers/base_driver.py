@@ -48,7 +48,7 @@ the bridge is silent, so that others, a joystick say, may drive the base."""
 
 
 class BaseLink(Protocol):
-    """What `BaseDriver` needs of a base: velocities in, odometry out."""
+    """Interface of a base for `BaseDriver`: velocities in, odometry out."""
 
     def publish(self, velocity: np.ndarray) -> None:
         """Asks for a velocity.
@@ -141,11 +141,10 @@ class BaseDriver:
         Args:
             lcm: The LCM network.
             link: The connection to the base.
-            maxima: Greatest velocities that are asked of the base; None
-                takes the LD-60's.
+            maxima: Greatest velocities of the base; None takes the LD-60's.
             sources: What else says whether the base may move.
-            inbox: Where commands come from; None obeys everybody.
-            tell: Called with a line for people when odometry cannot be used.
+            inbox: Source of commands; None accepts every sender.
+            tell: Called with a message when odometry is unusable.
         """
         self._tell, self._broken = tell, ""
         self._lcm = lcm

@@ -9,7 +9,7 @@ from remosplat_drake.hardware.wire.messages.base_status import base_status
 
 @dc.dataclass(frozen=True)
 class BaseStops:
-    """What holds a base.
+    """The causes that stop a base.
 
     Attributes:
         emergency: Whether an emergency stop is latched.
@@ -31,10 +31,10 @@ FREE = BaseStops()
 
 
 class StopSource(Protocol):
-    """Something that knows whether a base may move."""
+    """A source that reports whether a base may move."""
 
     def stops(self, t: float) -> BaseStops:
-        """Returns what it knows.
+        """Returns its state.
 
         Args:
             t: Time now, by a clock that never jumps [s].

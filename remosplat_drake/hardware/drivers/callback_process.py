@@ -1,4 +1,4 @@
-"""`CallbackProcess`: the 1 kHz callback, alone in a process of its own.
+"""`CallbackProcess`: the 1 kHz callback, alone in a separate process.
 
 Nothing that happens to the process with the wire can make the callback late:
 no other thread waits for its interpreter, and nothing is collected. It outlives
@@ -117,7 +117,7 @@ def _control(
     setpoints: SharedRecord,
     states: SharedRecord,
 ) -> None:
-    """What the process does: it controls the arm until that is over."""
+    """Main function of the process: controls the arm until the end."""
     # A motion is ended by a setpoint, or by the lack of one.
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
@@ -146,7 +146,7 @@ def _control(
 def _tell_of_abort(
     arm: FrankaArm, servo: VelocityServo, states: SharedRecord
 ) -> None:
-    """Lets the wire know the arm's mode, which names the cause of a stop."""
+    """Sends the arm's mode, which names the cause of a stop."""
     end = time.monotonic() + _AFTERWARDS
     with suppress(RemoSplatError):
         while time.monotonic() < end:

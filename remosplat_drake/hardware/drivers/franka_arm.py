@@ -21,10 +21,10 @@ NO_LOW_PASS = 1000.0
 
 @dc.dataclass(frozen=True)
 class CollisionLimits:
-    """What the arm takes for a collision, upon which it stops by reflex.
+    """Thresholds of the arm for a collision, at which it stops by reflex.
 
     The defaults are those of libfranka's `generate_joint_velocity_motion`.
-    What is set in Desk does not hold: the driving program sets its own.
+    Settings in Desk have no effect, since the driving program sets its own.
 
     Attributes:
         torque: External torques on the joints, seven [N m].

@@ -15,7 +15,7 @@ def check_reachable(host: str, hand: bool = False) -> None:
 
     Args:
         host: Name or address of the arm's controller.
-        hand: Whether to ask for the hand, which has a TCP port of its own.
+        hand: Whether to connect to the hand, which has a TCP port of its own.
 
     Raises:
         RemoSplatError: No answer comes within three seconds.

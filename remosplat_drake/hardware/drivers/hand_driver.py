@@ -19,7 +19,7 @@ from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
 class FrankaHand(Protocol):
-    """What `HandDriver` needs of a Franka hand, real or simulated."""
+    """Interface of a Franka hand for `HandDriver`, real or simulated."""
 
     def width(self) -> float:
         """Returns the opening of the fingers [m]."""
@@ -33,7 +33,7 @@ class FrankaHand(Protocol):
             force: Bound on the gripping force [N].
 
         Raises:
-            RemoSplatError: They did not move as told.
+            RemoSplatError: They did not move as commanded.
         """
         ...
 
@@ -56,7 +56,7 @@ class HandDriver:
         Args:
             lcm: The LCM network.
             hand: The hand under control.
-            inbox: Where commands come from; None obeys everybody.
+            inbox: Source of commands; None accepts every sender.
         """
         self._lcm = lcm
         self._hand = hand
@@ -68,7 +68,7 @@ class HandDriver:
         self._last = (math.nan, 0)
 
     def step(self, now: int) -> None:
-        """Runs one period: hears commands, starts a motion, publishes.
+        """Runs one period: receives commands, starts a motion, publishes.
 
         Args:
             now: Wall clock [us].

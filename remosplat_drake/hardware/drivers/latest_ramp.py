@@ -1,4 +1,4 @@
-"""`LatestRamp`: the ramp that a driver was told last."""
+"""`LatestRamp`: the latest ramp of a driver."""
 
 from contextlib import suppress
 

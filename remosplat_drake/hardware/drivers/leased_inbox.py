@@ -1,4 +1,4 @@
-"""`LeasedInbox`: a driver's commands, from the one session that it obeys.
+"""`LeasedInbox`: a driver's commands, from the one session that it follows.
 
 A driver obeys no session before a lease has named it. Then it obeys
 that session alone, by the address that lease and commands come from, until
@@ -33,12 +33,12 @@ _YIELD = 5e-4
 
 @dc.dataclass(frozen=True)
 class Hold:
-    """The session that a driver obeys; without a lease it obeys none.
+    """The session that a driver follows; without a lease it follows none.
 
     Attributes:
         lease: The session's latest lease; None while there is none.
         sender: Address that its lease and its commands come from.
-        heard: When it was heard last, by a clock that never jumps [s].
+        heard: Time of its last message, by a clock that never jumps [s].
     """
 
     lease: Lease | None = None
@@ -48,7 +48,7 @@ class Hold:
     def after_lease(
         self, lease: Lease, sender: str, driver: int, now: float
     ) -> "Hold":
-        """Returns the hold after a lease has been heard.
+        """Returns the hold after a lease.
 
         Args:
             lease: The lease.
@@ -73,15 +73,15 @@ class Hold:
         return self if now - self.heard <= LEASE_EXPIRY else Hold()
 
     def admits(self, sender: str, now: float) -> bool:
-        """Tells whether a command from an address is to be carried out."""
+        """Returns whether a command from an address is to be carried out."""
         return self.at(now).lease is not None and sender == self.sender
 
 
 class LeasedInbox:
     """The messages that a driver is to carry out; it reports on the others.
 
-    It takes the place of an `Inbox`, and must be looked into all the time:
-    its reports go out as it is.
+    It replaces an `Inbox`, and must be read all the time: its reports are sent
+    meanwhile.
     """
 
     def __init__(
@@ -101,8 +101,8 @@ class LeasedInbox:
             channels: Channels of commands, which need a lease.
             name: What the driver is, for people.
             open_channels: Channels that every program may use.
-            on_news: Called with a line for people when the driver obeys
-                another session, and when it first refuses one.
+            on_news: Called with a message when the driver follows another
+                session, and when it first refuses one.
             clock: A clock that never jumps [s].
 
         Raises:
@@ -173,7 +173,7 @@ class LeasedInbox:
             self._on_news(f"refuses {channel} from {sender}")
 
     def _tell(self, now: float, obeyed: int) -> None:
-        """Reports ten times a second this driver, and the session it obeys."""
+        """Reports this driver and its session, ten times a second."""
         lease = self._hold.at(now).lease
         self._report = dc.replace(
             self._report,

@@ -32,7 +32,7 @@ JOINTS = 7
 
 
 class CommandError(RemoSplatError):
-    """What is no command to an arm in velocity mode."""
+    """The reason why a command is none for an arm in velocity mode."""
 
     def __init__(self, field: str, problem: str):
         super().__init__(f"{PANDA_COMMAND}: {field}: {problem}")
@@ -79,7 +79,7 @@ class ArmCommands:
     Attributes:
         received: Number of commands so far.
         broken: Number of messages that were none.
-        complaint: What was wrong with the latest of those; empty for nothing.
+        complaint: Faults of the latest of those; empty for nothing.
         expired: How often a command has ended without a successor.
     """
 
@@ -149,7 +149,7 @@ class ArmCommands:
         return share * self._velocity
 
     def _share(self, now: int) -> float:
-        """Which share of the command counts now."""
+        """Share of the command that applies now."""
         if self._came is None:
             self._came = now
         age = from_utime(now - self._came)

@@ -25,7 +25,7 @@ from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
 class ControlledArm(Protocol):
-    """What `PandaDriver` needs of an arm: setpoints in, records out."""
+    """Interface of an arm for `PandaDriver`: setpoints in, records out."""
 
     def command(self, velocity: Sequence[float], end: bool = False) -> None:
         """Asks for joint rates, seven [rad/s], or for the motion's end."""
@@ -50,7 +50,7 @@ class PandaDriver:
         Args:
             lcm: The LCM network.
             arm: The arm under control.
-            inbox: Where commands come from; None obeys everybody.
+            inbox: Source of commands; None accepts every sender.
         """
         self._lcm = lcm
         self._arm = arm
@@ -71,8 +71,7 @@ class PandaDriver:
     def brake(self) -> bool:
         """Asks for rest and for the motion's end.
 
-        Returns:
-            Whether the arm is told to rest by now.
+        Returns: Whether the arm is commanded to rest by now.
         """
         self._arm.command([0.0] * JOINTS, end=True)
         status = self._tell()

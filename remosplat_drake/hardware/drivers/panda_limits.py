@@ -59,7 +59,7 @@ LIMITER = RateLimits(
     acceleration=PANDA.acceleration - _MARGIN,
     jerk=PANDA.jerk - _MARGIN,
 )
-"""What libfranka 0.9 limits a command to: a little less, so that a robot that
+"""Limits of a command by libfranka 0.9: a little less, so that a robot that
 extrapolates three lost packets stays within its bounds."""
 
 
@@ -156,7 +156,7 @@ def limit_rate(
 
 
 def next_command(target: np.ndarray, last: JointCommand) -> JointCommand:
-    """Filters and limits a target: what the robot is told in the next tick.
+    """Filters and limits a target: the robot's command in the next tick.
 
     Args:
         target: Wanted joint rates, finite, shape (7,) [rad/s].

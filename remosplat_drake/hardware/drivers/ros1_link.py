@@ -27,7 +27,8 @@ from remosplat_drake.hardware.ros_config import RosBase
 from remosplat_drake.hardware.wire.localization import BaseFix
 
 DEBIAN_PACKAGES = "/usr/lib/python3/dist-packages"
-"""Where Debian keeps rospy; appended, so that it shadows nothing of ours."""
+"""Folder of Debian's rospy; appended, so that it shadows none of our
+modules."""
 
 
 class Ros1Link:

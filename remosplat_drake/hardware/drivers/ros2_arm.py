@@ -1,7 +1,7 @@
 """`Ros2ArmLink`: an arm behind ros2_control's controllers, without ROS.
 
-Controllers take joint rates or trajectories, `joint_state_broadcaster` tells
-sensor_msgs/JointState. Neither says whether the arm is stopped: other topics
+Controllers take joint rates or trajectories, `joint_state_broadcaster` sends
+sensor_msgs/JointState. Neither reports whether the arm is stopped: other topics
 may.
 """
 
@@ -39,9 +39,8 @@ class Ros2ArmLink:
         Args:
             config: The arm's topics.
             description: The robot, which names the joints in their order.
-            tell: Called with a line for people when something begins or ceases
-                to hold the arm, when joint states cannot be used, and with what
-                nothing tells of the arm.
+            tell: Called with a message when a stop of the arm begins or ends,
+                when joint states are unusable, and if no topic reports stops.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network; or
@@ -80,8 +79,8 @@ class Ros2ArmLink:
     def command(self, velocity: np.ndarray) -> None:
         """Asks for joint rates.
 
-        An arm that is held is told to rest. Afterwards it is so until rest has
-        been asked for: a release starts no motion.
+        An arm that is stopped is commanded to rest. Afterwards it stays so
+        until rest has been commanded: a release starts no motion.
 
         Args:
             velocity: The rates, shape (n,) [rad/s].
@@ -94,8 +93,8 @@ class Ros2ArmLink:
     def fetch(self) -> ArmReport | None:
         """Returns the latest report of all joints; None if there is none.
 
-        A message that lacks one of the joints is left aside: several
-        broadcasters may share a topic. One that cannot be used is told.
+        A message without one of the joints is ignored, since several
+        broadcasters may share a topic. An unusable one is reported.
         """
         report, hold = None, self._hold()
         for sample in taken(self._reader):
@@ -112,7 +111,7 @@ class Ros2ArmLink:
         """Does nothing: the DDS participant goes with this object."""
 
     def _hold(self) -> ArmHold:
-        """What holds the arm now; news are told."""
+        """The present cause that stops the arm; changes are reported."""
         for field, reader in self._readers:
             for sample in taken(reader):
                 self._stops.put(field, sample.data, time.monotonic())

@@ -13,8 +13,8 @@ from remosplat_drake.hardware.wire.channels import COMMAND_EXPIRY
 from remosplat_drake.robot.robot_description import RobotDescription
 
 HORIZON = COMMAND_EXPIRY
-"""How far a trajectory goes on at its rates before it brakes [s]: where nothing
-newer comes, the controller rests by itself."""
+"""Time for which a trajectory continues at its rates before it brakes [s]:
+without a newer one, the controller rests by itself."""
 
 _LEAD = 0.2
 """How far a trajectory may be ahead of the measured joints, as a time at their
@@ -49,7 +49,7 @@ class Controllers:
         """Asks for joint rates.
 
         Args:
-            rates: Of the whole arm, shape (n,) [rad/s].
+            rates: Those of the whole arm, shape (n,) [rad/s].
             q: Its joint positions, shape (n,) [rad]; None while they are not
                 known.
         """
@@ -133,11 +133,11 @@ class TrajectoryStretch:
     def message(self, rates: np.ndarray, q: np.ndarray):
         """Returns the trajectory of some joint rates from now on.
 
-        It goes on from where the trajectories before have led, which is not
-        where the joints were measured: these are late.
+        It starts where the trajectories before have led, not where the joints
+        were measured: these measurements are late.
 
         Args:
-            rates: Of the whole arm, shape (n,) [rad/s].
+            rates: Those of the whole arm, shape (n,) [rad/s].
             q: Its measured positions, shape (n,) [rad].
 
         Returns:

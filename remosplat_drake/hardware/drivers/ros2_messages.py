@@ -88,7 +88,7 @@ class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
 class TwistStamped(
     IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"
 ):
-    """geometry_msgs/TwistStamped: a velocity, and when it was wanted."""
+    """geometry_msgs/TwistStamped: a velocity, and the time of its command."""
 
     header: Header = dc.field(default_factory=Header)
     twist: Twist = dc.field(default_factory=Twist)
@@ -297,7 +297,7 @@ class JointTrajectory(
 @dc.dataclass
 @final
 class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
-    """geometry_msgs/PoseStamped: a pose in a frame, and when it was wanted."""
+    """geometry_msgs/PoseStamped: a pose in a frame, and its time."""
 
     header: Header = dc.field(default_factory=Header)
     pose: Pose = dc.field(default_factory=Pose)

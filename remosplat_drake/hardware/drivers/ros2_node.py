@@ -84,9 +84,9 @@ class Ros2Node:
         Args:
             topic: ROS's name of the topic.
             kind: Type of its messages, one of `ros2_messages`.
-            latched: Whether only writers are heard that keep their last
-                message for late readers (ROS's transient local), and that
-                message, too.
+            latched: Whether only writers are accepted that keep their last
+                message for late readers (ROS's transient local), and whether
+                that message is read.
 
         Raises:
             RemoSplatError: The topic cannot be read.

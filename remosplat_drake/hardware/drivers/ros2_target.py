@@ -1,4 +1,4 @@
-"""`Ros2Target`: target poses from ROS 2, as a teleoperation hears them."""
+"""`Ros2Target`: target poses from ROS 2, for a teleoperation."""
 
 import numpy as np
 from pydrake.lcm import DrakeLcmInterface
@@ -31,7 +31,7 @@ class Ros2Target:
             frame: The frame that is the world W; poses in another one are left
                 aside.
             domain: A ROS_DOMAIN_ID; None takes that of the environment.
-            tell: Called with a line for people when poses cannot be used.
+            tell: Called with a message when poses are unusable.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network.

@@ -62,7 +62,7 @@ def read_odometry(message) -> Odometry:
 
 
 _PLANAR = np.ix_([0, 1, 5], [0, 1, 5])
-"""Where x, y and yaw are in ROS's 6 by 6 covariances."""
+"""Indices of x, y and yaw in ROS's 6 by 6 covariances."""
 
 
 def read_pose(message, child_frame: str) -> BaseFix:
@@ -134,7 +134,7 @@ def write_twist(message, velocity: np.ndarray):
 def odometry_problem(odometry: Odometry) -> str:
     """Says why odometry cannot be used; empty if it can.
 
-    Without a stamp nothing tells how old it is.
+    Without a stamp its age is unknown.
     """
     if not all(map(math.isfinite, (*odometry.pose, *odometry.velocity))):
         return "odometry: a number is not finite"
@@ -146,8 +146,8 @@ def odometry_problem(odometry: Odometry) -> str:
 def status_of(odometry: Odometry, stops: BaseStops = FREE) -> base_status:
     """Turns odometry into the base's status message.
 
-    Odometry tells nothing of stops. Where nothing else does, the flags stay 0,
-    and a base that does not follow its command is noticed by how far it comes.
+    Odometry does not report stops. Without another source, the flags stay 0,
+    and a base that does not follow its command is detected by its motion.
 
     Args:
         odometry: The measurement, which has no problem.

@@ -12,11 +12,11 @@ from remosplat_drake.hardware.drivers.arm_driver import ArmReport
 from remosplat_drake.robot.robot_description import RobotDescription
 
 FREQUENCY = 500.0
-"""How often the controller tells its state, an e-Series [Hz]."""
+"""Rate at which the controller sends its state, an e-Series [Hz]."""
 
 WATCHDOG = 10.0
-"""How often the controller wants to be told something: where it is not, its
-program ends and the arm brakes [Hz]."""
+"""Rate of commands that the controller requires: without them, its program ends
+and the arm brakes [Hz]."""
 
 DECELERATION = 10.0
 """Deceleration of the last stop [rad/s^2]."""
@@ -30,7 +30,7 @@ class UrArmLink:
     """Commands and states of one arm; an `ArmLink`.
 
     If this process ends, so does the arm's motion: the controller's watchdog
-    ends a program that hears nothing.
+    ends a program that receives nothing.
     """
 
     def __init__(self, host: str, description: RobotDescription):

@@ -32,8 +32,8 @@ class VelocityCallback:
 
         Args:
             servo: Decides on them.
-            setpoints: What the other process asks for.
-            states: What it shall know.
+            setpoints: Setpoints of the other process.
+            states: Its states.
             joint_velocities: Libfranka's class of that name.
         """
         self._servo = servo

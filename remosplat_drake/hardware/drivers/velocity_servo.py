@@ -30,7 +30,8 @@ ABANDONED = 1.0
 """Time without a fresh setpoint after which the motion is ended [s]."""
 
 AT_REST_BELOW = 1e-6
-"""Rate below which a joint that is told to rest does so [rad/s]."""
+"""Rate below which a joint that is commanded to rest counts as resting
+[rad/s]."""
 
 _STAND = [0.0] * 7
 
@@ -38,13 +39,13 @@ _STAND = [0.0] * 7
 class VelocityServo:
     """Follows setpoints; without fresh ones, or with bad ones, it brakes.
 
-    After a ramp because of old setpoints, none is followed until one asks
-    for rest: the commanding program has noticed, and begins anew.
+    After a ramp because of old setpoints, no setpoint is followed before one of
+    rest: then the commanding program has noticed, and begins anew.
 
     Attributes:
-        command: What the arm was told last.
+        command: The arm's last command.
         reason: Why the motion ends; empty while it does not.
-        is_finished: Whether the motion is over: the arm is told to rest.
+        is_finished: Whether the motion is over: the arm is commanded to rest.
     """
 
     def __init__(self):
@@ -79,8 +80,8 @@ class VelocityServo:
         """Decides on the command of one tick.
 
         Args:
-            setpoint: Joint rates that are asked for, seven [rad/s]; beyond
-                their bounds they are cut back together.
+            setpoint: Requested joint rates, seven [rad/s]; beyond their bounds
+                they are scaled down together.
             age: Age of the setpoint [s].
             end: Whether the motion shall end, at rest.
         """

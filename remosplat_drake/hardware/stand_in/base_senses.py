@@ -13,27 +13,27 @@ from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.robot.planar_pose import relative
 
 X_WO = np.array([0.3, -0.2, 0.1])
-"""Where the odometry began, if something else localises the base: x, y, yaw in
-W, shape (3,) [m, m, rad]."""
+"""Start of the odometry, if something else localises the base: x, y, yaw in W,
+shape (3,) [m, m, rad]."""
 
 FIX_PERIOD = 0.1
 """Time between two fixes of the localisation [s]."""
 
 FIX_DELAY = 0.05
-"""Age of a fix when it is told [s]."""
+"""Age of a fix when it is sent [s]."""
 
 DEVIATION = np.array([0.002, 0.002, 0.001])
 """Standard deviations of a fix [m, m, rad]."""
 
 AWAY = np.array([-1.0, 0.0, 0.0])
-"""Where jumps and drift lead: shipped scenes lie ahead of the base, in the
+"""Direction of jumps and drift: shipped scenes lie ahead of the base, in the
 direction of x, and seem farther away than they are."""
 
 
 class BaseSenses:
     """The odometry of the stand-in's base, and its localisation if it has one.
 
-    Without a localisation the odometry tells the pose in W.
+    Without a localisation the odometry is the pose in W.
     """
 
     def __init__(self, localizes: bool):
@@ -49,7 +49,7 @@ class BaseSenses:
         self._random = np.random.default_rng(0)
 
     def advance(self, t: float, faults: FaultSchedule) -> None:
-        """Lets time pass until t [s]: what drifts goes on."""
+        """Lets time pass until t [s]: drifts continue."""
         for name in self._drifts:
             self._drifts[name] += faults.value(name, 0.0) * (t - self._time)
         self._time = t

@@ -1,8 +1,8 @@
 """Faults of a robot, by name, on a schedule or on request.
 
-A fault is written NAME[=VALUE]@START[+DURATION], for example
-`status-stops@3` or `clock-jump=-0.5@2+1`. START counts from the first command
-that the robot hears [s]; without a duration a fault lasts.
+A fault is written NAME[=VALUE]@START[+DURATION], for example `status-stops@3`
+or `clock-jump=-0.5@2+1`. START counts from the first command that the robot
+receives [s]; without a duration a fault lasts.
 """
 
 import dataclasses as dc
@@ -114,9 +114,9 @@ def parse_fault(text: str) -> Fault:
 
 
 def requested_faults(data: bytes) -> list[Fault]:
-    """Decodes the faults that a message on `CHANNEL` asks for.
+    """Decodes the faults in a message on `CHANNEL`.
 
-    Unknown names are left out; a broken message asks for none.
+    Unknown names are ignored; a broken message contains none.
     """
     try:
         message = decode(lcmt_drake_signal, data)

@@ -1,6 +1,6 @@
 """Libfranka's interface, as panda-python has it, to the stand-in's `FciArm`.
 
-The arm's driver takes this module in place of `panda_py.libfranka`; all else
+The arm's driver takes this module instead of `panda_py.libfranka`; all else
 of it is the same. Only what the driver uses is here.
 """
 
@@ -66,7 +66,7 @@ class JointVelocities:
 
 @dc.dataclass(frozen=True)
 class RobotState:
-    """What the robot tells, under libfranka's names; vectors have seven."""
+    """State of the robot, by libfranka's names; vectors have 7 entries."""
 
     q: list[float]
     q_d: list[float]
@@ -93,7 +93,7 @@ class Robot:
 
         Args:
             franka_address: UDP port of this computer, in digits.
-            realtime_config: Of no effect here.
+            realtime_config: Without effect here.
         """
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         # Not settimeout, with which every call waits, DONTWAIT or not.

@@ -16,12 +16,12 @@ _REQUEST = struct.Struct("=qq13d")
 
 
 class Kind(IntEnum):
-    """What a client asks of the robot."""
+    """Requests of a client to the robot."""
 
     READ = 0
     """A state."""
     BEGIN = 1
-    """A motion: a state every millisecond, each of which wants an answer."""
+    """A motion: a state every millisecond, each of which needs an answer."""
     COMMAND = 2
     """The answer to a state: seven joint rates."""
     LAST = 3
@@ -32,10 +32,10 @@ class Kind(IntEnum):
 
 @dc.dataclass(frozen=True)
 class Request:
-    """What a client sends.
+    """A message of a client.
 
     Attributes:
-        kind: What it wants.
+        kind: The kind of request.
         number: Number of the state that it answers; 0 for none.
         values: Thirteen numbers, padded with zeros.
     """
@@ -65,7 +65,7 @@ class Request:
 
 @dc.dataclass(frozen=True)
 class State:
-    """What the robot sends.
+    """A message of the robot.
 
     Attributes:
         number: Number of the robot's millisecond.

@@ -35,7 +35,7 @@ class FciRules:
     """The arm's own control in joint velocity mode, a millisecond a step.
 
     Attributes:
-        mode: `IDLE`, `MOVE` while it obeys, or why it does not.
+        mode: `IDLE`, `MOVE` while it follows commands, or why it does not.
         error: Name of the error that aborted the latest motion, as libfranka
             has it; empty without one.
         command: What the arm desires: taken from a packet, made up, or its

@@ -38,11 +38,11 @@ from remosplat_drake.robot.robot_model import RobotModel
 def commanded(
     description: RobotDescription, has_arm_driver: bool = False
 ) -> list[str]:
-    """Returns the channels of the commands that a robot hears.
+    """Returns the channels of a robot's commands.
 
     Args:
         description: The robot.
-        has_arm_driver: Whether the arm obeys a driver of its own.
+        has_arm_driver: Whether the arm has a driver of its own.
     """
     heard = [channels.COMMAND_RAMP]
     if not has_arm_driver:
@@ -55,7 +55,7 @@ def commanded(
 
 
 _PANDA = "panda"
-"""What the arm is called that libfranka drives."""
+"""Names of the arms that libfranka drives."""
 
 _SPARSE = 4
 """One in so many of the arm's statuses is sent while time is made up for."""
@@ -67,7 +67,7 @@ class HardwareSim:
     A Panda is driven by libfranka's law, another arm by its accelerations. A
     base or a hand that the robot does not have sends nothing.
 
-    The order within a step is that of the real control loop: hear commands,
+    The order within a step is that of the real control loop: receive commands,
     decide, move, publish statuses.
 
     Attributes:
@@ -96,15 +96,15 @@ class HardwareSim:
             lcm: The LCM network.
             schedule: The faults that shall happen.
             clock: The wall clock of the robot's computer [us].
-            actuators: How base and arm follow what their drivers tell them,
-                in the order of u; none: at once.
-            fci: Where the arm obeys a driver of its own in place of the
-                wire; None for the simulated driver.
-            localizes: Whether something besides its wheels tells where the
-                base is; the odometry then begins elsewhere.
-            status_rate: How often the arm tells its state [Hz].
-            inbox: Where messages on `commanded` and of faults come from; None
-                obeys everybody.
+            actuators: How base and arm follow their drivers' commands, in the
+                order of u; none: at once.
+            fci: The arm's own driver, which replaces the wire; None for the
+                simulated driver.
+            localizes: Whether a localisation reports the base's pose, too; the
+                odometry then begins elsewhere.
+            status_rate: Rate of the arm's statuses [Hz].
+            inbox: Source of messages on `commanded` and of faults; None accepts
+                every sender.
         """
         self._plant = plant
         self._lcm = lcm
@@ -172,7 +172,7 @@ class HardwareSim:
         self._tell(self.time)
 
     def _change_actuators(self) -> None:
-        """Puts other actuators in place while a fault wants them."""
+        """Replaces the actuators while a fault requests it."""
         late = self._faults.value("base-command-delay", 0.0)
         slow = late, "panda-py" in self._faults
         if slow == self._slow:
@@ -185,7 +185,7 @@ class HardwareSim:
         self._axes = ActuatedAxes([*base, *arm], TICK)
 
     def _now(self) -> int:
-        """The wall clock of the robot's computer, as far off as it is [us]."""
+        """The wall clock of the robot's computer, with its error [us]."""
         jump = self._faults.value("clock-jump", 0.0)
         return self._stamp + round(jump * MICROSECONDS)
 

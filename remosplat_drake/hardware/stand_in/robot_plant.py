@@ -21,7 +21,7 @@ from remosplat_drake.station.velocity_driver import (
 _RUNNING = StationStatus()
 
 _INSTANT = 1e-9
-"""What rounding may make of no time [s]."""
+"""Rounding error of a zero time [s]."""
 
 
 PERIOD = 0.005
@@ -107,8 +107,8 @@ class RobotPlant:
     ) -> None:
         """Moves the robot up to time t.
 
-        The bodies' step that ends by then obeys this command, as if it had
-        been given all the while.
+        The bodies' step that ends by then uses this command, as if it had been
+        there all the while.
 
         Args:
             t: Time at the end of the step [s].

@@ -31,7 +31,7 @@ _MODE_PERIOD = 0.1
 """Time between two messages of stops and modes [s]."""
 
 _FAULT = "FAULT"
-"""What the mode's topic says while the arm does not obey."""
+"""Content of the mode's topic while the arm follows no command."""
 
 
 class Ros2Robot:
@@ -150,7 +150,7 @@ class _ArmTopics:
             self._stops["mode"].write(self._mode(obeys))
 
     def _mode(self, obeys: bool):
-        """The message that tells whether the arm obeys."""
+        """The message that contains whether the arm follows commands."""
         kind = getattr(self._ros, self._config.mode_type)
         running = self._config.running_modes[0]
         if self._config.mode_type == BOOL:

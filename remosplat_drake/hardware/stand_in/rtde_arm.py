@@ -49,7 +49,7 @@ _ANSWERS = {
     "quit": "Disconnected",
     "stop": "Stopped",
 }
-"""What the dashboard server answers."""
+"""Answers of the dashboard server."""
 
 
 class RtdeArm:
@@ -195,7 +195,7 @@ class _Connection:
 
 
 class _Server:
-    """Accepts clients on one port, and lets them be heard."""
+    """Accepts clients on one port, and receives their messages."""
 
     def __init__(self, host: str, port: int, make: Callable):
         self._make, self._clients = make, []
@@ -227,7 +227,7 @@ class _Server:
 
 
 class _Client:
-    """What is said on one connection."""
+    """The messages on one connection."""
 
     def __init__(self, connection: _Connection):
         self.connection = connection

@@ -86,7 +86,7 @@ def type_of(name: str) -> str:
 
 
 class Recipe:
-    """What a data package carries, in order.
+    """Content of a data package, in order.
 
     Attributes:
         names: Names of the variables.

@@ -45,7 +45,7 @@ class ArmMeasurement:
 
 @dc.dataclass(frozen=True, eq=False)
 class ArmLimits:
-    """What an arm of n joints can do, each of shape (n,).
+    """Capabilities of an arm of n joints, each of shape (n,).
 
     Attributes:
         lower: Lower ends of the joints' ranges [rad, m].
@@ -68,7 +68,7 @@ class SimulatedArm:
 
     Attributes:
         commands: The driver's latest velocity command.
-        mode: The arm's mode; it obeys commands in `MOVE` only.
+        mode: The arm's mode; it follows commands in `MOVE` only.
         success_rate: Share of the latest packets that reached the arm, as
             statuses report it.
     """
@@ -148,10 +148,10 @@ class SimulatedArm:
 def violates(
     measured: ArmMeasurement, target: np.ndarray, limits: ArmLimits
 ) -> bool:
-    """Tells whether the arm would stop by a reflex.
+    """Returns whether the arm would stop by a reflex.
 
-    It does at a collision, and where a joint beyond its position limit is
-    told to go on; it may move back.
+    It does at a collision, and if a joint beyond its position limit is
+    commanded farther; it may move back.
 
     Args:
         measured: What the arm's sensors measure.

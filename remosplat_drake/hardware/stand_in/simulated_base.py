@@ -33,8 +33,8 @@ _STANDSTILL = 1e-3
 class SimulatedBase:
     """The mobile base and its driver: commands in, speeds and statuses out.
 
-    A protective stop ends by itself and the base then follows the commands
-    it hears; an emergency stop is latched until `recover`, the button on the
+    A protective stop ends by itself and the base then follows the commands it
+    receives; an emergency stop is latched until `recover`, the button on the
     robot.
 
     Attributes:

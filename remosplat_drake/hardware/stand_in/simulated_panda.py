@@ -18,7 +18,7 @@ from remosplat_drake.hardware.stand_in.simulated_arm import (
 LIMITS = ArmLimits(
     POSITION_LOWER, POSITION_UPPER, PANDA.velocity, PANDA.acceleration
 )
-"""What a Panda can do."""
+"""Capabilities of a Panda."""
 
 
 class SimulatedPanda(SimulatedArm):

@@ -16,7 +16,7 @@ JOINTS = 6
 """Number of the arm's joints."""
 
 READY, DONE = 1, 2
-"""What the script says: ready for a command, and done with one."""
+"""States of the script: ready for a command, and done with one."""
 
 STOP_DECELERATION = 20.0
 """Deceleration of protective and emergency stops [rad/s^2]."""

@@ -29,7 +29,7 @@ MODE_NAMES = {
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseState:
-    """What the base's driver measured; copying returns the object itself.
+    """Measurements of the base's driver; copying returns the object itself.
 
     Attributes:
         pose: x, y and yaw in the map, shape (3,) [m, m, rad].
@@ -66,7 +66,7 @@ def base_axes(n_base: int) -> list[int]:
 
 
 def base_velocity(u: np.ndarray) -> np.ndarray:
-    """Returns the velocity that a command asks of a base.
+    """Returns the velocity that a command requests.
 
     Args:
         u: Speed forward, that to the left if the base has one, and turning
@@ -121,7 +121,7 @@ def extrapolated_pose(
 ) -> np.ndarray:
     """Extrapolates odometry: the exact arc of a planar twist.
 
-    Odometry comes at 10 to 37 Hz; a control tick wants the pose of now.
+    Odometry comes at 10 to 37 Hz; a control tick needs the present pose.
 
     Args:
         pose: Measured x, y and yaw, shape (3,) [m, m, rad].

@@ -34,8 +34,8 @@ def excess(
 ) -> tuple[int, float] | None:
     """Finds the first entry of a command that is beyond its bounds.
 
-    The controller's program knows the bounds: but for rounding, nothing is
-    beyond them.
+    The controller's program includes the bounds: except for rounding, nothing
+    is beyond them.
 
     Args:
         u: The command, shape (n_u,).

@@ -1,7 +1,7 @@
-"""Reads and writes counting_map: the map that a control loop goes by.
+"""Reads and writes counting_map: the map that a control loop uses.
 
-A loop whose map grows sends this all the time, so that a program that looks for
-what the map does not show knows what it shows.
+A loop with a growing map sends this all the time, for programs that search for
+things that the map does not contain.
 """
 
 import dataclasses as dc
@@ -18,7 +18,7 @@ PERIOD = 0.2
 """Time between two messages [s]."""
 
 EXPIRY = 1.0
-"""Age at which a message tells nothing any more [s]."""
+"""Age at which a message is ignored [s]."""
 
 
 @dc.dataclass(frozen=True)

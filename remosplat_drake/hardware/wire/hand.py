@@ -15,7 +15,7 @@ from remosplat_drake.hardware.wire.packets import (
 
 @dc.dataclass(frozen=True, eq=False)
 class HandState:
-    """What the gripper's driver measured; copying returns the object itself.
+    """Measurements of the gripper's driver; copying returns the object itself.
 
     Attributes:
         width: Opening of the fingers and its rate, shape (2,) [m, m/s].

@@ -37,7 +37,7 @@ _DEPTH_TYPES = {
 
 @dc.dataclass(frozen=True, eq=False)
 class CameraImages:
-    """What a camera's driver sent; copying returns the object itself.
+    """Images of a camera's driver; copying returns the object itself.
 
     Attributes:
         rgb: Colours, shape (h, w, 3), uint8.

@@ -6,7 +6,7 @@ from pydrake.lcm import DrakeLcmInterface
 
 
 class CommandSource(Protocol):
-    """Where a driver takes its commands from."""
+    """The source of a driver's commands."""
 
     def fetch(self, timeout: float = 0.0) -> list[tuple[str, bytes]]:
         """Takes out the messages that have arrived.
@@ -23,8 +23,8 @@ class CommandSource(Protocol):
 class Inbox:
     """Collects encoded LCM messages, in the order of their arrival.
 
-    A driver that looks every millisecond hears everything; Drake keeps one
-    message a channel and drops what comes after it until it is fetched.
+    A driver that reads every millisecond receives everything; Drake keeps one
+    message a channel and drops later ones until it is read.
     """
 
     def __init__(self, lcm: DrakeLcmInterface, channels: list[str]):

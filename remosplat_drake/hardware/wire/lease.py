@@ -65,14 +65,14 @@ class Identity:
 
 @dc.dataclass(frozen=True)
 class Lease:
-    """What a session says of itself.
+    """Identity of a session.
 
     Attributes:
         identity: Identity of the session.
         sent: Number of commands sent so far.
         mode: Mode of its supervisor.
         reason: Why that mode.
-        drivers: Sessions of the drivers that shall obey.
+        drivers: Sessions of the drivers that shall follow it.
     """
 
     identity: Identity
@@ -84,11 +84,11 @@ class Lease:
 
 @dc.dataclass(frozen=True)
 class Report:
-    """What a driver says of itself.
+    """Identity of a driver.
 
     Attributes:
         identity: Identity of the driver.
-        holder: Session that it obeys; 0 for none.
+        holder: Session that it follows; 0 for none.
         obeyed: Number of messages that it carried out.
         refused: Number of messages that it refused.
         refused_from: Address whose message it refused last; empty for none.
@@ -159,7 +159,7 @@ def encode_request(session: int, operator: str) -> bytes:
 
     Args:
         session: The session.
-        operator: Name of the person that asks.
+        operator: Name of the person.
     """
     message = operator_request()
     message.utime = to_utime(time.time())

@@ -20,7 +20,7 @@ from remosplat_drake.scene.mover import MOST, Mover, Movers
 from remosplat_drake.scene.mover_camera import MoverCamera
 
 MOST_CAMERAS = 20
-"""Most cameras that a message may tell of."""
+"""Largest number of cameras in a message."""
 
 LONGEST_NAME = 100
 """Characters of a name that are kept."""
@@ -29,7 +29,7 @@ _BOUNDS = ("max_speed", "max_acceleration", "position_error", "velocity_error")
 
 
 def encode_movers(movers: Movers) -> bytes:
-    """Encodes what moves, and which space is watched.
+    """Encodes movers, and which space is watched.
 
     Args:
         movers: What is known; its stamp is wall clock time [s].
@@ -68,10 +68,10 @@ def _quaternion(X_WF: RigidTransform) -> list[float]:
 
 
 def decode_movers(data: bytes) -> Movers:
-    """Decodes and checks what moves, and which space is watched.
+    """Decodes and checks movers, and which space is watched.
 
-    One value that cannot be used makes the whole message unusable: a source
-    that is wrong about one mover is not believed about the others.
+    One unusable value makes the whole message unusable: a source that is wrong
+    about one mover is not trusted about the others.
 
     Args:
         data: The encoded packet.

@@ -105,7 +105,7 @@ def parsed(datagram: bytes) -> tuple[str, bytes] | None:
 
 
 def _joined(group: str, port: int) -> socket.socket:
-    """Opens a socket that hears a multicast group and does not block."""
+    """Opens a socket that receives a multicast group and does not block."""
     joined = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     joined.setblocking(False)
     joined.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -122,7 +122,7 @@ def _joined(group: str, port: int) -> socket.socket:
 def _drop_fragments(joined: socket.socket) -> None:
     """Lets the kernel keep images away: packets that do not start with LC02.
 
-    Where it knows no such filters, everything is heard and nothing breaks.
+    Without support for such filters, everything is received and nothing breaks.
     """
     instructions = (
         (0x20, 0, 0, _UDP_HEADER),  # Load the word behind the UDP header;

@@ -46,7 +46,7 @@ def from_utime(utime: int) -> float:
 
 
 def is_expired(utime: int, now: int, expiry: float) -> bool:
-    """Tells whether a stamp is too far from now, in the past or the future.
+    """Returns whether a stamp is too far from now, in the past or the future.
 
     Args:
         utime: The stamp [us].

@@ -35,13 +35,13 @@ MODE_NAMES = {
 
 @dc.dataclass(frozen=True, eq=False)
 class PandaState:
-    """What the arm's driver measured; copying returns the object itself.
+    """Measurements of the arm's driver; copying returns the object itself.
 
     Attributes:
         q: Joint positions, shape (n,) [rad].
         v: Joint rates, shape (n,) [rad/s].
         stamp: When it was measured, by the driver's wall clock [s].
-        robot_stamp: The robot's own clock [s]; 0 where it is not told.
+        robot_stamp: The robot's own clock [s]; 0 if it is not sent.
         robot_mode: A key of `MODE_NAMES`.
         success_rate: Share of the last 100 packets that reached the robot,
             0 to 1; 0 while nothing is commanded.

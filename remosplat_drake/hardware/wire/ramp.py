@@ -1,7 +1,8 @@
-"""The braking ramp on the wire: how a robot brakes that hears nothing more.
+"""The braking ramp on the wire: how a robot brakes that receives nothing more.
 
 Base and arm brake by one ramp, so that the robot stays on the path that was
-verified. Each driver knows its own axes alone, so it is told the ramp's length.
+verified. Each driver has its own axes only, so the message contains the ramp's
+length.
 """
 
 import dataclasses as dc

@@ -269,9 +269,8 @@ def meet_plane(s):
     Args:
         s: See `whiten`.
 
-    Returns:
-        The forms A, B, C, the height, in place of the first coordinate of the
-        mapped centre, and the other values unchanged.
+    Returns: The forms A, B, C, the height, instead of the first coordinate
+        of the mapped centre, and the other values unchanged.
     """
     u, v, height = s[9], s[10], s[11]
     forms = (

@@ -79,7 +79,7 @@ class Alignment:
 
     @property
     def offset(self) -> float:
-        """What was added to measured depths [m]."""
+        """The correction that was added to measured depths [m]."""
         return float(self.undone[OFFSET])
 
     @property

@@ -281,7 +281,7 @@ def _looked_up(depth: np.ndarray, there: np.ndarray) -> np.ndarray:
 
 
 def _filled(depth: np.ndarray) -> np.ndarray:
-    """Depths [m], with the median in place of those that are unknown."""
+    """Depths [m], with the median instead of those that are unknown."""
     known = depth > 0
     usual = float(np.median(depth[known])) if known.any() else 1.0
     return np.where(known, depth, usual).astype(float)

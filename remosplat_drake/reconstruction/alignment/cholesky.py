@@ -4,7 +4,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, cholesky
 
 _JITTER = (0.0, 1e-14, 1e-12, 1e-10, 1e-8)
-"""What is added to the diagonal of a matrix that is scaled to 1 there, until it
+"""Term added to the diagonal of a matrix that is scaled to 1 there, until it
 can be factorised: exact images make some directions 1e15 times as certain as
 others."""
 

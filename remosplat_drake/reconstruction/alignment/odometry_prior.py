@@ -29,7 +29,8 @@ from scipy.optimize import minimize
 from remosplat_drake.reconstruction.alignment.cholesky import lower_factor
 
 _KINDS = 4
-"""Of noise: white, random walk, steady drift and smooth drift."""
+"""Standard deviations of the noise: white, random walk, steady drift and smooth
+drift."""
 
 LEAST = np.repeat([1e-6, 1e-5], _KINDS)
 MOST = np.repeat([0.5, 1.0], _KINDS)

@@ -178,7 +178,7 @@ class Refinement:
         steps: int,
         report: Callable[[int, int], None],
     ) -> tuple[Posterior, State]:
-        """The solution for the images as they are now, and its state."""
+        """The solution for the images in their present state."""
         result = None
         for number, level in enumerate(levels):
             report(done + number, steps)

@@ -112,7 +112,7 @@ def assess(
         held_out: Whether the compared views were not trained on.
         count: Largest number of points at which distances are compared.
         seed: Seed of the random points.
-        warnings: What is wrong with the capture, in words.
+        warnings: Faults of the capture, in words.
         validations: Errors at views that a map was made without, see
             `cross_validate`; they determine the verdict unless the truth is
             known.
@@ -192,7 +192,7 @@ def _own_error(splat_W: GaussianSplat, workspace: Workspace) -> float:
 def _references(
     surface_W: np.ndarray, truth: PrimitiveScene | None
 ) -> dict[str, DistanceField]:
-    """What distances are compared with, by name."""
+    """References that distances are compared with, by name."""
     if not len(surface_W):
         raise RemoSplatError("the capture shows no surface in the workspace")
     fields: dict[str, DistanceField] = {CAPTURE: PointDistanceField(surface_W)}

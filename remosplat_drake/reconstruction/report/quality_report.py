@@ -94,7 +94,7 @@ class FloaterSummary(Config):
 
 @dc.dataclass
 class CoverageSummary(Config):
-    """What the cameras saw of the workspace, as fractions of its volume."""
+    """The workspace as seen by cameras, as fractions of its volume."""
 
     # Lower corner of the workspace in W [m].
     lower: Annotated[list[Coordinate], Len(0, 3)] = dc.field(

@@ -69,7 +69,8 @@ _WORST, _SPREAD = 400, 1000
 spread over all."""
 
 _SWEEPS, _LEAST_DISCS = 4, 1000
-"""Of the refinement of a map that is made to be judged, and of its discs."""
+"""Settings for the refinement, and for the discs, of a map that is made for
+evaluation."""
 
 _AROUND, _WITNESSES = 0.02, 3
 """An error must occur at three measured points within 2 cm, since one may be a

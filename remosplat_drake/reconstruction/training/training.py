@@ -100,8 +100,8 @@ class TrainingConfig:
 
 
 CAMERA_TRAINING = TrainingConfig(refine_cameras=True, batch=8, center_rate=2e-4)
-"""Settings for cameras as unknowns: more views tell a common lens better, and
-the cameras' errors are in the discs, which have to move with them."""
+"""Settings for cameras as unknowns: more views determine a common lens better,
+and the cameras' errors are in the discs, which have to move with them."""
 
 
 @dc.dataclass(frozen=True)
@@ -159,8 +159,8 @@ def train(
         config: Settings; None takes the defaults.
         held_out: Views, shape (n,), bool, that are not trained on but decide
             when to stop; without them all steps are run.
-        checkpoint: A file that keeps the state at every look, and from which
-            an interrupted training of the same goes on.
+        checkpoint: A file that keeps the state at every look, and from which an
+            interrupted training continues.
         report: Called with the progress every ten steps.
         device: Name of the torch device; gsplat needs "cuda".
         rasterizer: Function that renders the discs.
@@ -289,7 +289,7 @@ class _Training:
         self._idle = 0 if gained else self._idle + 1
 
     def result(self) -> Trained:
-        """The splat as it is now, and the cameras that it fits."""
+        """The present splat, and the cameras that it fits."""
         splat = self.discs.splat(self._config.min_opacity)
         if not self._config.refine_cameras:
             return Trained(splat, self.progress, self._capture, np.zeros(COUNT))

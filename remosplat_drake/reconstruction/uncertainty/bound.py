@@ -1,12 +1,13 @@
 """A bound on how far the truth may lie in front of each disc of a splat.
 
-u = g + z s + max(a, e): g is the largest gap between the disc and what was
-measured of its surface; s is the standard deviation of the disc's own place, by
-the noise of the depth and by the errors of the poses and of the camera; a is
-the distance between the pixels that saw it, between which an edge may lie, and
-e how far an edge may lie beyond the last of them. z and the limit of a were
-chosen on rendered scenes with known truth and then frozen; see the studies
-`map_bound` and `true_maps`, and docs/theory/uncertainty.md.
+u = g + z s + max(a, e): g is the largest gap between the disc and the
+measurements of its surface; s is the standard deviation of the disc's own
+place, by the noise of the depth and by the errors of the poses and of the
+camera; a is the distance between the pixels that saw it, between which an
+edge may lie, and e how far an edge may lie beyond the last of them. z and
+the limit of a were chosen on rendered scenes with known truth and then
+frozen; see the studies `map_bound` and `true_maps`, and
+docs/theory/uncertainty.md.
 """
 
 import dataclasses as dc
@@ -35,7 +36,7 @@ LARGEST_PITCH = 0.002
 """Limit of a: many views see an edge with different pixels [m]."""
 
 LARGEST_EDGE = 0.008
-"""Limit of e: an edge goes on along its surface, and a larger bound, which
+"""Limit of e: an edge continues along its surface, and a larger bound, which
 applies in all directions, would cost more space than edges occupy [m]."""
 
 LARGEST_SIGMA = 0.005

@@ -16,7 +16,8 @@ _LEAST_NOISE = 1e-4
 """Least assumed standard deviation of depth [m]."""
 
 _STEEPEST = 0.3
-"""Surfaces seen more slantingly than this cosine tell little of depths."""
+"""Surfaces seen more obliquely than this cosine contain little information
+about depths."""
 
 _MAD = 1.4826
 """Standard deviation of a Gaussian over its median absolute deviation."""

@@ -54,7 +54,7 @@ def gaps(
 
     Args:
         splat_W: Discs, in W.
-        measured: What was measured.
+        measured: The measurements.
 
     Returns:
         Distances, shape (n,) [m], and the indices of the nearest discs, (n,).
@@ -82,7 +82,7 @@ def close_gaps(
 
     Args:
         splat_W: Discs, in W.
-        measured: What was measured.
+        measured: The measurements.
         largest: Largest gap that remains [m].
 
     Returns:

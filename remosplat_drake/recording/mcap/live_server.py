@@ -12,7 +12,7 @@ from remosplat_drake.recording.mcap.messages import Message
 from remosplat_drake.recording.mcap.schemas import SCHEMAS
 
 HOST = "127.0.0.1"
-"""Where the server listens: what others may see goes through a tunnel."""
+"""Address of the server: other computers reach it through a tunnel."""
 
 
 class LiveServer:

@@ -95,7 +95,7 @@ class McapRecorder:
 
     @property
     def trouble(self) -> str:
-        """Returns what the file lacks; empty if nothing."""
+        """Returns what is missing in the file; empty if nothing."""
         with contextlib.suppress(EOFError, OSError):
             while self._child.connection is not None and self._child.has_news():
                 self._trouble = self._news()

@@ -42,7 +42,7 @@ _TRANSFORMS, _IMAGES = 1 / 30, 1 / 5
 
 @dc.dataclass(frozen=True)
 class RecordingJob:
-    """What the process is to write.
+    """The content that the process writes.
 
     Attributes:
         path: The file.

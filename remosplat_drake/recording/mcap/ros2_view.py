@@ -1,7 +1,7 @@
-"""`Ros2View`: the target, the nearest things and how things stand, for RViz.
+"""`Ros2View`: the target, the nearest things and the robot's state, for RViz.
 
-Where the robot's links are its own robot_state_publisher tells; a second voice
-on /tf would only contradict it. So /tf gets the target alone.
+The robot's own robot_state_publisher publishes its links; a second source on
+/tf would contradict it. So /tf gets the target alone.
 """
 
 import numpy as np

@@ -84,7 +84,7 @@ def convex_pieces(
 
 
 def _in_cell(surface: np.ndarray, spheres: LinkSpheres, i: int) -> np.ndarray:
-    """What of the surface lies deeper in sphere i than in the others.
+    """The part of the surface that lies deeper in sphere i than in the others.
 
     Depth is measured by a point's power, distance^2 - radius^2: two spheres
     have the same on the plane in which they cut each other.

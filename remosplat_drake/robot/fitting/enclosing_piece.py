@@ -52,7 +52,7 @@ def enclosing_piece(surface: np.ndarray) -> ConvexPiece:
 
 
 def _axes(p: np.ndarray) -> np.ndarray:
-    """The link's axes or the main ones, along which a box around p is least.
+    """The link's axes or the principal ones, by the smaller box around p.
 
     Thickened along its own axes, a box remains one.
     """

@@ -34,7 +34,7 @@ NEAR = 0.05
 """Distance of meshes below which that of the pieces has to be true [m]."""
 
 _WORST = 8
-"""Most errors of a pair of links that are told."""
+"""Largest number of reported errors of a pair of links."""
 
 _RISING = 5e-4
 """Error from which on postures are climbed from [m]."""
@@ -219,7 +219,7 @@ class MeshTruth:
         return moving
 
     def _of(self, links: LinkPair) -> np.ndarray:
-        """What is known of the distances of two links, shape (p,) [m].
+        """The known distances of two links, shape (p,) [m].
 
         They are NaN where they have not been measured yet.
         """

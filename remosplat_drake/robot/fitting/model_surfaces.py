@@ -41,7 +41,7 @@ _POSITIONS = 9
 
 @dc.dataclass(frozen=True)
 class SurfaceOptions:
-    """Which surfaces of a model are to be enclosed by spheres.
+    """The surfaces of a model that spheres shall enclose.
 
     Attributes:
         links: Names of the links; empty means all that have geometry.

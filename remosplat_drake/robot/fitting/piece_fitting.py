@@ -26,7 +26,7 @@ ACCURACY = 5e-3
 """How much nearer links may be by their pieces than by their meshes [m]."""
 
 _AIM = 4e-3
-"""What errors are brought below, so that postures which were not looked at keep
+"""Bound to which errors are reduced, so that postures which were not used keep
 `ACCURACY`, too [m]."""
 
 _TRUE = 1.5e-3

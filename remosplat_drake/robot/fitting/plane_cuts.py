@@ -14,7 +14,7 @@ from remosplat_drake.robot.fitting.kernels.freed_points import freed_points
 from remosplat_drake.robot.fitting.simplified import welded
 
 _SHARES = np.linspace(0.0, 1.0, 13)[1:-1]
-"""Where planes along the main axes are tried, as a share of the extent."""
+"""Places of planes along the main axes, as a share of the extent."""
 
 _NORMALS = np.array([n for n in product((-1, 0, 1), repeat=3) if n > (0, 0, 0)])
 _NORMALS = _NORMALS / np.linalg.norm(_NORMALS, axis=1, keepdims=True)

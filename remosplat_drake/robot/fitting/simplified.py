@@ -24,8 +24,8 @@ def welded(surface: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def clustered(surface: np.ndarray, edge: float) -> np.ndarray:
     """Moves all corners of a grid's cell to one place.
 
-    A closed surface stays closed, so that it winds around the same points but
-    for those that are nearer to it than a cell's diagonal.
+    A closed surface stays closed, so that it winds around the same points
+    except for those that are nearer to it than a cell's diagonal.
 
     Args:
         surface: Triangles, shape (t, 3, 3) [m].

@@ -64,7 +64,7 @@ class LinkSurface:
 def voxel_pitch(extent: np.ndarray) -> float:
     """Returns the voxel edge for a link [m].
 
-    It tells how well bulges are known, so that large links have more voxels.
+    Extent from which voxels are chosen, so that large links have more of them.
 
     Args:
         extent: Edges of the link's bounding box, shape (3,) [m].

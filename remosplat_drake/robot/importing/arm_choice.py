@@ -20,7 +20,7 @@ from remosplat_drake.robot.importing.urdf import (
 
 @dc.dataclass(frozen=True)
 class ArmChoice:
-    """What of a robot is driven.
+    """The driven part of a robot.
 
     Attributes:
         end_effectors: Names of the links whose frames are driven to targets,
@@ -43,8 +43,8 @@ def choose_arm(
     Args:
         urdf: The robot.
         srdf: What its SRDF says; may be empty.
-        wanted: Names of the end effectors' links by what these are called, or
-            by their own names; empty: they are found or guessed.
+        wanted: Names of the end effectors' links by their roles, or by their
+            own names; empty: they are found or guessed.
         findings: Where choices are noted.
 
     Raises:

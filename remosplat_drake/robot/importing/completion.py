@@ -204,7 +204,7 @@ def _ball() -> Element:
 
 
 def _is_physical(inertial: Element) -> bool:
-    """Tells whether mass and moments are those of some body."""
+    """Returns whether mass and moments are those of some body."""
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is None or inertia is None:
         return False

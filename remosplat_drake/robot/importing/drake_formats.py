@@ -135,7 +135,7 @@ def _name(
 
 
 def _with_line(text: str) -> str:
-    """What Drake says of a file, whose name comes before it anyway."""
+    """The text of Drake's error about a file, without the file's name."""
     return _PLACE.sub(r"line \1: ", text).split(" See https")[0]
 
 

@@ -20,7 +20,7 @@ _WITHIN = 0.15
 """Least distance from both joint limits, as a share of the range."""
 
 _TWISTED = 0.05
-"""What joints cost that are half a turn from zero, as manipulability."""
+"""Cost of joints that are half a turn from zero, in units of manipulability."""
 
 
 def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
@@ -72,7 +72,7 @@ def tightness(robot: RobotModel, q_arm: np.ndarray) -> float:
 
 
 def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
-    """Tells whether links are apart that are apart at home.
+    """Returns whether links are apart that are apart at home.
 
     Those that are close at home, as at a short wrist, may be closer by 3 cm.
 

@@ -94,18 +94,18 @@ def words(name: str) -> list[str]:
 
 
 def is_wheel(joint: UrdfJoint) -> bool:
-    """Tells whether a joint turns, steers or springs a wheel."""
+    """Returns whether a joint turns, steers or springs a wheel."""
     return bool(_WHEELS.search(joint.name.lower()))
 
 
 def has_wheels(urdf: Urdf) -> bool:
-    """Tells whether a robot has at least two joints that turn wheels."""
+    """Returns whether a robot has at least two joints that turn wheels."""
     joints = urdf.joints.values()
     return sum(j.kind == CONTINUOUS and is_wheel(j) for j in joints) >= 2
 
 
 def is_finger(urdf: Urdf, joint: UrdfJoint) -> bool:
-    """Tells whether a joint opens or closes a hand.
+    """Returns whether a joint opens or closes a hand.
 
     Joints of which one follows another on the same link are a pair of fingers,
     by any name.
@@ -133,7 +133,7 @@ def is_finger(urdf: Urdf, joint: UrdfJoint) -> bool:
 
 
 def is_of_arm(urdf: Urdf, joint: UrdfJoint) -> bool:
-    """Tells whether a joint may be one of an arm, or of what carries it.
+    """Returns whether a joint may be one of an arm, or of what carries it.
 
     Args:
         urdf: The robot.
@@ -145,7 +145,7 @@ def is_of_arm(urdf: Urdf, joint: UrdfJoint) -> bool:
 
 
 def side_names(names: list[str]) -> list[str]:
-    """Names several hands by what tells them apart: left and right, arm_1.
+    """Names several hands by their differences: left and right, arm_1.
 
     Args:
         names: Names of their links, or of these and of what moves them.

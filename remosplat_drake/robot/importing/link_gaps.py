@@ -22,9 +22,9 @@ from remosplat_drake.robot.self_collision.shapes import (
 )
 
 SHARE = 0.25
-"""How far apart links are that do not meet, as a share of the smaller one's
-size. Of 16 robots of example-robot-data none reaches 0.05 but iCub, whose
-shapes do lie apart."""
+"""Distance of links that do not meet, as a share of the smaller one's size. Of
+16 robots of example-robot-data none reaches 0.05 but iCub, whose shapes do lie
+apart."""
 
 
 @dc.dataclass(frozen=True)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import trimesh
 
 _PIECES = "meshes/collision"
-"""Where convex pieces lie in the folder, and by what they are told apart."""
+"""Folder of the convex pieces, and the suffixes of their names."""
 
 _LARGEST = 20.0
 """Size from which on a mesh is taken to be in another unit [m]."""

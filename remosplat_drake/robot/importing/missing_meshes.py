@@ -46,10 +46,10 @@ def replace_missing(urdf: Urdf, packages: Packages, findings: Findings) -> None:
 def replace_by_others(
     links: Iterable[Element], is_there: Callable[[Element], bool]
 ) -> dict[str, list[str]]:
-    """Has links do without the meshes that they lack.
+    """Removes missing meshes from links.
 
-    What a link lacks of one kind is replaced by all that it has of the other.
-    A link that lacks both stays as it is, for an error that names the mesh.
+    A missing kind is replaced by all that the link has of the other. A link
+    without either is unchanged, for an error that names the mesh.
 
     Args:
         links: The links' elements, which are changed.

@@ -1,4 +1,4 @@
-"""MuJoCo's MJCF, made ready for Drake's parser, which knows a part of it."""
+"""MuJoCo's MJCF, prepared for Drake's parser, which supports a part of it."""
 
 import dataclasses as dc
 import math
@@ -22,7 +22,7 @@ _GENERATED = ("frame", "replicate", "attach", "composite", "flexcomp")
 
 @dc.dataclass
 class SaidOfJoints:
-    """What a model says of its joints beyond their tree.
+    """Properties of a model's joints beyond their tree.
 
     Attributes:
         mimics: Joints that follow others, by name.
@@ -82,7 +82,7 @@ def prepare_mjcf(
 
 
 def _include(path: Path, element: Element, seen: set[Path]) -> None:
-    """Puts what included files hold in the place of the <include>."""
+    """Replaces each <include> by the content of its file."""
     children = []
     for child in element:
         if child.tag != "include":
@@ -117,7 +117,7 @@ def _name_meshes(root: Element, mesh: Callable[[str], str]) -> None:
 
 
 def _sites_as_bodies(root: Element) -> None:
-    """Sites become bodies without shapes, as Drake knows no sites."""
+    """Sites become bodies without shapes, as Drake has no sites."""
     taken = {body.get("name") for body in root.iter("body")}
     for body in list(root.iter("body")):
         for site in body.findall("site"):
@@ -202,7 +202,7 @@ def _couplings(root: Element) -> tuple[dict[str, Mimic], list[Loop]]:
 def _fix_floating(root: Element) -> list[str]:
     """Has the only body that floats stand still, and returns its name.
 
-    Of several, all but one are things, and nothing tells which is the robot.
+    All but one of several are things, and it is unknown which is the robot.
     """
     floating = [
         (body, joint)

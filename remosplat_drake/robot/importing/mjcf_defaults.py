@@ -22,7 +22,7 @@ _Attributes = dict[str, dict[str, str]]
 
 
 def write_out_defaults(path: Path, root: Element) -> None:
-    """Gives elements the attributes of their classes, and takes those out.
+    """Copies attributes of classes to their elements; removes the classes.
 
     Args:
         path: The file, for errors.

@@ -17,7 +17,7 @@ DRIVES = {
     DIFFERENTIAL: robot_description.DIFFERENTIAL,
     OMNI: robot_description.OMNIDIRECTIONAL,
 }
-"""What descriptions call the drives of those that move."""
+"""Names of the drives in descriptions, by kind of mobile base."""
 
 JOINTS = ("base_x", "base_y", "base_yaw")
 """Names of the joints of a mobile base."""
@@ -26,10 +26,10 @@ SPEED, YAW_RATE = 0.5, 0.8
 """Speeds that are taken for a base's limits [m/s, rad/s]."""
 
 ACCELERATION, YAW_ACCELERATION = 0.5, 1.5
-"""What is taken for the rates of their change [m/s^2, rad/s^2]."""
+"""Assumed rates of their change [m/s^2, rad/s^2]."""
 
 EFFORT = 400.0
-"""What is taken for the efforts of its motors [N, N m]."""
+"""Assumed efforts of its motors [N, N m]."""
 
 ROAM = 20.0
 """How far the model has a base drive from where it started [m]."""

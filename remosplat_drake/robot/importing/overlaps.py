@@ -1,8 +1,8 @@
 """Links whose collision shapes overlap where no real links would.
 
-What overlaps in every pose is not watched: nothing would move otherwise. A
-hull that holds its whole neighbour was made of the wrong mesh, or of one in
-another unit.
+Links that overlap in every pose are not checked, since nothing could move
+otherwise. A hull that contains its whole neighbour was made of the wrong mesh,
+or of one in another unit.
 """
 
 from itertools import product

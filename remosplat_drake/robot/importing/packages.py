@@ -94,13 +94,14 @@ class Packages:
     ) -> Path:
         """Returns the folder of a package.
 
-        One that is nowhere under its name is taken to be the nearest folder
-        above the file that holds what is wanted of it: makers rename folders.
+        A package that is not found by its name is assumed to be the nearest
+        folder above the file that contains the needed files: makers rename
+        folders.
 
         Args:
             name: Name of the package.
             element: The element that names it, for errors.
-            wanted: Files in it that are known to be wanted.
+            wanted: Files in it that are known to be needed.
 
         Raises:
             FieldError: There is no such package.
@@ -141,7 +142,7 @@ class Packages:
 
 
 def _in_entry(entry: Path, name: str) -> Iterator[Path]:
-    """Where an entry of a path variable may have a package."""
+    """Possible places of a package in an entry of a path variable."""
     yield entry / "share" / name
     yield entry / name / "share" / name
     level = [entry]

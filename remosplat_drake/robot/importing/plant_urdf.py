@@ -88,7 +88,7 @@ class PlantUrdf:
 
     @property
     def roots(self) -> list[str]:
-        """Names of the links that no joint carries, but for the world."""
+        """Names of the links that no joint carries, except for the world."""
         carried = {joint.child_body().index() for joint in self._joints}
         return [
             self._link[body.index()]

@@ -64,8 +64,8 @@ _HAND_WEIGHT = 2.0
 """How much tighter spheres are from the wrist on."""
 
 _STILL_WEIGHT = 0.5
-"""How much coarser spheres are on links that stand still: they matter to the
-arm, which must not touch them, and to nothing else."""
+"""How much coarser spheres are on links that stand still: they matter only for
+the arm, which must not touch them."""
 
 _ON_FLOOR = 0.1
 """Height up to which links of a base are taken to stand on the floor [m]."""
@@ -74,7 +74,7 @@ _SHORTEST, _LONGEST = 0.05, 10.0
 """Reaches beyond which an arm is hardly meant to be that size [m]."""
 
 _UNITS = "are all origins right, all lengths in m, and all meshes scaled to m?"
-"""What may be wrong with a robot that has odd sizes."""
+"""Possible errors of a robot with odd sizes."""
 
 _OFF_LIMITS = 0.01
 """How far the home keeps off limits at which a named state is [rad, m]."""
@@ -84,7 +84,7 @@ _LEFT_OUT = ("gazebo", "transmission", "ros2_control", "sensor")
 
 @dc.dataclass(frozen=True)
 class ImportRequest:
-    """What is wanted of an import.
+    """The request of an import.
 
     Attributes:
         source: The robot's file, in any format that `read_robot` reads.
@@ -117,7 +117,7 @@ def import_robot(
     """Writes a robot's model, meshes, spheres and description into a folder.
 
     Args:
-        request: What is wanted.
+        request: The request.
         folder: The folder, which exists and is empty.
         findings: Where it is noted what was found and guessed.
         on_progress: Called with what is being done, the number of steps that
@@ -207,7 +207,7 @@ def _judge_sizes(urdf: Urdf, robot: RobotModel, findings: Findings) -> None:
 def _srdf(
     request: ImportRequest, urdf: Urdf, said: Srdf, findings: Findings
 ) -> Srdf:
-    """What the SRDF says, and the robot's own file where there is none."""
+    """The SRDF's data, or those of the robot's own file without one."""
     path = request.srdf or find_srdf(request.source, urdf.name)
     if path is None:
         if said.allowed_collisions:
@@ -246,7 +246,7 @@ def _described(
     folder: Path,
     findings: Findings,
 ) -> RobotDescription:
-    """Writes the model's file, and describes it but for its home."""
+    """Writes the model's file, and the description without its home."""
     name = "".join(c if c.isalnum() else "_" for c in urdf.name).lower()
     model = folder / f"{name}.urdf"
     for tag in _LEFT_OUT:
@@ -319,7 +319,7 @@ def _with_allowed_collisions(
 ) -> RobotDescription:
     """Has the description name the pairs of links that the SRDF allows.
 
-    It can where self-collision is judged by hulls; spheres know no pairs.
+    It can if self-collision uses hulls; spheres have no pairs.
     """
     field = "allowed_collisions"
     if field not in {known.name for known in dc.fields(description)}:

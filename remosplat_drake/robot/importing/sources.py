@@ -16,7 +16,8 @@ from remosplat_drake.robot.importing.urdf import Urdf
 from remosplat_drake.robot.importing.xacro_files import expand_xacro
 
 XACRO = ".xacro"
-"""Ending of xacro files, which are told by it; all others by their content."""
+"""Suffix of xacro files, by which they are recognised; all others by their
+content."""
 
 
 def read_robot(

@@ -197,7 +197,7 @@ class Staging:
         return packages.resolve(uri, where).absolute()
 
     def _mesh(self, path: Path, uri: str, where: str) -> str:
-        """Names a mesh that Drake reads in place of another one."""
+        """Names a mesh that Drake reads instead of another one."""
         source = self._find(path, uri, where)
         if source.suffix.lower() in _READ_BY_DRAKE:
             return str(source)

@@ -28,7 +28,7 @@ TOOLS = (
     r"(.*_)?(gripper|hand|palm)(_?link)?",
     r"(.*_)?flange(_?link)?",
 )
-"""What frames at a tool are called, the likeliest first."""
+"""Names of frames at a tool, the likeliest first."""
 
 _SAME_PLACE = 1e-3
 """Distance within which two frames do as well as each other [m]."""
@@ -164,7 +164,7 @@ def _by_name(
 ) -> str | None:
     """The frame with the likeliest name.
 
-    Of several it is one that carries none of the others, at the fingers.
+    Of several, the result carries none of the others and is at the fingers.
     """
     for pattern in TOOLS:
         fits = [link for link in among if re.fullmatch(pattern, _plain(link))]

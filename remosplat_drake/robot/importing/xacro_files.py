@@ -39,7 +39,7 @@ class XacroArgument:
     Attributes:
         name: Its name.
         default: Its default; None if it has to be given.
-        choices: The values that the files tell apart; empty if any will do.
+        choices: The values that the files distinguish; empty if any will do.
     """
 
     name: str
@@ -159,7 +159,7 @@ def _choices(
 def _files_for(
     include: str, names: set[str], path: Path, packages: Packages
 ) -> set[str]:
-    """What fits into an include's first hole, which is one of the names'."""
+    """Candidates for an include's first placeholder."""
     hole = _HOLE.search(_FIND.sub("", include))
     if hole is None or not {hole[1], hole[2]} & names:
         return set()

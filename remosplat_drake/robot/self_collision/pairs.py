@@ -103,7 +103,7 @@ class SelfCollisionPairs:
         Args:
             X_WL: Poses of all bodies of the robot's tree, shape (b, 4, 4).
             within: Links at or beyond this distance are left out [m].
-            crowded: Of two links all pairs of shapes below this distance are
+            crowded: All pairs of shapes of two links below this distance are
                 noted, not the nearest alone [m].
         """
         return NearPoints(
@@ -139,7 +139,7 @@ def self_collision_pairs(
 def _watched(
     robot: RobotModel,
 ) -> tuple[CollisionShapes, LinkPairs, ShapePairs, np.ndarray]:
-    """What does not depend on the margin, with the distances at home [m]."""
+    """The part without the margin, with the distances at home [m]."""
     shapes = read_collision_shapes(robot.description, robot.spheres)
     found = find_link_pairs(robot, shapes)
     pairs = ShapePairs.make(robot, shapes, found.watched)

@@ -242,8 +242,8 @@ _NEAR = named(
 def moved_on(movers, time, longest) -> MoverArrays:
     """Advances the movers, as they would be measured later.
 
-    They keep their twists for a while, and rest afterwards. What is known of
-    them is as old then, and as sure, as it is now.
+    They keep their twists for a while, and rest afterwards. The age and
+    certainty of their measurements stay those of now.
 
     Args:
         movers: The `MoverArrays`.

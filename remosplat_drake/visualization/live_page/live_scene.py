@@ -1,4 +1,4 @@
-"""`LiveScene`: the parts of a scene that move while people look on."""
+"""`LiveScene`: the parts of a scene that move while people watch."""
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -7,7 +7,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.visualization.live_page.newest import Newest
 
 POSE, PROPERTY = "pose", "property"
-"""Kinds of what moves: poses of paths, and their other properties."""
+"""Kinds of movers: poses of paths, and their other properties."""
 
 Property = bool | float | list[float]
 """Value of a property."""

@@ -21,7 +21,7 @@ from remosplat_drake.visualization.live_page.web_socket import (
 )
 
 NEWEST = "/newest"
-"""Path of the websocket that tells a page what is new."""
+"""Path of the websocket that sends changes to a page."""
 
 KEEP_ALIVE = 0.25
 """Longest time that an answer waits for news [s]."""

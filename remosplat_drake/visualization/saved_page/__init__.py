@@ -1,1 +1,1 @@
-"""The page as one file: compressed, with a player and what was measured."""
+"""The page as one file: compressed, with a player and the measurements."""

@@ -34,7 +34,7 @@ class Moment:
 
 @dc.dataclass(frozen=True, eq=False)
 class Account:
-    """What is to be told of a run, by the clock of its replay.
+    """The account of a run, by the clock of its replay.
 
     Attributes:
         state: How it ended.
@@ -45,7 +45,7 @@ class Account:
         stopping: Clearance at which the controller stops approaching [m].
         influence: Clearance beyond which the oracle reports none [m].
         moments: What happened, in the order of time.
-        facts: Names and values of what was measured.
+        facts: Names and values of the measurements.
         rate: Seconds of the run that the player plays in a second.
     """
 

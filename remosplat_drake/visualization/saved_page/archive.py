@@ -20,7 +20,7 @@ _COMMAND = re.compile(
 # They name files of the computer that the page was made on.
 _SOURCE = re.compile(r"^// .* from /.*\n", re.MULTILINE)
 _STRIDES = (1, 2, 4, 9)
-"""Bytes, shorts, floats, and doubles with the byte that tells what they are."""
+"""Bytes, shorts, floats, and doubles with the byte that marks their type."""
 
 
 def pack(page: str, title: str) -> str:

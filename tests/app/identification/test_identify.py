@@ -1,4 +1,4 @@
-"""What identification finds is what there was."""
+"""Identification finds the actuators that there were."""
 
 import dataclasses as dc
 import math

@@ -1,4 +1,4 @@
-"""What tells kernels from each other, and when they are compiled again."""
+"""The content by which kernels are distinguished and compiled again."""
 
 import enum
 import gc

@@ -81,7 +81,7 @@ def test_strides_go_to_who_is_behind(toy):
         futures, spent = advance_together(futures, counting, 0.0, budget, 1)
         assert spent == budget
         assert [r.num_steps for r in futures] == steps
-    # A stride each, whatever else might be spent.
+    # A stride each, with any budget left.
     futures, spent = advance_together(futures, counting, 0.0, 100, 1)
     assert spent == 3 * STRIDE
     assert [r.num_steps for r in futures] == [10, 11, 10]

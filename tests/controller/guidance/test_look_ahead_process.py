@@ -163,7 +163,7 @@ def test_an_answer_about_another_world_is_dropped(shared_process, stuck):
     other = copy.copy(stuck.field)
     other.revision = "a third"
     start = start_selection(stuck.rule)
-    # Whatever is under way now is about the map before.
+    # The rollouts under way now are about the map before.
     for _ in range(20):
         selection = updated(shared_process, stuck.rule, start, stuck.now, other)
         assert selection.revision == "a third"

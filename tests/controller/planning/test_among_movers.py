@@ -1,4 +1,4 @@
-"""What stands in the way is gone round, and what passes is waited for."""
+"""Paths around standing movers, and waiting for passing ones."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -17,8 +17,8 @@ from remosplat_drake.controller.guidance.selection_round import (
     advance_selection,
 )
 from remosplat_drake.controller.guidance.standing_movers import (
+    gone_mover,
     standing,
-    whoever_has_gone,
 )
 from remosplat_drake.controller.planning.obstructions import StandingMovers
 from remosplat_drake.controller.program.guidance import DIRECT
@@ -174,9 +174,9 @@ def test_who_stands_and_who_has_gone():
     (found,) = standing(seen)
     np.testing.assert_allclose(found.X_WM.translation(), [1.05, 0, 0])
     assert not found.v_WM.any()
-    assert whoever_has_gone(standing(seen), seen) == ""
-    assert whoever_has_gone(standing(seen), now) == "slow"
+    assert gone_mover(standing(seen), seen) == ""
+    assert gone_mover(standing(seen), now) == "slow"
     far = Mover.sphere("slow", [1.3, 0, 0], 0.1)
     gone = dc.replace(now, movers=Movers(1.0, [fast, far]))
-    assert whoever_has_gone(standing(seen), gone) == "slow"
-    assert whoever_has_gone(Selection(DIRECT).around, gone) == ""
+    assert gone_mover(standing(seen), gone) == "slow"
+    assert gone_mover(Selection(DIRECT).around, gone) == ""

@@ -1,4 +1,4 @@
-"""What is free, held against looking very often."""
+"""Free configurations and motions, against very dense checks."""
 
 import numpy as np
 import pytest

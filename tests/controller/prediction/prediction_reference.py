@@ -1,4 +1,4 @@
-"""What the kernels of `prediction` compute, slowly and readably.
+"""The results of the kernels of `prediction`, slowly and readably.
 
 It is what tests hold them against.
 """

@@ -1,4 +1,4 @@
-"""Where a robot will be, and how well its model explains what it did."""
+"""Predicted motion, and how well its model explains the measurements."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What `mover_sweep.py` decides, sphere by sphere and mover by mover.
+"""The decisions of `mover_sweep.py`, sphere by sphere and mover by mover.
 
 Slow, and without any shortcut: what tests hold the kernel against.
 """

@@ -1,4 +1,4 @@
-"""What `map_sweep.py` decides, round by round in NumPy, of any map."""
+"""The decisions of `map_sweep.py`, round by round in NumPy, of any map."""
 
 import dataclasses as dc
 

@@ -126,7 +126,7 @@ def test_what_it_cannot_tell_it_refuses(three_link):
     for clearance, level, expected in (
         (5.0, 0.0, True),
         (0.0, 0.0, True),  # The map says more.
-        (-np.inf, 0.0, False),  # What has been before the path, nobody knows.
+        (-np.inf, 0.0, False),  # The time before the path is not known.
         (np.nan, 0.0, False),
         (0.0, 99.0, False),
     ):

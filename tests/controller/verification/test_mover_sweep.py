@@ -1,4 +1,4 @@
-"""Whether a path keeps off what moves: by hand, and against a dense look."""
+"""Paths that keep away from movers: by hand, and against dense checks."""
 
 import mover_sweep_reference
 import numpy as np

@@ -15,7 +15,7 @@ from remosplat_drake.controller.verification.protective_separation import (
 from remosplat_drake.scene.mover import Mover, Movers
 
 AHEAD = 0.8
-"""From the outermost sphere's surface to that of who comes [m]."""
+"""From the outermost sphere's surface to that of the mover [m]."""
 
 
 @pytest.fixture
@@ -111,8 +111,8 @@ def test_where_nothing_moves_there_is_none(three_link, meeting):
     found = protective_separation(state, Movers(1.0), 1.0, u, monitoring, tube)
     assert found.least(three_link.spheres.links, Movers(1.0)) is None
     links = three_link.spheres.links
-    nobody = links, state, Movers(1.0), 1.0, u, monitoring, tube
-    assert least_separation(*nobody) is None
+    nothing = links, state, Movers(1.0), 1.0, u, monitoring, tube
+    assert least_separation(*nothing) is None
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -1,4 +1,4 @@
-"""Which fraction of a command the map allows."""
+"""The fraction of a command that the map allows."""
 
 import dataclasses as dc
 import itertools
@@ -405,9 +405,7 @@ def table(frankie, frankie_itself) -> Table:
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.05, 0.1])
-def test_whoever_commands_at_random_keeps_all_that_is_promised(
-    frankie, table, dt
-):
+def test_random_commands_keep_all_that_is_promised(frankie, table, dt):
     """At full speed here and there for 5 s, seen five times a tick."""
     rng = np.random.default_rng(round(1e3 * dt))
     limit, q = frankie.acceleration_limit, table.q

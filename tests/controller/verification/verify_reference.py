@@ -1,4 +1,4 @@
-"""What `verify.py` promises about a command, seen by looking very often.
+"""The promises of `verify.py` about a command, checked very densely.
 
 Slow, and without any bound in between: what tests hold the fast check
 against.

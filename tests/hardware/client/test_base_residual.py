@@ -104,7 +104,7 @@ def test_a_stop_is_found_within_its_delay_and_three_tenths(speed, delay):
     assert 0 < time_to_alarm(random, speed, base) < delay + 0.3
 
 
-def test_noisy_driving_alarms_nobody():
+def test_noisy_driving_raises_no_alarm():
     """Six minutes; `apps.studies.base_stops` drives for ten hours."""
     assert false_alarms(np.random.default_rng(1), 0.1) == (0, 6)
 

@@ -1,4 +1,4 @@
-"""What a base's statuses give away over the seconds."""
+"""Faults that a base's statuses show over the seconds."""
 
 import dataclasses as dc
 
@@ -33,7 +33,7 @@ PERIOD = 0.03
 
 
 class Drive:
-    """A base that drives at one speed, and whoever listens to it."""
+    """A base that drives at one speed, and its listener."""
 
     def __init__(self, config: HardwareConfig = ODOMETRY):
         self.config = config
@@ -137,7 +137,7 @@ def test_a_clock_that_is_off(late, words):
     assert "set the clocks" in problem
 
 
-def test_how_fast_it_was_while_nothing_came_nobody_knows():
+def test_its_speed_while_nothing_came_is_unknown():
     """It brakes meanwhile: neither its last speed nor its next one is it."""
     drive = Drive()
     drive.go_on(2.0)

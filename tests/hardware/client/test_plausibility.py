@@ -1,4 +1,4 @@
-"""What no arm can do."""
+"""Motions that no arm can do."""
 
 import numpy as np
 import pytest

@@ -28,7 +28,7 @@ from remosplat_drake.hardware.wire.ramp import Ramp, decode_ramp
 from remosplat_drake.signals.station_status import RUNNING, STOPPED
 
 MARK = "MARK"
-"""The channel of a message that nobody but the test waits for."""
+"""The channel of a message for which only the test waits."""
 
 
 class Drivers:

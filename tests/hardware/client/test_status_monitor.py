@@ -1,4 +1,4 @@
-"""What the station says about a robot in every state."""
+"""Messages of the station about a robot in every state."""
 
 import math
 

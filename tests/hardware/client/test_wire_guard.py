@@ -1,4 +1,4 @@
-"""Who else is on the wire, told from packets and their senders."""
+"""Other programs on the wire, found by packets and their senders."""
 
 import time
 
@@ -74,7 +74,7 @@ def test_messages_of_strangers_are_counted_and_named():
     assert heard.strange == (2, f"{STATUS} from {ARM_2}")
 
 
-def test_a_problem_lasts_as_long_as_somebody_is_there():
+def test_a_problem_lasts_as_long_as_the_sender_is_there():
     stranger = watch((COMMAND, b"", THEIR))
     assert stranger.problem(PRESENT)
     assert not stranger.problem(PRESENT + 0.01)

@@ -181,7 +181,7 @@ def test_thresholds_come_from_the_drivers_command_line(tmp_path):
     assert (finding.result, finding.found) == (PASSED, "20 N m, 30 N")
 
 
-def test_axes_that_nobody_has_measured_are_told(frankie):
+def test_axes_that_were_not_measured_are_told(frankie):
     finding = drills.check_actuators(frankie)
     assert (finding.result, finding.found) == (ADVICE, "cautious defaults")
     assert finding.source == "actuators in frankie.yaml"
@@ -235,11 +235,11 @@ def test_a_report_holds_for_its_place_and_day(host, url, now, problem):
 
 def test_what_is_needed_must_have_been_looked_at(tmp_path):
     """Advice may be left alone; what was skipped or never done may not."""
-    skipped = Finding("c", SKIPPED, "nobody agreed", "y", "z")
+    skipped = Finding("c", SKIPPED, "not agreed", "y", "z")
     report = dc.replace(REPORT, findings=(*REPORT.findings, skipped))
     report.save(tmp_path / "doctor.json")
     check_doctor(tmp_path / "doctor.json", URL, 1000.0, ["a"])
-    lacking = re.escape("lacks checks: c (nobody agreed), d (not done);")
+    lacking = re.escape("lacks checks: c (not agreed), d (not done);")
     with pytest.raises(RemoSplatError, match=lacking):
         check_doctor(
             tmp_path / "doctor.json", URL, 1000.0, ["a", "b", "c", "d"]

@@ -47,7 +47,7 @@ def test_an_unknown_drill_is_told(capsys):
 
 @pytest.mark.slow
 def test_all_drills_pass_with_the_stand_in(lone_robot, tmp_path):
-    """Somebody presses each button when told to, and resets it."""
+    """A person presses each button when told to, and resets it."""
     path, url = tmp_path / "doctor.json", free_url()
     with robot_process(url, "TableReach"):
         Client(url).wait_for_robot()

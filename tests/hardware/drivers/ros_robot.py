@@ -36,7 +36,7 @@ class Station:
         )
 
     def send(self, forward: float, yaw_rate: float) -> None:
-        """Sends one command, freshly stamped, as who has the lease."""
+        """Sends one command, freshly stamped, with the lease."""
         self._guard.listen()
         self._guard.take_command(0.0)
         message = base_command()
@@ -154,7 +154,7 @@ def check_senses(
                     children.add(fix.child_frame)
 
     fault, moving = (base_status.FAULT, 0), (base_status.MOVING, 0)
-    # Nobody has said yet whether it is pressed.
+    # Whether it is pressed is not known yet.
     exchange(None, lambda: fault in heard)
     exchange(False, lambda: moving in heard)
     exchange(True, lambda: (base_status.STOPPED, 1) in heard)

@@ -138,7 +138,7 @@ def test_a_robot_is_asked_again_and_again():
         wait_for(lambda: stops().motors_off)
         server.say("Motors enabled")
         wait_for(lambda: stops() == BaseStops(battery=0.86))
-        # What nobody answers is not known, and what is garbage neither.
+        # A query without an answer leaves it unknown, and so does garbage.
         for trouble in ("mute", "garbage"):
             server.say(trouble)
             wait_for(lambda: stops().is_unknown)

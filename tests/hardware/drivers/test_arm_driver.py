@@ -126,7 +126,7 @@ ROBOT = Path(__file__).with_name("rtde_robot.py")
 
 @contextlib.contextmanager
 def controller(record: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """A controller on an address of this computer that nobody else has."""
+    """A controller on an address of this computer that no other has."""
     pid = os.getpid()
     address = f"127.1.{pid // 250 % 250 + 1}.{pid % 250 + 1}"
     command = [sys.executable, str(ROBOT), address, str(record)]
@@ -187,7 +187,9 @@ def test_a_universal_robots_arm_is_driven_and_always_comes_to_rest(
                 assert driver.wait(PATIENCE) == 0
             else:
                 driver.kill()
-                time.sleep(1.0)  # Of the controller's clock: nobody tells it.
+                time.sleep(
+                    1.0
+                )  # Of the controller's clock: nothing announces it.
         robot.terminate()
         assert robot.wait(PATIENCE) == 0
     motion = np.load(record)

@@ -37,7 +37,7 @@ class SlowHand:
 
 
 class Setting:
-    """A driver, its hand, and somebody who commands, in one process.
+    """A driver, its hand, and a controller that commands, in one process.
 
     Only the fingers take their time, in a thread.
     """

@@ -1,4 +1,4 @@
-"""Whom a driver obeys: one session, by its lease and its address."""
+"""The session that a driver follows, by its lease and its address."""
 
 import dataclasses as dc
 import time
@@ -33,7 +33,7 @@ def held(*events: tuple[Lease, str, float]) -> Hold:
     return hold
 
 
-def test_nobody_is_obeyed_without_a_lease():
+def test_no_session_is_obeyed_without_a_lease():
     assert not Hold().admits(A, 0.0)
     assert not Hold().admits("", 0.0)
 

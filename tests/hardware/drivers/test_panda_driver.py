@@ -111,7 +111,7 @@ def test_a_status_holds_the_robots_state():
 
 
 class Rig:
-    """A robot, its driver, and somebody who commands: three processes."""
+    """A robot, its driver, and a controller that commands: three processes."""
 
     def __init__(self, folder: Path, stack: contextlib.ExitStack, *flags: str):
         self.url, self.port = free_url(), free_port()
@@ -229,7 +229,7 @@ def test_the_last_statuses_tell_of_a_user_stop(rig):
 
 
 @pytest.mark.slow
-def test_whoever_only_watches_sees_every_mode(lone_robot, tmp_path):
+def test_a_driver_that_only_watches_sees_every_mode(lone_robot, tmp_path):
     with contextlib.ExitStack() as stack:
         rig = Rig(tmp_path, stack, "--status-only")
         client = rig.client

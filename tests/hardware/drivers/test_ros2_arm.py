@@ -118,7 +118,7 @@ def test_an_arm_behind_ros2_control_is_driven():
             return told
 
         client.wait_for(tells(lambda: bool(client.arm)))
-        # In the description's order, whatever the broadcaster's is.
+        # In the description's order, for any order of the broadcaster.
         np.testing.assert_allclose(
             client.latest.joint_position, [1, 2, 3, 4, 5, 0]
         )

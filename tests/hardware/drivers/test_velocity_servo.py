@@ -1,4 +1,4 @@
-"""The 1 kHz law: within the robot's limits whatever it is asked for."""
+"""The 1 kHz law: within the robot's limits for any setpoint."""
 
 import math
 
@@ -115,7 +115,7 @@ def test_an_old_setpoint_ramps_to_zero(age):
     np.testing.assert_allclose(rates, np.outer(share, RATES), atol=1e-9)
 
 
-def test_nothing_moves_again_before_somebody_has_asked_for_rest():
+def test_nothing_moves_again_before_a_request_for_rest():
     servo = VelocityServo()
     run(servo, RATES, 100)
     run(servo, RATES, 200, age=1.0)

@@ -210,7 +210,7 @@ def test_a_second_client_is_not_obeyed(arm, client):
     other.close()
 
 
-def test_whoever_moves_the_arm_is_told_why_it_stops(arm, client):
+def test_a_client_that_moves_the_arm_is_told_why_it_stops(arm, client):
     client.begin()
     arm.stop(RobotMode.USER_STOPPED)
     assert client.step().mode == RobotMode.USER_STOPPED
@@ -299,6 +299,6 @@ def test_limits_reach_the_robot(arm, robot):
     np.testing.assert_allclose(arm.rules.collision_torque, limits)
 
 
-def test_nobody_there_is_an_error():
+def test_a_missing_robot_is_an_error():
     with pytest.raises(RuntimeError, match="libfranka: UDP"):
         fci_library.Robot("1").read_once()

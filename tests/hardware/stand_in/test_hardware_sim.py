@@ -1,6 +1,6 @@
 """The stand-in robot, its wire and its clock in one process.
 
-Time passes only while somebody listens, a millisecond a step, so that each
+Time passes only while a client listens, a millisecond a step, so that each
 duration here is the robot's own.
 """
 
@@ -35,7 +35,7 @@ SLOWLY = np.array([0.1, 0, 0, 0, 0, 0, -0.2])
 
 
 class Lab(Client):
-    """A robot and its client, who share a clock.
+    """A robot and its client, with a common clock.
 
     Attributes:
         robot: The robot.

@@ -57,7 +57,7 @@ def run(rules: UrRules, command: int, values=FAST, cycles=1, fresh=True):
 def test_speeds_are_followed_in_a_straight_line():
     rules = UrRules()
     run(rules, Command.SPEED_J)
-    assert not rules.velocity.any(), "nobody has uploaded a program"
+    assert not rules.velocity.any(), "no program was uploaded"
     rules.start_script()
     run(rules, Command.SPEED_J)
     np.testing.assert_allclose(rules.velocity[[0, 5]], [0.008, -0.004])

@@ -1,4 +1,4 @@
-"""Which map counts, on the wire."""
+"""The version of the map in use, on the wire."""
 
 import pytest
 

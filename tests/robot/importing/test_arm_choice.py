@@ -48,7 +48,7 @@ def test_the_tip_of_an_srdf_is_found_not_guessed():
     assert [joint.name for joint in choice.joints] == ARM[:5]
     assert "SRDF" in found["end effector"]
     assert "end effector" not in guessed
-    # The last joint is nobody's, and stays.
+    # The last joint belongs to no arm, and stays.
     assert choice.locked == {"joint_6": 0.0}
 
 

@@ -1,4 +1,4 @@
-"""What joints are for, by what makers call them."""
+"""Roles of joints, by the names that makers give them."""
 
 from pathlib import Path
 

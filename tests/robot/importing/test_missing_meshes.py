@@ -1,4 +1,4 @@
-"""Links whose pictures, or whose collision meshes, nobody has."""
+"""Links without visual meshes, or without collision meshes."""
 
 from pathlib import Path
 

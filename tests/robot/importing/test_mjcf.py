@@ -1,4 +1,4 @@
-"""What MuJoCo takes for granted is written out, by the rules of its manual."""
+"""Implicit settings of MuJoCo are written out, by the rules of its manual."""
 
 from pathlib import Path
 from xml.etree import ElementTree

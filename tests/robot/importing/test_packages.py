@@ -1,4 +1,4 @@
-"""Where `package://NAME/...` leads to."""
+"""The folders of `package://NAME/...`."""
 
 from pathlib import Path
 

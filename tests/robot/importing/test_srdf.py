@@ -1,4 +1,4 @@
-"""What MoveIt's setup assistant has written about a robot."""
+"""Files of MoveIt's setup assistant about a robot."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ SRDF = """
   </group_state>
   <group_state name="arm_home" group="arm">
     <joint name="joint_1" value="0.5"/><joint name="joint_2" value="-1 0"/>
-    <joint name="nobodys" value="x"/>
+    <joint name="unknown" value="x"/>
   </group_state>
   <disable_collisions link1="hand" link2="forearm" reason="Never"/>
   <disable_collisions link1="forearm" link2="hand" reason="Never"/>

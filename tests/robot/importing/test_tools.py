@@ -1,4 +1,4 @@
-"""Which arms a robot has, and which frame of each is its tool."""
+"""The arms of a robot, and the frame of each that is its tool."""
 
 import dataclasses as dc
 from pathlib import Path

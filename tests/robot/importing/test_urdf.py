@@ -1,4 +1,4 @@
-"""What of a URDF cannot be driven, told in one line."""
+"""Parts of a URDF that cannot be driven, reported in one line."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Which pairs of links are watched, and who may leave others out."""
+"""The pairs of links that are watched, and those left out by name."""
 
 import numpy as np
 import pytest

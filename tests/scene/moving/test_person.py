@@ -1,4 +1,4 @@
-"""Somebody who walks and reaches does so smoothly, within the bounds told."""
+"""A person who walks and reaches moves smoothly, within the stated bounds."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What an onlooker gets of values that change faster than it draws."""
+"""Updates that a visitor gets of values that change faster than it draws."""
 
 import time
 from threading import Thread

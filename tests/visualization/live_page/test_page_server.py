@@ -1,4 +1,4 @@
-"""Who is told what is new, over a socket as a browser has it."""
+"""Visitors and their updates, over a socket as a browser has it."""
 
 import json
 import socket

@@ -1,4 +1,4 @@
-"""Steps of a rollout: ask the map, run the tick, move."""
+"""Steps of a rollout: query the map, run the tick, move."""
 
 import numpy as np
 
@@ -62,10 +62,10 @@ def rollout_steps(
         steps: Number of steps.
         line: Number of the `PythonCalls`.
 
-    Returns:
-        Of each step the command, shape (s, n_u), the configuration after it,
-        shape (s, n_q), and the end effectors' poses there, shape (s, e, 4, 4);
-        and of the `MotionArrays` after the last, from `sent` to `q_start`.
+    Returns: For each step the command, shape (s, n_u), the configuration after
+        it, shape (s, n_q), and the end effectors' poses there, shape (s, e, 4,
+        4); and the `MotionArrays` after the last step, from `sent` to
+        `q_start`.
     """
     around = aged(movers, age)
     us = np.empty((steps, len(u_previous)))
@@ -118,7 +118,7 @@ def _unpacked(motion):
 
 @helper
 def _motion_after(motion, u, dt, n_base):
-    """What a robot is about to do, a period after one more command.
+    """The motion of a robot, a period after one more command.
 
     Args:
         motion: The `MotionArrays` when the command is sent.

@@ -89,7 +89,7 @@ PARTS = tuple(kind for kind, _ in KINDS)
 
 OUTSIDE = len(PARTS)
 """The number of the first ingredient from outside. Compiled ones have one each;
-those that only Python can ask share the last."""
+those in Python share the last."""
 
 YIELD_ORDER = tuple(
     PARTS.index(kind)
@@ -234,7 +234,7 @@ def assemble_tick(
     tube,
     guidance,
 ) -> Assembled:
-    """Builds the program of a tick, as Python asks for it.
+    """Builds the program of a tick for callers in Python.
 
     Args:
         parts: See `assemble`, as of all that is not named here.

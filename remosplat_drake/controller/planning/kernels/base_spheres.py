@@ -1,8 +1,9 @@
 """The spheres that no arm moves, wherever their base stands.
 
-Where a base is drawn, most places are taken. What it carries is one rigid body,
-so that its spheres are placed without the kinematics of the arms. The one that
-was in the way last is looked at first: mostly it is in the way again.
+Most places that are drawn for a base are occupied. The base and the parts that
+it carries are one rigid body, so its spheres are placed without the kinematics
+of the arms. The sphere that collided last is checked first: it often collides
+again.
 """
 
 import math
@@ -72,7 +73,7 @@ def base_spheres(space):
 
 @helper
 def _is_moved_by_arm(robot, body):
-    """Tells whether a joint of an arm moves a body."""
+    """Returns whether a joint of an arm moves a body."""
     is_moved = False
     for j in range(robot.n_base, robot.moves.shape[1]):
         is_moved |= robot.moves[body, j]
@@ -81,7 +82,7 @@ def _is_moved_by_arm(robot, body):
 
 @kernel(returns=TRUTH)
 def may_stand(space, line, base, q):
-    """Tells whether the base may stand somewhere, its arms left out.
+    """Returns whether the base may stand somewhere, its arms left out.
 
     Args:
         space: The `SpaceArrays`.

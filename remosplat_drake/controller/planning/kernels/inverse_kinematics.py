@@ -39,7 +39,7 @@ _NO_DAMPING = 1e-6
 
 
 class Arms(NamedTuple):
-    """The arms of a robot, and what they shall reach.
+    """The arms of a robot, and their targets.
 
     Attributes:
         chains: The joints that move each end effector, as `SerialChain`s in a
@@ -178,7 +178,7 @@ def _move(kind, axis_F, value, X_WF, X_WM):
 
 @helper
 def _error(X_WE, target, e):
-    """Fills in the weighed error in what is asked."""
+    """Computes the weighted error in the constrained directions."""
     _pose_error(X_WE, target.X_WT, e)
     if has_free(target.weights):
         turn_W = asked_rotation(X_WE, target.X_WT, target.weights)
@@ -234,7 +234,8 @@ def _leave_columns(target, J):
 def _jacobian(chain, first, X_WF, X_WE, J):
     """Fills in the Jacobian of a pose, angles weighed as in the error.
 
-    Its columns are the arms' joints; those that do not move E stay as they are.
+    Its columns are the arms' joints; those that do not move E are left
+    unchanged.
     """
     a = np.empty(3)
     for i in range(len(chain.kind)):

@@ -1,7 +1,7 @@
 """Checks configurations, and motions between them, for distances.
 
-A motion is looked at as verification looks at commands: nothing slips through
-between two looks but for verification's tolerance, see `map_looks.py` and
+A motion is checked as verification checks commands: between two looks,
+distances are kept up to verification's tolerance, see `map_looks.py` and
 `self_looks.py`.
 """
 
@@ -48,12 +48,12 @@ _LEAST_PLACE = 0.3
 short motions that are not free mostly end so."""
 
 _MOVER_LOOK = 0.02
-"""How far a sphere moves between two looks at what stands in the way [m]."""
+"""How far a sphere moves between two looks at obstacles [m]."""
 
 
 @kernel(returns=TRUTH)
 def is_free(space, line, q):
-    """Tells whether a configuration keeps all distances.
+    """Returns whether a configuration keeps all distances.
 
     Args:
         space: The `SpaceArrays`.
@@ -72,7 +72,7 @@ def is_free(space, line, q):
 
 @helper
 def _is_within(space, q):
-    """Tells whether all joints are within their bounds."""
+    """Returns whether all joints are within their bounds."""
     inside = True
     for j in range(len(q)):
         inside &= space.lower[j] <= q[j] <= space.upper[j]
@@ -81,7 +81,7 @@ def _is_within(space, q):
 
 @kernel(returns=TRUTH)
 def is_free_between(space, line, a, b):
-    """Tells whether the whole motion between two configurations is free.
+    """Returns whether the whole motion between two configurations is free.
 
     Args:
         space: The `SpaceArrays`.
@@ -95,7 +95,7 @@ def is_free_between(space, line, a, b):
 
 @kernel(returns=TRUTH)
 def moves_freely(space, line, a, b):
-    """Tells whether the motion between two free configurations is free.
+    """Returns whether the motion between two free configurations is free.
 
     Args:
         space: The `SpaceArrays`.
@@ -116,7 +116,7 @@ def moves_freely(space, line, a, b):
 
 @helper
 def _is_off_at_places(space, line, corners):
-    """Tells whether a motion is off the map at some places, coarsely first."""
+    """Returns whether a motion is off the map at some places, coarse first."""
     square, parts = 0.0, 2
     for j in range(corners.shape[1]):
         square += (corners[-1, j] - corners[0, j]) ** 2
@@ -130,7 +130,7 @@ def _is_off_at_places(space, line, corners):
 
 @helper
 def _is_off_there(space, line, corners, share):
-    """Tells whether a motion is off the map after a share of its stretches."""
+    """Returns whether a motion is off the map after part of its stretches."""
     n_base, last = space.robot.n_base, len(corners) - 2
     k = min(int(share * (last + 1)), last)
     u = stretch_command(corners[k], corners[k + 1], n_base)
@@ -151,7 +151,7 @@ def _arms_command(a, b, n_base):
 
 @helper
 def _keeps_off_scene(space, line, q, u):
-    """Tells whether a motion on which one command is held is off the scene.
+    """Returns whether a motion on which one command is held is off the scene.
 
     Args:
         space: The `SpaceArrays`.
@@ -173,7 +173,7 @@ def _keeps_off_scene(space, line, q, u):
 
 @helper
 def _is_off_movers(space, X_WL):
-    """Tells whether spheres keep their distances from what stands there."""
+    """Returns whether spheres keep their distances from what stands there."""
     movers, robot = space.movers, space.robot
     if len(movers.radius) == 0:
         return True
@@ -187,7 +187,7 @@ def _is_off_movers(space, X_WL):
 
 @helper
 def _keeps_off_movers(space, q, u, travel):
-    """Tells whether a motion keeps off what stands in the way."""
+    """Returns whether a motion keeps off obstacles."""
     movers, robot = space.movers, space.robot
     if len(movers.radius) == 0:
         return True

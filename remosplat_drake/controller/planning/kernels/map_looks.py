@@ -34,10 +34,10 @@ _HALVES = 10
 refused."""
 
 _SOME = 4
-"""Number of balls that are looked at before it is asked whether to go on."""
+"""Number of spheres that are checked between two checks of the interruption."""
 
 _MARGIN = 1e-6
-"""By how much more than is wanted is asked for, against rounding [m]."""
+"""Margin of queried distances beyond the needed ones, against rounding [m]."""
 
 
 _ROUNDING = 1e-9
@@ -46,7 +46,7 @@ _ROUNDING = 1e-9
 
 @kernel(returns=TRUTH)
 def is_off_the_map(space, line, X_WL):
-    """Tells whether all spheres keep their clearances at a configuration.
+    """Returns whether all spheres keep their clearances at a configuration.
 
     Args:
         space: The `SpaceArrays`.
@@ -94,10 +94,10 @@ def rooms(space, line, q, far):
 
 @kernel(returns=TRUTH)
 def keeps_off_the_map(space, line, q, u, looks):
-    """Tells whether all spheres keep their clearances on a motion.
+    """Returns whether all spheres keep their clearances on a motion.
 
-    They keep them less verification's tolerance. Of a map that is not
-    1-Lipschitz only what it is at the looks is known.
+    They keep them less verification's tolerance. A map that is not 1-Lipschitz
+    is known at the looks only.
 
     Args:
         space: The `SpaceArrays`.
@@ -146,7 +146,7 @@ def keeps_off_the_map(space, line, q, u, looks):
 
 @helper
 def _look_at(space, line, part, item, count):
-    """Looks at balls and spheres, and keeps those that want a closer look.
+    """Checks balls and spheres, and keeps those that need a closer look.
 
     Spheres take the places of balls that are not known to be clear.
 
@@ -194,10 +194,10 @@ def _look_at(space, line, part, item, count):
 
 @helper
 def _measure(space, line, part, item, room, wanted):
-    """Measures rooms in the middle of a part, exact up to those wanted.
+    """Measures rooms in the middle of a part, exact up to the needed ones.
 
-    A ball or a sphere is clear on the whole part if its room there is at least
-    as large as the way to either end, but for the room that it may lack.
+    A sphere is clear on the whole part if its room there is at least as large
+    as the way to either end, less the tolerance.
     """
     before, middle, after, half, speed, bend, least = part
     balls, level, count = space.balls, space.ball_level, len(item)
@@ -246,15 +246,15 @@ def _measure_in_python(space, line, at, item, reach, found):
 
 @helper
 def look(space, line, at, wanted, room, least):
-    """Asks the map where a lower bound of a room is not as large as wanted.
+    """Queries the map if a lower bound of a room is smaller than needed.
 
     Args:
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
         at: Centres of the spheres in W, shape (n, 3) [m], and the orientations
             of their links, shape (n, 3, 3).
-        wanted: Rooms up to which answers are exact, shape (n,) [m].
-        room: Lower bounds, in place of which answers are put, shape (n,) [m].
+        wanted: Rooms up to which results are exact, shape (n,) [m].
+        room: Lower bounds, instead of which answers are put, shape (n,) [m].
         least: Least room that answers should have [m].
 
     Returns:

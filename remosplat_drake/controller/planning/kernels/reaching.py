@@ -1,7 +1,7 @@
 """Configurations that reach an aim and are free, from draws.
 
-What is cheap comes first: what carries the arms, which they cannot move, before
-inverse kinematics, and only where these have led to the aim the whole robot.
+Cheap checks come first: the parts that carry the arms and that the arms cannot
+move, before inverse kinematics; the whole robot only if the aim is reached.
 """
 
 import numpy as np

@@ -83,7 +83,7 @@ def speeds_in_room(space, line, path, fastest, law):
 
 @helper
 def _look_at_most(space, line, at, wanted, wanted_before, room):
-    """Measures rooms of which a lower bound is less than is wanted."""
+    """Measures rooms if a lower bound is smaller than needed."""
     n = len(room)
     reach = np.empty(n)
     for i in range(n):

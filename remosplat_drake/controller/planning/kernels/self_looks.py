@@ -32,7 +32,7 @@ _ROUNDING = 1e-9
 
 @kernel(returns=TRUTH)
 def is_off_itself(space, X_WL):
-    """Tells whether all pairs of shapes keep their distances.
+    """Returns whether all pairs of shapes keep their distances.
 
     Args:
         space: The `SpaceArrays`.
@@ -51,7 +51,7 @@ def is_off_itself(space, X_WL):
 
 @kernel(returns=TRUTH)
 def keeps_off_itself(space, q, u):
-    """Tells whether all pairs of shapes keep their distances on a motion.
+    """Returns whether all pairs of shapes keep their distances on a motion.
 
     Args:
         space: The `SpaceArrays`.
@@ -132,7 +132,7 @@ def _link_room(space, link, row):
 
 @helper
 def _keeps_apart(space, q, u, link, step, count):
-    """Tells whether two links keep apart, from coarse looks to fine ones.
+    """Returns whether two links keep apart, from coarse looks to fine ones.
 
     Args:
         space: The `SpaceArrays`.

@@ -15,7 +15,7 @@ from remosplat_drake.signals.compiled_map import Misplacement
 
 
 class SpaceArrays(NamedTuple):
-    """What keeps a robot with n spheres and k pairs of own shapes off.
+    """The constraints of a robot with n spheres and k pairs of own shapes.
 
     The pairs are those of l pairs of links.
 
@@ -34,8 +34,8 @@ class SpaceArrays(NamedTuple):
         link_level: Largest distance that the shapes of each pair of links must
             keep of those computed, shape (l,) [m].
         own_work: Memory in which kernels look at these.
-        movers: What stands in the way besides the scene, as large as what it
-            keeps clear of the robot.
+        movers: Obstacles besides the scene, as large as what it keeps clear of
+            the robot.
         mover_level: Distance that each sphere keeps from it, shape (n,) [m].
         lower: Lower bounds of the joints, shape (n_q,) [rad, m].
         upper: Upper bounds of the joints, shape (n_q,) [rad, m].

@@ -16,7 +16,8 @@ ROOT = -1
 """Parent of a tree's roots."""
 
 _YAW = 2
-"""Entry of q that is a base's yaw; where none is, no entry turns round."""
+"""Entry of q that is a base's yaw; without a base, no entry is an angle that
+wraps."""
 
 
 class Trees(NamedTuple):
@@ -84,8 +85,8 @@ class Trees(NamedTuple):
 def nearest(trees, tree, q, n_base):
     """Returns the node of a tree that is nearest to a configuration.
 
-    Distances are those of q as a vector, radians and metres alike, but for the
-    yaw of a base, which turns the shorter way.
+    Distances are those of q as a vector, radians and metres alike, except for
+    the yaw of a base, which takes the shorter way.
 
     Args:
         trees: The `Trees`.

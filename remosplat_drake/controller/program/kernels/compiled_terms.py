@@ -30,7 +30,7 @@ class AddedBy(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """What the function of such an ingredient is told when it is its turn.
+    """The argument of an ingredient's function when it is its turn.
 
     Attributes:
         part: Number of the ingredient.
@@ -45,7 +45,7 @@ class Turn(NamedTuple):
 
 @cache
 def adder(add: Callable) -> Callable[[Any, Turn], None]:
-    """Makes a function that is told a `Turn`.
+    """Makes a function that takes a `Turn`.
 
     Args:
         add: The `add` of an ingredient.
@@ -82,7 +82,7 @@ def add_compiled(added_by, first, tick, program):
 
 @helper
 def _are_usable(program, part, most):
-    """Tells whether an ingredient has kept to what `ReactiveProgram` takes."""
+    """Returns whether an ingredient's terms are valid for the program."""
     n_u = len(program.lower)
     for j in range(n_u):
         c, weight = program.linear[part, j], program.quadratic[part, j]

@@ -10,8 +10,8 @@ from remosplat_drake.controller.program.active_set import (
 )
 
 HOPELESS = 1e-3
-"""By how much a row must be violated at least for no solver to be asked
-[m/s, rad/s]: more than solvers' tolerances."""
+"""Least violation of a row at which no solver is called [m/s, rad/s]: more than
+solvers' tolerances."""
 
 
 @helper
@@ -35,8 +35,8 @@ def solve_program(program):
 def prune(program) -> None:
     """Marks the rows that may bind: the bounds on u do not imply these.
 
-    And tells whether there is one that cannot hold within these bounds, as
-    where something comes faster than the robot can retreat.
+    It also returns whether a row cannot hold within these bounds, as when
+    something approaches faster than the robot can retreat.
 
     Args:
         program: The `ProgramArrays`.

@@ -1,4 +1,4 @@
-"""Terms of ingredients in Python, which kernels ask it for."""
+"""Terms of ingredients in Python, which kernels request by a call."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
 )
 
 ADD = 2
-"""Which of a call's Python functions adds their terms."""
+"""Number of the Python function that adds their terms."""
 
 
 @helper
@@ -27,9 +27,9 @@ def add_outside(like, line, program, asked):
         like: An `OutsideRows`, packed, of the same type as theirs.
         line: Number of the `PythonCalls`.
         program: The `ProgramArrays`.
-        asked: What else the ingredients are told: the `StateArrays`, the
-            command that is being executed, the `RowArrays` of the clearances,
-            and the time since the first tick of a rollout [s].
+        asked: Further inputs of the ingredients: the `StateArrays`, the command
+            that is being executed, the `RowArrays` of the clearances, and the
+            time since the first tick of a rollout [s].
 
     Returns:
         The `ProgramArrays` with their terms; and whether they have added any,

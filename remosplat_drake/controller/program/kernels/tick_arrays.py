@@ -61,13 +61,13 @@ class GuidanceArrays(NamedTuple):
 
 
 class NearQuestion(NamedTuple):
-    """Where to look whether links are near each other.
+    """Settings of the search for links that are near each other.
 
     Attributes:
         pairs: The pairs of shapes.
         reach: How far is looked [m]; negative where nothing is.
-        crowded: Below this distance all shapes of two links are told, not the
-            nearest alone [m].
+        crowded: Below this distance all shapes of two links are returned, not
+            the nearest alone [m].
     """
 
     pairs: PairArrays
@@ -76,7 +76,7 @@ class NearQuestion(NamedTuple):
 
 
 class NearArrays(NamedTuple):
-    """Where m pairs of links are near each other, as kernels take it.
+    """Nearest points of m pairs of links, as kernels take them.
 
     Attributes:
         pair: The pair of shapes of each, shape (m,).
@@ -112,7 +112,7 @@ class OutsideRows(NamedTuple):
 
 
 class OutsideArrays(NamedTuple):
-    """What ingredients in Python have added to a program, together.
+    """All terms that ingredients in Python have added to a program.
 
     Attributes:
         bounds: `ProgramArrays.lower`, `upper`, `free_lower` and `free_upper`
@@ -136,7 +136,7 @@ class TickArrays(NamedTuple):
     Attributes:
         robot: The robot.
         state: Kinematics at the measured configuration.
-        aim: What the end effectors shall reach, k targets.
+        aim: The targets of the end effectors, k targets.
         p_ET_W: `PoseError.p_ET_W` of each target, shape (k, 3) [m].
         rotation_W: `PoseError.rotation_W` of each, shape (k, 3) [rad].
         error_scales: `Tick.error_scales`, shape (k,) [m].
@@ -145,8 +145,8 @@ class TickArrays(NamedTuple):
         distance: The clearances, shape (m,) [m].
         direction_W: Directions towards the scene, shape (m, 3).
         rates: `Tick.approach_rates`, shape (m, n_u).
-        moving: Movers near spheres, as their damper wants them.
-        soon: The same a little later, as the active collision cost wants them.
+        moving: Movers near spheres, for their damper.
+        soon: The same a little later, for the active collision cost.
         near: Where links are near each other.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
@@ -177,14 +177,14 @@ class TickArrays(NamedTuple):
 class ProgramArrays(NamedTuple):
     """The program of a tick, to which k ingredients have added their terms.
 
-    First come the library's, then compiled ones from outside; the last of the k
-    is for those that only Python can ask, together.
+    The library's come first, then compiled ones from outside; the last of the k
+    is for all ingredients in Python.
 
     Attributes:
         lower: Lower bounds on u, shape (n_u,).
         upper: Upper bounds on u, shape (n_u,).
-        free_lower: Lower bounds on u but for acceleration, shape (n_u,).
-        free_upper: Upper bounds on u but for acceleration, shape (n_u,).
+        free_lower: Lower bounds on u without acceleration bounds, shape (n_u,).
+        free_upper: Upper bounds on u without acceleration bounds, shape (n_u,).
         linear: Vectors c of the ingredients' linear costs, shape (k, n_u).
         quadratic: Diagonals of their quadratic costs, shape (k, n_u).
         has: Whether each ingredient has a linear cost, and a quadratic one,
@@ -271,9 +271,9 @@ def near_arrays(near, X_WL) -> NearArrays:
 def find_movers(movers, p_WS, radius, within, dt, lead, within_soon):
     """Finds what moves near the robot, now and a little later.
 
-    A sphere that moves at all must keep off a mover, or retreat from it, for as
-    long as a station executes one command: verification asks no less. So the
-    distances of now are from where movers can be by then.
+    A moving sphere must keep away from a mover, or retreat from it, while a
+    station executes one command: verification requires no less. So the present
+    distances are from the places that movers can reach by then.
 
     Args:
         movers: The `MoverArrays`.

@@ -28,7 +28,7 @@ from remosplat_drake.controller.tick.kernels.share import ease, greatest_share
 from remosplat_drake.signals.tick_report import STATUSES
 
 SOLVE = 3
-"""Which of a call's Python functions solves programs."""
+"""Number of the Python function that solves programs."""
 
 _WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
 """Numbers of the statuses in `tick_report.STATUSES`."""
@@ -42,9 +42,9 @@ _OF_ALONE = 0.5
 demands at most: what hardly moves holds up no other."""
 
 _TASK = 1e-3
-"""What a missed twist and linear costs count while rows of `_GENTLE_ORDER` are
-eased, as a share of what they count else: motion for anything else bends the
-way out, and verification refuses bends."""
+"""Weight of a missed twist and of linear costs while rows of `_GENTLE_ORDER`
+are relaxed, as a share of their usual weight: motion for other purposes bends
+the way out, and verification rejects bends."""
 
 _NOTABLE = 2e-3
 """Speed of the retreat that a row must demand for something to count as too
@@ -80,7 +80,7 @@ def decide(program, ramp, strict, is_own_solver, line):
         program: The `ProgramArrays`; falling back changes them.
         ramp: The braking ramp's next step, shape (n_u,).
         strict: Whether every command keeps to the acceleration bounds.
-        is_own_solver: Whether the library's own solver is asked.
+        is_own_solver: Whether the library's own solver is used.
         line: Number of the `PythonCalls`.
 
     Returns:
@@ -124,7 +124,7 @@ def demanded_retreat(program):
 
 @helper
 def should_retreat(scale, retreat):
-    """Tells whether a robot that is too near shall only move out.
+    """Returns whether a robot that is too near shall only move out.
 
     Motion towards the target bends the way out, and verification may refuse
     such a way again and again, since neither changes.
@@ -145,7 +145,7 @@ def least_retreat(program, is_own_solver, line):
     Args:
         program: The `ProgramArrays`, which `decide` has solved. Its linear
             costs and tracked twists become zero.
-        is_own_solver: Whether the library's own solver is asked.
+        is_own_solver: Whether the library's own solver is used.
         line: Number of the `PythonCalls`.
 
     Returns:
@@ -160,8 +160,8 @@ def least_retreat(program, is_own_solver, line):
 def _eased(program, order, task, is_own_solver, line):
     """Finds the optimum with rows eased, of one kind after the other.
 
-    Where there is none, the program is as it was. A missed twist and linear
-    costs count `task` times as much.
+    If there is none, the program is unchanged. A missed twist and linear costs
+    count `task` times as much.
     """
     demanded, price = program.b.copy(), program.price.copy()
     linear = program.linear.copy()
@@ -192,10 +192,10 @@ def _eased(program, order, task, is_own_solver, line):
 
 @helper
 def _optimum(program, is_own_solver, line):
-    """Finds the optimum of a program, and tells whether there is one.
+    """Finds the optimum of a program, and returns whether there is one.
 
     The library's own solver leaves some programs undecided by rounding, and
-    does not know what is in Drake's program alone. Those Python solves.
+    does not include terms of Drake's program. Python solves these.
     """
     if program.count[4]:
         return np.zeros(len(program.lower)), False

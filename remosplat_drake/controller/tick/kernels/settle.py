@@ -56,10 +56,10 @@ UNKNOWN = (
     "clearances are not finite",
     "target is not finite",
 )
-"""What a tick may not know, upon which the robot brakes."""
+"""Inputs that may be unknown in a tick, so that the robot brakes."""
 
 REFUSE = 4
-"""Which of a call's Python functions says what cannot be used of the terms of a
+"""Number of the Python function that names what is unusable in the terms of a
 compiled ingredient."""
 
 SCENE = PARTS.index(CollisionDamper)
@@ -71,9 +71,9 @@ class LawArrays(NamedTuple):
 
     Attributes:
         parts: The compiled ingredients.
-        has_outside: Whether there are some that only Python can ask.
+        has_outside: Whether there are ingredients in Python.
         outside: None of the terms of these, which say what type these have.
-        is_own_solver: Whether the library's own solver is asked.
+        is_own_solver: Whether the library's own solver is used.
         dt: Control period [s].
         strict: Whether every command keeps to the acceleration bounds.
         influence: Influence distance of the scene [m].
@@ -97,7 +97,7 @@ class LawArrays(NamedTuple):
 
 
 class Settled(NamedTuple):
-    """What a tick finds out; see `TickReport`.
+    """The results of a tick; see `TickReport`.
 
     Attributes:
         command: The command that may be applied, shape (n_u,).
@@ -107,8 +107,8 @@ class Settled(NamedTuple):
         kept: `TickReport.kept`.
         tight: `TickReport.tight`.
         binding: What `binding_arrays` returns.
-        yielded: Of each row that yielded the number of its ingredient, and
-            what it is about, shape (y, 2).
+        yielded: For each relaxed row the number of its ingredient, and what it
+            is about, shape (y, 2).
         inside: What `nearest_inside` returns.
         unknown: Number of what is not known in `UNKNOWN`.
     """
@@ -203,7 +203,7 @@ def settle_tick(
 
 @helper
 def what_is_unknown(q, rows, aim) -> int:
-    """Finds what a tick does not know, by its number in `UNKNOWN`.
+    """Finds which input of a tick is unknown, by its number in `UNKNOWN`.
 
     Args:
         q: Configuration, shape (n_q,) [rad, m].
@@ -231,7 +231,7 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         law: The `LawArrays`.
         given: The `RobotArrays`; the map, its `Misplacement` and the number of
             the `PythonCalls`; the `StateArrays`; the `RowArrays` of the
-            clearances; the `MoverArrays` as old as they are now; and the
+            clearances; the `MoverArrays` at their present age; and the
             `MotionArrays`.
         now: The time of the tick [s].
         ahead: How far ahead of the present a rollout's tick is [s].

@@ -1,8 +1,8 @@
 """Finds the greatest share of the retreats that rows demand.
 
-Rows with negative right-hand sides demand that something moves away. Where not
-all that they demand is possible at once, they get the same share of it, and
-that is as large as the other rows and the bounds allow.
+Rows with negative right-hand sides demand that something moves away. If not all
+of these demands are possible at once, they get the same share, which is as
+large as the other rows and the bounds allow.
 """
 
 import numpy as np

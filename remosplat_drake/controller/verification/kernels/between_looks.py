@@ -116,7 +116,7 @@ def longest_ways(point, span, bend):
 
 @kernel(linked=True)
 def known_rooms(point, start, room, way, tolerance):
-    """Bounds rooms without a look, and tells where that is too little.
+    """Bounds rooms without a look, and returns where that is not sufficient.
 
     A room is what a distance has above the level that it must keep. A point
     that has moved by x from its start has lost no more than x of the room
@@ -132,9 +132,8 @@ def known_rooms(point, start, room, way, tolerance):
         tolerance: How far below zero each room may fall between two looks,
             shape (n,) [m].
 
-    Returns:
-        Lower bounds of the rooms, and what they should exceed to tell that
-        the ways beside them are clear, shape (k, n) each [m].
+    Returns: Lower bounds of the rooms, and the values beyond which the ways
+        beside them are clear, shape (k, n) each [m].
     """
     k, n = point.shape[:2]
     known = np.empty((k, n))

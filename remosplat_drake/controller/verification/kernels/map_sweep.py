@@ -1,8 +1,8 @@
 """Checks that spheres keep off a map all along a path.
 
-It is asked from coarse to fine, and what is not known to be clear in the end is
-refused. Of a map that is not 1-Lipschitz nothing is said about what lies
-between the looks.
+The map is queried from coarse to fine. If it is still unknown in the end
+whether the path is clear, the path is rejected. For a map that is not
+1-Lipschitz, nothing is known between the looks.
 """
 
 import numpy as np
@@ -32,7 +32,7 @@ ROUNDS = 5
 
 @kernel(returns=TRUTH)
 def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
-    """Tells whether all spheres keep their distance from a map on a path.
+    """Returns whether all spheres keep their distance from a map on a path.
 
     They keep it at the path's `times`, and less a tolerance at all times in
     between, see `between_looks.py`.
@@ -146,8 +146,8 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
         robot: The `RobotArrays`.
         path: The `PathArrays`.
         placed: The map.
-        gap: The sphere, its level, its room at the start, the bound on how
-            fast its velocity changes, and how far the map is asked.
+        gap: The sphere, its level, its room at the start, the bound on the
+            change of its velocity, and the largest queried distance.
         ends: Times before and after, and the rooms there.
         places: The sphere's centre at the start, before and after.
         tolerance: How far below its level a clearance may fall [m].
@@ -217,7 +217,7 @@ def _place(robot, path, time, i, p, R):
 
 @helper
 def keeps_joint_limits(path, lower, upper):
-    """Tells whether no joint gets beyond its limits or farther out than before.
+    """Returns whether each joint stays within its limits, or no farther out.
 
     Joints move one way on each piece of a path, so the ends of these are
     enough.

@@ -33,7 +33,7 @@ from remosplat_drake.scene.kernels.mover_reach import (
 
 @kernel(returns=TRUTH)
 def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
-    """Tells whether all spheres keep off all movers on a path.
+    """Returns whether all spheres keep off all movers on a path.
 
     At the path's looks each sphere that moves keeps min(separation, its
     present distance) from wherever a mover can be then, and less a tolerance
@@ -163,11 +163,11 @@ def _looks_at_movers(movers, times):
 
 @helper
 def _pair_is_kept(movers, seen, pair, sphere, tolerance):
-    """Tells whether one sphere keeps off one mover.
+    """Returns whether one sphere keeps off one mover.
 
-    What the sphere and the mover have moved since the start bounds what they
-    can have lost of their room. Only where that tells too little, their
-    distance is computed.
+    The motions of the sphere and the mover since the start bound the loss of
+    distance between them. Their distance is computed only if that is not
+    sufficient.
 
     Args:
         movers: The `MoverArrays`.

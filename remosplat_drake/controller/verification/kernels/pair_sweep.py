@@ -1,7 +1,7 @@
 """Checks that pairs of convex shapes keep apart all along a path.
 
-Coarse before fine: a pair is looked at where the path starts and ends, and
-in between only where these two looks do not tell enough.
+Coarse before fine: a pair is checked at the start and the end of the path, and
+in between only if these two looks are not sufficient.
 """
 
 import numpy as np
@@ -35,7 +35,7 @@ _HALVINGS = 10
 
 @kernel(returns=TRUTH)
 def pairs_keep_apart(tree, path, own, stopping, off):
-    """Tells whether all pairs keep min(stopping, present distance) on a path.
+    """Returns whether all pairs keep min(stopping, present distance) on a path.
 
     Between the times of the path distances may fall below that as `tolerated`
     says.
@@ -193,7 +193,7 @@ def _place(tree, shapes, path, time, X_WL, p_WC):
 def _room(shapes, X_WL, p_WC, pair, way, work):
     """Computes what a pair's distance has above its level [m].
 
-    Where that is more than the ways beside the look can use up, a lower bound.
+    A lower bound, if it exceeds the ways beside the look.
     """
     i, j, level, _ = pair
     enough = level + 2.0 * way

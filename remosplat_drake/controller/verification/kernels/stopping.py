@@ -1,14 +1,14 @@
 """The path of a command: one tick of it and its braking ramp, to a standstill.
 
-A robot that obeys at once needs one piece. The ramp shrinks the whole command
-evenly, so tick and ramp follow the path on which u is simply held, only slower
-and slower. Time on the path is counted as if u were held. A robot that executes
-a smaller share of u, or brakes earlier, stays on this path. It ends where a
-station ends that hears nothing more, and so brakes last.
+A robot that executes commands at once needs one piece. The ramp shrinks the
+whole command evenly, so tick and ramp follow the path on which u is simply
+held, only slower and slower. Time on the path is counted as if u were held. A
+robot that executes a smaller share of u, or brakes earlier, stays on this path.
+It ends where a station ends that hears nothing more, and so brakes last.
 
-Where actuators delay and lag, each in its own way, the path is the one that
-their model follows: what is in flight, then the command, then its ramp, until
-all has settled. Time is then that of the clock.
+If actuators have delays and lags, each its own, the path is that of their
+model: commands in flight, then the command, then its ramp, until all has
+settled. Time is then that of the clock.
 """
 
 import math
@@ -41,12 +41,12 @@ def stopping_path(robot, motion, q, u, dt, spare) -> PathArrays:
 
     Args:
         robot: The `RobotArrays`.
-        motion: What the robot is about to do already, the `MotionArrays`.
+        motion: The motion that commands in flight lead to, the `MotionArrays`.
         q: Configuration at which the path starts, shape (n_q,) [rad, m].
         u: The command, shape (n_u,).
         dt: Length of a tick [s].
         spare: How much longer than a tick a station holds a command [s]; the
-            tube of a robot that is late knows it already.
+            tube of a robot with delay includes it already.
     """
     limit = robot.acceleration_limit
     if motion.is_late:
@@ -123,7 +123,7 @@ def _late_path(motion, q, u, limit, dt, n_base):
 
 @helper
 def _ends(motion, peak, ramp, dt):
-    """When the pieces of a path end, but for a last one, from its start on [s].
+    """End times of a path's pieces, without the last, from its start [s].
 
     Args:
         motion: The `MotionArrays`.

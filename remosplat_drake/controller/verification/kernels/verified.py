@@ -1,6 +1,6 @@
 """Verify-then-scale: how much of a command leaves a way to stop.
 
-What that promises, and why, is said in `verify.py`.
+`verify.py` states what that guarantees, and why.
 """
 
 from typing import NamedTuple
@@ -42,7 +42,7 @@ SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
 """Fractions of the way from braking to the command that are tried."""
 
 OBJECTIONS = ("", JOINT_LIMIT, SELF_COLLISION, MOVER, COLLISION)
-"""What may stand against a command, in the order in which it is looked for."""
+"""Possible objections to a command, in the order in which they are checked."""
 
 NOTHING, _JOINTS, _ITSELF, _MOVERS, _SCENE = range(len(OBJECTIONS))
 
@@ -68,7 +68,7 @@ class OwnArrays(NamedTuple):
 
 
 class KeptArrays(NamedTuple):
-    """What verification keeps from tick to tick.
+    """The memory of verification between ticks.
 
     Attributes:
         dt: Length of a tick [s].
@@ -88,12 +88,12 @@ class KeptArrays(NamedTuple):
 
 
 class Around(NamedTuple):
-    """What verification knows where a path starts.
+    """The known distances at the start of a path.
 
     Attributes:
         robot: The `RobotArrays`.
         placed: The map, as `sphere_clearances` takes it.
-        movers: The `MoverArrays`, as old as they are when the path starts.
+        movers: The `MoverArrays`, at their age at the start of the path.
         motion: The `MotionArrays`.
         q: Configuration, shape (n_q,) [rad, m].
         p_WS: Centres of the n spheres in W, shape (n, 3) [m].
@@ -118,14 +118,14 @@ def surroundings(
 ):
     """Finds what is around where a command begins to act.
 
-    Clearances are known where planning starts, which is farther on if a robot
-    obeys late. A sphere that is x away from there has at most x less; where
-    that tells too little the map is asked.
+    Clearances are known where planning starts, which is farther on for a robot
+    with delay. A sphere that has moved by x from there has lost at most x; if
+    that is not sufficient, the map is queried.
 
     Args:
         robot: See `Around`, as of `placed`, `motion` and `stopping`.
         placed: See above.
-        movers: The `MoverArrays`, as old as they are now.
+        movers: The `MoverArrays`, at their present age.
         motion: See above.
         now: The time of the tick [s].
         state: The `StateArrays` where planning starts.

@@ -7,7 +7,7 @@ from remosplat_drake.base.kernels import helper, kernel
 
 @kernel
 def is_inside(p, surface):
-    """Tells whether a surface winds around a point.
+    """Returns whether a surface winds around a point.
 
     The solid angles of its triangles are added up (van Oosterom and Strackee,
     The solid angle of a plane triangle, 1983).

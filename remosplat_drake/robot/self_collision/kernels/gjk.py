@@ -91,7 +91,7 @@ def hull_distance(hulls, guess, enough, work):
 
 @helper
 def _is_known(points, row):
-    """Tells whether a point is among those before it."""
+    """Returns whether a point is among those before it."""
     for i in range(row):
         if (
             points[i, 0] == points[row, 0]

@@ -48,7 +48,8 @@ usually, and where shapes are too near. The corners of a round link lie closer
 together than the first, and each of them may not come nearer there."""
 
 _MOST = 5
-"""Most pairs of points of two links: as they are, and turned four ways."""
+"""Largest number of pairs of points of two links: unturned, and turned four
+ways."""
 
 
 @kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), reals(2)))
@@ -61,8 +62,8 @@ def near_points(pairs, X_WL, within, crowded):
         X_WL: Poses of all bodies, shape (b, 4, 4).
         within: Links at or beyond this distance are left out [m]; a negative
             one leaves out all.
-        crowded: Of two links all pairs of shapes below this distance are
-            noted [m].
+        crowded: All pairs of shapes of two links below this distance are noted
+            [m].
 
     Returns:
         For m pairs of points: the pair of shapes, shape (m,); the distance
@@ -304,7 +305,7 @@ def _copy(near, i, found, row):
 
 @helper
 def _is_known(found, first, row, same):
-    """Tells whether both points of a pair are those of one before it."""
+    """Returns whether both points of a pair are those of one before it."""
     for i in range(first, row):
         far = 0.0
         for p_W in found[3:]:

@@ -8,7 +8,7 @@ from remosplat_drake.controller.program.guidance import Guidance
 
 @dc.dataclass
 class RightOnly(Config):
-    """Nobody passes on the left."""
+    """Passing on the left is forbidden."""
 
     def propose(self, situation) -> list[list[Guidance]]:
         """One candidate a tier."""
