@@ -6,13 +6,12 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
+from sources import PACKAGE, modules, parsed
 
-import remosplat_drake
-
-PACKAGE = Path(remosplat_drake.__file__).parent
 NAME = "remosplat_drake"
 
 ARCHITECTURE = PACKAGE.parent / "docs" / "architecture.md"
@@ -50,15 +49,17 @@ def imports(tree: ast.AST) -> Iterator[str]:
             yield from (f"{node.module}.{a.name}" for a in node.names)
 
 
+@cache
 def own_imports(path: Path) -> set[str]:
     """What a file imports from this package, without the package's name."""
     return {
         name.removeprefix(f"{NAME}.")
-        for name in imports(ast.parse(path.read_text()))
+        for name in imports(parsed(path))
         if name.startswith(f"{NAME}.")
     }
 
 
+@cache
 def rooms() -> dict[str, set[str] | None]:
     """The rooms of the architecture page, from the ground up, and their use.
 
@@ -160,7 +161,7 @@ def test_optional_packages_are_imported_only_where_they_are_used():
         top = ast.Module(body=[], type_ignores=[])
         top.body = [
             node
-            for node in ast.parse(path.read_text()).body
+            for node in parsed(path).body
             if isinstance(node, (ast.Import, ast.ImportFrom))
         ]
         wrong = {n for n in imports(top) if n.split(".")[0] in HEAVY}
@@ -176,8 +177,8 @@ def test_one_file_makes_kernels():
 
 def test_pydrake_is_imported_from_its_modules():
     """`pydrake.all` takes a second to import."""
-    for path in PACKAGE.rglob("*.py"):
-        for name in imports(ast.parse(path.read_text())):
+    for path, tree in modules().items():
+        for name in imports(tree):
             assert not is_within(name, "pydrake.all"), path
 
 

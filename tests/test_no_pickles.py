@@ -1,11 +1,8 @@
 """No data is read as a pickle: it could run anything, or point anywhere."""
 
 import ast
-from pathlib import Path
 
-import remosplat_drake
-
-PACKAGE = Path(remosplat_drake.__file__).parent
+from sources import modules, nodes
 
 PICKLES = {"pickle", "cPickle", "cloudpickle", "dill", "joblib", "shelve"}
 
@@ -24,17 +21,10 @@ OUR_CODE = {"base/kernels/files.py"}
 They are the user's own, or come with the package."""
 
 
-def modules() -> list[tuple[str, ast.AST]]:
-    return [
-        (path.relative_to(PACKAGE).as_posix(), ast.parse(path.read_text()))
-        for path in sorted(PACKAGE.rglob("*.py"))
-    ]
-
-
 def test_only_pipes_and_machine_code_carry_pickles():
     users = set()
-    for name, tree in modules():
-        for node in ast.walk(tree):
+    for name in modules():
+        for node in nodes(name):
             if isinstance(node, ast.Import):
                 imported = {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
@@ -48,8 +38,8 @@ def test_only_pipes_and_machine_code_carry_pickles():
 
 def test_what_could_read_pickles_is_told_not_to():
     loads = []
-    for name, tree in modules():
-        for node in ast.walk(tree):
+    for name in modules():
+        for node in nodes(name):
             if not isinstance(node, ast.Call):
                 continue
             options = {k.arg: ast.unparse(k.value) for k in node.keywords}

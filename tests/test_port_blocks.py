@@ -5,13 +5,12 @@ import dataclasses as dc
 import inspect
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Diagram, System
+from sources import modules, nodes
 
-import remosplat_drake
 from apps.studies.told_operator import ToldOperator
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
@@ -41,8 +40,8 @@ BLOCK = ".. pydrake_system::"
 
 def classes_with_a_block() -> Iterator[str]:
     """Names of the package's classes whose docstring has such a block."""
-    for path in Path(remosplat_drake.__file__).parent.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+    for module in modules():
+        for node in nodes(module):
             is_class = isinstance(node, ast.ClassDef)
             if is_class and BLOCK in (ast.get_docstring(node) or ""):
                 yield node.name

@@ -6,7 +6,6 @@ import math
 import pickle
 import typing
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -16,8 +15,8 @@ from pydrake.common.schema import Transform
 from pydrake.multibody.parsing import ModelDirective
 from pydrake.systems.analysis import SimulatorConfig
 from pydrake.systems.sensors import CameraConfig
+from sources import modules, nodes
 
-import remosplat_drake
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.world import load_world
@@ -117,8 +116,8 @@ def test_every_schema_is_checked_wherever_it_is_made():
 def test_no_file_is_read_into_anything_else():
     names = {schema.__name__ for schema in SCHEMAS}
     read = set()
-    for path in Path(remosplat_drake.__file__).parent.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+    for module in modules():
+        for node in nodes(module):
             if isinstance(node, ast.Call) and (
                 ast.unparse(node.func) in ("load_strict", "load_text")
             ):

@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from sources import modules, nodes
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -33,8 +34,8 @@ def cells(page: str, header: str) -> list[str]:
 def texts() -> list[str]:
     """All texts that the package can print, with places for values."""
     found = []
-    for path in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+    for module in modules():
+        for node in nodes(module):
             match node:
                 case ast.JoinedStr(values=parts):
                     found.append(

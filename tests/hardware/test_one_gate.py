@@ -6,17 +6,15 @@ come past this list.
 
 import ast
 from collections.abc import Iterator
-from pathlib import Path
+from functools import cache
 
 import numpy as np
+from sources import modules, nodes
 
-import remosplat_drake
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.doctor.drills import WatchedRobot
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-
-PACKAGE = Path(remosplat_drake.__file__).parent
 
 FAR_SIDE = ("hardware/drivers/", "hardware/stand_in/", "hardware/wire/")
 """Beyond the wire commands are obeyed; what encodes them for both sides."""
@@ -35,15 +33,18 @@ ENCODERS = {
 """What makes the packets that move a robot."""
 
 
-def sources() -> Iterator[tuple[str, ast.Module]]:
-    """All modules on our side of the wire, by their paths."""
-    for path in sorted(PACKAGE.rglob("*.py")):
-        name = path.relative_to(PACKAGE).as_posix()
-        if not name.startswith(FAR_SIDE):
-            yield name, ast.parse(path.read_text())
+@cache
+def calls() -> list[tuple[str, str, str]]:
+    """All calls on our side of the wire: module, caller and what is called."""
+    return [
+        (module, within, called(call))
+        for module, tree in modules().items()
+        if not module.startswith(FAR_SIDE)
+        for within, call in calls_in(tree)
+    ]
 
 
-def calls(tree: ast.AST, within: str = "") -> Iterator[tuple[str, ast.Call]]:
+def calls_in(tree: ast.AST, within: str = "") -> Iterator[tuple[str, ast.Call]]:
     """All calls, each with the function or method that makes it."""
     for node in ast.iter_child_nodes(tree):
         inside = within
@@ -51,7 +52,7 @@ def calls(tree: ast.AST, within: str = "") -> Iterator[tuple[str, ast.Call]]:
             inside = f"{within}.{node.name}".lstrip(".")
         if isinstance(node, ast.Call):
             yield within, node
-        yield from calls(node, inside)
+        yield from calls_in(node, inside)
 
 
 def called(call: ast.Call) -> str:
@@ -64,12 +65,7 @@ def called(call: ast.Call) -> str:
 
 def callers(*names: str) -> set[tuple[str, str]]:
     """Callers of anything with such a name, as (module, function)."""
-    return {
-        (module, where)
-        for module, tree in sources()
-        for where, call in calls(tree)
-        if called(call) in names
-    }
+    return {(module, where) for module, where, name in calls() if name in names}
 
 
 def test_only_the_link_makes_commands():
@@ -81,10 +77,10 @@ def test_only_the_station_and_the_ramp_send_commands():
     """`bring_to_rest` goes down the ramp that was verified, and to zero."""
     with_links = {
         module
-        for module, tree in sources()
+        for module in modules()
         if any(
             isinstance(node, ast.alias) and node.name == "RobotLink"
-            for node in ast.walk(tree)
+            for node in nodes(module)
         )
     }
     senders = {
