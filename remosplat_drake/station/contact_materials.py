@@ -111,9 +111,7 @@ def soften_pads(
             )
 
 
-def finger_bodies(
-    plant: MultibodyPlant, hand: HandGeometry
-) -> list[RigidBody]:
+def finger_bodies(plant: MultibodyPlant, hand: HandGeometry) -> list[RigidBody]:
     """Returns the fingers, with the bodies that are welded to them.
 
     Args:

@@ -63,8 +63,8 @@ def make_dynamic_station(
         q0: Configuration to start from, shape (n_q,).
         wrist_camera: The wrist camera; None for none.
         movers: What moves, as it is at the start; the robot feels it.
-        objects: What a hand may take, as it lies at the start. Gravity and
-            contact alone move it.
+        objects: Things that a hand may take, as they lie at the start. Gravity and
+            contact alone move them.
 
     Returns:
         A diagram with the ports of `signals.station_ports` and, as ground
@@ -85,9 +85,9 @@ def make_dynamic_station(
         motors=body.motors,
         hand_speed=config.hand_speed,
     ).AddToBuilder(builder, plant)
-    reader = StateReader(
-        plant=plant, robot=robot, hand=body.hand
-    ).AddToBuilder(builder, plant)
+    reader = StateReader(plant=plant, robot=robot, hand=body.hand).AddToBuilder(
+        builder, plant
+    )
     if body.movers:
         MoverDriver.AddToBuilder(builder, plant, body.movers)
     if objects:
@@ -141,7 +141,7 @@ def add_dynamic_body(
         scene: The solids in the scene; None for none.
         q0: Configuration to start from, shape (n_q,).
         movers: What moves, as it is at the start.
-        objects: What a hand may take, as it lies at the start.
+        objects: Things that a hand may take, as they lie at the start.
 
     Raises:
         RemoSplatError: A setting is unusable.

@@ -20,6 +20,7 @@ FLOOR_SIDE = 20.0
 FLOOR_THICKNESS = 0.2
 """Thickness of the floor, which reaches down from z = 0 [m]."""
 
+
 def add_scene_geometry(
     plant: MultibodyPlant, scene: PrimitiveScene | None, *, solid: bool
 ) -> None:

@@ -44,7 +44,7 @@ def MakeSimulatedStation(
             None leaves the camera and its ports out.
         movers: What moves, as it is at the start: a dynamic station has it as
             bodies, and an input port `movers` for what becomes of them.
-        objects: What a hand may take, as it lies at the start. A station with
+        objects: Things that a hand may take, as they lie at the start. A station with
             objects has the output port `cheat.objects`.
 
     Returns:
@@ -62,7 +62,9 @@ def MakeSimulatedStation(
             f" got {q0.tolist()}"
         )
     if isinstance(config, KinematicStation):
-        return make_kinematic_station(config, robot, scene, q0, wrist_camera)
+        return make_kinematic_station(
+            config, robot, scene, q0, wrist_camera, objects
+        )
     if isinstance(config, DynamicStation):
         return make_dynamic_station(
             config, robot, scene, q0, wrist_camera, movers, objects

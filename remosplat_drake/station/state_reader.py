@@ -32,9 +32,10 @@ class StateReader(LeafSystem):
         - hand.state
 
     Names are those of `signals.station_ports`. `plant_state` is the plant's
-    state port and `plant_actuation` that of its net actuation; `base.velocity_measured` is (v, omega) with v along the
-    measured heading, as wheel odometry has it, and with an omnidirectional
-    base the speed to the left between the two. A fixed robot has no `base`
+    state port and `plant_actuation` that of its net actuation;
+    `base.velocity_measured` is (v, omega) with v along the measured heading,
+    as wheel odometry has it, and with an omnidirectional base the speed to the
+    left between the two. A fixed robot has no `base`
     ports, one without a gripper no `hand` ports.
     """
 
@@ -99,9 +100,7 @@ class StateReader(LeafSystem):
         """Adds this system to a diagram, and connects it to the plant."""
         builder.AddNamedSystem("state_reader", self)
         builder.Connect(plant.get_state_output_port(), self._input)
-        builder.Connect(
-            plant.get_net_actuation_output_port(), self._actuation
-        )
+        builder.Connect(plant.get_net_actuation_output_port(), self._actuation)
         return self
 
     def _calc_arm(self, context: Context, output: BasicVector) -> None:

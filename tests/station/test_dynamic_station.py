@@ -172,9 +172,7 @@ def test_the_hand_opens_and_closes(frankie, harness):
     np.testing.assert_allclose(dut.eval("hand.state")[:2], 0, atol=1e-4)
     dut.fix("hand.command", [0.05, 20.0])
     dut.advance(1.0)
-    np.testing.assert_allclose(
-        dut.eval("hand.state")[:2], [0.05, 0], atol=1e-4
-    )
+    np.testing.assert_allclose(dut.eval("hand.state")[:2], [0.05, 0], atol=1e-4)
 
 
 def test_without_a_hand_command_the_width_stays(frankie, harness):

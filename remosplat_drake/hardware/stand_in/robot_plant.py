@@ -11,8 +11,8 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.station.commands import StationCommand
 from remosplat_drake.station.dynamic_station import add_dynamic_body
-from remosplat_drake.station.station_config import DynamicStation
 from remosplat_drake.station.motors import finger_motors
+from remosplat_drake.station.station_config import DynamicStation
 from remosplat_drake.station.velocity_driver import (
     actuated_instances,
     desired_state_rows,
