@@ -63,8 +63,8 @@ def make_dynamic_station(
         q0: Configuration to start from, shape (n_q,).
         wrist_camera: The wrist camera; None for none.
         movers: What moves, as it is at the start; the robot feels it.
-        objects: Things that a hand may take, as they lie at the start. Gravity and
-            contact alone move them.
+        objects: Things that a hand may take, as they lie at the start. Gravity
+            and contact alone move them.
 
     Returns:
         A diagram with the ports of `signals.station_ports` and, as ground

@@ -44,8 +44,8 @@ def MakeSimulatedStation(
             None leaves the camera and its ports out.
         movers: What moves, as it is at the start: a dynamic station has it as
             bodies, and an input port `movers` for what becomes of them.
-        objects: Things that a hand may take, as they lie at the start. A station with
-            objects has the output port `cheat.objects`.
+        objects: Things that a hand may take, as they lie at the start. A
+            station with objects has the output port `cheat.objects`.
 
     Returns:
         A diagram with the ports of `signals.station_ports`, and with ground
