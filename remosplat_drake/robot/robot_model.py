@@ -6,7 +6,8 @@ omnidirectional one has a third, to the left, between the two. An arm without a
 mobile base has neither part, and everything here works the same.
 """
 
-from functools import cached_property
+import copy
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from remosplat_drake.robot.arm_dynamics import ArmDynamics
 from remosplat_drake.robot.joint_limits import JointLimits
 from remosplat_drake.robot.model_file import add_robot_model, find_frame
 from remosplat_drake.robot.motion_bounds import hessian_bound, jacobian_bound
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_arrays import (
     RobotArrays,
     StateArrays,
@@ -55,6 +57,8 @@ class RobotModel:
     Attributes:
         description: The robot description that it was made from.
         spheres: The sphere model in use.
+        payload: What its hand carries, a link of it like others; None for
+            nothing.
         tree: The kinematic tree, body 0 being the world.
         dynamics: The torques that motions take.
         n_q: Number of configuration variables (10 for Frankie).
@@ -101,7 +105,9 @@ class RobotModel:
             RemoSplatError: The description does not fit its model file.
         """
         self.description = description
-        self.spheres = spheres
+        self.payload: Payload | None = None
+        self._empty: RobotModel | None = None
+        self._floor_height = floor_height
         plant = MultibodyPlant(time_step=0.0)
         add_robot_model(description, plant)
         plant.Finalize()
@@ -124,16 +130,51 @@ class RobotModel:
         self.acceleration_limit = limits.acceleration
         self.jerk_limit = limits.jerk
         self.position_lower, self.position_upper = limits.lower, limits.upper
-        self._body_S = np.array([self.tree.index(x) for x in spheres.links])
-        self._p_LS = np.ascontiguousarray(spheres.p_LS)
-        self._radius = np.ascontiguousarray(spheres.radius)
-        floor = spheres.on_links(set(description.floor_links))
-        self._ignore_below = np.where(floor, floor_height, -np.inf)
+        self._set_spheres(spheres)
         self._set_end_effectors(plant)
         self._set_screws()
 
     def __deepcopy__(self, memo) -> "RobotModel":
         return self
+
+    def holding(self, payload: Payload | None) -> "RobotModel":
+        """Returns the same robot with another payload in its hand.
+
+        The payload is a further link of it, the last of its tree, and its
+        spheres are the last. Everything else that is computed of the robot
+        follows from that. Equal calls return the same object.
+
+        Args:
+            payload: What it carries; None for nothing.
+
+        Raises:
+            RemoSplatError: The robot has a link of the payload's name, or none
+                of that of its link.
+        """
+        empty = self if self._empty is None else self._empty
+        return empty if payload is None else _holding(empty, payload)
+
+    def _with_payload(self, payload: Payload) -> "RobotModel":
+        held = copy.copy(self)
+        for name in vars(self):
+            if isinstance(getattr(type(self), name, None), cached_property):
+                delattr(held, name)
+        held.payload, held._empty = payload, self
+        link = self.tree.index(payload.link)
+        held.tree = self.tree.with_body(payload.name, link, payload.X_LO)
+        held.dynamics = self.dynamics.holding(held.tree, payload)
+        held._set_spheres(self.spheres.with_link(payload.name, payload.spheres))
+        held._set_screws()
+        return held
+
+    def _set_spheres(self, spheres: SphereModel):
+        self.spheres = spheres
+        self._body_S = np.array([self.tree.index(x) for x in spheres.links])
+        self._p_LS = np.ascontiguousarray(spheres.p_LS)
+        self._radius = np.ascontiguousarray(spheres.radius)
+        self._index = np.arange(len(spheres))
+        floor = spheres.on_links(set(self.description.floor_links))
+        self._ignore_below = np.where(floor, self._floor_height, -np.inf)
 
     @property
     def is_omnidirectional(self) -> bool:
@@ -340,7 +381,7 @@ class RobotModel:
         """Places the robot's spheres in W at configuration q, shape (n_q,)."""
         X_WL = self.body_poses(q)
         p_WS, R_WL = kin.sphere_points(X_WL, self._body_S, self._p_LS)
-        return Spheres(p_WS, R_WL, self._radius, self._ignore_below)
+        return self._all_placed(p_WS, R_WL)
 
     def state(self, q: np.ndarray) -> RobotState:
         """Computes all kinematic quantities at configuration q, (n_q,)."""
@@ -354,7 +395,7 @@ class RobotModel:
         """
         return RobotState(
             arrays,
-            Spheres(arrays.p_WS, arrays.R_WL, self._radius, self._ignore_below),
+            self._all_placed(arrays.p_WS, arrays.R_WL),
             self.arrays,
         )
 
@@ -448,7 +489,16 @@ class RobotModel:
             R_WL: Orientations of their links, shape (m, 3, 3).
         """
         return Spheres(
-            p_WS, R_WL, self._radius[sphere], self._ignore_below[sphere]
+            p_WS,
+            R_WL,
+            self._radius[sphere],
+            self._ignore_below[sphere],
+            sphere,
+        )
+
+    def _all_placed(self, p_WS: np.ndarray, R_WL: np.ndarray) -> Spheres:
+        return Spheres(
+            p_WS, R_WL, self._radius, self._ignore_below, self._index
         )
 
     @cached_property
@@ -461,6 +511,7 @@ class RobotModel:
             self._radius,
             self.hessian_bound,
             self._ignore_below,
+            self._index,
             self.jacobian_bound,
             self.hands,
             self._body_E,
@@ -533,6 +584,11 @@ class RobotModel:
         return Packed(
             SphereTree.make(self.spheres, self._body_S, ignore_below, bend)
         )
+
+
+@lru_cache(maxsize=16)
+def _holding(robot: RobotModel, payload: Payload) -> RobotModel:
+    return robot._with_payload(payload)
 
 
 @reads_file

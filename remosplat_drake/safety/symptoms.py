@@ -229,7 +229,9 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """Returns the largest clearance since the robot was set going [m].
 
     Of a robot that stands and waits to be, it is the present clearance; of one
-    that was stopped where it touches, more: it is not released there.
+    that was stopped where it touches, more: it is not released there. A robot
+    that takes something or puts it down, which it does at rest, is another one:
+    what it carries may be as near to the scene as it was before.
 
     Args:
         state: The supervisor after the tick before.
@@ -238,6 +240,8 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
     present = now.report.clearances.minimum()
     if state.mode in (STARTING, STOPPED):
         return max(present, _TOUCH) if state.mode == STOPPED else present
+    if now.report.payload != state.payload:
+        return present
     return max(state.kept_clearance, present)
 
 

@@ -52,6 +52,11 @@ class SceneObject:
         return self.solid.X_WP
 
     @property
+    def top(self) -> float:
+        """Height of its highest point in W [m]."""
+        return self.solid.top
+
+    @property
     def corners(self) -> np.ndarray:
         """Corners of its bounding box in O, lower and upper, (2, 3) [m]."""
         solid = self.solid
