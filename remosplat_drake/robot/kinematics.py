@@ -84,6 +84,20 @@ class KinematicTree:
             body = int(self.parent[body])
         return bodies[::-1]
 
+    def with_offsets(
+        self, bodies: np.ndarray, position: float
+    ) -> "KinematicTree":
+        """Returns the tree with other positions of joints that do not move.
+
+        Args:
+            bodies: Indices of the bodies that these joints carry.
+            position: Their position [m, rad].
+        """
+        offset = self.offset.copy()
+        offset[bodies] = position
+        offset.flags.writeable = False
+        return dc.replace(self, offset=offset)
+
     def with_body(
         self, name: str, parent: int, X_PB: np.ndarray
     ) -> "KinematicTree":

@@ -7,13 +7,14 @@ mobile base has neither part, and everything here works the same.
 """
 
 import copy
+import dataclasses as dc
 from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.ranges import joined
 from remosplat_drake.base.reading import reads_file
@@ -74,6 +75,7 @@ class RobotModel:
             for the base.
         position_upper: Upper joint limits of q, shape (n_q,) [m, rad]; infinite
             for the base.
+        fingers: Bodies of `tree` that are the hand's fingers, shape (f,).
         screw_body: Body of `tree` whose inboard joint each command moves, shape
             (n_u,); all of a base's move the one that turns.
         screw_turns: Whether each command turns that body, or else slides it,
@@ -107,6 +109,7 @@ class RobotModel:
         self.description = description
         self.payload: Payload | None = None
         self._empty: RobotModel | None = None
+        self._described: RobotModel | None = None
         self._floor_height = floor_height
         plant = MultibodyPlant(time_step=0.0)
         add_robot_model(description, plant)
@@ -132,6 +135,7 @@ class RobotModel:
         self.position_lower, self.position_upper = limits.lower, limits.upper
         self._set_spheres(spheres)
         self._set_end_effectors(plant)
+        self._set_fingers(plant)
         self._set_screws()
 
     def __deepcopy__(self, memo) -> "RobotModel":
@@ -154,11 +158,76 @@ class RobotModel:
         empty = self if self._empty is None else self._empty
         return empty if payload is None else _holding(empty, payload)
 
-    def _with_payload(self, payload: Payload) -> "RobotModel":
-        held = copy.copy(self)
+    def _copied(self) -> "RobotModel":
+        """A copy without the properties that are computed once."""
+        copied = copy.copy(self)
         for name in vars(self):
             if isinstance(getattr(type(self), name, None), cached_property):
-                delattr(held, name)
+                delattr(copied, name)
+        return copied
+
+    def with_hand_width(self, width: float) -> "RobotModel":
+        """Returns the same robot with its fingers at another width.
+
+        Their spheres and convex shapes move with their joints, each finger by
+        the same way. Equal calls return the same object.
+
+        Args:
+            width: Opening of the hand, the sum of the fingers' positions [m].
+
+        Raises:
+            RemoSplatError: The robot has no hand, or its hand does not open
+                that far.
+        """
+        if width == self.hand_width:
+            return self
+        return _opened(self.as_described, float(width)).holding(self.payload)
+
+    @property
+    def as_described(self) -> "RobotModel":
+        """The robot with empty hand and the width that its description has."""
+        empty = self.holding(None)
+        return empty if empty._described is None else empty._described
+
+    @property
+    def hand_width(self) -> float | None:
+        """Opening of the hand in this model [m]; None without a hand."""
+        fingers = self.fingers
+        return float(self.tree.offset[fingers].sum()) if len(fingers) else None
+
+    def _set_fingers(self, plant: MultibodyPlant):
+        hand, fingers, limits = self.description.hand, [], []
+        for joint in map(plant.GetJointByName, hand.joints if hand else ()):
+            fingers.append(self.tree.index(joint.child_body().name()))
+            lower, upper = (
+                joint.position_lower_limits,
+                joint.position_upper_limits,
+            )
+            limits.append([float(lower()[0]), float(upper()[0])])
+        self.fingers = np.array(fingers, int)
+        self._finger_limits = np.array(limits).reshape(-1, 2)
+
+    def _with_hand_width(self, width: float) -> "RobotModel":
+        hand = self.description.hand
+        if hand is None:
+            raise RemoSplatError("the robot has no hand, and so no width of it")
+        lower, upper = self._finger_limits[:, 0], self._finger_limits[:, 1]
+        each = width / len(hand.joints)
+        if not (lower - ROUNDING <= each).all() or (each > upper).any():
+            least, most = lower.sum(), upper.sum()
+            raise RemoSplatError(
+                f"the hand opens from {least:g} to {most:g} m, not to {width:g}"
+            )
+        opened = self._copied()
+        locked = self.description.locked | dict.fromkeys(hand.joints, each)
+        opened.description = dc.replace(self.description, locked=locked)
+        opened._described = self
+        opened.tree = self.tree.with_offsets(self.fingers, each)
+        opened.dynamics = dc.replace(self.dynamics, tree=opened.tree)
+        return opened
+
+    def _with_payload(self, payload: Payload) -> "RobotModel":
+        held = self._copied()
         held.payload, held._empty = payload, self
         link = self.tree.index(payload.link)
         held.tree = self.tree.with_body(payload.name, link, payload.X_LO)
@@ -589,6 +658,11 @@ class RobotModel:
 @lru_cache(maxsize=16)
 def _holding(robot: RobotModel, payload: Payload) -> RobotModel:
     return robot._with_payload(payload)
+
+
+@lru_cache(maxsize=64)
+def _opened(robot: RobotModel, width: float) -> RobotModel:
+    return robot._with_hand_width(width)
 
 
 @reads_file

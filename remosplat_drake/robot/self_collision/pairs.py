@@ -140,9 +140,11 @@ def _watched(
     robot: RobotModel,
 ) -> tuple[CollisionShapes, LinkPairs, ShapePairs, np.ndarray]:
     """What does not depend on the margin, with the distances at home [m]."""
-    if robot.payload is None:
+    if robot is robot.as_described:
         shapes = read_collision_shapes(robot.description, robot.spheres)
         found = find_link_pairs(robot, shapes)
+    elif robot.payload is None:
+        shapes, found, _, _ = _watched(robot.as_described)
     else:
         shapes, found, _, _ = _watched(robot.holding(None))
         shapes = shapes.with_payload(robot.payload)
