@@ -30,7 +30,7 @@ from remosplat_drake.base.errors import (
 from remosplat_drake.base.pose_config import make_transform
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.composite import CompositeDistanceField
-from remosplat_drake.oracle.object_field import ObjectField
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
 from remosplat_drake.oracle.oracle_config import GroundTruth, make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.reconstruction.report.quality_report import report_path
@@ -115,8 +115,7 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
         scene_field = CompositeDistanceField([scene_field, seen.field])
     field = scene_field
     if objects:
-        parts = [scene_field, ObjectField(objects)]
-        field = CompositeDistanceField(parts)
+        field = with_objects(scene_field, ObjectField(objects))
     world = World(
         robot,
         splat_W,

@@ -10,6 +10,7 @@ import scipy
 
 from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.packed import Packed
+from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.question import asked_in_one
 from remosplat_drake.oracle.signed_distance import (
     Primitives,
@@ -30,6 +31,8 @@ class ObjectArrays(NamedTuple):
 
     Attributes:
         solids: Their boxes and cylinders; of a convex hull the pose counts.
+        reach: Radii of balls around their frames' origins that hold them, shape
+            (k,) [m].
         planes: The planes of convex hulls in their frames, as unit normals and
             offsets, shape (p, 4) [1, m].
         first: Where each object's planes begin, and the end, shape (k + 1,);
@@ -41,6 +44,7 @@ class ObjectArrays(NamedTuple):
     """
 
     solids: Primitives
+    reach: np.ndarray
     planes: np.ndarray
     first: np.ndarray
     relief: np.ndarray
@@ -104,6 +108,20 @@ class ObjectField(DistanceField):
         return Thing(SOLID, f"the {self.objects[int(np.argmin(off))].name}")
 
 
+def with_objects(
+    scene: DistanceField, objects: ObjectField
+) -> CompositeDistanceField:
+    """Returns the map of a scene and the objects in it.
+
+    Like a map without objects it has one row per sphere.
+
+    Args:
+        scene: The map without the objects.
+        objects: The objects.
+    """
+    return CompositeDistanceField([scene, objects], rows="closest")
+
+
 @helper
 def _hull_distance(p_WS, solids, j, planes):
     """Largest signed distance to planes of object j, and its gradient in W."""
@@ -127,6 +145,12 @@ def _hull_distance(p_WS, solids, j, planes):
     )
 
 
+@helper
+def _is_beyond(p_WS, p_WP, within):
+    x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
+    return x * x + y * y + z * z >= within * within
+
+
 @kernel
 def query(objects, spheres, answer):
     """Finds the object that is nearest to each sphere, reliefs included.
@@ -147,7 +171,11 @@ def query(objects, spheres, answer):
         if not 0 <= row < last:
             row = last
         for j in range(len(solids.is_box)):
-            if relief[row, j] == np.inf or solids.top[j] <= spheres[i, 4]:
+            if solids.top[j] <= spheres[i, 4]:
+                continue
+            # An infinite relief leaves nothing to look at.
+            within = least - relief[row, j] + objects.reach[j]
+            if within <= 0.0 or _is_beyond(spheres[i], solids.p_WP[j], within):
                 continue
             if first[j] == first[j + 1]:
                 d, gx, gy, gz = primitive_distance(spheres[i], solids, j)
@@ -178,6 +206,7 @@ def _arrays(objects: Sequence[SceneObject], relief: np.ndarray) -> ObjectArrays:
     count = [len(each) for each in planes]
     return ObjectArrays(
         solids._replace(top=np.array([each.top for each in objects], float)),
+        np.array([each.reach for each in objects], float),
         np.concatenate([np.zeros((0, 4)), *planes]),
         np.cumsum([0, *count]).astype(np.int64),
         relief,

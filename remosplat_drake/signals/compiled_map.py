@@ -162,11 +162,14 @@ def _ask_all(compiled, question, answer):
 
     def nearest(compiled, question, answer):
         ask(compiled[0], question, answer)
-        other = np.empty_like(answer)
-        ask(compiled[1:], question, other)
+        # The others are asked for what is nearer, which is quicker.
+        nearer, other = question.copy(), np.empty_like(answer)
         for i in range(len(answer)):
-            nearer = answer[i, 0] < 0.0 or other[i, 1] < answer[i, 1]
-            if other[i, 0] >= 0.0 and nearer:
+            if answer[i, 0] >= 0.0:
+                nearer[i, 3] = answer[i, 1]
+        ask(compiled[1:], nearer, other)
+        for i in range(len(answer)):
+            if other[i, 0] >= 0.0:
                 for c in range(answer.shape[1]):
                     answer[i, c] = other[i, c]
 

@@ -34,6 +34,9 @@ WIDTH = 0.001
 _SETTLED = 0.002
 """Speed of its width below which a hand stands still [m/s]."""
 
+SLIP = 0.005
+"""How much narrower than around an object a hand may be that holds it [m]."""
+
 _AROUND = 0.03
 """Greatest distance from the end effector to an object that it holds [m]."""
 
@@ -70,6 +73,10 @@ def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
     """
     if state.outcome != RUNNING or not np.isfinite(now.q).all():
         return state
+    if _is_narrower(now, state.grip):
+        lost = f"the {state.held} has slipped out of the hand"
+        failures = (*state.failures, lost)
+        return dc.replace(state, failures=failures, outcome=FAILED)
     X_WE = task.robot.end_effector_poses(now.q)
     if not state.begun:
         is_new = not now.time > state.since
@@ -104,7 +111,7 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
     step, X_WE = state.present(task), task.robot.end_effector_poses(now.q)
     changed = dc.replace(state, begun=True, since=now.time, X_WA=X_WE)
     if step.action == ATTACH:
-        reason = _off_the_hand(state, step, X_WE)
+        reason = _off_the_hand(state, step, now, X_WE)
         if reason:
             return _failed(task, state, now, reason)
         thing = state.named(step.object)
@@ -112,14 +119,17 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
         payload = make_payload(task.robot, thing, spheres, now.q, step.effector)
         X_WO = thing.X_WO.GetAsMatrix4()
         X_OE = np.linalg.solve(X_WO, X_WE[step.effector])
-        changed = dc.replace(changed, payload=payload, X_OE=X_OE)
+        grip = step.grip
+        changed = dc.replace(changed, payload=payload, grip=grip, X_OE=X_OE)
     elif step.action == RELEASE:
         if state.X_OE is None:
             reason = f"{step.text}: the hand holds nothing"
             return _failed(task, state, now, reason)
         X_WO = X_WE[step.effector] @ np.linalg.inv(state.X_OE)
         objects = state.moved(state.held, X_WO)
-        changed = dc.replace(changed, payload=None, X_OE=None, objects=objects)
+        changed = dc.replace(
+            changed, payload=None, grip=None, X_OE=None, objects=objects
+        )
     if step.width is not None:
         changed = dc.replace(changed, width=step.width, force=step.force)
     X_WT = X_WE[step.effector]
@@ -199,10 +209,19 @@ def _next_way(task: Task, state: TaskState) -> TaskState:
     return dc.replace(state, outcome=FAILED)
 
 
-def _off_the_hand(state: TaskState, step: Step, X_WE: np.ndarray) -> str:
+def _is_narrower(now: Observation, grip: float | None) -> bool:
+    """Whether a hand is narrower than around what it should hold."""
+    return grip is not None and now.width < grip - SLIP
+
+
+def _off_the_hand(
+    state: TaskState, step: Step, now: Observation, X_WE: np.ndarray
+) -> str:
     """Says why an object is not in a hand; empty if it is."""
     if state.held:
         return f"{step.text}: the hand holds the {state.held}"
+    if _is_narrower(now, step.grip):
+        return f"{step.text}: the hand has closed on nothing"
     thing = state.named(step.object)
     p_OE = thing.X_WO.inverse().multiply(X_WE[step.effector, :3, 3])
     lower, upper = thing.corners

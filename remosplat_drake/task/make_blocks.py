@@ -294,7 +294,7 @@ class _Maker:
             self._step(
                 f"grasps the {name}",
                 touching,
-                width=closed,
+                width=max(closed - config.squeeze, 0.0),
                 force=config.force,
                 undo=(leave,),
             ),
@@ -303,6 +303,7 @@ class _Maker:
                 *standing,
                 action=ATTACH,
                 object=name,
+                grip=closed,
                 undo=(leave,),
             ),
             self._step(

@@ -51,6 +51,8 @@ class Step:
         action: `ATTACH` or `RELEASE`, at the start of the step; empty for
             neither.
         object: The object that is attached or released.
+        grip: Opening of the hand around an object that is attached [m]; None
+            where that is not looked at.
         patience: Time after which the step has failed [s].
         undo: What leads out again where the step has failed.
     """
@@ -66,6 +68,7 @@ class Step:
     force: float = 20.0
     action: str = ""
     object: str = ""
+    grip: float | None = None
     patience: float = 20.0
     undo: tuple["Step", ...] = ()
 

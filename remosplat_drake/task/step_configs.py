@@ -169,6 +169,9 @@ class Pick(StepConfig):
     grasps: Annotated[list[GraspConfig], Len(0, 1000)] = dc.field(
         default_factory=list
     )
+    # How much narrower than the grasp the hand is told to be, so that it
+    # presses on what it holds; a kinematic station's goes where it is told [m].
+    squeeze: Width = 0.0
     # Force with which the hand holds it [N].
     force: Force = 20.0
     # Length of the straight approach along the hand's z axis [m].

@@ -61,6 +61,8 @@ class TaskState:
         rules: The contact rules that hold, those of the step that has begun
             last.
         payload: What is carried; None for nothing.
+        grip: Opening of the hand around it [m]; None where that is not looked
+            at.
         X_OE: The end effector in the carried object, shape (4, 4).
         width: Opening that the hand is told [m]; None before the first.
         force: Force that it is told [N].
@@ -80,6 +82,7 @@ class TaskState:
     X_WA: np.ndarray | None = None
     rules: tuple[ContactRule, ...] = ()
     payload: Payload | None = None
+    grip: float | None = None
     X_OE: np.ndarray | None = None
     width: float | None = None
     force: float = 20.0

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
-from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.contact_rules import ContactRule, reliefs
-from remosplat_drake.oracle.object_field import ObjectField
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
 from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.objects.scene_object import SceneObject
@@ -55,9 +54,7 @@ class TaskMap:
         links = self._robot.holding(payload).spheres.links
         names = [each.name for each in objects]
         relief = reliefs(rules, links, names, self.stopping)
-        return CompositeDistanceField(
-            [self._scene, ObjectField(objects, relief)]
-        )
+        return with_objects(self._scene, ObjectField(objects, relief))
 
 
 class StandingRule:

@@ -57,6 +57,11 @@ class SceneObject:
         return self.solid.top
 
     @property
+    def reach(self) -> float:
+        """Radius of a ball around O that holds the object [m]."""
+        return float(np.linalg.norm(np.abs(self.corners).max(axis=0)))
+
+    @property
     def corners(self) -> np.ndarray:
         """Corners of its bounding box in O, lower and upper, (2, 3) [m]."""
         solid = self.solid
