@@ -33,10 +33,13 @@ class HandPieces(NamedTuple):
             a piece have a'x + b <= 0 for all of its planes.
         first: Row of the first plane of each piece, and the number of planes,
             shape (s + 1,).
+        box: Corners of the box around all of them, lower and upper, (2, 3)
+            [m].
     """
 
     planes: np.ndarray
     first: np.ndarray
+    box: np.ndarray
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -112,18 +115,20 @@ class ParallelGripper:
         robot = self.robot.with_hand_width(width)
         X_WL = robot.body_poses(robot.q_home)
         X_EW = np.linalg.inv(_tool(robot))
-        found = []
-        for link, equations in self._pieces_L:
+        found, corners = [], []
+        for link, points, equations in self._pieces_L:
             X_EL = X_EW @ X_WL[link]
             a_E = equations[:, :3] @ X_EL[:3, :3].T
             b = equations[:, 3] - a_E @ X_EL[:3, 3]
             found.append(np.column_stack([a_E, b]))
-        first = np.cumsum([0, *map(len, found)])
-        return HandPieces(np.concatenate(found), first)
+            corners.append(points @ X_EL[:3, :3].T + X_EL[:3, 3])
+        first, p_E = np.cumsum([0, *map(len, found)]), np.concatenate(corners)
+        box = np.array([p_E.min(axis=0), p_E.max(axis=0)])
+        return HandPieces(np.concatenate(found), first, box)
 
     @cached_property
-    def _pieces_L(self) -> list[tuple[int, np.ndarray]]:
-        """Bodies of the hand's pieces, and their half spaces there."""
+    def _pieces_L(self) -> list[tuple[int, np.ndarray, np.ndarray]]:
+        """Bodies of the hand's pieces, their vertices and half spaces."""
         tree, hand = self.robot.tree, self.robot.description.hand
         assert hand is not None
         palm = int(tree.parent[self.robot.fingers[0]])
@@ -134,7 +139,9 @@ class ParallelGripper:
         for name, shape in zip(shapes.links, shapes.shapes, strict=True):
             body = tree.index(name)
             if palm in tree.chain(body):
-                found.append((body, _half_spaces(shape)))
+                points = _vertices(shape)
+                planes = scipy.spatial.ConvexHull(points).equations
+                found.append((body, points, planes))
         return found
 
     def force(self, mass: float, friction: float, factor: float = 2.5) -> float:
@@ -166,9 +173,9 @@ def _tool(robot: RobotModel) -> np.ndarray:
     return robot.end_effector_pose(robot.q_home, effector or 0)
 
 
-def _half_spaces(shape: ConvexShape) -> np.ndarray:
+def _vertices(shape: ConvexShape) -> np.ndarray:
     points = shape.vertices
     if shape.radius:
         around = 1.06 * shape.radius * spread_directions(_DIRECTIONS)
         points = (points[:, None] + around).reshape(-1, 3)
-    return scipy.spatial.ConvexHull(points).equations
+    return points

@@ -23,13 +23,13 @@ from remosplat_drake.scene.objects.scene_object import (
 )
 from remosplat_drake.scene.primitive_scene import Box, Cylinder
 from remosplat_drake.signals import station_ports as ports
-from remosplat_drake.station.contact_materials import object_material
+from remosplat_drake.station.contact_materials import (
+    object_material,
+    scene_material,
+)
 
 OBJECTS = "objects"
 """Name of the model instance of all objects."""
-
-ASSUMED_DENSITY = 500.0
-"""Density of an object whose mass is not known [kg/m^3]."""
 
 COLOUR = np.array([0.30, 0.55, 0.75, 1.0])
 
@@ -38,6 +38,9 @@ def add_object_bodies(
     plant: MultibodyPlant, objects: Sequence[SceneObject], friction: float
 ) -> list[RigidBody]:
     """Adds a free body for each object, where it is at the start.
+
+    One of unknown mass is fixed to the world, and compliant like the scene: a
+    table, for example.
 
     Args:
         plant: A plant with a scene graph, before `Finalize`.
@@ -54,20 +57,21 @@ def add_object_bodies(
     bodies = []
     for thing in objects:
         body = plant.AddRigidBody(thing.name, instance, object_inertia(thing))
-        shape, round_radius = object_shape(thing.solid), 0.05
+        shape, radius = object_shape(thing.solid), 0.05
         if isinstance(thing.solid, Cylinder):
-            round_radius = thing.solid.radius
+            radius = thing.solid.radius
+        if thing.mass is None:
+            W, material = plant.world_frame(), scene_material(radius)
+            plant.WeldFrames(W, body.body_frame(), thing.X_WO)
+        else:
+            material = object_material(radius, friction)
+            plant.SetDefaultFloatingBaseBodyPose(body, thing.X_WO)
         plant.RegisterVisualGeometry(
             body, RigidTransform(), shape, thing.name, COLOUR
         )
         plant.RegisterCollisionGeometry(
-            body,
-            RigidTransform(),
-            shape,
-            thing.name,
-            object_material(round_radius, friction),
+            body, RigidTransform(), shape, thing.name, material
         )
-        plant.SetDefaultFloatingBaseBodyPose(body, thing.X_WO)
         bodies.append(body)
     return bodies
 
@@ -76,13 +80,10 @@ def object_inertia(thing: SceneObject) -> SpatialInertia:
     """Returns the inertia of an object of even density, about O in O.
 
     Args:
-        thing: The object; one of unknown mass has the density
-            `ASSUMED_DENSITY`.
+        thing: The object; one of unknown mass counts as of 1 kg.
     """
     unit = CalcSpatialInertia(object_shape(thing.solid), 1.0)
-    mass = thing.mass
-    if mass is None:
-        mass = ASSUMED_DENSITY * unit.get_mass()
+    mass = 1.0 if thing.mass is None else thing.mass
     return SpatialInertia(mass, unit.get_com(), unit.get_unit_inertia())
 
 

@@ -72,7 +72,7 @@ class TaskSystem(LeafSystem):
         self._executed_input = self.DeclareVectorInputPort(
             "velocity_executed", robot.n_u
         )
-        self._hand_input = self.DeclareVectorInputPort("hand_state", 2)
+        self._hand_input = self.DeclareVectorInputPort("hand_state", 3)
         self._state_index = self.DeclareAbstractState(
             Value(TaskState(task.objects, since=-np.inf))
         )
@@ -178,7 +178,7 @@ class TaskSystem(LeafSystem):
             np.array(self._executed_input.Eval(context)),
         )
         if self._hand_input.HasValue(context):
-            width, rate = self._hand_input.Eval(context)
+            width, rate, _ = self._hand_input.Eval(context)
             now = dc.replace(now, width=float(width), rate=float(rate))
         after = advance_task(self._task, before, now)
         if after is not before:

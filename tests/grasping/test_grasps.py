@@ -54,12 +54,14 @@ def test_pieces_follow_the_fingers(gripper):
 
 
 def clearance_reference(pieces, X_OE, points, enough):
-    """By half spaces, piece by piece."""
+    """By half spaces, piece by piece, or by the box around all of them."""
     p_E = (points - X_OE[:3, 3]) @ X_OE[:3, :3]
     least = enough
+    beside = np.maximum(pieces.box[0] - p_E, p_E - pieces.box[1]).max(axis=1)
     for i, j in zip(pieces.first, pieces.first[1:], strict=False):
         planes = pieces.planes[i:j]
         away = (p_E @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+        away = np.maximum(away, beside)
         least = min(least, away.min())
     return least
 

@@ -10,6 +10,7 @@ from remosplat_drake.base.kernels.returns import reals
 def hand_clearances(
     planes: np.ndarray,
     first: np.ndarray,
+    box: np.ndarray,
     X_OE: np.ndarray,
     points: np.ndarray,
     enough: float,
@@ -24,6 +25,7 @@ def hand_clearances(
             (h, 4); a'x + b <= 0 inside.
         first: Row of the first plane of each piece, and the number of planes,
             shape (s + 1,).
+        box: Corners of the box around all pieces, lower and upper, (2, 3) [m].
         X_OE: Poses of the hand, shape (k, 4, 4).
         points: The points in O, shape (n, 3) [m].
         enough: Greatest clearance of interest [m].
@@ -43,6 +45,11 @@ def hand_clearances(
             x = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
             y = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
             z = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
+            outside = max(box[0, 0] - x, x - box[1, 0])
+            outside = max(outside, max(box[0, 1] - y, y - box[1, 1]))
+            outside = max(outside, max(box[0, 2] - z, z - box[1, 2]))
+            if outside >= least:
+                continue
             for s in range(len(first) - 1):
                 away = -np.inf
                 for h in range(first[s], first[s + 1]):
