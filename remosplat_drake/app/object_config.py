@@ -59,6 +59,9 @@ class ObjectConfig(Config):
     hull: HullShape | None = None
     # Its mass; absent: not known [kg].
     mass: Annotated[float, Interval(gt=0, le=1000)] | None = None
+    # Whether the splat shows it. What stands there without, its shape alone
+    # says.
+    in_splat: bool = True
     # Splats whose centres are that near to its surface are its own [m].
     margin: Annotated[float, Interval(ge=0, le=0.1)] = OWN_MARGIN
 

@@ -8,7 +8,7 @@ import numpy as np
 from remosplat_drake.oracle.object_field import ObjectField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.scene_object import SceneObject
-from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 OWN_MARGIN = 0.01
@@ -44,6 +44,29 @@ def own_splats(
     )
     foot = corners_W[2].min() + margin
     return (np.abs(distance) <= margin) & (p_W[:, 2] > foot)
+
+
+def with_solids(
+    truth: PrimitiveScene | None, objects: Sequence[SceneObject]
+) -> PrimitiveScene | None:
+    """Adds objects to a true scene that has no solids of their names.
+
+    Args:
+        truth: The true scene; None if it is not known.
+        objects: The objects, of which convex hulls are left out.
+    """
+    if truth is None:
+        return None
+    names = {solid.name for solid in truth.primitives}
+    new = [x.solid for x in objects if x.name not in names]
+    return dc.replace(
+        truth,
+        boxes=(*truth.boxes, *(x for x in new if isinstance(x, Box))),
+        cylinders=(
+            *truth.cylinders,
+            *(x for x in new if isinstance(x, Cylinder)),
+        ),
+    )
 
 
 def without_objects(

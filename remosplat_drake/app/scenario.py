@@ -218,6 +218,16 @@ class Scenario(Config):
         return name
 
     @property
+    def own_stopping(self) -> dict[str, float]:
+        """The distances that pairs of links and objects keep, by field [m]."""
+        return {
+            f"tasks[{i}].touch[{j}].stopping": touch.stopping
+            for i, step in enumerate(self.tasks)
+            for j, touch in enumerate(step.touch)
+            if touch.stopping is not None
+        }
+
+    @property
     def camera(self) -> WristCameraConfig | None:
         """The wrist camera's settings, converted where they are Drake's.
 

@@ -10,6 +10,7 @@ from remosplat_drake.app.object_config import make_objects
 from remosplat_drake.app.object_map import (
     LEAST_SPLATS,
     own_splats,
+    with_solids,
     without_objects,
 )
 from remosplat_drake.app.scenario import Scenario
@@ -103,11 +104,11 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     where = scenario.source
     check_ranges(scenario, where)
     robot = load_scenario_robot(scenario)
-    truth = _true_scene(scenario, "truth")
+    objects = make_objects(scenario.objects, scenario.folder, where)
+    truth = with_solids(_true_scene(scenario, "truth"), objects)
     splat_W, cropped_W = load_splat(scenario)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
-    objects = make_objects(scenario.objects, scenario.folder, where)
     scene_field = _scene_field(scenario, objects, splat_W, truth)
     q0 = _start(scenario, robot, truth)
     seen = load_seen_space(scenario, robot.spheres_at(q0))
@@ -142,14 +143,19 @@ def _scene_field(
         truth = without_objects(truth, objects)
     if objects and splat_W is not None:
         is_other = np.ones(len(splat_W), bool)
-        looks = not isinstance(scenario.oracle, GroundTruth)
-        for i, thing in enumerate(objects):
-            own = own_splats(splat_W, thing, scenario.objects[i].margin)
-            if looks and np.count_nonzero(own) < LEAST_SPLATS:
+        is_asked = not isinstance(scenario.oracle, GroundTruth)
+        for i, (config, thing) in enumerate(
+            zip(scenario.objects, objects, strict=True)
+        ):
+            if not config.in_splat:
+                continue
+            own = own_splats(splat_W, thing, config.margin)
+            if is_asked and np.count_nonzero(own) < LEAST_SPLATS:
                 raise FieldError(
                     scenario.source,
                     f"objects[{i}].X_WO",
-                    f"the map shows no {thing.name} there",
+                    f"the splat shows no {thing.name} there; in_splat: false"
+                    " is for what it does not show",
                 )
             is_other &= ~own
         splat_W = splat_W.select(is_other)
