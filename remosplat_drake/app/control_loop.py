@@ -32,6 +32,7 @@ from remosplat_drake.app.stages.station import (
     MakeStation,
 )
 from remosplat_drake.app.stages.supervision import AddSupervisor
+from remosplat_drake.app.stages.task import ConnectTask, hand_port
 from remosplat_drake.app.world import World
 from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
@@ -246,7 +247,18 @@ def _Close(
     carried_out = executed
     if not hardware:
         carried_out = AddActuators(builder, scenario, robot, executed)
-    ConnectCommand(builder, robot, carried_out, loop.station)
+    ConnectCommand(
+        builder, robot, carried_out, loop.station, hand_port(loop.targets)
+    )
+    ConnectTask(
+        builder,
+        loop.targets,
+        robot,
+        loop.station,
+        executed,
+        loop.oracle,
+        loop.controller,
+    )
     if predictor is not None:
         ConnectPrediction(
             builder,

@@ -20,6 +20,7 @@ from remosplat_drake.app.stages.records import AddRecorder
 from remosplat_drake.app.stages.supervision import AddPanel
 from remosplat_drake.app.stages.targets import AddTargets
 from remosplat_drake.app.world import World, load_world
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.controller.program.ingredient import Ingredient
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
@@ -106,6 +107,9 @@ def build(
     """
     # A field may have been assigned since it was read.
     check_ranges(scenario, scenario.source)
+    if hardware and scenario.tasks:
+        problem = "are led in simulation only; give `targets` for a real robot"
+        raise FieldError(scenario.source, "tasks", problem)
     world = world or load_world(scenario)
     scenario = with_right_of_way(scenario)
     builder = DiagramBuilder()

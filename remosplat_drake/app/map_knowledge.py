@@ -278,6 +278,13 @@ def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
             f" wrong by up to {error.largest:.4f}; valid: at least {least:.4f}"
         )
         gates.append(Gate(MAP_ERROR, problem, in_simulation=REFUSAL))
+    for field, own in scenario.own_stopping.items():
+        if own < least - _ROUNDING:
+            problem = (
+                f"{field}: {own:g} is too small for a map that is wrong by up"
+                f" to {error.largest:.4f}; valid: at least {least:.4f}"
+            )
+            gates.append(Gate(MAP_ERROR, problem, in_simulation=REFUSAL))
     return gates
 
 

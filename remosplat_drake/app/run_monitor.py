@@ -145,7 +145,8 @@ class RunMonitor:
             stands = stands and supervision.reason != UNARMED
             self.is_finished = stands and self._waited >= self._patience
         elif self._until is None:
-            self.is_finished = targets.progress(context).finished
+            progress = targets.progress(context)
+            self.is_finished = progress.finished or bool(progress.failed)
         else:
             self.is_finished = self._until(targets.error(context))
         self._listen(time, root)

@@ -27,8 +27,9 @@ class RunResult:
     """How a run ended.
 
     Attributes:
-        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP, or STOPPED and,
-            after a colon, why the supervisor stopped the robot.
+        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP, of a task with the
+            reason after a colon, or STOPPED and, after a colon, why the
+            supervisor stopped the robot.
         targets_reached: Number of targets that were reached.
         targets: Number of targets of the run.
         position_error: Distance from the end effector to the present target at
@@ -96,14 +97,15 @@ def make_result(
         outcome = f"{STOPPED}: {supervision.reason}"
     elif progress.finished:
         outcome = REACHED
+    elif progress.failed:
+        outcome = f"{GIVEN_UP}: {progress.failed}"
     else:
         outcome = INTERRUPTED if interrupted else TIME_LIMIT
     selection = selection_of(application, root)
     effort = NO_EFFORT if selection is None else selection.effort
-    if selection is not None and outcome != REACHED:
+    if selection is not None and outcome == TIME_LIMIT:
         planning = scenario.controller.guidance.planning
-        gives_up = planning.give_up and outcome == TIME_LIMIT
-        if gives_up and selection.has_given_up(planning.attempts):
+        if planning.give_up and selection.has_given_up(planning.attempts):
             outcome = GIVEN_UP
     system = application.standing
     now = system.now(system.GetMyContextFromRoot(root))

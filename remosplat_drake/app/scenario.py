@@ -13,6 +13,7 @@ from annotated_types import Interval, Len
 from pydrake.systems.analysis import SimulatorConfig
 from pydrake.systems.sensors import CameraConfig
 
+from remosplat_drake.app.object_config import ObjectConfig
 from remosplat_drake.app.other_robot_config import OtherRobot
 from remosplat_drake.app.recorded_movers import RecordedMovers
 from remosplat_drake.app.scene_config import SceneConfig
@@ -72,6 +73,7 @@ from remosplat_drake.station.station_config import (
     simulator_problems,
 )
 from remosplat_drake.task.arrival import ArrivalConfig
+from remosplat_drake.task.step_configs import AnyStep
 from remosplat_drake.task.targets import TargetsMaker
 from remosplat_drake.teleop.teleop_config import TeleopConfig
 
@@ -132,6 +134,14 @@ class Scenario(Config):
     # where the truth file says. Or targets of one's own, like `oracle`.
     targets: Annotated[list[TargetConfig], Len(0, 10_000)] | TargetsMaker = (
         dc.field(default_factory=list)
+    )
+    # What the robot shall do to objects, step by step, in place of `targets`.
+    tasks: Annotated[list[AnyStep], Len(0, 1000)] = dc.field(
+        default_factory=list
+    )
+    # The things of the scene that a task names.
+    objects: Annotated[list[ObjectConfig], Len(0, 1000)] = dc.field(
+        default_factory=list
     )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
     # What moves by itself, in simulation: rounded boxes, `!Person`,
@@ -208,6 +218,16 @@ class Scenario(Config):
         return name
 
     @property
+    def own_stopping(self) -> dict[str, float]:
+        """The distances that pairs of links and objects keep, by field [m]."""
+        return {
+            f"tasks[{i}].touch[{j}].stopping": touch.stopping
+            for i, step in enumerate(self.tasks)
+            for j, touch in enumerate(step.touch)
+            if touch.stopping is not None
+        }
+
+    @property
     def camera(self) -> WristCameraConfig | None:
         """The wrist camera's settings, converted where they are Drake's.
 
@@ -264,6 +284,8 @@ class Scenario(Config):
                 f"must be at most {LONGEST_VERIFIED} with controller.verify,"
                 f" got {self.control_period}",
             )
+        if self.tasks and self.targets:
+            yield "tasks", "give `tasks` or `targets`, not both"
         listed = self.targets if isinstance(self.targets, list) else []
         last = {target.effector: i for i, target in enumerate(listed)}
         for i in last.values():

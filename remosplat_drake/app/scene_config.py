@@ -7,7 +7,7 @@ from typing import Annotated
 from annotated_types import Interval, Len
 from pydrake.multibody.parsing import ModelDirective
 
-from remosplat_drake.app.pose_config import PoseConfig
+from remosplat_drake.base.pose_config import PoseConfig
 from remosplat_drake.base.ranges import (
     Config,
     OneOf,

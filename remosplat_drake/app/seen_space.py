@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from pydrake.math import RigidTransform
 
-from remosplat_drake.app.pose_config import make_transform
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.pose_config import make_transform
 from remosplat_drake.oracle.oracle_config import GroundTruth
 from remosplat_drake.oracle.placed_unknown_space import PlacedUnknownSpace
 from remosplat_drake.reconstruction.seen_file import read_seen_space, seen_path

@@ -7,8 +7,8 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval, Len
 
-from remosplat_drake.app.pose_config import PoseConfig, make_transform
 from remosplat_drake.base.errors import unknown_name
+from remosplat_drake.base.pose_config import PoseConfig, make_transform
 from remosplat_drake.base.ranges import OneOf, joined
 from remosplat_drake.signals.target import (
     DIRECTIONS,

@@ -6,7 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from remosplat_drake.app.pose_config import make_transform
+from remosplat_drake.app.object_config import make_objects
+from remosplat_drake.app.object_map import (
+    LEAST_SPLATS,
+    own_splats,
+    with_solids,
+    without_objects,
+)
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scenario_robot import load_scenario_robot
 from remosplat_drake.app.scene_config import OBSTACLE
@@ -22,14 +28,17 @@ from remosplat_drake.base.errors import (
     FileError,
     RemoSplatError,
 )
+from remosplat_drake.base.pose_config import make_transform
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.oracle.composite import CompositeDistanceField
-from remosplat_drake.oracle.oracle_config import make_field
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
+from remosplat_drake.oracle.oracle_config import GroundTruth, make_field
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.reconstruction.report.quality_report import report_path
 from remosplat_drake.robot.robot_description import unknown_effector
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.directives import read_directives
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.signals.distance_field import DistanceField
@@ -53,6 +62,8 @@ class World:
         cropped_W: The part of the splat that was cropped away, in W.
         truth: The scene's true geometry in W; None if it is unknown.
         field: The map that the oracle queries.
+        scene_field: The same without the objects.
+        objects: The objects, where they are at the start.
         q0: Configuration to start from, shape (n_q,) [rad, m].
         seen: What the splat's capture has seen; None if that is unknown.
     """
@@ -64,11 +75,18 @@ class World:
     q0: np.ndarray
     cropped_W: GaussianSplat = dc.field(default_factory=GaussianSplat.empty)
     seen: SeenSpace | None = None
+    scene_field: DistanceField | None = None
+    objects: tuple[SceneObject, ...] = ()
 
     @property
     def truth_field(self) -> DistanceField | None:
-        """Distances to the true geometry; None if it is unknown."""
-        return None if self.truth is None else SignedDistanceField(self.truth)
+        """Distances to the true geometry; None if it is unknown.
+
+        Objects are not part of it: they may be moved, and be touched.
+        """
+        if self.truth is None:
+            return None
+        return SignedDistanceField(without_objects(self.truth, self.objects))
 
 
 def load_world(scenario: Scenario, *, blank: bool = False) -> World:
@@ -86,18 +104,62 @@ def load_world(scenario: Scenario, *, blank: bool = False) -> World:
     where = scenario.source
     check_ranges(scenario, where)
     robot = load_scenario_robot(scenario)
-    truth = _true_scene(scenario, "truth")
+    objects = make_objects(scenario.objects, scenario.folder, where)
+    truth = with_solids(_true_scene(scenario, "truth"), objects)
     splat_W, cropped_W = load_splat(scenario)
     if splat_W is None and blank:
         splat_W = GaussianSplat.empty()
-    field = make_field(scenario.oracle, splat_W, truth, where)
+    scene_field = _scene_field(scenario, objects, splat_W, truth)
     q0 = _start(scenario, robot, truth)
     seen = load_seen_space(scenario, robot.spheres_at(q0))
     if seen is not None and scenario.scene.unknown == OBSTACLE:
-        field = CompositeDistanceField([field, seen.field])
-    world = World(robot, splat_W, truth, field, q0, cropped_W, seen)
+        scene_field = CompositeDistanceField([scene_field, seen.field])
+    field = scene_field
+    if objects:
+        field = with_objects(scene_field, ObjectField(objects))
+    world = World(
+        robot,
+        splat_W,
+        truth,
+        field,
+        q0,
+        cropped_W,
+        seen,
+        scene_field,
+        objects,
+    )
     _check_start(world, where)
     return world
+
+
+def _scene_field(
+    scenario: Scenario,
+    objects: Sequence[SceneObject],
+    splat_W: GaussianSplat | None,
+    truth: PrimitiveScene | None,
+) -> DistanceField:
+    """Makes the map of what is no object."""
+    if objects and truth is not None:
+        truth = without_objects(truth, objects)
+    if objects and splat_W is not None:
+        is_other = np.ones(len(splat_W), bool)
+        is_asked = not isinstance(scenario.oracle, GroundTruth)
+        for i, (config, thing) in enumerate(
+            zip(scenario.objects, objects, strict=True)
+        ):
+            if not config.in_splat:
+                continue
+            own = own_splats(splat_W, thing, config.margin)
+            if is_asked and np.count_nonzero(own) < LEAST_SPLATS:
+                raise FieldError(
+                    scenario.source,
+                    f"objects[{i}].X_WO",
+                    f"the splat shows no {thing.name} there; in_splat: false"
+                    " is for what it does not show",
+                )
+            is_other &= ~own
+        splat_W = splat_W.select(is_other)
+    return make_field(scenario.oracle, splat_W, truth, scenario.source)
 
 
 def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from annotated_types import Interval
 
-from remosplat_drake.app.pose_config import PoseConfig, make_transform
 from remosplat_drake.base import resources
 from remosplat_drake.base.errors import FieldError, FileError, unknown_name
+from remosplat_drake.base.pose_config import PoseConfig, make_transform
 from remosplat_drake.base.ranges import Config, Position, Seed
 from remosplat_drake.base.strict_yaml import entries, load_strict
 from remosplat_drake.benchmark.capture_truth import (

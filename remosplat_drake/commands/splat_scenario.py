@@ -7,7 +7,6 @@ import yaml
 from rich.console import Console
 
 from remosplat_drake.app.map_knowledge import find_map_error
-from remosplat_drake.app.pose_config import make_transform
 from remosplat_drake.app.scenario import (
     Scenario,
     check_scenario,
@@ -25,6 +24,7 @@ from remosplat_drake.app.seen_space import seen_file
 from remosplat_drake.app.world import load_splat
 from remosplat_drake.base.atomic_file import write_atomically
 from remosplat_drake.base.errors import FileError, RemoSplatError
+from remosplat_drake.base.pose_config import make_transform
 from remosplat_drake.base.resources import expand, resolve
 from remosplat_drake.base.strict_yaml import load_text
 from remosplat_drake.commands.suggested_entry import (

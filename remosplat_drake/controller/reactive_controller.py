@@ -50,6 +50,8 @@ class ReactiveController(LeafSystem):
         - velocity_executed (optional)
         - motion (optional)
         - movers (optional)
+        - payload (optional)
+        - hold (optional)
         output_ports:
         - velocity_commanded
         - report
@@ -64,7 +66,10 @@ class ReactiveController(LeafSystem):
     of the command; without it the controller takes its own to be executed.
     `motion` is the `Motion` of a robot that does not execute commands at once;
     `configuration` and `clearances` are then those of its `q_planned`. `movers`
-    are the `Movers` around the robot; without them nothing moves.
+    are the `Movers` around the robot; without them nothing moves. `payload` is
+    the `Payload` that the robot carries, the one of `clearances`, or None. While
+    `hold` is true, each command is the next step of the braking ramp: the robot
+    comes to a standstill and stays there. A payload must only change after that.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
@@ -121,6 +126,10 @@ class ReactiveController(LeafSystem):
         self._movers_input = self.DeclareAbstractInputPort(
             "movers", Value[object]()
         )
+        self._payload_input = self.DeclareAbstractInputPort(
+            "payload", Value[object]()
+        )
+        self._hold_input = self.DeclareAbstractInputPort("hold", Value(False))
         self._report_index = self.DeclareAbstractState(
             Value(TickReport.before_first(n_q, n_u))
         )
@@ -185,8 +194,9 @@ class ReactiveController(LeafSystem):
         start = perf_counter()
         clearances = self._clearances_input.Eval(context)
         after_oracle = perf_counter()
+        law = self._law.holding(value_or_none(self._payload_input, context))
         report = run_tick(
-            self._law,
+            law,
             context.get_time(),
             self._configuration_input.Eval(context),
             self._target.read(context),
@@ -199,6 +209,8 @@ class ReactiveController(LeafSystem):
             periods=self._periods(context),
         )
         report = self._rested(context, state, report, executed)
+        if value_or_none(self._hold_input, context):
+            report = at_rest(law, report, executed, self._periods(context))
         timings = {
             "guidance": selection.seconds,
             "oracle": after_oracle - start,
@@ -221,11 +233,12 @@ class ReactiveController(LeafSystem):
             return report
         cell = int(self._rest_index)
         before = context.get_abstract_state(cell).get_value()
-        rest = advance_rest(self._rest, self._law, before, report)
+        law = self._law.holding(report.payload)
+        rest = advance_rest(self._rest, law, before, report)
         state.get_mutable_abstract_state(cell).set_value(rest)
         if not rest.is_still:
             return report
-        return at_rest(self._law, report, executed, self._periods(context))
+        return at_rest(law, report, executed, self._periods(context))
 
     def _periods(self, context: Context) -> float:
         """How many periods ago the tick before was."""

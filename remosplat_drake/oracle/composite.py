@@ -68,8 +68,9 @@ class CompositeDistanceField(DistanceField):
     @cached_property
     def compiled_rows(self) -> Packed[Maps] | None:
         """The parts' compiled rows; see `DistanceField.compiled_rows`."""
-        if self.rows == "closest" and len(self.parts) > 1:
-            return None
+        if self.rows == "closest":
+            # Several maps, asked as one, answer with the nearest.
+            return None if self.compiled is None else together([self.compiled])
         maps = []
         for part in self.parts:
             if part.compiled_rows is None:

@@ -12,6 +12,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.optional_input import value_or_none
 
 
 class DistanceOracle(LeafSystem):
@@ -24,6 +25,7 @@ class DistanceOracle(LeafSystem):
         - configuration
         - distance_field (optional)
         - base_uncertainty (optional)
+        - payload (optional)
         output_ports:
         - clearances
         - distance_field
@@ -33,8 +35,10 @@ class DistanceOracle(LeafSystem):
     change while the diagram runs; a new map takes effect between ticks, as a
     whole. `base_uncertainty` bounds the error of the base's pose in the
     configuration, shift and turn [m, rad]. Both outputs then report distances
-    that are reduced by it, see `UncertainPlacement`. If the configuration is
-    not finite, the output is `Clearances.unknown`.
+    that are reduced by it, see `UncertainPlacement`. `payload` carries the
+    `Payload` in the robot's hand, or None: its spheres are the last of those
+    in `clearances`. If the configuration is not finite, the output is
+    `Clearances.unknown`.
 
     Args:
         robot: The robot, which places the spheres.
@@ -75,10 +79,14 @@ class DistanceOracle(LeafSystem):
         self._uncertainty_input = self.DeclareVectorInputPort(
             "base_uncertainty", 2
         )
+        self._payload_input = self.DeclareAbstractInputPort(
+            "payload", Value[object]()
+        )
         inputs = {
             self._configuration_input.ticket(),
             self._field_input.ticket(),
             self._uncertainty_input.ticket(),
+            self._payload_input.ticket(),
         }
         self.DeclareAbstractOutputPort(
             "clearances",
@@ -142,10 +150,12 @@ class DistanceOracle(LeafSystem):
     def _calc_clearances(self, context: Context, output: AbstractValue):
         q = self._configuration_input.Eval(context)
         field = self._current_field(context)
+        payload = value_or_none(self._payload_input, context)
+        robot = self._robot.holding(payload)
         if not np.isfinite(q).all():
-            output.set_value(Clearances.unknown(len(self._robot.spheres)))
+            output.set_value(Clearances.unknown(len(robot.spheres)))
             return
-        spheres = self._robot.spheres_at(q)
+        spheres = robot.spheres_at(q)
         output.set_value(field.clearances(spheres, self._max_distance))
 
     def _calc_field(self, context: Context, output: AbstractValue):

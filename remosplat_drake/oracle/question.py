@@ -34,6 +34,7 @@ def asked_in_one(
         np.array(spheres.p_WS, float),
         np.array(spheres.radius, float),
         np.array(spheres.ignore_below, float),
+        np.array(spheres.index, np.int64),
         float(max_distance),
     )
     if not is_defined:
@@ -49,19 +50,21 @@ def question(spheres: Spheres, max_distance: float) -> np.ndarray:
         max_distance: Distance below which results are returned [m].
 
     Returns:
-        Centres, distances from them that a result must undercut, and heights
-        below which the scene is ignored, shape (n, 5) [m].
+        Centres, distances from them that a result must undercut, heights
+        below which the scene is ignored [m], and indices of the spheres, shape
+        (n, 6).
 
     Raises:
         ValueError: A centre is not finite, or a radius or floor is NaN.
     """
-    asked = np.empty((len(spheres), 5))
+    asked = np.empty((len(spheres), 6))
     asked[:, :3] = spheres.p_WS
     asked[:, 3] = spheres.radius
     asked[:, 3] += max_distance
     asked[:, 4] = spheres.ignore_below
+    asked[:, 5] = spheres.index
     # Sums and minima propagate NaN.
     is_finite = math.isfinite(asked[:, :3].sum())
-    if not is_finite or math.isnan(asked[:, 3:].min(initial=0.0)):
+    if not is_finite or math.isnan(asked[:, 3:5].min(initial=0.0)):
         raise ValueError(UNDEFINED)
     return asked

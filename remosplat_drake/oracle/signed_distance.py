@@ -48,7 +48,7 @@ class SignedDistanceField(DistanceField):
         self.scene = scene
         self.rows = rows
         self.revision = f"signed-distance-{scene.content_hash}-{rows}"
-        self._primitives = Packed(_primitives(scene))
+        self._primitives = Packed(primitive_arrays(scene))
 
     @property
     def compiled(self) -> "Packed[Primitives]":
@@ -104,7 +104,12 @@ class Primitives(NamedTuple):
     top: np.ndarray
 
 
-def _primitives(scene: PrimitiveScene) -> Primitives:
+def primitive_arrays(scene: PrimitiveScene) -> Primitives:
+    """Returns the solids of a scene as arrays for kernels.
+
+    Args:
+        scene: The solids.
+    """
     primitives = scene.primitives
     size = [
         p.half_extents
@@ -125,8 +130,17 @@ def _primitives(scene: PrimitiveScene) -> Primitives:
 
 
 @helper
-def _primitive_distance(p_WS, primitives, j):
-    """Signed distance of a point to one primitive, and its gradient in W."""
+def primitive_distance(p_WS, primitives, j):
+    """Computes the signed distance of a point to a primitive.
+
+    Args:
+        p_WS: The point in W; further entries are not read.
+        primitives: The `Primitives`.
+        j: Index of the primitive.
+
+    Returns:
+        The distance [m], and the three entries of its gradient in W.
+    """
     R_WP, p_WP = primitives.R_WP[j], primitives.p_WP[j]
     x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
     px = R_WP[0, 0] * x + R_WP[1, 0] * y + R_WP[2, 0] * z
@@ -150,7 +164,7 @@ def query(primitives, spheres, answer):
 
     Args:
         primitives: The `Primitives`.
-        spheres: (n, 5): centre p_WS, the distance from the centre that an
+        spheres: (n, 6): centre p_WS, the distance from the centre that an
             answer must undercut, and the height below which primitives are
             ignored.
         answer: (n, 8), filled: the primitive's number or -1, its signed
@@ -162,7 +176,7 @@ def query(primitives, spheres, answer):
         for j in range(len(primitives.is_box)):
             if primitives.top[j] <= spheres[i, 4]:
                 continue
-            d, gx, gy, gz = _primitive_distance(spheres[i], primitives, j)
+            d, gx, gy, gz = primitive_distance(spheres[i], primitives, j)
             if d < least:
                 least = d
                 answer[i, 0], answer[i, 1] = j, d
@@ -189,7 +203,7 @@ def _clearances(p_WS, radius, ignore_below, primitives, max_distance, closest):
         for j in range(k):
             if primitives.top[j] <= ignore_below[i]:
                 continue
-            d, gx, gy, gz = _primitive_distance(p_WS[i], primitives, j)
+            d, gx, gy, gz = primitive_distance(p_WS[i], primitives, j)
             row = rows
             if closest and rows > first_of_sphere:
                 row = first_of_sphere

@@ -12,13 +12,14 @@ from remosplat_drake.robot.inverse_dynamics import (
     motors,
 )
 from remosplat_drake.robot.kinematics import KinematicTree
+from remosplat_drake.robot.payload import Payload
 
 
 @dc.dataclass(frozen=True, eq=False)
 class ArmDynamics:
     """Inverse dynamics of a robot, by the masses of its model file.
 
-    The hand is empty. Forces of the base's motors are left out.
+    Forces of the base's motors are left out.
 
     Attributes:
         tree: The robot's tree.
@@ -52,6 +53,21 @@ class ArmDynamics:
         limit = np.array([efforts.get(name, np.inf) for name in arm_joints])
         masses = MassArrays.read(plant, tree, [*base_joints, *arm_joints])
         return ArmDynamics(tree, masses, limit)
+
+    def holding(self, tree: KinematicTree, payload: Payload) -> "ArmDynamics":
+        """Returns the dynamics of the robot with a payload in its hand.
+
+        Args:
+            tree: The robot's tree with the payload as its last body.
+            payload: The payload.
+        """
+        masses = self.masses.values
+        held = masses._replace(
+            mass=np.append(masses.mass, payload.mass),
+            p_BBcm=np.concatenate([masses.p_BBcm, payload.p_OOcm[None]]),
+            I_BBcm=np.concatenate([masses.I_BBcm, payload.I_OOcm[None]]),
+        )
+        return ArmDynamics(tree, Packed(held), self.limit)
 
     def torques(
         self, q: np.ndarray, v: np.ndarray, a: np.ndarray

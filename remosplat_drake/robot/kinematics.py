@@ -84,6 +84,44 @@ class KinematicTree:
             body = int(self.parent[body])
         return bodies[::-1]
 
+    def with_offsets(
+        self, bodies: np.ndarray, position: float
+    ) -> "KinematicTree":
+        """Returns the tree with other positions of joints that do not move.
+
+        Args:
+            bodies: Indices of the bodies that these joints carry.
+            position: Their position [m, rad].
+        """
+        offset = self.offset.copy()
+        offset[bodies] = position
+        offset.flags.writeable = False
+        return dc.replace(self, offset=offset)
+
+    def with_body(
+        self, name: str, parent: int, X_PB: np.ndarray
+    ) -> "KinematicTree":
+        """Returns the tree with a further body B, welded to one of its bodies.
+
+        Args:
+            name: Name of the body.
+            parent: Index of the body P that it is welded to.
+            X_PB: Its pose there, shape (4, 4).
+
+        Raises:
+            RemoSplatError: There is a body of that name.
+        """
+        if name in self.names:
+            raise RemoSplatError(f"the robot has a link {name!r} already")
+        more = (parent, FIXED, np.zeros(3), X_PB, np.eye(4), -1, 0.0)
+        arrays = {}
+        for field, value in zip(TreeArrays._fields, more, strict=True):
+            before = getattr(self, field)
+            row = np.array(value, before.dtype)[None]
+            arrays[field] = np.concatenate([before, row])
+            arrays[field].flags.writeable = False
+        return KinematicTree((*self.names, name), **arrays)
+
 
 class TreeArrays(NamedTuple):
     """A `KinematicTree`, as kernels take it."""

@@ -26,6 +26,8 @@ class RobotArrays(NamedTuple):
         hessian_bound: `RobotModel.hessian_bound`.
         ignore_below: Height below which each sphere sees nothing, shape (n,)
             [m].
+        index: Number of each sphere, by which contact rules know it, shape
+            (n,).
         jacobian_bound: `RobotModel.jacobian_bound`.
         leading: Which spheres move with the hand of each of e end effectors,
             shape (e, n), bool.
@@ -50,6 +52,7 @@ class RobotArrays(NamedTuple):
     radius: np.ndarray
     hessian_bound: np.ndarray
     ignore_below: np.ndarray
+    index: np.ndarray
     jacobian_bound: np.ndarray
     leading: np.ndarray
     body_E: np.ndarray

@@ -6,13 +6,15 @@ omnidirectional one has a third, to the left, between the two. An arm without a
 mobile base has neither part, and everything here works the same.
 """
 
-from functools import cached_property
+import copy
+import dataclasses as dc
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.errors import FieldError, RemoSplatError, unknown_name
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.ranges import joined
 from remosplat_drake.base.reading import reads_file
@@ -22,6 +24,7 @@ from remosplat_drake.robot.arm_dynamics import ArmDynamics
 from remosplat_drake.robot.joint_limits import JointLimits
 from remosplat_drake.robot.model_file import add_robot_model, find_frame
 from remosplat_drake.robot.motion_bounds import hessian_bound, jacobian_bound
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_arrays import (
     RobotArrays,
     StateArrays,
@@ -55,6 +58,8 @@ class RobotModel:
     Attributes:
         description: The robot description that it was made from.
         spheres: The sphere model in use.
+        payload: What its hand carries, a link of it like others; None for
+            nothing.
         tree: The kinematic tree, body 0 being the world.
         dynamics: The torques that motions take.
         n_q: Number of configuration variables (10 for Frankie).
@@ -70,6 +75,7 @@ class RobotModel:
             for the base.
         position_upper: Upper joint limits of q, shape (n_q,) [m, rad]; infinite
             for the base.
+        fingers: Bodies of `tree` that are the hand's fingers, shape (f,).
         screw_body: Body of `tree` whose inboard joint each command moves, shape
             (n_u,); all of a base's move the one that turns.
         screw_turns: Whether each command turns that body, or else slides it,
@@ -101,7 +107,10 @@ class RobotModel:
             RemoSplatError: The description does not fit its model file.
         """
         self.description = description
-        self.spheres = spheres
+        self.payload: Payload | None = None
+        self._empty: RobotModel | None = None
+        self._described: RobotModel | None = None
+        self._floor_height = floor_height
         plant = MultibodyPlant(time_step=0.0)
         add_robot_model(description, plant)
         plant.Finalize()
@@ -124,16 +133,117 @@ class RobotModel:
         self.acceleration_limit = limits.acceleration
         self.jerk_limit = limits.jerk
         self.position_lower, self.position_upper = limits.lower, limits.upper
-        self._body_S = np.array([self.tree.index(x) for x in spheres.links])
-        self._p_LS = np.ascontiguousarray(spheres.p_LS)
-        self._radius = np.ascontiguousarray(spheres.radius)
-        floor = spheres.on_links(set(description.floor_links))
-        self._ignore_below = np.where(floor, floor_height, -np.inf)
+        self._set_spheres(spheres)
         self._set_end_effectors(plant)
+        self._set_fingers(plant)
         self._set_screws()
 
     def __deepcopy__(self, memo) -> "RobotModel":
         return self
+
+    def holding(self, payload: Payload | None) -> "RobotModel":
+        """Returns the same robot with another payload in its hand.
+
+        The payload is a further link of it, the last of its tree, and its
+        spheres are the last. Everything else that is computed of the robot
+        follows from that. Equal calls return the same object.
+
+        Args:
+            payload: What it carries; None for nothing.
+
+        Raises:
+            RemoSplatError: The robot has a link of the payload's name, or none
+                of that of its link.
+        """
+        empty = self if self._empty is None else self._empty
+        return empty if payload is None else _holding(empty, payload)
+
+    def _copied(self) -> "RobotModel":
+        """A copy without the properties that are computed once."""
+        copied = copy.copy(self)
+        for name in vars(self):
+            if isinstance(getattr(type(self), name, None), cached_property):
+                delattr(copied, name)
+        return copied
+
+    def with_hand_width(self, width: float) -> "RobotModel":
+        """Returns the same robot with its fingers at another width.
+
+        Their spheres and convex shapes move with their joints, each finger by
+        the same way. Equal calls return the same object.
+
+        Args:
+            width: Opening of the hand, the sum of the fingers' positions [m].
+
+        Raises:
+            RemoSplatError: The robot has no hand, or its hand does not open
+                that far.
+        """
+        if width == self.hand_width:
+            return self
+        return _opened(self.as_described, float(width)).holding(self.payload)
+
+    @property
+    def as_described(self) -> "RobotModel":
+        """The robot with empty hand and the width that its description has."""
+        empty = self.holding(None)
+        return empty if empty._described is None else empty._described
+
+    @property
+    def hand_width(self) -> float | None:
+        """Opening of the hand in this model [m]; None without a hand."""
+        fingers = self.fingers
+        return float(self.tree.offset[fingers].sum()) if len(fingers) else None
+
+    def _set_fingers(self, plant: MultibodyPlant):
+        hand, fingers, limits = self.description.hand, [], []
+        for joint in map(plant.GetJointByName, hand.joints if hand else ()):
+            fingers.append(self.tree.index(joint.child_body().name()))
+            lower, upper = (
+                joint.position_lower_limits,
+                joint.position_upper_limits,
+            )
+            limits.append([float(lower()[0]), float(upper()[0])])
+        self.fingers = np.array(fingers, int)
+        self._finger_limits = np.array(limits).reshape(-1, 2)
+
+    def _with_hand_width(self, width: float) -> "RobotModel":
+        hand = self.description.hand
+        if hand is None:
+            raise RemoSplatError("the robot has no hand, and so no width of it")
+        lower, upper = self._finger_limits[:, 0], self._finger_limits[:, 1]
+        each = width / len(hand.joints)
+        if not (lower - ROUNDING <= each).all() or (each > upper).any():
+            least, most = lower.sum(), upper.sum()
+            raise RemoSplatError(
+                f"the hand opens from {least:g} to {most:g} m, not to {width:g}"
+            )
+        opened = self._copied()
+        locked = self.description.locked | dict.fromkeys(hand.joints, each)
+        opened.description = dc.replace(self.description, locked=locked)
+        opened._described = self
+        opened.tree = self.tree.with_offsets(self.fingers, each)
+        opened.dynamics = dc.replace(self.dynamics, tree=opened.tree)
+        return opened
+
+    def _with_payload(self, payload: Payload) -> "RobotModel":
+        held = self._copied()
+        held.payload, held._empty = payload, self
+        link = self.tree.index(payload.link)
+        held.tree = self.tree.with_body(payload.name, link, payload.X_LO)
+        held.dynamics = self.dynamics.holding(held.tree, payload)
+        held._set_spheres(self.spheres.with_link(payload.name, payload.spheres))
+        held._set_screws()
+        return held
+
+    def _set_spheres(self, spheres: SphereModel):
+        self.spheres = spheres
+        self._body_S = np.array([self.tree.index(x) for x in spheres.links])
+        self._p_LS = np.ascontiguousarray(spheres.p_LS)
+        self._radius = np.ascontiguousarray(spheres.radius)
+        self._index = np.arange(len(spheres))
+        floor = spheres.on_links(set(self.description.floor_links))
+        self._ignore_below = np.where(floor, self._floor_height, -np.inf)
 
     @property
     def is_omnidirectional(self) -> bool:
@@ -340,7 +450,7 @@ class RobotModel:
         """Places the robot's spheres in W at configuration q, shape (n_q,)."""
         X_WL = self.body_poses(q)
         p_WS, R_WL = kin.sphere_points(X_WL, self._body_S, self._p_LS)
-        return Spheres(p_WS, R_WL, self._radius, self._ignore_below)
+        return self._all_placed(p_WS, R_WL)
 
     def state(self, q: np.ndarray) -> RobotState:
         """Computes all kinematic quantities at configuration q, (n_q,)."""
@@ -354,7 +464,7 @@ class RobotModel:
         """
         return RobotState(
             arrays,
-            Spheres(arrays.p_WS, arrays.R_WL, self._radius, self._ignore_below),
+            self._all_placed(arrays.p_WS, arrays.R_WL),
             self.arrays,
         )
 
@@ -448,7 +558,16 @@ class RobotModel:
             R_WL: Orientations of their links, shape (m, 3, 3).
         """
         return Spheres(
-            p_WS, R_WL, self._radius[sphere], self._ignore_below[sphere]
+            p_WS,
+            R_WL,
+            self._radius[sphere],
+            self._ignore_below[sphere],
+            sphere,
+        )
+
+    def _all_placed(self, p_WS: np.ndarray, R_WL: np.ndarray) -> Spheres:
+        return Spheres(
+            p_WS, R_WL, self._radius, self._ignore_below, self._index
         )
 
     @cached_property
@@ -461,6 +580,7 @@ class RobotModel:
             self._radius,
             self.hessian_bound,
             self._ignore_below,
+            self._index,
             self.jacobian_bound,
             self.hands,
             self._body_E,
@@ -533,6 +653,16 @@ class RobotModel:
         return Packed(
             SphereTree.make(self.spheres, self._body_S, ignore_below, bend)
         )
+
+
+@lru_cache(maxsize=16)
+def _holding(robot: RobotModel, payload: Payload) -> RobotModel:
+    return robot._with_payload(payload)
+
+
+@lru_cache(maxsize=64)
+def _opened(robot: RobotModel, width: float) -> RobotModel:
+    return robot._with_hand_width(width)
 
 
 @reads_file

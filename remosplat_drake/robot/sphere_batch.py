@@ -38,7 +38,7 @@ class SphereBatch:
         arrays = (self.p_WS, self.R_WL, self.radius, self.ignore_below)
         p_WS, R_WL, radius, floor = (_on_host(array) for array in arrays)
         for p, R in zip(p_WS, R_WL, strict=True):
-            yield Spheres(p, R, radius, floor)
+            yield Spheres(p, R, radius, floor, np.arange(len(radius)))
 
     @staticmethod
     def stacked(configurations: Sequence[Spheres]) -> "SphereBatch":

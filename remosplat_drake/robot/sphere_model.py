@@ -43,6 +43,20 @@ class SphereModel:
         """Returns which spheres are fixed to one of `links`, (n,), bool."""
         return np.array([link in links for link in self.links], bool)
 
+    def with_link(self, link: str, spheres: LinkSpheres) -> "SphereModel":
+        """Returns the model with the spheres of a further link, as the last.
+
+        Args:
+            link: Name of the link.
+            spheres: Its spheres, in its frame.
+        """
+        return SphereModel(
+            self.name,
+            (*self.links, *[link] * len(spheres.radius)),
+            np.concatenate([self.p_LS, spheres.p_LS]),
+            np.concatenate([self.radius, spheres.radius]),
+        )
+
     def on_link(self, link: str) -> LinkSpheres:
         """Returns the spheres of one link in its frame; there may be none."""
         mask = self.on_links({link})
@@ -60,12 +74,19 @@ class Spheres:
         ignore_below: Height z in W below which scene points are invisible to
             each sphere, shape (n,) [m]; -inf sees everything. It keeps the
             floor from blinding a mobile base (which always touches it).
+        index: Which of the robot's spheres each is, shape (n,); -1 for one
+            that is none, which is what they are if it is absent.
     """
 
     p_WS: np.ndarray
     R_WL: np.ndarray
     radius: np.ndarray
     ignore_below: np.ndarray
+    index: np.ndarray = dc.field(default=None)  # pyright: ignore
+
+    def __post_init__(self):
+        if self.index is None:
+            object.__setattr__(self, "index", np.full(len(self.radius), -1))
 
     def __len__(self) -> int:
         return len(self.radius)
@@ -77,6 +98,7 @@ class Spheres:
             self.R_WL[index],
             self.radius[index],
             self.ignore_below[index],
+            self.index[index],
         )
 
     @staticmethod

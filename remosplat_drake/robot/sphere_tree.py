@@ -27,6 +27,7 @@ class SphereTree(NamedTuple):
         p_LS: Centres in their links, shape (m, 3) [m].
         radius: Radii, shape (m,) [m].
         ignore_below: Height below which each ignores the map, shape (m,) [m].
+        index: Which sphere each is; -1 for a ball, shape (m,).
         hessian_bound: Bounds on |d2p_WS / dq_j dq_k|, shape (m, n_u, n_u).
         first: Place in `member` of each ball's first sphere, and the end, shape
             (g + 1,).
@@ -37,6 +38,7 @@ class SphereTree(NamedTuple):
     p_LS: np.ndarray
     radius: np.ndarray
     ignore_below: np.ndarray
+    index: np.ndarray
     hessian_bound: np.ndarray
     first: np.ndarray
     member: np.ndarray
@@ -71,6 +73,7 @@ class SphereTree(NamedTuple):
             p_LS,
             np.concatenate([[radius for _, radius in around], spheres.radius]),
             np.concatenate([ignore_below[leader], ignore_below]),
+            np.concatenate([np.full(len(groups), -1), np.arange(len(spheres))]),
             bend(body, p_LS),
             np.cumsum([0, *map(len, groups)]),
             len(groups) + np.concatenate(groups),

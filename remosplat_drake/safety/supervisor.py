@@ -67,6 +67,7 @@ def supervise(
         p_WTs=now.report.p_WTs,
         kept_clearance=kept_clearance(state, now),
         since=since,
+        payload=now.report.payload,
         map_revision=(
             now.report.clearances.revision if is_clear else state.map_revision
         ),

@@ -229,7 +229,9 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """Returns the largest clearance since the robot was set going [m].
 
     For a robot that stands and waits, it is the present clearance. For one that
-    was stopped in contact, it is more, so that it is not released there.
+    was stopped in contact, it is more, so that it is not released there. A robot
+    that takes an object or puts it down, which it does at rest, is another one:
+    its payload may be as near to the scene as it was before.
 
     Args:
         state: The supervisor after the tick before.
@@ -238,6 +240,8 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
     present = now.report.clearances.minimum()
     if state.mode in (STARTING, STOPPED):
         return max(present, _TOUCH) if state.mode == STOPPED else present
+    if now.report.payload != state.payload:
+        return present
     return max(state.kept_clearance, present)
 
 

@@ -3,7 +3,8 @@
 `cubes` have a `position` and half-extents `scale`; `cylinders` are upright and
 have a `position`, a `radius` and a half-height, which the format spells
 `heigth`; `target` and `robot_base` are 4x4 poses in W, row by row. Here a solid
-may also have a display `name`.
+may also have a display `name`. A file may hold `objects`, too, which
+`scene/objects/object_file.py` reads.
 """
 
 import json
@@ -54,7 +55,10 @@ def read_scene(path: str | Path) -> PrimitiveScene:
     document = read_json_object(path)
     reader = _Reader(path)
     reader.check_keys(
-        document, "", ("cubes", "cylinders"), ("target", "robot_base")
+        document,
+        "",
+        ("cubes", "cylinders"),
+        ("target", "robot_base", "objects"),
     )
     cubes = reader.entries(document, "cubes", ("position", "scale"))
     cylinders = reader.entries(

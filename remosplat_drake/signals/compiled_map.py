@@ -109,8 +109,9 @@ def ask(compiled, question, answer) -> None:
 
     Args:
         compiled: The map, as `DistanceField.compiled`.
-        question: Points in W, the distances that a result must undercut, and
-            the heights below which the map is ignored, shape (n, 5) [m].
+        question: Points in W, the distances that a result must undercut, the
+            heights below which the map is ignored [m], and of which of the
+            robot's spheres each is the centre, -1 if of none, shape (n, 6).
         answer: Filled in, shape (n, 8): the first column is negative if nothing
             is that near; then the signed distance [m], the closest point in W,
             shape (3,) [m], and the direction to it in W, shape (3,).
@@ -161,11 +162,14 @@ def _ask_all(compiled, question, answer):
 
     def nearest(compiled, question, answer):
         ask(compiled[0], question, answer)
-        other = np.empty_like(answer)
-        ask(compiled[1:], question, other)
+        # The others are asked for what is nearer, which is quicker.
+        nearer, other = question.copy(), np.empty_like(answer)
         for i in range(len(answer)):
-            nearer = answer[i, 0] < 0.0 or other[i, 1] < answer[i, 1]
-            if other[i, 0] >= 0.0 and nearer:
+            if answer[i, 0] >= 0.0:
+                nearer[i, 3] = answer[i, 1]
+        ask(compiled[1:], nearer, other)
+        for i in range(len(answer)):
+            if other[i, 0] >= 0.0:
                 for c in range(answer.shape[1]):
                     answer[i, c] = other[i, c]
 
@@ -208,7 +212,7 @@ def _ask_each(maps, question, answers):
 
 
 @kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), TRUTH))
-def clearance_rows(maps, p_WS, radius, ignore_below, within):
+def clearance_rows(maps, p_WS, radius, ignore_below, index, within):
     """Computes the rows of `Clearances`, one per map and sphere.
 
     Args:
@@ -216,6 +220,7 @@ def clearance_rows(maps, p_WS, radius, ignore_below, within):
         p_WS: Centres of the n spheres in W, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
         ignore_below: Heights below which they ignore the map, shape (n,) [m].
+        index: Which of the robot's spheres they are, -1 if none, shape (n,).
         within: Rows at or beyond this distance are left out [m].
 
     Returns:
@@ -224,13 +229,14 @@ def clearance_rows(maps, p_WS, radius, ignore_below, within):
         the query is valid: no centre is infinite, and no value is NaN.
     """
     k, n = len(maps.parts), len(radius)
-    question, is_defined = np.empty((n, 5)), True
+    question, is_defined = np.empty((n, 6)), True
     for i in range(n):
         for c in range(3):
             question[i, c] = p_WS[i, c]
             is_defined &= np.isfinite(p_WS[i, c])
         question[i, 3] = radius[i] + within
         question[i, 4] = ignore_below[i]
+        question[i, 5] = index[i]
         is_defined &= not np.isnan(question[i, 3])
         is_defined &= not np.isnan(ignore_below[i])
     answers = np.full((k, n, 8), -1.0)
@@ -315,8 +321,8 @@ def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
         placed: The map, as `DistanceField.compiled` if that is 1-Lipschitz, or
             else a `PythonMap`, its `Misplacement`, and the number of the
             `PythonCalls`.
-        robot: The `RobotArrays`, or what else has radii and `ignore_below` if
-            the map is compiled.
+        robot: The `RobotArrays`, or what else has radii, `ignore_below` and
+            `index` if the map is compiled.
         sphere: Indices of the spheres, shape (n,).
         p_WS: Their centres in W, shape (n, 3) [m].
         R_WL: Orientations of their links, shape (n, 3, 3).
@@ -347,7 +353,7 @@ def _clearances_of_python(placed, robot, sphere, p_WS, R_WL, reach, found):
 def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
     compiled, off, _ = placed
     scale = 1.0 + off.turn
-    question = np.empty((len(sphere), 5))
+    question = np.empty((len(sphere), 6))
     answer = np.full((len(sphere), 8), -1.0)
     for row in range(len(sphere)):
         i, far = sphere[row], _reach_of(reach, row)
@@ -358,6 +364,7 @@ def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
         least = scale * far + _margin(off, p_WS[row])
         question[row, 3] = robot.radius[i] + least
         question[row, 4] = robot.ignore_below[i]
+        question[row, 5] = robot.index[i]
     ask(compiled, question, answer)
     for row in range(len(sphere)):
         far = _reach_of(reach, row)

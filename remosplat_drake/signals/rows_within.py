@@ -47,16 +47,28 @@ def _rows_of_python(maps, line, robot, state, within, below):
 
 def _rows_of_kernels(maps, line, robot, state, within, below):
     sphere, distance, direction_W, p_WC, is_defined = clearance_rows(
-        maps, state.p_WS, robot.radius, robot.ignore_below, within
+        maps,
+        state.p_WS,
+        robot.radius,
+        robot.ignore_below,
+        robot.index,
+        within,
     )
     if not is_defined:
         return _unknown_rows()
     rows = RowArrays(sphere, distance, direction_W, p_WC)
     for i in range(len(distance)):
         if distance[i] < below:
-            p_WS, radius = state.p_WS, robot.radius
             return RowArrays(
-                *side_rows(maps, rows, p_WS, radius, robot.ignore_below, below)
+                *side_rows(
+                    maps,
+                    rows,
+                    state.p_WS,
+                    robot.radius,
+                    robot.ignore_below,
+                    robot.index,
+                    below,
+                )
             )
     return rows
 

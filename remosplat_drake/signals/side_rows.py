@@ -58,6 +58,7 @@ def with_side_rows(
         np.array(spheres.p_WS),
         np.array(spheres.radius),
         np.array(spheres.ignore_below),
+        np.array(spheres.index, np.int64),
         float(below),
     )
     return Clearances(*rows, near.revision)
@@ -68,7 +69,7 @@ def _columns(near: Clearances) -> tuple[np.ndarray, ...]:
 
 
 @kernel(returns=_ROWS)
-def side_rows(maps, rows, p_WS, radius, ignore_below, below):
+def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
     """Adds rows for spheres that are nearer to a map than a distance.
 
     The distance to a convex obstacle is convex, so its tangent at a point to
@@ -81,6 +82,7 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, below):
         p_WS: Centres of the n spheres in W, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
         ignore_below: Heights below which they ignore the map, shape (n,) [m].
+        index: Number of each sphere on the robot, -1 if none, shape (n,).
         below: The distance [m].
 
     Returns:
@@ -94,7 +96,7 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, below):
     sphere[:m], distance[:m] = rows.sphere, rows.distance
     direction_W[:m], p_WC[:m] = rows.direction_W, rows.p_WC
     count = m
-    question = np.empty((1 + _SIDES, 5))
+    question = np.empty((1 + _SIDES, 6))
     answer = np.empty((1 + _SIDES, 8))
     for row in range(m):
         if not rows.distance[row] < below:
@@ -109,6 +111,7 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, below):
                 question[side, c] = p_WS[i, c] + step * axes[(side - 1) // 2, c]
             question[side, 3] = radius[i] + abs(rows.distance[row]) + 2 * _STEP
             question[side, 4] = ignore_below[i]
+            question[side, 5] = index[i]
         answer[:, 0] = -1.0
         ask(maps, question, answer)
         if answer[0, 0] < 0.0:

@@ -26,6 +26,8 @@ CHEAT_QUERY_OBJECT = "cheat.query_object"
 """Name of the output with the scene graph's query object (ground truth)."""
 CHEAT_CONTACT = "cheat.contact"
 """Name of the output with the contact results (ground truth)."""
+CHEAT_OBJECTS = "cheat.objects"
+"""Name of the output with the objects as they lie now (ground truth)."""
 
 BASE_COMMAND = "base.velocity_commanded"
 """Name of the input with the base's commanded speeds [m/s, rad/s]."""
@@ -107,7 +109,12 @@ def station_ports(
     if description.hand:
         ports += [
             Port(hand_command(description), INPUT, 2, "width, force [m, N]"),
-            Port(hand_state(description), OUTPUT, 2, "width, rate [m, m/s]"),
+            Port(
+                hand_state(description),
+                OUTPUT,
+                3,
+                "width, rate, force [m, m/s, N]",
+            ),
         ]
     if wrist_camera:
         ports += [

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from remosplat_drake.robot.payload import Payload
+
 STARTING = "starting"
 """Mode at standstill, until measurements and a command have arrived."""
 RUNNING = "running"
@@ -37,6 +39,7 @@ class SupervisorState:
         p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].
         kept_clearance: The largest clearance since the start of motion [m].
         since: Time at which each current symptom began [s], by its name.
+        payload: What the robot carried at the latest tick; None for nothing.
         map_revision: Revision of the latest map that left the robot enough
             clearance.
     """
@@ -51,6 +54,7 @@ class SupervisorState:
     )
     kept_clearance: float = -math.inf
     since: Mapping[str, float] = dc.field(default_factory=dict)
+    payload: Payload | None = None
     map_revision: str = ""
 
     def __deepcopy__(self, memo) -> "SupervisorState":

@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.binding import NONE_BINDS, Binding, BoundRow
 from remosplat_drake.signals.distance_field import Clearances
@@ -59,6 +60,8 @@ class TickReport:
             nothing.
         separation: Distance to a mover, with the protective separation
             distance: of the pair with the least margin. None if nothing moves.
+        payload: What the robot carried at this tick, whose spheres are the last
+            of those that `clearances` names; None for nothing.
         timings: Wall-clock time of each phase [s]: guidance (of the period
             before), oracle, solve (by one of Drake's solvers), tick (the rest
             of it: kinematics, program, decision, verification), total.
@@ -79,6 +82,7 @@ class TickReport:
     line_deviation: float = float("nan")
     objection: str = ""
     separation: Separation | None = None
+    payload: Payload | None = None
     timings: dict[str, float] = dc.field(default_factory=dict)
 
     def __deepcopy__(self, memo) -> "TickReport":

@@ -89,9 +89,12 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
         robot: Description of the robot, with the display names of its links.
     """
     distance = now.error.distance
-    supervision = now.supervision
+    supervision, progress = now.supervision, now.progress
     if supervision is not None and supervision.is_latched:
         return _stopped(supervision, now)
+    if progress is not None and progress.failed:
+        text = f"gave up: {progress.failed}"
+        return Standing(stands.ENDED, text, distance)
     if now.progress is not None and now.progress.finished:
         return Standing(stands.REACHED, _reached(now.progress), distance)
     waits_for = _waits_for(supervision)
@@ -99,6 +102,8 @@ def how_things_stand(now: Situation, robot: RobotDescription) -> Standing:
         return Standing(stands.WAITING, waits_for, distance)
     if not math.isfinite(distance):
         return stands.NOT_STARTED
+    if now.is_there and progress is not None and progress.doing:
+        return Standing(stands.MOVING, _doing(progress), distance)
     if now.is_there:
         return Standing(stands.REACHED, f"at {_target(now)}", distance)
     if now.inside is not None:
@@ -220,12 +225,20 @@ def _gap(clearance: float) -> str:
 
 
 def _on_the_way(now: Situation) -> str:
+    if now.progress is not None and now.progress.doing:
+        return _doing(now.progress)
     target, who = now.target, now.effector and f"{now.effector} "
     if target is not None and target.line is not None:
         return f"{who}on the line to {_target(now)}"
     if target is not None and target.passed_within is not None:
         return f"{who}moving past {_target(now)}"
     return f"{who}moving to {_target(now)}"
+
+
+def _doing(progress: TargetProgress) -> str:
+    return (
+        f"job {progress.index + 1} of {progress.count}: robot {progress.doing}"
+    )
 
 
 def _away(now: Situation) -> str:
@@ -248,6 +261,8 @@ def _away(now: Situation) -> str:
 def _target(now: Situation) -> str:
     if now.progress is None or now.progress.count == 1:
         return "the target"
+    if now.progress.doing:
+        return f"the place of job {now.progress.index + 1}"
     return f"target {now.progress.index + 1} of {now.progress.count}"
 
 

@@ -182,8 +182,9 @@ class StandingSystem(LeafSystem):
             memory.stillness, time, q, aim, X_WEs, may_rest=may_rest
         )
         name, hold = self._naming(context), None
+        robot = self._robot.holding(report.payload)
         if time - still.since >= PAUSE:
-            hold = find_hold(report, self._robot, name, memory.standing.link)
+            hold = find_hold(report, robot, name, memory.standing.link)
         situation = Situation(
             error=error,
             target=target,
@@ -191,7 +192,7 @@ class StandingSystem(LeafSystem):
             beside_line=target.line_deviation(X_WEs[effector]),
             is_there=is_there,
             hold=hold,
-            inside=find_inside(report, self._robot, name),
+            inside=find_inside(report, robot, name),
             beyond=self._beyond(aim, q),
             no_nearer_for=time - still.nearest_at,
             progress=value_or_none(self._progress_input, context),

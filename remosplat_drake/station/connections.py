@@ -77,14 +77,17 @@ def ConnectCommand(
     robot: RobotModel,
     velocity: OutputPort,
     station: Diagram,
+    hand: OutputPort | None = None,
 ) -> None:
-    """Splits the command u between base and arm, and holds the gripper still.
+    """Splits the command u between base and arm, and leads the gripper.
 
     Args:
         builder: Builder of the diagram that holds the station.
         robot: The robot; its description names the ports.
         velocity: Output port of the command u, shape (n_u,) [m/s, rad/s].
         station: A simulated or the real station.
+        hand: Output port of the gripper's width and force [m, N]; None holds it
+            still.
     """
     names = [ports.arm_command(robot.description)]
     if robot.n_base:
@@ -96,7 +99,10 @@ def ConnectCommand(
     builder.Connect(velocity, demultiplexer.get_input_port())
     for i, port in enumerate(inputs):
         builder.Connect(demultiplexer.get_output_port(i), port)
-    if robot.description.hand:
+    if robot.description.hand and hand is not None:
+        name = ports.hand_command(robot.description)
+        builder.Connect(hand, station.GetInputPort(name))
+    elif robot.description.hand:
         _HoldHand(builder, robot, robot.description.hand.joints, station)
 
 

@@ -1,15 +1,22 @@
-"""`ContactMonitor`: ground truth of which links touch what, by names."""
+"""`ContactMonitor`: ground truth of which bodies touch what, by names."""
 
 import dataclasses as dc
+from collections.abc import Iterator
 
 from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import GeometryId, SceneGraphInspector
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
-from pydrake.multibody.tree import BodyIndex
+from pydrake.multibody.tree import BodyIndex, RigidBody
 from pydrake.systems.framework import Context, LeafSystem
 
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.mover_bodies import MOVERS
+from remosplat_drake.station.object_bodies import OBJECTS
+
+Pairs = tuple[tuple[str, str], ...]
+"""Pairs of names, sorted, each once."""
+
+_ROBOT, _MOVER, _OBJECT, _SCENE = range(4)  # In the order of a pair's sides.
 
 
 @dc.dataclass(frozen=True)
@@ -17,19 +24,34 @@ class ContactReport:
     """Which bodies touch each other; copying returns the object itself.
 
     Attributes:
-        scene: Pairs of a robot's link and a geometry of the scene that touch,
-            sorted, each once.
-        robot: Pairs of the robot's links that touch, sorted, each once.
-        movers: Pairs of a robot's link and the name of what moves that touch,
-            sorted, each once.
+        scene: A robot's link and a geometry of the scene that touch.
+        robot: Two of the robot's links that touch.
+        movers: A robot's link and the name of what moves that touch.
+        objects: A robot's link and an object that touch.
+        others: An object and what else touches it: another object, a geometry
+            of the scene, or, first, the name of what moves.
     """
 
-    scene: tuple[tuple[str, str], ...] = ()
-    robot: tuple[tuple[str, str], ...] = ()
-    movers: tuple[tuple[str, str], ...] = ()
+    scene: Pairs = ()
+    robot: Pairs = ()
+    movers: Pairs = ()
+    objects: Pairs = ()
+    others: Pairs = ()
 
     def __deepcopy__(self, memo) -> "ContactReport":
         return self
+
+
+_FIELDS = {
+    (_ROBOT, _SCENE): "scene",
+    (_ROBOT, _ROBOT): "robot",
+    (_ROBOT, _MOVER): "movers",
+    (_ROBOT, _OBJECT): "objects",
+    (_OBJECT, _OBJECT): "others",
+    (_OBJECT, _SCENE): "others",
+    (_MOVER, _OBJECT): "others",
+}
+"""Field of the report by the kinds of two bodies that touch."""
 
 
 class ContactMonitor(LeafSystem):
@@ -53,25 +75,21 @@ class ContactMonitor(LeafSystem):
         """Declares the ports.
 
         Args:
-            plant: The finalized plant, with point contact.
+            plant: The finalized plant.
             inspector: Inspector of the scene graph that holds its geometry.
         """
         super().__init__()
-        self._movers = set()
-        if plant.HasModelInstanceNamed(MOVERS):
-            instance = plant.GetModelInstanceByName(MOVERS)
-            self._movers = set(map(int, plant.GetBodyIndices(instance)))
-        self._world = int(plant.world_body().index())
-        self._body_name = {
-            i: plant.get_body(BodyIndex(i)).name()
-            for i in range(plant.num_bodies())
-        }
-        self._scene_name: dict[GeometryId, str] = {
-            geometry: inspector.GetName(geometry).split("::")[-1]
-            for geometry in plant.GetCollisionGeometriesForBody(
-                plant.world_body()
-            )
-        }
+        self._named: dict[GeometryId, tuple[int, str]] = {}
+        for i in range(plant.num_bodies()):
+            body = plant.get_body(BodyIndex(i))
+            kind = _kind(plant, body)
+            for geometry in plant.GetCollisionGeometriesForBody(body):
+                name = body.name()
+                if kind == _SCENE:
+                    name = inspector.GetName(geometry).split("::")[-1]
+                elif kind == _MOVER:
+                    name = name.partition(": ")[2]
+                self._named[geometry] = kind, name
         self._input = self.DeclareAbstractInputPort(
             "contact_results", AbstractValue.Make(ContactResults())
         )
@@ -83,39 +101,27 @@ class ContactMonitor(LeafSystem):
         )
 
     def _calc(self, context: Context, output: Value) -> None:
-        results = self._input.Eval(context)
-        scene, robot, movers = set(), set(), set()
-        for i in range(results.num_point_pair_contacts()):
-            info = results.point_pair_contact_info(i)
-            pair = info.point_pair()
-            sides = [
-                (int(info.bodyA_index()), pair.id_A),
-                (int(info.bodyB_index()), pair.id_B),
-            ]
-            moving = [b for b, _ in sides if b in self._movers]
-            if moving:
-                (link,) = (b for b, _ in sides if b not in moving)
-                name = self._body_name[moving[0]].partition(": ")[2]
-                movers.add((self._body_name[link], name))
-                continue
-            links = sorted(
-                self._body_name[body]
-                for body, _ in sides
-                if body != self._world
-            )
-            if len(links) == 2:
-                robot.add((links[0], links[1]))
-                continue
-            (obstacle,) = (
-                self._scene_name[geometry]
-                for body, geometry in sides
-                if body == self._world
-            )
-            scene.add((links[0], obstacle))
-        output.set_value(
-            ContactReport(
-                tuple(sorted(scene)),
-                tuple(sorted(robot)),
-                tuple(sorted(movers)),
-            )
-        )
+        found: dict[str, set[tuple[str, str]]] = {}
+        for pair in touching(self._input.Eval(context)):
+            (kind_a, a), (kind_b, b) = sorted(self._named[g] for g in pair)
+            found.setdefault(_FIELDS[kind_a, kind_b], set()).add((a, b))
+        report = {field: tuple(sorted(of)) for field, of in found.items()}
+        output.set_value(ContactReport(**report))
+
+
+def touching(results: ContactResults) -> Iterator[tuple[GeometryId, ...]]:
+    """Lists the pairs of geometries that touch, at points or on surfaces."""
+    for i in range(results.num_point_pair_contacts()):
+        point = results.point_pair_contact_info(i).point_pair()
+        yield point.id_A, point.id_B
+    for i in range(results.num_hydroelastic_contacts()):
+        surface = results.hydroelastic_contact_info(i).contact_surface()
+        yield surface.id_M(), surface.id_N()
+
+
+def _kind(plant: MultibodyPlant, body: RigidBody) -> int:
+    """Whether a body is the robot's, a mover, an object or the scene."""
+    if body.index() == plant.world_body().index():
+        return _SCENE
+    instance = plant.GetModelInstanceName(body.model_instance())
+    return {MOVERS: _MOVER, OBJECTS: _OBJECT}.get(instance, _ROBOT)

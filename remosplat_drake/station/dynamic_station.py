@@ -17,8 +17,10 @@ from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Mover
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.contact_materials import soften_pads
 from remosplat_drake.station.contact_monitor import ContactMonitor
 from remosplat_drake.station.export import export_ports
 from remosplat_drake.station.hand import HandGeometry, hand_geometry
@@ -27,6 +29,10 @@ from remosplat_drake.station.mover_bodies import (
     MoverDriver,
     add_mover_bodies,
     let_pass,
+)
+from remosplat_drake.station.object_bodies import (
+    ObjectReader,
+    add_object_bodies,
 )
 from remosplat_drake.station.robot_visuals import add_robot_visuals
 from remosplat_drake.station.scene_geometry import add_scene_geometry
@@ -43,6 +49,7 @@ def make_dynamic_station(
     q0: np.ndarray,
     wrist_camera: StationCamera | None,
     movers: Sequence[Mover] = (),
+    objects: Sequence[SceneObject] = (),
 ) -> Diagram:
     """Builds a station with dynamics and contact.
 
@@ -56,17 +63,20 @@ def make_dynamic_station(
         q0: Configuration to start from, shape (n_q,).
         wrist_camera: The wrist camera; None for none.
         movers: The movers at the start; they have contact with the robot.
+        objects: Objects that a hand may take, in their poses at the start. Only
+            gravity and contact move them.
 
     Returns:
         A diagram with the ports of `signals.station_ports` and, as ground
-        truth, `cheat.contact` and `cheat.query_object`. Where anything moves
-        it has the input port `movers`, for as many `Movers` in this order.
+        truth, `cheat.contact`, `cheat.query_object` and, with objects,
+        `cheat.objects`. Where anything moves it has the input port `movers`,
+        for as many `Movers` in this order.
 
     Raises:
         RemoSplatError: A setting is unusable.
     """
     builder = DiagramBuilder()
-    body = add_dynamic_body(builder, config, robot, scene, q0, movers)
+    body = add_dynamic_body(builder, config, robot, scene, q0, movers, objects)
     plant, scene_graph = body.plant, body.scene_graph
     driver = VelocityDriver(
         plant=plant,
@@ -75,12 +85,13 @@ def make_dynamic_station(
         motors=body.motors,
         hand_speed=config.hand_speed,
     ).AddToBuilder(builder, plant)
-    reader = builder.AddNamedSystem(
-        "state_reader", StateReader(plant=plant, robot=robot, hand=body.hand)
+    reader = StateReader(plant=plant, robot=robot, hand=body.hand).AddToBuilder(
+        builder, plant
     )
-    builder.Connect(plant.get_state_output_port(), reader.get_input_port())
     if body.movers:
         MoverDriver.AddToBuilder(builder, plant, body.movers)
+    if objects:
+        ObjectReader.AddToBuilder(builder, plant, objects, body.objects)
     camera = None
     if wrist_camera is not None:
         camera = wrist_camera.AddToStation(builder, plant, scene_graph)
@@ -101,6 +112,7 @@ class DynamicBody:
         hand: Geometry of the gripper.
         motors: The motors, whose gains the plant's actuators have.
         movers: The bodies of what moves by itself.
+        objects: The bodies of the objects.
     """
 
     plant: MultibodyPlant
@@ -108,6 +120,7 @@ class DynamicBody:
     hand: HandGeometry
     motors: Motors
     movers: Sequence[RigidBody] = ()
+    objects: Sequence[RigidBody] = ()
 
 
 def add_dynamic_body(
@@ -117,6 +130,7 @@ def add_dynamic_body(
     scene: PrimitiveScene | None,
     q0: np.ndarray,
     movers: Sequence[Mover] = (),
+    objects: Sequence[SceneObject] = (),
 ) -> DynamicBody:
     """Adds the plant of a dynamic station, without drivers or sensors.
 
@@ -127,6 +141,7 @@ def add_dynamic_body(
         scene: The solids in the scene; None for none.
         q0: Configuration to start from, shape (n_q,).
         movers: The movers at the start.
+        objects: Objects that a hand may take, in their poses at the start.
 
     Raises:
         RemoSplatError: A setting is unusable.
@@ -135,7 +150,7 @@ def add_dynamic_body(
     plant, scene_graph = AddMultibodyPlant(
         MultibodyPlantConfig(
             time_step=config.time_step,
-            contact_model="point",
+            contact_model="hydroelastic_with_fallback",
             discrete_contact_approximation=(
                 config.discrete_contact_approximation
             ),
@@ -152,9 +167,11 @@ def add_dynamic_body(
     _couple_fingers(plant, hand)
     _set_start(plant, robot, q0)
     bodies = add_mover_bodies(plant, movers)
+    things = add_object_bodies(plant, objects, config.object_friction)
     plant.Finalize()
+    soften_pads(plant, scene_graph, hand, config.pad_modulus)
     let_pass(plant, scene_graph, bodies)
-    return DynamicBody(plant, scene_graph, hand, motors, bodies)
+    return DynamicBody(plant, scene_graph, hand, motors, bodies, things)
 
 
 def _couple_fingers(plant: MultibodyPlant, hand: HandGeometry) -> None:

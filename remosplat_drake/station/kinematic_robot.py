@@ -115,7 +115,7 @@ class KinematicRobot(LeafSystem):
             outputs.append(
                 (
                     ports.hand_state(description),
-                    2,
+                    3,
                     self._calc_hand,
                     state | command,
                 )
@@ -167,7 +167,7 @@ class KinematicRobot(LeafSystem):
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
         _, width = self._state(context)
         rate = self._width_rate(width, self._commands.read(context))
-        output.SetFromVector([width, rate])
+        output.SetFromVector([width, rate, 0.0])  # Nothing resists.
 
     def _calc_posture(self, context: Context, output: BasicVector) -> None:
         q, width = self._state(context)

@@ -1,15 +1,22 @@
 """The kinematic station: `KinematicRobot`, and geometry only for a camera."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from pydrake.common.value import Value
 from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import AffineSystem
+from pydrake.systems.primitives import AffineSystem, ConstantValueSource
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.objects.scene_object import (
+    SceneObject,
+    check_names,
+)
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.export import export_ports
@@ -27,6 +34,7 @@ def make_kinematic_station(
     scene: PrimitiveScene | None,
     q0: np.ndarray,
     wrist_camera: StationCamera | None,
+    objects: Sequence[SceneObject] = (),
 ) -> Diagram:
     """Builds a station whose robot reaches commanded velocities at once.
 
@@ -39,10 +47,12 @@ def make_kinematic_station(
         scene: The solids that the camera sees; None for none.
         q0: Configuration to start from, shape (n_q,).
         wrist_camera: The wrist camera; None for none.
+        objects: Things that a hand may take; nothing moves them.
 
     Returns:
         A diagram with the ports of `signals.station_ports` and, where there
-        is a camera, `cheat.query_object`.
+        is a camera, `cheat.query_object`, where there are objects,
+        `cheat.objects`.
 
     Raises:
         RemoSplatError: A setting is unusable.
@@ -70,6 +80,12 @@ def make_kinematic_station(
             odometry_drift=config.odometry_drift,
         ),
     )
+    if objects:
+        check_names(objects)
+        lying = builder.AddNamedSystem(
+            "objects", ConstantValueSource(Value[object](tuple(objects)))
+        )
+        builder.ExportOutput(lying.get_output_port(), ports.CHEAT_OBJECTS)
     camera = None
     if scene_graph is not None and wrist_camera is not None:
         _connect_posture(builder, plant, scene_graph, system, robot, hand)

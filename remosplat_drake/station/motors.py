@@ -135,3 +135,17 @@ def actuator_by_joint(plant: MultibodyPlant) -> dict[str, JointActuatorIndex]:
         plant.get_joint_actuator(index).joint().name(): index
         for index in plant.GetJointActuatorIndices()
     }
+
+
+def finger_motors(plant: MultibodyPlant, hand: HandGeometry) -> list[int]:
+    """Returns the rows of the fingers in a plant's net actuation.
+
+    Args:
+        plant: The finalized plant.
+        hand: Geometry of the gripper.
+    """
+    actuators = actuator_by_joint(plant)
+    return [
+        plant.get_joint_actuator(actuators[name]).input_start()
+        for name in hand.joints
+    ]

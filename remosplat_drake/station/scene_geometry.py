@@ -5,9 +5,10 @@ from pydrake.geometry import Box as BoxShape
 from pydrake.geometry import Cylinder as CylinderShape
 from pydrake.geometry import Shape
 from pydrake.math import RigidTransform
-from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.plant import MultibodyPlant
 
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+from remosplat_drake.station.contact_materials import scene_material
 
 BOX_COLOUR = np.array([0.76, 0.60, 0.42, 1.0])  # Light wood.
 CYLINDER_COLOUR = np.array([0.85, 0.42, 0.30, 1.0])  # Terracotta.
@@ -18,8 +19,6 @@ FLOOR_SIDE = 20.0
 
 FLOOR_THICKNESS = 0.2
 """Thickness of the floor, which reaches down from z = 0 [m]."""
-
-_FRICTION = CoulombFriction(0.6, 0.6)
 
 
 def add_scene_geometry(
@@ -61,7 +60,10 @@ def _register(
     world = plant.world_body()
     plant.RegisterVisualGeometry(world, X_WP, shape, name, colour)
     if solid:
-        plant.RegisterCollisionGeometry(world, X_WP, shape, name, _FRICTION)
+        size = shape.radius() if isinstance(shape, CylinderShape) else 1.0
+        plant.RegisterCollisionGeometry(
+            world, X_WP, shape, name, scene_material(size)
+        )
 
 
 def _appearance(primitive: Box | Cylinder) -> tuple[Shape, np.ndarray, str]:

@@ -8,6 +8,7 @@ from pydrake.systems.framework import Diagram
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Mover
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.station.dynamic_station import make_dynamic_station
 from remosplat_drake.station.kinematic_station import make_kinematic_station
@@ -28,6 +29,7 @@ def MakeSimulatedStation(
     q0: np.ndarray,
     wrist_camera: StationCamera | None = None,
     movers: Sequence[Mover] = (),
+    objects: Sequence[SceneObject] = (),
 ) -> Diagram:
     """Builds a station: the robot behind one set of ports.
 
@@ -42,6 +44,8 @@ def MakeSimulatedStation(
             None leaves the camera and its ports out.
         movers: The movers at the start: a dynamic station has them as bodies,
             and an input port `movers` for their later states.
+        objects: Objects that a hand may take, in their poses at the start. A
+            station with objects has the output port `cheat.objects`.
 
     Returns:
         A diagram with the ports of `signals.station_ports`, and with ground
@@ -58,10 +62,12 @@ def MakeSimulatedStation(
             f" got {q0.tolist()}"
         )
     if isinstance(config, KinematicStation):
-        return make_kinematic_station(config, robot, scene, q0, wrist_camera)
+        return make_kinematic_station(
+            config, robot, scene, q0, wrist_camera, objects
+        )
     if isinstance(config, DynamicStation):
         return make_dynamic_station(
-            config, robot, scene, q0, wrist_camera, movers
+            config, robot, scene, q0, wrist_camera, movers, objects
         )
     station = config.make(robot, scene, q0, wrist_camera)
     check_station(

@@ -2,11 +2,17 @@
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+)
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.hand import HandGeometry
+from remosplat_drake.station.motors import finger_motors
 
 
 class StateReader(LeafSystem):
@@ -17,6 +23,7 @@ class StateReader(LeafSystem):
         name: StateReader
         input_ports:
         - plant_state
+        - plant_actuation
         output_ports:
         - base.pose_measured
         - base.velocity_measured
@@ -25,9 +32,10 @@ class StateReader(LeafSystem):
         - hand.state
 
     Names are those of `signals.station_ports`. `plant_state` is the plant's
-    state port; `base.velocity_measured` is (v, omega) with v along the
-    measured heading, as wheel odometry has it, and with an omnidirectional
-    base the speed to the left between the two. A fixed robot has no `base`
+    state port and `plant_actuation` that of its net actuation;
+    `base.velocity_measured` is (v, omega) with v along the measured heading,
+    as wheel odometry has it, and with an omnidirectional base the speed to the
+    left between the two. A fixed robot has no `base`
     ports, one without a gripper no `hand` ports.
     """
 
@@ -53,8 +61,12 @@ class StateReader(LeafSystem):
         n_arm = len(robot.description.arm.joints)
         self._arm = slice(robot.n_q - n_arm, robot.n_q)
         self._fingers = slice(robot.n_q, None)
+        self._finger_motors = finger_motors(plant, hand)
         self._input = self.DeclareVectorInputPort(
             "plant_state", plant.num_multibody_states()
+        )
+        self._actuation = self.DeclareVectorInputPort(
+            "plant_actuation", plant.num_actuators()
         )
         description = robot.description
         outputs = [
@@ -71,11 +83,25 @@ class StateReader(LeafSystem):
                 ),
             ]
         if description.hand:
-            outputs.append((ports.hand_state(description), 2, self._calc_hand))
+            self.DeclareVectorOutputPort(
+                ports.hand_state(description),
+                3,
+                self._calc_hand,
+                {self._input.ticket(), self._actuation.ticket()},
+            )
         for name, size, calc in outputs:
             self.DeclareVectorOutputPort(
                 name, size, calc, {self._input.ticket()}
             )
+
+    def AddToBuilder(
+        self, builder: DiagramBuilder, plant: MultibodyPlant
+    ) -> "StateReader":
+        """Adds this system to a diagram, and connects it to the plant."""
+        builder.AddNamedSystem("state_reader", self)
+        builder.Connect(plant.get_state_output_port(), self._input)
+        builder.Connect(plant.get_net_actuation_output_port(), self._actuation)
+        return self
 
     def _calc_arm(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._input.Eval(context)[self._q[self._arm]])
@@ -99,6 +125,6 @@ class StateReader(LeafSystem):
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
         x = self._input.Eval(context)
-        output.SetFromVector(
-            [x[self._q[self._fingers]].sum(), x[self._v[self._fingers]].sum()]
-        )
+        width, rate = x[self._q[self._fingers]], x[self._v[self._fingers]]
+        force = -self._actuation.Eval(context)[self._finger_motors].mean()
+        output.SetFromVector([width.sum(), rate.sum(), force])

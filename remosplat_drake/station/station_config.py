@@ -53,6 +53,11 @@ class DynamicStation(Config):
     hand_speed: Annotated[float, Interval(gt=0, le=1)] = 0.1
     # Whether the robot bumps into the scene; otherwise it passes through it.
     collide_with_scene: bool = True
+    # Hydroelastic modulus of the fingers' pads: the greater, the harder [Pa].
+    pad_modulus: Annotated[float, Interval(ge=1e4, le=1e9)] = 1e7
+    # Coefficient of friction of objects; the pads' is 1.5, the scene's 0.6, and
+    # of a pair the harmonic mean counts.
+    object_friction: Annotated[float, Interval(ge=0, le=5)] = 1.0
     # Drake's discrete contact approximation: `lagged`, `similar` or `sap`.
     discrete_contact_approximation: Annotated[
         str, OneOf(CONTACT_APPROXIMATIONS, "contact approximation")

@@ -33,10 +33,14 @@ class TargetProgress:
     Attributes:
         index: Index of the present target; `count` when all are reached.
         count: Number of targets in the sequence.
+        doing: What the robot does at present, in words; empty: it moves.
+        failed: Why it has given up; empty if it has not.
     """
 
     index: int
     count: int
+    doing: str = ""
+    failed: str = ""
 
     def __deepcopy__(self, memo) -> "TargetProgress":
         return self

@@ -118,7 +118,7 @@ def line_ends(
     clearances = report.clearances
     if len(clearances) == 0:
         return np.zeros((0, 3)), np.zeros((0, 3))
-    spheres = robot.spheres_at(report.q)
+    spheres = robot.holding(report.payload).spheres_at(report.q)
     i = clearances.sphere
     offset = spheres.radius[i, None] * clearances.direction_W
     return spheres.p_WS[i] + offset, clearances.p_WC

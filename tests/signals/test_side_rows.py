@@ -35,6 +35,7 @@ def rows_of(boxes, below) -> tuple[Clearances, Clearances]:
         BALL.p_WS.copy(),
         BALL.radius.copy(),
         BALL.ignore_below.copy(),
+        BALL.index.copy(),
         below,
     )
     return near, Clearances(*more)

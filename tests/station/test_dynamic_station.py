@@ -136,9 +136,12 @@ def test_the_grip_is_as_strong_as_commanded(frankie, harness):
     q0 = start(frankie)
     X_WE = RigidTransform(frankie.end_effector_pose(q0))
     bar = PrimitiveScene(boxes=(Box(X_WE, np.array([0.1, 0.015, 0.005])),))
+    close = X_WE.rotation().col(1)
     dut = make(frankie, harness, q0, bar, hand=(0.0, 15.0))
     dut.advance(1.0)
-    np.testing.assert_allclose(dut.eval("hand.state"), [0.03, 0], atol=1e-3)
+    width, rate, force = dut.eval("hand.state")
+    np.testing.assert_allclose([width, rate], [0.03, 0], atol=1e-3)
+    np.testing.assert_allclose(force, 15.0, rtol=0.01)
     assert dut.eval("cheat.contact").scene == (
         ("panda_leftfinger", "box_0"),
         ("panda_rightfinger", "box_0"),
@@ -147,32 +150,35 @@ def test_the_grip_is_as_strong_as_commanded(frankie, harness):
     results = plant.get_contact_results_output_port().Eval(
         plant.GetMyContextFromRoot(dut.context)
     )
-    forces = {}
-    for i in range(results.num_point_pair_contacts()):
-        info = results.point_pair_contact_info(i)
-        bodies = {int(info.bodyA_index()), int(info.bodyB_index())}
-        forces.setdefault(max(bodies), np.zeros(3))
-        forces[max(bodies)] += info.contact_force()
-    strength = [np.linalg.norm(force) for force in forces.values()]
-    np.testing.assert_allclose(strength, [15.0, 15.0], rtol=0.05)
+    strength = {}
+    for i in range(results.num_hydroelastic_contacts()):
+        info = results.hydroelastic_contact_info(i)
+        surface = info.contact_surface()
+        pair = {surface.id_M(), surface.id_N()}
+        for name in ("panda_leftfinger", "panda_rightfinger"):
+            body = plant.GetBodyByName(name)
+            if pair & set(plant.GetCollisionGeometriesForBody(body)):
+                force = info.F_Ac_W().translational()
+                strength[name] = strength.get(name, 0) + abs(force @ close)
+    np.testing.assert_allclose(list(strength.values()), 15.0, rtol=0.05)
 
 
 def test_the_hand_opens_and_closes(frankie, harness):
     dut = make(frankie, harness, start(frankie), hand=(0.0, 20.0))
-    np.testing.assert_allclose(dut.eval("hand.state"), [0.08, 0])
+    np.testing.assert_allclose(dut.eval("hand.state"), [0.08, 0, 0])
     dut.advance(0.2)
     np.testing.assert_allclose(dut.eval("hand.state")[1], -0.1, rtol=0.01)
     dut.advance(1.2)
-    np.testing.assert_allclose(dut.eval("hand.state"), [0, 0], atol=1e-4)
+    np.testing.assert_allclose(dut.eval("hand.state")[:2], 0, atol=1e-4)
     dut.fix("hand.command", [0.05, 20.0])
     dut.advance(1.0)
-    np.testing.assert_allclose(dut.eval("hand.state"), [0.05, 0], atol=1e-4)
+    np.testing.assert_allclose(dut.eval("hand.state")[:2], [0.05, 0], atol=1e-4)
 
 
 def test_without_a_hand_command_the_width_stays(frankie, harness):
     dut = make(frankie, harness, start(frankie))
     dut.advance(0.2)
-    np.testing.assert_allclose(dut.eval("hand.state"), [0.08, 0], atol=1e-9)
+    np.testing.assert_allclose(dut.eval("hand.state"), [0.08, 0, 0], atol=1e-9)
 
 
 def test_a_command_that_is_not_finite_stops_the_robot(frankie, harness):

@@ -82,11 +82,11 @@ def test_the_hand_moves_at_its_speed_and_arrives(frankie, harness):
     dut = make(
         frankie, harness, np.r_[0, 0, 0, frankie.home], hand=(0.02, 10.0)
     )
-    np.testing.assert_allclose(dut.eval("hand.state"), [0.08, -0.1])
+    np.testing.assert_allclose(dut.eval("hand.state"), [0.08, -0.1, 0])
     dut.advance(0.2)
-    np.testing.assert_allclose(dut.eval("hand.state"), [0.06, -0.1])
+    np.testing.assert_allclose(dut.eval("hand.state"), [0.06, -0.1, 0])
     dut.advance(1.0)
-    np.testing.assert_allclose(dut.eval("hand.state"), [0.02, 0], atol=1e-5)
+    np.testing.assert_allclose(dut.eval("hand.state"), [0.02, 0, 0], atol=1e-5)
 
 
 def test_the_hand_stops_at_its_ends(frankie, harness):
@@ -102,7 +102,7 @@ def test_the_hand_stops_at_its_ends(frankie, harness):
 def test_without_a_hand_command_the_width_stays(frankie, harness):
     dut = make(frankie, harness, np.r_[0, 0, 0, frankie.home])
     dut.advance(0.5)
-    np.testing.assert_array_equal(dut.eval("hand.state"), [0.08, 0])
+    np.testing.assert_array_equal(dut.eval("hand.state"), [0.08, 0, 0])
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_one_bad_number_stops_the_robot(frankie, harness, port, size, bad):
     dut.fix("hand.command", [0.02, 10.0])
     dut.advance(0.1)
     assert dut.eval("status").mode == "running"
-    q, (width, _) = dut.q, dut.eval("hand.state")
+    q, (width, *_) = dut.q, dut.eval("hand.state")
 
     value = np.zeros(size)
     value[-1] = bad
@@ -131,7 +131,7 @@ def test_one_bad_number_stops_the_robot(frankie, harness, port, size, bad):
     assert status.stop_reason == f"{port}: the command is not finite"
     np.testing.assert_array_equal(dut.q, q)
     np.testing.assert_array_equal(dut.u, np.zeros(9))
-    np.testing.assert_array_equal(dut.eval("hand.state"), [width, 0])
+    np.testing.assert_array_equal(dut.eval("hand.state"), [width, 0, 0])
 
     dut.command(0.1 * frankie.velocity_limit)
     dut.fix("hand.command", [0.02, 10.0])

@@ -84,7 +84,7 @@ def test_the_table_for_frankie(frankie):
         ("base.velocity_measured", "output", 2),
         ("panda.position_measured", "output", 7),
         ("panda.velocity_measured", "output", 7),
-        ("hand.state", "output", 2),
+        ("hand.state", "output", 3),
         ("wrist_camera.rgb", "output", None),
         ("wrist_camera.depth", "output", None),
         ("status", "output", None),

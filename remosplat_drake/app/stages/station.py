@@ -2,6 +2,7 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
+from remosplat_drake.app.object_map import without_objects
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.stages.movers import tracks_of
 from remosplat_drake.app.world import World
@@ -15,6 +16,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.moving.track import movers_at
 from remosplat_drake.station.base_uncertainty import BaseUncertainty
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
+from remosplat_drake.station.station_config import DynamicStation
 
 
 def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
@@ -37,13 +39,19 @@ def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
                 robot=world.robot,
                 wrist_camera=camera is not None,
             )
+        scene, objects = world.truth, ()
+        if isinstance(scenario.station, DynamicStation):
+            # There they are bodies of their own, which may move.
+            objects = world.objects
+            scene = scene and without_objects(scene, objects)
         return MakeSimulatedStation(
             config=scenario.station,
             robot=world.robot,
-            scene=world.truth,
+            scene=scene,
             q0=world.q0,
             wrist_camera=camera,
             movers=list(movers_at(tracks_of(scenario), 0.0)),
+            objects=objects,
         )
     except RemoSplatError as error:
         raise RemoSplatError(f"{scenario.source}: {error}") from error

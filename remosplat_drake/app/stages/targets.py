@@ -5,6 +5,7 @@ from typing import cast
 from pydrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
 from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.stages.task import AddTask
 from remosplat_drake.app.world import World, scenario_targets
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.task.target_sequence import TargetSequence
@@ -34,6 +35,8 @@ def AddTargets(
             builder, scenario, world, scenario.targets, configuration
         )
     robot = world.robot
+    if scenario.tasks:
+        return AddTask(builder, scenario, world, configuration)
     listed = scenario_targets(scenario, world.truth, robot.effectors)
     if not any(listed.values()):
         raise FieldError(

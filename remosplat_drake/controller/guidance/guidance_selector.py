@@ -163,13 +163,15 @@ class GuidanceSelector(LeafSystem):
         state.get_mutable_abstract_state(cell).set_value(selection)
 
     def _advanced(self, context: Context, selection: Selection) -> Selection:
+        report = self._report_input.Eval(context)
         now = PresentState(
             context.get_time(),
             self._configuration_input.Eval(context),
-            self._report_input.Eval(context).command,
+            report.command,
             self._target.read(context),
             value_or_none(self._movers_input, context),
             value_or_none(self._motion_input, context),
+            report.payload,
         )
         field = self._field_input.Eval(context).for_look_ahead
         if self._process is not None:

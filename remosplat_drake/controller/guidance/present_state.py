@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.motion import Motion
@@ -21,6 +22,7 @@ class PresentState:
         movers: The movers; None if none are known.
         motion: The motion that commands in flight lead to; None for a robot
             without delay.
+        payload: What the robot carries; None for nothing.
     """
 
     time: float
@@ -29,3 +31,4 @@ class PresentState:
     aim: Aim
     movers: Movers | None = None
     motion: Motion | None = None
+    payload: Payload | None = None

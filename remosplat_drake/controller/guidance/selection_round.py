@@ -36,6 +36,7 @@ from remosplat_drake.controller.guidance.standing_movers import (
 from remosplat_drake.controller.planning.roadmap import NO_ROADMAP
 from remosplat_drake.controller.program.guidance import Guidance
 from remosplat_drake.controller.tick.tick_calls import asks_python
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
@@ -77,6 +78,7 @@ def advance_selection(
     budget: int,
     movers: Movers | None = None,
     motion: Motion | None = None,
+    payload: Payload | None = None,
     interrupted: Callable[[], bool] = lambda: False,
     threads: int = 1,
 ) -> Selection:
@@ -108,6 +110,7 @@ def advance_selection(
         movers: The movers; None if none are known.
         motion: The motion that commands in flight lead to; None for a robot
             without delay.
+        payload: What the robot carries; None for nothing.
         interrupted: Predicate: whether a search of a path, which may take long,
             shall end at once.
         threads: Number of rollouts that may be simulated at the same time. It
@@ -117,7 +120,7 @@ def advance_selection(
         The selection after these steps; the same object if there was nothing
         to do, or q or the aim is not finite.
     """
-    aim = Aim.of(aim)
+    rule, aim = rule.holding(payload), Aim.of(aim)
     if not (np.isfinite(q).all() and aim.is_known):
         return selection
     before = selection

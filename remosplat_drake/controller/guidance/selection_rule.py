@@ -18,6 +18,7 @@ from remosplat_drake.controller.planning.timing import TimingLimits
 from remosplat_drake.controller.program.guidance import DIRECT, Guidance
 from remosplat_drake.controller.program.solvers import make_solver
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
@@ -50,6 +51,22 @@ class SelectionRule:
     horizon: float
     start: Guidance = DIRECT
     motions: MotionPlanner | None = None
+
+    def holding(self, payload: Payload | None) -> "SelectionRule":
+        """Returns the rule of the robot with another payload.
+
+        Args:
+            payload: What it carries; None for nothing.
+        """
+        law = self.law.holding(payload)
+        if law is self.law:
+            return self
+        motions = self.motions
+        if motions is not None:
+            motions = dc.replace(
+                motions, robot=law.robot, self_clearance=law.self_clearance
+            )
+        return dc.replace(self, law=law, motions=motions)
 
     def candidates(
         self, q: np.ndarray, aim: Aim, field: DistanceField

@@ -10,6 +10,7 @@ from remosplat_drake.controller.guidance.selection import (
     on_the_same_world,
 )
 from remosplat_drake.controller.guidance.selection_rule import SelectionRule
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
@@ -34,6 +35,7 @@ def cycle_when_stalled(
     field: DistanceField,
     movers: Movers | None = None,
     motion: Motion | None = None,
+    payload: Payload | None = None,
 ) -> Selection:
     """Keeps the guidance while the end effector moves, else takes the next.
 
@@ -49,9 +51,10 @@ def cycle_when_stalled(
         field: The map.
         movers: Movers; it does not matter here.
         motion: The motion that commands in flight lead to; nor does it.
+        payload: What the robot carries; None for nothing.
     """
     del movers, motion
-    aim = Aim.of(aim)
+    rule, aim = rule.holding(payload), Aim.of(aim)
     if not (np.isfinite(q).all() and aim.is_known):
         return selection
     selection = on_the_same_world(rule, selection, field.revision, aim)

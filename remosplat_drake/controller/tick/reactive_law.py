@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -35,6 +36,7 @@ from remosplat_drake.controller.tick.tick_program import TickProgram
 from remosplat_drake.controller.verification.kernels.verified import KeptArrays
 from remosplat_drake.controller.verification.self_sweep import SelfClearance
 from remosplat_drake.robot.braking import spare_time
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_model import RobotModel
 
 T = TypeVar("T")
@@ -256,6 +258,34 @@ class ReactiveLaw:
             law.solver = _solver(solver)
         return law
 
+    def holding(self, payload: Payload | None) -> "ReactiveLaw":
+        """Returns the same law for the robot with another payload.
+
+        Equal calls for one law return the same object.
+
+        Args:
+            payload: What the robot carries; None for nothing.
+        """
+        robot = self.robot.holding(payload)
+        if robot is self.robot:
+            return self
+        return _for_robot(self, robot)
+
+    def _for(self, robot: RobotModel) -> "ReactiveLaw":
+        law = copy.copy(self)
+        law.robot, law._arrays = robot, None
+        law.ingredients = tuple(
+            SelfCollisionDamper(part.config, robot)
+            if isinstance(part, SelfCollisionDamper)
+            else part
+            for part in self.ingredients
+        )
+        law.compiled = CompiledLaw(robot, law.ingredients)
+        law._own = SelfClearance.make(robot, self._own.stopping)
+        if self.self_clearance is not None:
+            law.self_clearance = law._own
+        return law
+
     def _distances(self, kind: type, name: str, given: T | None) -> T | None:
         """Returns the config of a damper among the ingredients, or `given`."""
         dampers: list[Any] = [
@@ -265,6 +295,11 @@ class ReactiveLaw:
             problem = f"the {kind.__name__} among the ingredients says it"
             raise FieldError("ReactiveLaw", name, problem)
         return dampers[0].config if dampers else given
+
+
+@lru_cache(maxsize=16)
+def _for_robot(law: ReactiveLaw, robot: RobotModel) -> ReactiveLaw:
+    return law._for(robot)
 
 
 def _check_step(dt: float, verify: bool) -> None:

@@ -128,6 +128,7 @@ def run_tick(
         line_deviation=_line_deviation(law, given.aim, q),
         objection=OBJECTIONS[found.objection],
         separation=_separation(law, given, q, found.command),
+        payload=law.robot.payload,
         timings=timings,
     )
 

@@ -5,7 +5,6 @@ import numpy as np
 from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.python_calls import PythonCalls, Question
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.signals.compiled_map import (
     IN_PLACE,
     Maps,
@@ -108,8 +107,8 @@ class MapCalls:
     def _rows(self, question: Question) -> int:
         """Finds all rows at a state; see `rows_within`."""
         p_WS, R_WL, within = (question[i] for i in range(3))
-        robot = self._robot.arrays
-        spheres = Spheres(p_WS, R_WL, robot.radius, robot.ignore_below)
+        every = np.arange(len(p_WS))
+        spheres = self._robot.placed(every, p_WS, R_WL)
         rows = self._field.clearances(spheres, within)
         return self._calls.handed(Packed(row_arrays(rows)))
 

@@ -99,7 +99,7 @@ class RemoteRobot(LeafSystem):
             ]
         if description.hand:
             name = ports.hand_state(description)
-            outputs.append((name, 2, self._calc_hand, state))
+            outputs.append((name, 3, self._calc_hand, state))
         for name, size, calc, prerequisites in outputs:
             self.DeclareVectorOutputPort(name, size, calc, prerequisites)
         self.DeclareAbstractOutputPort(
@@ -169,7 +169,7 @@ class RemoteRobot(LeafSystem):
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
         hand = self.measurement(context).hand
-        output.SetFromVector(hand.width if hand else _unknown(output))
+        output.SetFromVector(hand.reading if hand else _unknown(output))
 
     def _calc_status(self, context: Context, output: Value) -> None:
         command = self._commands.read(context)

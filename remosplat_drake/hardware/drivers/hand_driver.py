@@ -21,8 +21,8 @@ from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 class FrankaHand(Protocol):
     """Interface of a Franka hand for `HandDriver`, real or simulated."""
 
-    def width(self) -> float:
-        """Returns the opening of the fingers [m]."""
+    def measure(self) -> tuple[float, float]:
+        """Returns the opening of the fingers and the force of each [m, N]."""
         ...
 
     def go_to(self, width: float, force: float) -> None:
@@ -87,8 +87,8 @@ class HandDriver:
                 target=self._move, args=wanted, daemon=True
             )
             self._motion.start()
-        width = self._hand.width()
-        status = hand_status(width, self._rate(width, now), now)
+        width, force = self._hand.measure()
+        status = hand_status(width, self._rate(width, now), force, now)
         self._lcm.Publish(PANDA_HAND_STATUS, status.encode())
 
     def _move(self, width: float, force: float) -> None:

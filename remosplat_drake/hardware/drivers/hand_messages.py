@@ -29,16 +29,20 @@ def read_command(data: bytes) -> tuple[float, float] | None:
     return command if all(map(math.isfinite, command)) else None
 
 
-def hand_status(width: float, rate: float, now: int) -> lcmt_schunk_wsg_status:
+def hand_status(
+    width: float, rate: float, force: float, now: int
+) -> lcmt_schunk_wsg_status:
     """Makes the status message of a hand.
 
     Args:
         width: Opening of the fingers [m].
         rate: Rate of the opening [m/s].
+        force: Force with which each finger presses [N].
         now: Wall clock [us].
     """
     message = lcmt_schunk_wsg_status()
     message.utime = now
     message.actual_position_mm = _MILLIMETRES * float(width)
     message.actual_speed_mm_per_s = _MILLIMETRES * float(rate)
+    message.actual_force = float(force)
     return message

@@ -34,17 +34,22 @@ class PandaPythonHand:
             self._gripper.homing()
         except RuntimeError as error:
             raise RemoSplatError(f"{host}: {one_line(error)}") from error
+        self._force = 0.0
 
-    def width(self) -> float:
-        """Returns the opening of the fingers [m].
+    def measure(self) -> tuple[float, float]:
+        """Returns the opening of the fingers and the force of each [m, N].
+
+        The hand does not measure force. While it grasps, its fingers press with
+        the commanded one.
 
         Raises:
             RemoSplatError: The connection is lost.
         """
         try:
-            return self._gripper.read_once().width
+            state = self._gripper.read_once()
         except RuntimeError as error:
             raise RemoSplatError(f"the hand: {one_line(error)}") from error
+        return state.width, self._force if state.is_grasped else 0.0
 
     def go_to(self, width: float, force: float) -> None:
         """Moves the fingers; closing, they hold what they meet.
@@ -56,7 +61,8 @@ class PandaPythonHand:
         Raises:
             RemoSplatError: The hand refuses, or the connection is lost.
         """
-        widens = width > self.width() - _NARROWER
+        widens = width > self.measure()[0] - _NARROWER
+        self._force = force
         try:
             if widens:
                 self._gripper.move(width, SPEED)

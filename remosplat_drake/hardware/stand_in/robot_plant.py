@@ -11,6 +11,7 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.station.commands import StationCommand
 from remosplat_drake.station.dynamic_station import add_dynamic_body
+from remosplat_drake.station.motors import finger_motors
 from remosplat_drake.station.station_config import DynamicStation
 from remosplat_drake.station.velocity_driver import (
     actuated_instances,
@@ -78,6 +79,8 @@ class RobotPlant:
         arm = joints[robot.n_q - self._n_arm : robot.n_q]
         instance = arm[0].model_instance()
         self._torque = plant.get_net_actuation_output_port(instance)
+        self._all_torques = plant.get_net_actuation_output_port()
+        self._finger_motors = finger_motors(plant, body.hand)
         self._external = plant.get_generalized_contact_forces_output_port(
             instance
         )
@@ -172,6 +175,8 @@ class RobotPlant:
 
     @property
     def hand(self) -> np.ndarray:
-        """True opening of the hand and its rate, shape (2,) [m, m/s]."""
+        """True opening of the hand, its rate and force, (3,) [m, m/s, N]."""
         n = self.robot.n_q
-        return np.array([self._q[n:].sum(), self._v[n:].sum()])
+        effort = self._all_torques.Eval(self._context)[self._finger_motors]
+        force = -effort.mean() if len(effort) else 0.0
+        return np.array([self._q[n:].sum(), self._v[n:].sum(), force])

@@ -44,9 +44,10 @@ class SimulatedHand:
         Args:
             now: The driver's wall clock [us].
             t: The robot's clock [s].
-            state: Opening of the fingers and its rate, shape (2,) [m, m/s].
+            state: Opening of the fingers, its rate, and the force of each,
+                shape (3,) [m, m/s, N].
         """
         if t < self._next_status:
             return None
         self._next_status += PERIOD
-        return hand_status(state[0], state[1], now)
+        return hand_status(*state, now)

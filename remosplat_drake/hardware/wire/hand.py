@@ -18,11 +18,12 @@ class HandState:
     """Measurements of the gripper's driver; copying returns the object itself.
 
     Attributes:
-        width: Opening of the fingers and its rate, shape (2,) [m, m/s].
+        reading: Opening of the fingers, its rate, and the force with which
+            each presses, shape (3,) [m, m/s, N].
         stamp: When it was measured, by the driver's wall clock [s].
     """
 
-    width: np.ndarray
+    reading: np.ndarray
     stamp: float
 
     def __deepcopy__(self, memo) -> "HandState":
@@ -53,4 +54,6 @@ def decode_hand_status(data: bytes) -> HandState:
     message = decode(lcmt_schunk_wsg_status, data)
     millimetres = [message.actual_position_mm, message.actual_speed_mm_per_s]
     width = 1e-3 * finite_vector("actual_position_mm", millimetres, 2)
-    return HandState(width, from_utime(message.utime))
+    force = finite_vector("actual_force", [message.actual_force], 1)
+    reading = np.concatenate([width, force])
+    return HandState(reading, from_utime(message.utime))

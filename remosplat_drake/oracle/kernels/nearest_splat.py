@@ -78,7 +78,7 @@ def query(tree, spheres, answer):
 
     Args:
         tree: A `SplatTree`.
-        spheres: (n, 5): centre p_WS, the distance from the centre that an
+        spheres: (n, 6): centre p_WS, the distance from the centre that an
             answer must undercut, the height below which splats are ignored.
         answer: (n, 8), filled: place of the splat in the records or -1, signed
             distance from the centre less the splat's uncertainty, p_WC, n_W.

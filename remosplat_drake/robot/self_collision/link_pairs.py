@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from remosplat_drake.base import resources
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.sampling import random_states
 from remosplat_drake.robot.self_collision.kernels.all_distances import (
@@ -64,6 +65,39 @@ class LinkPairs:
         that such a pair is far apart takes nanoseconds: it stays watched.
         """
         return tuple(p for p in self.watched if not self.contacts[p])
+
+    def with_payload(
+        self, robot: RobotModel, payload: Payload, shapes: CollisionShapes
+    ) -> "LinkPairs":
+        """Returns the pairs with those of a payload and the robot's links.
+
+        All links are watched but those that hold it, and those that cannot move
+        relative to it. It is at no joint, so a link one joint away counts.
+
+        Args:
+            robot: The robot with the payload.
+            payload: What it carries.
+            shapes: All convex shapes, the payload's among them.
+        """
+        name, left_out = payload.name, dict(self.left_out)
+        candidates = []
+        for link in dict.fromkeys(shapes.links):
+            if link == name:
+                continue
+            if not joints_between(robot, link, name):
+                left_out[link, name] = ADJACENT
+            elif link in payload.holders:
+                left_out[link, name] = ALLOWED
+            else:
+                candidates.append((link, name))
+        shares = _contacts(robot, shapes, candidates)
+        always = [pair for pair, share in shares.items() if share == 1.0]
+        left_out |= dict.fromkeys(always, ALWAYS)
+        watched = [pair for pair in candidates if pair not in always]
+        contacts = {pair: shares[pair] for pair in watched}
+        return LinkPairs(
+            (*self.watched, *watched), left_out, self.contacts | contacts
+        )
 
 
 def find_link_pairs(robot: RobotModel, shapes: CollisionShapes) -> LinkPairs:

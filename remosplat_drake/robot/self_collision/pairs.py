@@ -140,8 +140,15 @@ def _watched(
     robot: RobotModel,
 ) -> tuple[CollisionShapes, LinkPairs, ShapePairs, np.ndarray]:
     """The part without the margin, with the distances at home [m]."""
-    shapes = read_collision_shapes(robot.description, robot.spheres)
-    found = find_link_pairs(robot, shapes)
+    if robot is robot.as_described:
+        shapes = read_collision_shapes(robot.description, robot.spheres)
+        found = find_link_pairs(robot, shapes)
+    elif robot.payload is None:
+        shapes, found, _, _ = _watched(robot.as_described)
+    else:
+        shapes, found, _, _ = _watched(robot.holding(None))
+        shapes = shapes.with_payload(robot.payload)
+        found = found.with_payload(robot, robot.payload, shapes)
     pairs = ShapePairs.make(robot, shapes, found.watched)
     bare = SelfCollisionPairs(robot, shapes, found, pairs, np.zeros(len(pairs)))
     return shapes, found, pairs, bare.distances(robot.q_home)

@@ -30,6 +30,7 @@ from remosplat_drake.base.directions import spread_directions
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.lanes import WIDTH
 from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_description import RobotDescription
 from remosplat_drake.robot.self_collision.pair_arrays import (
     ShapeArrays,
@@ -86,6 +87,19 @@ class CollisionShapes:
         """Returns the shapes of one link; there may be none."""
         pairs = zip(self.links, self.shapes, strict=True)
         return [shape for name, shape in pairs if name == link]
+
+    def with_payload(self, payload: Payload) -> "CollisionShapes":
+        """Returns the shapes with those of a payload, as the last.
+
+        Args:
+            payload: What the robot carries.
+        """
+        pieces = [ConvexShape(np.array(piece)) for piece in payload.pieces]
+        return CollisionShapes(
+            (*self.links, *[payload.name] * len(pieces)),
+            (*self.shapes, *pieces),
+            self.by_spheres,
+        )
 
     @cached_property
     def radius(self) -> np.ndarray:

@@ -225,7 +225,7 @@ def test_the_ports_tell_what_the_messages_told(url, frankie, drivers):
     drivers.tell_arm(t)
     drivers.tell_base(t - 0.1, pose=[1.0, 2.0, 0.0], yaw_rate=0.0)
     hand = lcmt_schunk_wsg_status()
-    hand.actual_position_mm = 60.0
+    hand.actual_position_mm, hand.actual_force = 60.0, 15.0
     drivers.lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
     take_in(link, drivers)
     # As if the packets had come when they were stamped.
@@ -244,7 +244,7 @@ def test_the_ports_tell_what_the_messages_told(url, frankie, drivers):
         bench.eval("base.pose_measured"), [1.03, 2.0, 0.0], atol=1e-6
     )
     np.testing.assert_allclose(bench.eval("base.velocity_measured"), [0.3, 0])
-    np.testing.assert_allclose(bench.eval("hand.state"), [0.06, 0.0])
+    np.testing.assert_allclose(bench.eval("hand.state"), [0.06, 0, 15])
     assert bench.eval("status").mode == RUNNING
     bench.command(np.full(9, np.nan))
     assert "not finite" in bench.eval("status").stop_reason

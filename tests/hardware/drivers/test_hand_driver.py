@@ -26,14 +26,15 @@ class SlowHand:
         self.motions: list[tuple[float, float]] = []
         self.arrive = threading.Event()
         self._width = 0.08
+        self._force = 0.0
 
-    def width(self) -> float:
-        return self._width
+    def measure(self) -> tuple[float, float]:
+        return self._width, self._force
 
     def go_to(self, width: float, force: float) -> None:
         self.motions.append((width, force))
         assert self.arrive.wait(PATIENCE)
-        self._width = width
+        self._width, self._force = width, force
 
 
 class Setting:
@@ -69,9 +70,10 @@ def test_messages_are_in_millimetres():
     assert read_command(b"nonsense") is None
     message.force = float("nan")
     assert read_command(message.encode()) is None
-    status = hand_status(0.05, -0.1, NOW)
+    status = hand_status(0.05, -0.1, 12.0, NOW)
     assert status.actual_position_mm == pytest.approx(50)
     assert status.actual_speed_mm_per_s == pytest.approx(-100)
+    assert status.actual_force == 12.0
 
 
 def test_nothing_moves_before_a_command():
@@ -115,8 +117,9 @@ def test_equal_commands_are_carried_out_once():
     for _ in range(5):
         setting.client.send_hand(0.02, 10.0)
         setting.step()
-    setting.step_until(lambda: setting.hand.width() == 0.02)
+    setting.step_until(lambda: setting.hand.measure()[0] == 0.02)
     assert setting.hand.motions == [(0.02, 10.0)]
+    setting.step_until(lambda: setting.client.hand[-1].actual_force == 10.0)
 
 
 def test_the_speed_is_that_between_two_statuses():

@@ -23,8 +23,9 @@ def test_a_status_is_read():
     message.utime = 2_000_000
     message.actual_position_mm = 80.0
     message.actual_speed_mm_per_s = -50.0
+    message.actual_force = 12.0
     state = decode_hand_status(message.encode())
-    np.testing.assert_allclose(state.width, [0.08, -0.05])
+    np.testing.assert_allclose(state.reading, [0.08, -0.05, 12.0])
     assert state.stamp == 2.0
 
 

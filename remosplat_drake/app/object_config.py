@@ -1,0 +1,112 @@
+"""`ObjectConfig`: an object of a scenario, and what the map shows of it."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Len
+
+from remosplat_drake.app.object_map import OWN_MARGIN
+from remosplat_drake.base import resources
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.pose_config import PoseConfig, make_transform
+from remosplat_drake.base.ranges import Config, joined
+from remosplat_drake.scene.objects.convex_hull import ConvexHull, read_hull
+from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
+from remosplat_drake.scene.primitive_scene import Box, Cylinder
+
+Size = Annotated[float, Interval(gt=0, le=100)]
+"""A length of an object [m]."""
+
+SHAPES = ("box", "cylinder", "hull")
+"""The shapes of objects, of which each has one."""
+
+
+@dc.dataclass
+class CylinderShape(Config):
+    """A cylinder along the object's z axis."""
+
+    # Its radius [m].
+    radius: Size = 0.03
+    # Its height [m].
+    height: Size = 0.1
+
+
+@dc.dataclass
+class HullShape(Config):
+    """The convex hull of a mesh."""
+
+    # The mesh file (.obj, .gltf or .vtk), relative to the scenario's.
+    file: str = ""
+    # Metres per unit of the file [m].
+    scale: Annotated[float, Interval(ge=1e-6, le=1e6)] = 1.0
+
+
+@dc.dataclass
+class ObjectConfig(Config):
+    """A thing that a hand may take, or that others stand on."""
+
+    # Its name, which no other object has. Where the true scene has solids of
+    # this name, it stands for them.
+    name: Annotated[str, Len(1, 60)] = "object"
+    # Where its frame is, which is in the middle of a box or a cylinder.
+    X_WO: PoseConfig = dc.field(default_factory=PoseConfig)
+    # The three side lengths, if it is a box [m].
+    box: Annotated[list[Size], Len(3, 3)] | None = None
+    cylinder: CylinderShape | None = None
+    hull: HullShape | None = None
+    # Its mass; absent: not known [kg].
+    mass: Annotated[float, Interval(gt=0, le=1000)] | None = None
+    # Whether the splat shows it. What stands there without, its shape alone
+    # says.
+    in_splat: bool = True
+    # Splats whose centres are that near to its surface are its own [m].
+    margin: Annotated[float, Interval(ge=0, le=0.1)] = OWN_MARGIN
+
+
+def make_objects(
+    configs: Sequence[ObjectConfig], folder: Path, where: str
+) -> tuple[SceneObject, ...]:
+    """Makes the objects of a scenario.
+
+    Args:
+        configs: The objects, as the scenario has them.
+        folder: Folder that relative file names refer to.
+        where: The scenario that errors blame, as file and name.
+
+    Raises:
+        FieldError: A file is unusable, an object has no shape or several, or
+            two have one name.
+    """
+    objects: list[SceneObject] = []
+    for i, config in enumerate(configs):
+        field = f"objects[{i}]"
+        if any(config.name == other.name for other in objects):
+            problem = f"two objects are named {config.name!r}"
+            raise FieldError(where, joined(field, "name"), problem)
+        try:
+            solid = _solid(config, folder, where, field)
+        except FieldError:
+            raise
+        except RemoSplatError as error:
+            raise FieldError(where, field, str(error)) from error
+        objects.append(SceneObject(config.name, solid, config.mass))
+    return tuple(objects)
+
+
+def _solid(config: ObjectConfig, folder: Path, where: str, field: str) -> Solid:
+    X_WO = make_transform(config.X_WO, where, joined(field, "X_WO"))
+    given = [shape for shape in SHAPES if getattr(config, shape) is not None]
+    if len(given) != 1:
+        problem = f"give one of {', '.join(SHAPES)}, got {len(given)}"
+        raise FieldError(where, field, problem)
+    if config.box is not None:
+        return Box(X_WO, np.array(config.box) / 2.0, config.name)
+    if config.cylinder is not None:
+        shape = config.cylinder
+        return Cylinder(X_WO, shape.radius, shape.height / 2.0, config.name)
+    assert config.hull is not None
+    file = resources.resolve(config.hull.file, folder)
+    return ConvexHull(X_WO, read_hull(file, config.hull.scale), config.name)

@@ -1,0 +1,86 @@
+"""Takes objects out of a scene: out of its splat, and out of its truth."""
+
+import dataclasses as dc
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.oracle.object_field import ObjectField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.objects.scene_object import SceneObject
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+OWN_MARGIN = 0.01
+"""Distance from an object's surface up to which splats are its own [m]."""
+
+LEAST_SPLATS = 10
+"""Number of splats that a map must show of an object."""
+
+
+def own_splats(
+    splat_W: GaussianSplat, thing: SceneObject, margin: float
+) -> np.ndarray:
+    """Finds the splats that show an object.
+
+    They are those whose centres are near its surface. At its foot they might as
+    well be those of what it stands on, and are not counted: there, the map
+    shows it and what it stands on.
+
+    Args:
+        splat_W: The scene's splat, in W.
+        thing: The object.
+        margin: Distance up to which splats are its own [m].
+
+    Returns:
+        Flags, shape (N,).
+    """
+    p_W = np.array(splat_W.p_GK, float)
+    distance = ObjectField([thing]).clearances(Spheres.at(p_W)).distance
+    X_WO, corners = thing.X_WO, thing.corners
+    boxes = np.array(list(np.ndindex(2, 2, 2)))
+    corners_W = X_WO.multiply(
+        np.array([corners[row, range(3)] for row in boxes]).T
+    )
+    foot = corners_W[2].min() + margin
+    return (np.abs(distance) <= margin) & (p_W[:, 2] > foot)
+
+
+def with_solids(
+    truth: PrimitiveScene | None, objects: Sequence[SceneObject]
+) -> PrimitiveScene | None:
+    """Adds objects to a true scene that has no solids of their names.
+
+    Args:
+        truth: The true scene; None if it is not known.
+        objects: The objects, of which convex hulls are left out.
+    """
+    if truth is None:
+        return None
+    names = {solid.name for solid in truth.primitives}
+    new = [x.solid for x in objects if x.name not in names]
+    return dc.replace(
+        truth,
+        boxes=(*truth.boxes, *(x for x in new if isinstance(x, Box))),
+        cylinders=(
+            *truth.cylinders,
+            *(x for x in new if isinstance(x, Cylinder)),
+        ),
+    )
+
+
+def without_objects(
+    truth: PrimitiveScene, objects: Sequence[SceneObject]
+) -> PrimitiveScene:
+    """Returns a true scene without the solids that objects stand for.
+
+    Args:
+        truth: The true scene.
+        objects: The objects; solids of their names are theirs.
+    """
+    names = {each.name for each in objects}
+    return dc.replace(
+        truth,
+        boxes=tuple(x for x in truth.boxes if x.name not in names),
+        cylinders=tuple(x for x in truth.cylinders if x.name not in names),
+    )

@@ -1,0 +1,128 @@
+"""The stage that leads the robot through a task, and what it is told."""
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
+
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.app.world import World
+from remosplat_drake.controller.reactive_controller import ReactiveController
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.oracle.distance_oracle import DistanceOracle
+from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.hand import HandGeometry, hand_geometry
+from remosplat_drake.task.make_blocks import (
+    Workshop,
+    carried_objects,
+    make_blocks,
+)
+from remosplat_drake.task.targets import Targets
+from remosplat_drake.task.task import Task
+from remosplat_drake.task.task_map import StandingRule, TaskMap
+from remosplat_drake.task.task_system import TaskSystem
+
+
+def AddTask(
+    builder: DiagramBuilder,
+    scenario: Scenario,
+    world: World,
+    configuration: OutputPort,
+) -> TaskSystem:
+    """Adds what leads the robot through the tasks of a scenario.
+
+    Args:
+        builder: The builder of the diagram.
+        scenario: The scenario.
+        world: What the scenario's files hold.
+        configuration: The output port of the measured q, n_q entries.
+
+    Raises:
+        FieldError: A step is unusable.
+    """
+    # Imported here, since it loads parts of scipy that other runs do without.
+    from remosplat_drake.task.object_spheres import fit_object, overhang
+
+    robot, hand = world.robot, _hand(world.robot)
+    names = tuple(each.name for each in world.objects)
+    things = {each.name: each for each in world.objects}
+    carried = [x for x in carried_objects(scenario.tasks) if x in things]
+    spheres = {name: fit_object(things[name]) for name in carried}
+    shop = Workshop(
+        robot,
+        names,
+        {name: overhang(things[name], spheres[name]) for name in carried},
+        hand.max_width if hand.joints else None,
+        scenario.source,
+    )
+    blocks = make_blocks(scenario.tasks, shop)
+    config = scenario.controller
+    scene = world.scene_field or world.field
+    map = TaskMap(robot, scene, config.smallest_stopping)
+    law = ReactiveLaw.make(config, robot, scenario.control_period)
+    task = Task(robot, blocks, world.objects, spheres, StandingRule(law, map))
+    system = builder.AddSystem(
+        TaskSystem(
+            task=task,
+            map=map,
+            width=hand.start_width,
+            period=scenario.control_period,
+        )
+    )
+    builder.Connect(configuration, system.GetInputPort("configuration"))
+    return system
+
+
+def hand_port(targets: Targets) -> OutputPort | None:
+    """Returns the port that leads the hand; None where nothing does.
+
+    Args:
+        targets: The system that says where the end effector shall go.
+    """
+    if not isinstance(targets, TaskSystem):
+        return None
+    return targets.GetOutputPort("hand_command")
+
+
+def ConnectTask(
+    builder: DiagramBuilder,
+    targets: Targets,
+    robot: RobotModel,
+    station: Diagram,
+    executed: OutputPort,
+    oracle: DistanceOracle,
+    controller: ReactiveController,
+) -> None:
+    """Connects a task with what it looks at, and with what it changes.
+
+    Args:
+        builder: The builder of the diagram.
+        targets: The system that says where the end effector shall go; nothing
+            is connected unless it leads through a task.
+        robot: The robot.
+        station: The robot as a system, simulated or real.
+        executed: The output port of the command u that the station gets.
+        oracle: The system that measures distances to the map.
+        controller: The reactive controller.
+    """
+    if not isinstance(targets, TaskSystem):
+        return
+    builder.Connect(executed, targets.GetInputPort("velocity_executed"))
+    if robot.description.hand:
+        measured = station.GetOutputPort(ports.hand_state(robot.description))
+        builder.Connect(measured, targets.GetInputPort("hand_state"))
+    for system, names in (
+        (oracle, ("distance_field", "payload")),
+        (controller, ("payload", "hold")),
+    ):
+        for name in names:
+            builder.Connect(
+                targets.GetOutputPort(name), system.GetInputPort(name)
+            )
+
+
+def _hand(robot: RobotModel) -> HandGeometry:
+    plant = MultibodyPlant(0.0)
+    add_robot_model(robot.description, plant)
+    plant.Finalize()
+    return hand_geometry(robot.description, plant)

@@ -1,0 +1,1 @@
+"""Grasps for parallel grippers: antipodal candidates on surfaces, ranked."""

@@ -1,0 +1,108 @@
+"""Antipodal pairs: two points of a surface that two fingers can press.
+
+The line through both is inside the friction cones of both, so that two soft
+fingers hold the object in every direction (Nguyen, "Constructing
+force-closure grasps", IJRR 1988).
+"""
+
+import dataclasses as dc
+
+import numpy as np
+
+from remosplat_drake.grasping.surface import Surface
+
+LEAST_WIDTH = 0.003
+"""Distance of two points below which they are one wall's [m]."""
+
+_BLOCK = 64  # Points whose partners are looked for at once.
+
+
+@dc.dataclass(frozen=True, eq=False)
+class AntipodalPairs:
+    """k pairs of points, in an object's frame O.
+
+    Attributes:
+        center: Middle of each pair, shape (k, 3) [m].
+        axis: Unit vector from the first point to the second, along the mean of
+            their normals, shape (k, 3).
+        width: Distance of the points along it, shape (k,) [m].
+        alignment: Cosine of the greater angle between the line through the
+            points and a normal, shape (k,).
+    """
+
+    center: np.ndarray
+    axis: np.ndarray
+    width: np.ndarray
+    alignment: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.width)
+
+
+def antipodal_pairs(
+    surface: Surface,
+    widest: float,
+    friction: float,
+    most: int,
+    rng: np.random.Generator,
+) -> AntipodalPairs:
+    """Finds antipodal pairs of points on a surface.
+
+    From a point it looks along the normal through the object. The nearest and
+    the farthest point there whose friction cones hold the line are partners:
+    the wall of a cup, and the whole cup.
+
+    Args:
+        surface: The surface.
+        widest: Greatest distance of two points [m].
+        friction: Coefficient of friction of fingers and object.
+        most: Number of points to look from.
+        rng: Source of the choice of these.
+    """
+    first = np.arange(len(surface))
+    if len(first) > most:
+        first = np.sort(rng.choice(len(first), most, replace=False))
+    pairs = [
+        _partners(surface, first[i : i + _BLOCK], widest, friction)
+        for i in range(0, len(first), _BLOCK)
+    ]
+    found = np.unique(np.concatenate(pairs), axis=0)
+    return _described(surface, found)
+
+
+def _partners(
+    surface: Surface, first: np.ndarray, widest: float, friction: float
+) -> np.ndarray:
+    """Pairs of indices, shape (k, 2), of some first points."""
+    p, n = surface.points, surface.normals
+    across = p[None] - p[first, None]  # (f, n, 3)
+    depth = -np.einsum("fni,fi->fn", across, n[first])
+    square = np.einsum("fni,fni->fn", across, across)
+    aside = np.sqrt(np.maximum(square - depth**2, 0.0))
+    length = np.sqrt(np.maximum(square, 1e-18))
+    leaves = np.einsum("fni,ni->fn", across, n) / length
+    cone = 1.0 / np.hypot(1.0, friction)
+    fits = (
+        (depth > LEAST_WIDTH)
+        & (length <= widest)
+        & (aside <= surface.spacing)
+        & (depth >= cone * length)
+        & (leaves >= cone)
+    )
+    has = fits.any(axis=1)
+    # Among points of one wall the one nearest to the line counts.
+    near = np.where(fits, depth + aside, np.inf).argmin(axis=1)
+    far = np.where(fits, depth - aside, -np.inf).argmax(axis=1)
+    both = np.concatenate([[first, near], [first, far]], axis=1)
+    return both.T[np.tile(has, 2)]
+
+
+def _described(surface: Surface, pairs: np.ndarray) -> AntipodalPairs:
+    p, n = surface.points[pairs], surface.normals[pairs]
+    across = p[:, 1] - p[:, 0]
+    axis = n[:, 1] - n[:, 0]
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    line = across / np.linalg.norm(across, axis=1, keepdims=True)
+    cosines = np.einsum("kci,ki->kc", n, line) * [-1.0, 1.0]
+    width = np.einsum("ki,ki->k", across, axis)
+    return AntipodalPairs(p.mean(axis=1), axis, width, cosines.min(axis=1))

@@ -1,0 +1,226 @@
+"""`Grasp`: a pose of a hand around an object; candidates, ranked."""
+
+import dataclasses as dc
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from remosplat_drake.grasping.antipodal import AntipodalPairs, antipodal_pairs
+from remosplat_drake.grasping.gripper import ParallelGripper
+from remosplat_drake.grasping.kernels.hand_clearance import hand_clearances
+from remosplat_drake.grasping.surface import Surface
+
+OPENING = 0.01
+"""Way of each finger from where the hand is open to where it grips [m]."""
+
+LEAST_OPENING = 0.002
+"""Least such way, around objects almost as wide as the hand [m]."""
+
+APPROACHES = 12
+"""Directions from which each pair of points is approached."""
+
+DEPTHS = (0.0, 0.005)
+"""By how much the points are in front of the end effector's frame [m]."""
+
+ENOUGH = 0.02
+"""Clearance of the hand beyond which more is no better [m]."""
+
+LEVER = 0.05
+"""Distance of the centre of mass from the closing axis that is too far [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Grasp:
+    """A pose of the hand around an object, and its width.
+
+    Attributes:
+        X_OE: Pose of the end effector in the object's frame, shape (4, 4).
+        width: Distance of the fingers when they grip [m].
+        opening: Width of the hand while it approaches [m].
+        clearance: Distance of the open hand from the object and from what is
+            around it, at most `ENOUGH` [m].
+        alignment: Cosine of the greatest angle between normals and axis.
+        lever: Distance of the centre of mass from the closing axis [m].
+        score: Its rank among others, 0 to 1; the best is the greatest.
+    """
+
+    X_OE: np.ndarray
+    width: float
+    opening: float
+    clearance: float
+    alignment: float
+    lever: float
+    score: float = 0.0
+
+    def flipped(self, gripper: ParallelGripper) -> "Grasp":
+        """Returns the same grasp with the fingers exchanged.
+
+        Args:
+            gripper: The gripper.
+        """
+        a = gripper.approach_E
+        turn = np.eye(4)
+        turn[:3, :3] = 2.0 * np.outer(a, a) - np.eye(3)
+        return dc.replace(self, X_OE=self.X_OE @ turn)
+
+
+@dc.dataclass(frozen=True)
+class Weights:
+    """Shares of what makes a grasp good; their sum is 1.
+
+    Attributes:
+        clearance: Room of the open hand.
+        width: A narrow grasp, in which the fingers have way left.
+        approach: The wanted direction of approach.
+        alignment: Normals along the closing axis.
+        lever: The centre of mass near the closing axis.
+    """
+
+    clearance: float = 0.3
+    width: float = 0.1
+    approach: float = 0.2
+    alignment: float = 0.2
+    lever: float = 0.2
+
+
+def plan_grasps(
+    surface: Surface,
+    gripper: ParallelGripper,
+    *,
+    friction: float = 0.5,
+    approach_O: np.ndarray | None = None,
+    around: np.ndarray | None = None,
+    p_OOcm: np.ndarray | None = None,
+    most: int = 60,
+    weights: Weights = Weights(),
+    rng: np.random.Generator,
+) -> list[Grasp]:
+    """Plans grasps of an object, the best first.
+
+    Args:
+        surface: The object's surface.
+        gripper: The gripper.
+        friction: Coefficient of friction of pads and object.
+        approach_O: Wanted direction of approach in O, shape (3,); None for
+            any.
+        around: Points of what is around the object, in O, shape (m, 3) [m].
+        p_OOcm: The centre of mass in O, shape (3,) [m]; None for the middle of
+            the surface.
+        most: Number of points of the surface to look from.
+        weights: What makes a grasp good.
+        rng: Source of the choice of points.
+
+    Returns:
+        Grasps whose open hand overlaps neither the object nor what is around
+        it. There are none if the object is wider than the hand.
+    """
+    widest = gripper.max_width - 2.0 * LEAST_OPENING
+    pairs = antipodal_pairs(surface, widest, friction, most, rng)
+    solid = surface.points
+    if around is not None:
+        solid = np.concatenate([solid, around])
+    middle = surface.points.mean(axis=0) if p_OOcm is None else p_OOcm
+    solid, found = np.ascontiguousarray(solid), []
+    for i in range(len(pairs)):
+        width = float(pairs.width[i])
+        opening = _opening(width, gripper.max_width)
+        poses = grasp_poses(pairs.center[i], pairs.axis[i], gripper)
+        clearances = hand_clearances(
+            *gripper.pieces(opening), poses, solid, ENOUGH
+        )
+        fixed = float(pairs.alignment[i]), _lever(pairs, i, middle)
+        for X_OE, clearance in zip(poses, clearances, strict=True):
+            if clearance > 0.0:
+                grasp = Grasp(X_OE, width, opening, float(clearance), *fixed)
+                score = _score(grasp, gripper, approach_O, weights)
+                found.append(dc.replace(grasp, score=score))
+    return sorted(found, key=lambda grasp: -grasp.score)
+
+
+def grasp_poses(
+    center: np.ndarray, axis: np.ndarray, gripper: ParallelGripper
+) -> np.ndarray:
+    """Lists the poses X_OE of a hand that closes along an axis, (k, 4, 4).
+
+    Args:
+        center: The point between the fingers, in O, shape (3,) [m].
+        axis: The closing axis in O, shape (3,).
+        gripper: The gripper.
+    """
+    hand = _frame(gripper.close_E, gripper.approach_E)
+    aside = np.eye(3)[np.argmin(np.abs(axis))]
+    first = np.cross(axis, aside)
+    first /= np.linalg.norm(first)
+    second = np.cross(axis, first)
+    poses = []
+    for angle in 2.0 * np.pi * np.arange(APPROACHES) / APPROACHES:
+        approach = np.cos(angle) * first + np.sin(angle) * second
+        R_OE = _frame(axis, approach) @ hand.T
+        for depth in DEPTHS:
+            X_OE = np.eye(4)
+            X_OE[:3, :3], X_OE[:3, 3] = R_OE, center - depth * approach
+            poses.append(X_OE)
+    return np.array(poses)
+
+
+Reach = Callable[[np.ndarray, Grasp], np.ndarray | None]
+"""Finds a configuration, shape (n_q,), with the end effector at a pose X_WE,
+shape (4, 4), that keeps all distances with the hand at a grasp's opening; None
+if there is none."""
+
+
+def reachable(
+    grasps: Sequence[Grasp],
+    gripper: ParallelGripper,
+    X_WO: np.ndarray,
+    reach: Reach,
+) -> Iterator[tuple[Grasp, np.ndarray]]:
+    """Yields the grasps that the whole robot reaches, in their order.
+
+    Each is tried with the fingers exchanged, too.
+
+    Args:
+        grasps: The grasps, the best first.
+        gripper: The gripper.
+        X_WO: Pose of the object, shape (4, 4).
+        reach: Inverse kinematics of the robot among its obstacles.
+    """
+    for grasp in grasps:
+        for each in (grasp, grasp.flipped(gripper)):
+            q = reach(X_WO @ each.X_OE, each)
+            if q is not None:
+                yield each, q
+                break
+
+
+def _score(
+    grasp: Grasp,
+    gripper: ParallelGripper,
+    approach_O: np.ndarray | None,
+    weights: Weights,
+) -> float:
+    wanted = 1.0
+    if approach_O is not None:
+        a_O = grasp.X_OE[:3, :3] @ gripper.approach_E
+        wanted = 0.5 + 0.5 * float(a_O @ approach_O)
+    return (
+        weights.clearance * grasp.clearance / ENOUGH
+        + weights.width * (1.0 - grasp.width / gripper.max_width)
+        + weights.approach * wanted
+        + weights.alignment * grasp.alignment
+        + weights.lever * max(1.0 - grasp.lever / LEVER, 0.0)
+    )
+
+
+def _opening(width: float, widest: float) -> float:
+    """Width of the hand before it grips, in whole millimetres where it can."""
+    return min(np.ceil(1e3 * (width + 2.0 * OPENING)) / 1e3, widest)
+
+
+def _lever(pairs: AntipodalPairs, i: int, p_OOcm: np.ndarray) -> float:
+    off = p_OOcm - pairs.center[i]
+    return float(np.linalg.norm(off - (off @ pairs.axis[i]) * pairs.axis[i]))
+
+
+def _frame(close: np.ndarray, approach: np.ndarray) -> np.ndarray:
+    return np.column_stack([close, approach, np.cross(close, approach)])

@@ -1,0 +1,181 @@
+"""`ParallelGripper`: a robot's hand, as grasps are planned for it."""
+
+import dataclasses as dc
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from pydrake.multibody.plant import MultibodyPlant
+
+from remosplat_drake.base.directions import spread_directions
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.robot.inverse_dynamics import motors
+from remosplat_drake.robot.kinematics import PRISMATIC
+from remosplat_drake.robot.model_file import add_robot_model
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.shapes import (
+    ConvexShape,
+    read_collision_shapes,
+)
+
+GRAVITY = 9.81
+"""Acceleration of free fall [m/s^2]."""
+
+_DIRECTIONS = 60  # Of the polyhedron around a rounded shape, 6 % larger.
+
+
+class HandPieces(NamedTuple):
+    """The s convex pieces of a hand, as half spaces in E.
+
+    Attributes:
+        planes: Planes (a, b) with unit normals a, shape (h, 4): the points x of
+            a piece have a'x + b <= 0 for all of its planes.
+        first: Row of the first plane of each piece, and the number of planes,
+            shape (s + 1,).
+        box: Corners of the box around all of them, lower and upper, (2, 3)
+            [m].
+    """
+
+    planes: np.ndarray
+    first: np.ndarray
+    box: np.ndarray
+
+
+@dc.dataclass(frozen=True, eq=False)
+class ParallelGripper:
+    """Two fingers that close along one axis of the end effector's frame E.
+
+    Attributes:
+        robot: The robot.
+        close_E: Unit vector from one finger to the other, in E, shape (3,).
+        approach_E: Unit vector from the hand to its fingertips, in E, (3,).
+        max_width: Greatest opening [m].
+        max_force: Greatest force of a finger [N]; infinite if unknown.
+    """
+
+    robot: RobotModel
+    close_E: np.ndarray
+    approach_E: np.ndarray
+    max_width: float
+    max_force: float
+
+    @staticmethod
+    def of(robot: RobotModel) -> "ParallelGripper":
+        """Reads the gripper off a robot's model.
+
+        Args:
+            robot: A robot with a hand.
+
+        Raises:
+            RemoSplatError: It has no hand of two fingers that slide.
+        """
+        robot, hand = robot.as_described, robot.description.hand
+        if hand is None or len(hand.joints) != 2:
+            raise RemoSplatError("grasps need a hand of two fingers")
+        plant = MultibodyPlant(0.0)
+        add_robot_model(robot.description, plant)
+        plant.Finalize()
+        joints = [plant.GetJointByName(name) for name in hand.joints]
+        tree = robot.tree
+        fingers = [tree.index(j.child_body().name()) for j in joints]
+        if any(tree.kind[finger] != PRISMATIC for finger in fingers):
+            raise RemoSplatError("grasps need fingers that slide")
+        X_WL, X_WE = robot.body_poses(robot.q_home), _tool(robot)
+        first = fingers[0]
+        X_WF = X_WL[tree.parent[first]] @ tree.X_PF[first]
+        close_E = X_WE[:3, :3].T @ X_WF[:3, :3] @ tree.axis_F[first]
+        p_WF = np.mean(
+            [(X_WL[tree.parent[f]] @ tree.X_PF[f])[:3, 3] for f in fingers],
+            axis=0,
+        )
+        reach = X_WE[:3, :3].T @ (X_WE[:3, 3] - p_WF)
+        reach -= (reach @ close_E) * close_E
+        if not np.linalg.norm(reach) > 1e-6:
+            raise RemoSplatError(
+                "the end effector's frame is not between the fingertips"
+            )
+        efforts = motors(plant)
+        return ParallelGripper(
+            robot,
+            close_E,
+            reach / np.linalg.norm(reach),
+            float(sum(j.position_upper_limits()[0] for j in joints)),
+            min(float(efforts[name].effort_limit()) for name in hand.joints)
+            if set(hand.joints) <= set(efforts)
+            else np.inf,
+        )
+
+    def pieces(self, width: float) -> HandPieces:
+        """Returns the hand's convex pieces at a width.
+
+        Args:
+            width: Opening of the fingers [m].
+        """
+        robot = self.robot.with_hand_width(width)
+        X_WL = robot.body_poses(robot.q_home)
+        X_EW = np.linalg.inv(_tool(robot))
+        found, corners = [], []
+        for link, points, equations in self._pieces_L:
+            X_EL = X_EW @ X_WL[link]
+            a_E = equations[:, :3] @ X_EL[:3, :3].T
+            b = equations[:, 3] - a_E @ X_EL[:3, 3]
+            found.append(np.column_stack([a_E, b]))
+            corners.append(points @ X_EL[:3, :3].T + X_EL[:3, 3])
+        first, p_E = np.cumsum([0, *map(len, found)]), np.concatenate(corners)
+        box = np.array([p_E.min(axis=0), p_E.max(axis=0)])
+        return HandPieces(np.concatenate(found), first, box)
+
+    @cached_property
+    def _pieces_L(self) -> list[tuple[int, np.ndarray, np.ndarray]]:
+        """Bodies of the hand's pieces, their vertices and half spaces."""
+        tree, hand = self.robot.tree, self.robot.description.hand
+        assert hand is not None
+        palm = int(tree.parent[self.robot.fingers[0]])
+        shapes = read_collision_shapes(
+            self.robot.description, self.robot.spheres
+        )
+        found = []
+        for name, shape in zip(shapes.links, shapes.shapes, strict=True):
+            body = tree.index(name)
+            if palm in tree.chain(body):
+                points = _vertices(shape)
+                planes = scipy.spatial.ConvexHull(points).equations
+                found.append((body, points, planes))
+        return found
+
+    def force(self, mass: float, friction: float, factor: float = 2.5) -> float:
+        """Returns the force with which each finger shall press [N].
+
+        Two fingers carry the weight by friction; a factor stands for
+        accelerations and for friction that is less than assumed.
+
+        Args:
+            mass: Mass of the object [kg].
+            friction: Coefficient of friction.
+            factor: How many times the weight is to be carried.
+
+        Raises:
+            RemoSplatError: The hand is too weak.
+        """
+        needed = factor * mass * GRAVITY / (2.0 * friction)
+        if needed > self.max_force:
+            raise RemoSplatError(
+                f"{mass:g} kg take {needed:.0f} N of each finger, which has"
+                f" {self.max_force:g} N"
+            )
+        return needed
+
+
+def _tool(robot: RobotModel) -> np.ndarray:
+    """Pose X_WE of the end effector that the fingers belong to, at home."""
+    effector = robot.effector_that_moves(int(robot.fingers[0]))
+    return robot.end_effector_pose(robot.q_home, effector or 0)
+
+
+def _vertices(shape: ConvexShape) -> np.ndarray:
+    points = shape.vertices
+    if shape.radius:
+        around = 1.06 * shape.radius * spread_directions(_DIRECTIONS)
+        points = (points[:, None] + around).reshape(-1, 3)
+    return points

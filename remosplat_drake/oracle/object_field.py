@@ -1,0 +1,237 @@
+"""`ObjectField`: distances to objects, which a hand may be allowed to touch."""
+
+import hashlib
+from collections.abc import Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from remosplat_drake.base.kernels import helper, kernel
+from remosplat_drake.base.kernels.packed import Packed
+from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.question import asked_in_one
+from remosplat_drake.oracle.signed_distance import (
+    Primitives,
+    primitive_arrays,
+    primitive_distance,
+)
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.objects.convex_hull import ConvexHull
+from remosplat_drake.scene.objects.scene_object import SceneObject
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+from remosplat_drake.signals.compiled_map import Maps, answers, together
+from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.thing import SOLID, Thing
+
+
+class ObjectArrays(NamedTuple):
+    """k objects, as arrays for kernels.
+
+    Attributes:
+        solids: Their boxes and cylinders; of a convex hull the pose counts.
+        reach: Radii of balls around their frames' origins that hold them, shape
+            (k,) [m].
+        planes: The planes of convex hulls in their frames, as unit normals and
+            offsets, shape (p, 4) [1, m].
+        first: Where each object's planes begin, and the end, shape (k + 1,);
+            boxes and cylinders have none.
+        relief: By how much the distance of each of the robot's spheres from
+            each object is reported too large, and in the last row that of what
+            is no sphere of the robot, shape (n + 1, k) [m]; see
+            `contact_rules`.
+    """
+
+    solids: Primitives
+    reach: np.ndarray
+    planes: np.ndarray
+    first: np.ndarray
+    relief: np.ndarray
+
+
+class ObjectField(DistanceField):
+    """Distances to objects, some of which some links may touch.
+
+    Distances to boxes and cylinders are exact. That to a convex hull is the
+    largest of the signed distances to the planes of its faces: exact inside and
+    in front of a face, and too small in front of edges and corners.
+
+    Args:
+        objects: The objects, where they are.
+        relief: The relief of each pair, as `contact_rules.reliefs` returns it;
+            None for none.
+    """
+
+    def __init__(
+        self, objects: Sequence[SceneObject], relief: np.ndarray | None = None
+    ):
+        self.objects = tuple(objects)
+        if relief is None:
+            relief = np.zeros((1, len(self.objects)))
+        self.relief = np.array(relief, float)
+        self._arrays = Packed(_arrays(self.objects, self.relief))
+        self.revision = f"objects-{_digest(self._arrays.values)}"
+
+    def __reduce__(self):
+        return ObjectField, (self.objects, self.relief)
+
+    @property
+    def compiled(self) -> Packed[ObjectArrays]:
+        """The objects' arrays; see `DistanceField.compiled`."""
+        return self._arrays
+
+    @cached_property
+    def compiled_rows(self) -> Packed[Maps]:
+        """The same; see `DistanceField.compiled_rows`."""
+        return together([self._arrays])
+
+    def clearances(
+        self, spheres: Spheres, max_distance: float = np.inf
+    ) -> Clearances:
+        """Measures the clearance of each sphere; see `DistanceField`.
+
+        Returns:
+            At most one row per sphere: the least, reliefs included.
+        """
+        maps = self.compiled_rows
+        return asked_in_one(maps, spheres, max_distance, self.revision)
+
+    def thing_at(self, p_W: np.ndarray) -> Thing:
+        """Names the object at a place; see `DistanceField.thing_at`."""
+        if not self.objects:
+            return Thing(SOLID, "an object")
+        off = [
+            abs(ObjectField([each]).clearances(Spheres.at(p_W)).minimum())
+            for each in self.objects
+        ]
+        return Thing(SOLID, f"the {self.objects[int(np.argmin(off))].name}")
+
+
+def with_objects(
+    scene: DistanceField, objects: ObjectField
+) -> CompositeDistanceField:
+    """Returns the map of a scene and the objects in it.
+
+    Like a map without objects it has one row per sphere.
+
+    Args:
+        scene: The map without the objects.
+        objects: The objects.
+    """
+    return CompositeDistanceField([scene, objects], rows="closest")
+
+
+@helper
+def _hull_distance(p_WS, solids, j, planes):
+    """Largest signed distance to planes of object j, and its gradient in W."""
+    R_WP, p_WP = solids.R_WP[j], solids.p_WP[j]
+    x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
+    px = R_WP[0, 0] * x + R_WP[1, 0] * y + R_WP[2, 0] * z
+    py = R_WP[0, 1] * x + R_WP[1, 1] * y + R_WP[2, 1] * z
+    pz = R_WP[0, 2] * x + R_WP[1, 2] * y + R_WP[2, 2] * z
+    most, at = -np.inf, 0
+    for k in range(len(planes)):
+        n = planes[k]
+        d = n[0] * px + n[1] * py + n[2] * pz + n[3]
+        if d > most:
+            most, at = d, k
+    gx, gy, gz = planes[at, 0], planes[at, 1], planes[at, 2]
+    return (
+        most,
+        R_WP[0, 0] * gx + R_WP[0, 1] * gy + R_WP[0, 2] * gz,
+        R_WP[1, 0] * gx + R_WP[1, 1] * gy + R_WP[1, 2] * gz,
+        R_WP[2, 0] * gx + R_WP[2, 1] * gy + R_WP[2, 2] * gz,
+    )
+
+
+@helper
+def _is_beyond(p_WS, p_WP, within):
+    x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
+    return x * x + y * y + z * z >= within * within
+
+
+@kernel
+def query(objects, spheres, answer):
+    """Finds the object that is nearest to each sphere, reliefs included.
+
+    Args:
+        objects: The `ObjectArrays`.
+        spheres: (n, 6): centre p_WS, the distance from the centre that an
+            answer must undercut, the height below which objects are ignored,
+            and the sphere's index.
+        answer: (n, 8), filled: the object's number or -1, its signed distance
+            from the centre and the relief, p_WC, n_W.
+    """
+    solids, first, relief = objects.solids, objects.first, objects.relief
+    last = len(relief) - 1
+    for i in range(len(answer)):
+        answer[i, 0] = -1.0
+        least, row = spheres[i, 3], int(spheres[i, 5])
+        if not 0 <= row < last:
+            row = last
+        for j in range(len(solids.is_box)):
+            if solids.top[j] <= spheres[i, 4]:
+                continue
+            # An infinite relief leaves nothing to look at.
+            within = least - relief[row, j] + objects.reach[j]
+            if within <= 0.0 or _is_beyond(spheres[i], solids.p_WP[j], within):
+                continue
+            if first[j] == first[j + 1]:
+                d, gx, gy, gz = primitive_distance(spheres[i], solids, j)
+            else:
+                planes = objects.planes[first[j] : first[j + 1]]
+                d, gx, gy, gz = _hull_distance(spheres[i], solids, j, planes)
+            reported = d + relief[row, j]
+            if reported < least:
+                least = reported
+                answer[i, 0], answer[i, 1] = j, reported
+                answer[i, 2] = spheres[i, 0] - d * gx
+                answer[i, 3] = spheres[i, 1] - d * gy
+                answer[i, 4] = spheres[i, 2] - d * gz
+                answer[i, 5], answer[i, 6], answer[i, 7] = -gx, -gy, -gz
+
+
+answers(ObjectArrays, query)
+
+
+def _arrays(objects: Sequence[SceneObject], relief: np.ndarray) -> ObjectArrays:
+    rows = [primitive_arrays(_scene(each.solid)) for each in objects] or [
+        primitive_arrays(PrimitiveScene())
+    ]
+    solids = Primitives(
+        *(np.concatenate(column) for column in zip(*rows, strict=True))
+    )
+    planes = [_planes(each) for each in objects]
+    count = [len(each) for each in planes]
+    return ObjectArrays(
+        solids._replace(top=np.array([each.top for each in objects], float)),
+        np.array([each.reach for each in objects], float),
+        np.concatenate([np.zeros((0, 4)), *planes]),
+        np.cumsum([0, *count]).astype(np.int64),
+        relief,
+    )
+
+
+def _scene(solid: Box | Cylinder | ConvexHull) -> PrimitiveScene:
+    if isinstance(solid, Cylinder):
+        return PrimitiveScene(cylinders=(solid,))
+    if isinstance(solid, Box):
+        return PrimitiveScene(boxes=(solid,))
+    # Its pose counts, and its planes; the size is not looked at.
+    return PrimitiveScene(boxes=(Box(solid.X_WP, np.ones(3)),))
+
+
+def _planes(thing: SceneObject) -> np.ndarray:
+    if not isinstance(thing.solid, ConvexHull):
+        return np.zeros((0, 4))
+    # A face of several triangles has as many equal equations.
+    equations = scipy.spatial.ConvexHull(thing.solid.vertices).equations
+    return np.unique(equations.round(12), axis=0)
+
+
+def _digest(arrays: ObjectArrays) -> str:
+    digest = hashlib.sha256()
+    for array in (*arrays.solids, *arrays[1:]):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,234 @@
+"""`advance_task`: takes a task on from tick to tick, as a pure function.
+
+A step lasts until its end effector is where it goes and its hand as wide as it
+shall be. Then the arm comes to a standstill, and the next one begins: contact
+rules and payload change at rest only, and where the robot may stand with them.
+A step that takes too long fails. Its way out is gone, and the next way of the
+block is tried; where there is none, the task has failed.
+"""
+
+import dataclasses as dc
+import math
+
+import numpy as np
+
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.target import Target
+from remosplat_drake.task.carrying import make_payload
+from remosplat_drake.task.step import (
+    AT,
+    ATTACH,
+    BY_HAND,
+    BY_WORLD,
+    OBJECT_TO,
+    ON_OBJECT,
+    RELEASE,
+    Goal,
+    Step,
+)
+from remosplat_drake.task.task import DONE, FAILED, RUNNING, Task, TaskState
+
+WIDTH = 0.001
+"""Greatest difference between a hand's width and the one it is told [m]."""
+
+_SETTLED = 0.002
+"""Speed of its width below which a hand stands still [m/s]."""
+
+SLIP = 0.005
+"""How much narrower than around an object a hand may be that holds it [m]."""
+
+_AROUND = 0.03
+"""Greatest distance from the end effector to an object that it holds [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Observation:
+    """What is seen of a robot at a tick.
+
+    Attributes:
+        time: Time of the tick [s].
+        q: The measured configuration, shape (n_q,) [rad, m].
+        u: The command that is being executed, shape (n_u,).
+        width: Opening of the hand [m]; NaN for a robot without one.
+        rate: How fast that grows [m/s].
+    """
+
+    time: float
+    q: np.ndarray
+    u: np.ndarray
+    width: float = float("nan")
+    rate: float = 0.0
+
+
+def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
+    """Takes a task on by a tick.
+
+    Args:
+        task: The task.
+        state: How far it was at the tick before.
+        now: What is seen of the robot.
+
+    Returns:
+        How far it is; the same object if nothing has changed.
+    """
+    if state.outcome != RUNNING or not np.isfinite(now.q).all():
+        return state
+    if _is_narrower(now, state.grip):
+        lost = f"the {state.held} has slipped out of the hand"
+        failures = (*state.failures, lost)
+        return dc.replace(state, failures=failures, outcome=FAILED)
+    X_WE = task.robot.end_effector_poses(now.q)
+    if not state.begun:
+        is_new = not now.time > state.since
+        return state if is_new or now.u.any() else _begun(task, state, now)
+    step = state.present(task)
+    if _is_done(state, step, now, X_WE):
+        return _next(task, dc.replace(state, begun=False, since=now.time))
+    if now.time - state.since > step.patience:
+        reason = f"{step.text}: not done within {step.patience:g} s"
+        if step.goal is not None:
+            error = error_to(state, step, X_WE)
+            reason += f", {1e3 * error.distance:.0f} mm and"
+            reason += f" {math.degrees(error.angle):.0f} deg away"
+        return _failed(task, state, now, reason)
+    return state
+
+
+def error_to(state: TaskState, step: Step, X_WE: np.ndarray) -> PoseError:
+    """Returns the error from a step's end effector to where it goes.
+
+    Args:
+        state: How far the task is.
+        step: The present step.
+        X_WE: Poses of all end effectors, shape (e, 4, 4).
+    """
+    X_WT = X_WE[step.effector] if state.X_WT is None else state.X_WT
+    return Target(X_WT).error(X_WE[step.effector])
+
+
+def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
+    """Begins the present step, if the robot may stand where it is with it."""
+    step, X_WE = state.present(task), task.robot.end_effector_poses(now.q)
+    changed = dc.replace(state, begun=True, since=now.time, X_WA=X_WE)
+    if step.action == ATTACH:
+        reason = _off_the_hand(state, step, now, X_WE)
+        if reason:
+            return _failed(task, state, now, reason)
+        thing = state.named(step.object)
+        spheres = task.spheres[step.object]
+        payload = make_payload(task.robot, thing, spheres, now.q, step.effector)
+        X_WO = thing.X_WO.GetAsMatrix4()
+        X_OE = np.linalg.solve(X_WO, X_WE[step.effector])
+        grip = step.grip
+        changed = dc.replace(changed, payload=payload, grip=grip, X_OE=X_OE)
+    elif step.action == RELEASE:
+        if state.X_OE is None:
+            reason = f"{step.text}: the hand holds nothing"
+            return _failed(task, state, now, reason)
+        X_WO = X_WE[step.effector] @ np.linalg.inv(state.X_OE)
+        objects = state.moved(state.held, X_WO)
+        changed = dc.replace(
+            changed, payload=None, grip=None, X_OE=None, objects=objects
+        )
+    if step.width is not None:
+        changed = dc.replace(changed, width=step.width, force=step.force)
+    X_WT = X_WE[step.effector]
+    if step.goal is not None:
+        X_WT = _place_of(state, step.goal, X_WT)
+    changed = dc.replace(changed, X_WT=X_WT, rules=step.rules)
+    reason = task.permission(state, changed, now.q)
+    if reason:
+        return _failed(task, state, now, f"{step.text}: {reason}")
+    return changed
+
+
+def _place_of(state: TaskState, goal: Goal, X_WE: np.ndarray) -> np.ndarray:
+    """The pose X_WT that a goal stands for, shape (4, 4)."""
+    if goal.kind == ON_OBJECT:
+        return state.named(goal.object).X_WO.GetAsMatrix4() @ goal.X
+    if goal.kind == OBJECT_TO:
+        X_OE = np.eye(4) if state.X_OE is None else state.X_OE
+        return goal.X @ X_OE
+    if goal.kind == BY_WORLD:
+        return goal.X @ X_WE
+    if goal.kind == BY_HAND:
+        return X_WE @ goal.X
+    assert goal.kind == AT
+    return goal.X
+
+
+def _is_done(
+    state: TaskState, step: Step, now: Observation, X_WE: np.ndarray
+) -> bool:
+    if step.goal is not None:
+        error = error_to(state, step, X_WE)
+        if not (error.distance < step.position and error.angle < step.angle):
+            return False
+    if step.width is None or np.isnan(now.width):
+        return True
+    is_there = abs(now.width - step.width) < WIDTH
+    # A hand that closes on something stands still before it is there.
+    is_late = now.time - state.since > 0.5
+    return is_there or (is_late and abs(now.rate) < _SETTLED)
+
+
+def _next(task: Task, state: TaskState) -> TaskState:
+    """Goes on to the next step, the next block, or the next way."""
+    if state.undoing:
+        state = dc.replace(state, undoing=state.undoing[1:])
+        return state if state.undoing else _next_way(task, state)
+    steps = task.blocks[state.block].ways[state.way]
+    if state.step + 1 < len(steps):
+        return dc.replace(state, step=state.step + 1)
+    if state.block + 1 < len(task.blocks):
+        held, block = state.held, state.block + 1
+        return dc.replace(state, block=block, way=0, step=0, carried=held)
+    return dc.replace(state, outcome=DONE)
+
+
+def _failed(
+    task: Task, state: TaskState, now: Observation, reason: str
+) -> TaskState:
+    """Goes the way out of the present step, and then another way."""
+    failures = (*state.failures, reason)
+    undo = () if state.undoing else state.present(task).undo
+    is_lost = bool(state.undoing) and not undo
+    state = dc.replace(
+        state, failures=failures, undoing=undo, begun=False, since=now.time
+    )
+    if is_lost:
+        return dc.replace(state, outcome=FAILED)
+    return state if undo else _next_way(task, state)
+
+
+def _next_way(task: Task, state: TaskState) -> TaskState:
+    """Tries another way, which begins with what the block has begun with."""
+    is_left = state.way + 1 < len(task.blocks[state.block].ways)
+    if is_left and state.held == state.carried:
+        return dc.replace(state, way=state.way + 1, step=0)
+    return dc.replace(state, outcome=FAILED)
+
+
+def _is_narrower(now: Observation, grip: float | None) -> bool:
+    """Whether a hand is narrower than around what it should hold."""
+    return grip is not None and now.width < grip - SLIP
+
+
+def _off_the_hand(
+    state: TaskState, step: Step, now: Observation, X_WE: np.ndarray
+) -> str:
+    """Says why an object is not in a hand; empty if it is."""
+    if state.held:
+        return f"{step.text}: the hand holds the {state.held}"
+    if _is_narrower(now, step.grip):
+        return f"{step.text}: the hand has closed on nothing"
+    thing = state.named(step.object)
+    p_OE = thing.X_WO.inverse().multiply(X_WE[step.effector, :3, 3])
+    lower, upper = thing.corners
+    off = np.linalg.norm(np.maximum(np.maximum(lower - p_OE, p_OE - upper), 0))
+    if off > _AROUND:
+        return (
+            f"{step.text}: the {step.object} is {1e3 * off:.0f} mm away from"
+            " the hand"
+        )
+    return ""

@@ -1,0 +1,370 @@
+"""`make_blocks`: from the steps of a scenario to those of a task."""
+
+import dataclasses as dc
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from remosplat_drake.base.errors import FieldError, unknown_name
+from remosplat_drake.base.pose_config import PoseConfig, make_transform
+from remosplat_drake.base.ranges import joined
+from remosplat_drake.oracle.contact_rules import ContactRule
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.task import step_configs as cfg
+from remosplat_drake.task.carrying import hand_links
+from remosplat_drake.task.step import (
+    AT,
+    ATTACH,
+    BY_HAND,
+    BY_WORLD,
+    OBJECT_TO,
+    ON_OBJECT,
+    RELEASE,
+    Block,
+    Goal,
+    Step,
+)
+
+_ROUNDING = 0.001
+"""By how much shapes may overlap that touch [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Workshop:
+    """What the steps of a scenario are made with.
+
+    Attributes:
+        robot: The robot.
+        objects: Names of the objects.
+        overhang: How far the spheres of carried objects reach beyond them, by
+            the objects' names [m].
+        max_width: Greatest opening of the hand [m]; None for a robot without.
+        where: The scenario that errors blame, as file and name.
+    """
+
+    robot: RobotModel
+    objects: tuple[str, ...]
+    overhang: Mapping[str, float]
+    max_width: float | None
+    where: str
+
+    def error(self, field: str, problem: str) -> FieldError:
+        """Makes an error about a field of the scenario."""
+        return FieldError(self.where, field, problem)
+
+    def object(self, name: str, field: str) -> str:
+        """Returns a name, if there is such an object.
+
+        Raises:
+            FieldError: There is none.
+        """
+        if name not in self.objects:
+            raise self.error(field, unknown_name("object", name, self.objects))
+        return name
+
+    def width(self, width: float | None, field: str) -> float:
+        """Returns an opening that the hand has; None means the greatest.
+
+        Raises:
+            FieldError: The robot has no hand, or one that opens less.
+        """
+        if self.max_width is None:
+            raise self.error(field, "the robot has no hand")
+        if width is None:
+            return self.max_width
+        if width > self.max_width:
+            problem = (
+                f"the hand opens to {self.max_width:g} m at most, got {width:g}"
+            )
+            raise self.error(field, problem)
+        return width
+
+
+def carried_objects(configs: Sequence[cfg.AnyStep]) -> tuple[str, ...]:
+    """Returns the names of the objects that steps attach.
+
+    Args:
+        configs: The steps.
+    """
+    names = [
+        each.object
+        for each in configs
+        if isinstance(each, (cfg.Attach, cfg.Pick))
+    ]
+    return tuple(dict.fromkeys(names))
+
+
+def make_blocks(
+    configs: Sequence[cfg.AnyStep], shop: Workshop
+) -> tuple[Block, ...]:
+    """Makes the blocks of a task of a scenario's `tasks`.
+
+    Args:
+        configs: The steps, as the scenario has them.
+        shop: What they are made with.
+
+    Raises:
+        FieldError: A step names what does not exist, asks for more than the
+            hand can do, or puts down what has not been taken.
+    """
+    held, blocks = "", []
+    for i, config in enumerate(configs):
+        maker = _Maker(config, shop, f"tasks[{i}]", held)
+        blocks.append(maker.block())
+        held = maker.held
+    return tuple(blocks)
+
+
+class _Maker:
+    """Makes the block of one step of a scenario."""
+
+    def __init__(
+        self, config: cfg.AnyStep, shop: Workshop, field: str, held: str
+    ):
+        self._config, self._shop, self._field = config, shop, field
+        self.held = held
+        names = shop.robot.effectors
+        effector = config.effector or names[0]
+        if effector not in names:
+            problem = unknown_name("end effector", effector, names)
+            raise self._error("effector", problem)
+        self._effector = names.index(effector)
+        self._hand = hand_links(shop.robot, self._effector)
+
+    def block(self) -> Block:
+        config = self._config
+        kinds = {
+            cfg.Pick: self._pick,
+            cfg.Place: self._place,
+            cfg.ReachTo: self._reach,
+            cfg.Approach: self._along,
+            cfg.Retreat: self._along,
+            cfg.Lift: self._lift,
+            cfg.Open: self._open,
+            cfg.Close: self._close,
+            cfg.Attach: self._attach,
+            cfg.MoveTo: self._move_to,
+            cfg.Release: self._release,
+        }
+        return kinds[type(config)](config)
+
+    def _error(self, name: str, problem: str) -> FieldError:
+        return self._shop.error(joined(self._field, name), problem)
+
+    def _object(self, name: str, field: str = "object") -> str:
+        return self._shop.object(name, joined(self._field, field))
+
+    def _step(self, text: str, *rules: ContactRule, **values) -> Step:
+        config = self._config
+        return Step(
+            text=text,
+            effector=self._effector,
+            position=config.position,
+            angle=math.radians(config.angle),
+            patience=config.patience,
+            rules=(*rules, *self._touches()),
+            **values,
+        )
+
+    def _touches(self) -> list[ContactRule]:
+        links = {*self._shop.robot.tree.names, *self._shop.objects}
+        rules = []
+        for i, touch in enumerate(self._config.touch):
+            field = f"touch[{i}]"
+            name = self._object(touch.object, f"{field}.object")
+            for link in touch.links:
+                if link not in links:
+                    problem = unknown_name("link", link, sorted(links))
+                    raise self._error(f"{field}.links", problem)
+            named = frozenset(touch.links) or self._hand
+            rules.append(ContactRule(name, named, touch.stopping))
+        return rules
+
+    def _held_now(self) -> str:
+        if not self.held:
+            raise self._shop.error(
+                self._field, "nothing has been taken that could be put down"
+            )
+        return self.held
+
+    def _standing_on(self, support: str, thing: str) -> list[ContactRule]:
+        """A carried object may overlap with what it stands on, hardly."""
+        if not support:
+            return []
+        overlap = self._shop.overhang[thing] + _ROUNDING
+        name = self._object(support, "support")
+        return [ContactRule(name, frozenset({thing}), -overlap)]
+
+    def _pose(self, pose: PoseConfig, field: str = "") -> np.ndarray:
+        where = joined(self._field, field) if field else self._field
+        return make_transform(pose, self._shop.where, where).GetAsMatrix4()
+
+    def _reach(self, config: cfg.ReachTo) -> Block:
+        name, X = config.object, self._pose(config)
+        goal, text = Goal(AT, X), "reaches"
+        if name:
+            goal = Goal(ON_OBJECT, X, self._object(name))
+            text = f"reaches for the {name}"
+        return _only(self._step(text, goal=goal))
+
+    def _along(self, config: cfg.Approach) -> Block:
+        along = np.array(config.along) / np.linalg.norm(config.along)
+        goal = Goal(BY_HAND, _shift(config.distance * along))
+        text = "retreats" if isinstance(config, cfg.Retreat) else "approaches"
+        return _only(self._step(text, goal=goal, speed=config.speed))
+
+    def _lift(self, config: cfg.Lift) -> Block:
+        goal = Goal(BY_WORLD, _shift(config.by))
+        text = f"lifts the {self.held}" if self.held else "lifts its hand"
+        return _only(self._step(text, goal=goal, speed=config.speed))
+
+    def _open(self, config: cfg.Open) -> Block:
+        width = self._shop.width(config.width, joined(self._field, "width"))
+        return _only(self._step("opens its hand", width=width))
+
+    def _close(self, config: cfg.Close) -> Block:
+        width = self._shop.width(config.width, joined(self._field, "width"))
+        return _only(
+            self._step("closes its hand", width=width, force=config.force)
+        )
+
+    def _attach(self, config: cfg.Attach) -> Block:
+        self.held = name = self._object(config.object)
+        rules = self._standing_on(config.support, name)
+        return _only(
+            self._step(f"takes the {name}", *rules, action=ATTACH, object=name)
+        )
+
+    def _move_to(self, config: cfg.MoveTo) -> Block:
+        name = self._held_now()
+        goal = Goal(OBJECT_TO, self._pose(config))
+        return _only(self._step(f"carries the {name}", goal=goal))
+
+    def _release(self, config: cfg.Release) -> Block:
+        name, self.held = self._held_now(), ""
+        width = self._shop.width(config.width, joined(self._field, "width"))
+        return _only(
+            self._step(
+                f"releases the {name}",
+                ContactRule(name, self._hand),
+                action=RELEASE,
+                object=name,
+                width=width,
+            )
+        )
+
+    def _pick(self, config: cfg.Pick) -> Block:
+        self.held = name = self._object(config.object)
+        if not config.grasps:
+            raise self._error("grasps", "give one at least")
+        ways = [self._grasp(config, name, i) for i in range(len(config.grasps))]
+        return Block(f"pick the {name}", tuple(ways))
+
+    def _grasp(self, config: cfg.Pick, name: str, i: int) -> tuple[Step, ...]:
+        grasp, field = config.grasps[i], f"grasps[{i}]"
+        touching = ContactRule(name, self._hand)
+        standing = self._standing_on(config.support, name)
+        width = joined(self._field, f"{field}.width")
+        closed = self._shop.width(grasp.width, width)
+        opened = self._shop.width(None, width)
+        X_OE = self._pose(grasp, field)
+        before = X_OE @ _shift([0.0, 0.0, -config.approach])
+        line = {"speed": config.speed}
+        leave = self._step(
+            f"leaves the {name}",
+            touching,
+            goal=Goal(ON_OBJECT, before, name),
+            width=opened,
+            **line,
+        )
+        return (
+            self._step(
+                f"reaches for the {name}",
+                goal=Goal(ON_OBJECT, before, name),
+                width=opened,
+            ),
+            self._step(
+                f"approaches the {name}",
+                touching,
+                goal=Goal(ON_OBJECT, X_OE, name),
+                undo=(leave,),
+                **line,
+            ),
+            self._step(
+                f"grasps the {name}",
+                touching,
+                width=max(closed - config.squeeze, 0.0),
+                force=config.force,
+                undo=(leave,),
+            ),
+            self._step(
+                f"takes the {name}",
+                *standing,
+                action=ATTACH,
+                object=name,
+                grip=closed,
+                undo=(leave,),
+            ),
+            self._step(
+                f"lifts the {name}",
+                *standing,
+                goal=Goal(BY_WORLD, _shift(config.lift)),
+                **line,
+            ),
+        )
+
+    def _place(self, config: cfg.Place) -> Block:
+        name = self._held_now()
+        if not config.places:
+            raise self._error("places", "give one at least")
+        ways = [self._put(config, name, i) for i in range(len(config.places))]
+        self.held = ""
+        return Block(f"place the {name}", tuple(ways))
+
+    def _put(self, config: cfg.Place, name: str, i: int) -> tuple[Step, ...]:
+        standing = self._standing_on(config.support, name)
+        touching = ContactRule(name, self._hand)
+        X_WO = self._pose(config.places[i], f"places[{i}]")
+        over = _shift([0.0, 0.0, config.lower]) @ X_WO
+        line = {"speed": config.speed}
+        back = self._step(
+            f"lifts the {name} again",
+            *standing,
+            goal=Goal(OBJECT_TO, over),
+            **line,
+        )
+        opened = self._shop.width(None, self._field)
+        return (
+            self._step(f"carries the {name}", goal=Goal(OBJECT_TO, over)),
+            self._step(
+                f"puts the {name} down",
+                *standing,
+                goal=Goal(OBJECT_TO, X_WO),
+                undo=(back,),
+                **line,
+            ),
+            self._step(
+                f"releases the {name}",
+                touching,
+                action=RELEASE,
+                object=name,
+                width=opened,
+            ),
+            self._step(
+                "retreats",
+                touching,
+                goal=Goal(BY_HAND, _shift([0.0, 0.0, -config.retreat])),
+                **line,
+            ),
+        )
+
+
+def _only(step: Step) -> Block:
+    return Block(step.text, ((step,),))
+
+
+def _shift(p: np.ndarray | Sequence[float]) -> np.ndarray:
+    X = np.eye(4)
+    X[:3, 3] = p
+    return X

@@ -1,0 +1,73 @@
+"""Fits spheres around objects, as `robot/fitting` does around links."""
+
+import numpy as np
+from pydrake.geometry import Box as DrakeBox
+from pydrake.geometry import Convex, Shape
+from pydrake.geometry import Cylinder as DrakeCylinder
+
+from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
+from remosplat_drake.robot.fitting.link_surface import sample_shape
+from remosplat_drake.robot.fitting.sphere_fitting import (
+    POINTS_PER_VOXEL,
+    fit_spheres,
+    make_link_surface,
+    voxel_pitch,
+)
+from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
+from remosplat_drake.scene.primitive_scene import Box, Cylinder
+from remosplat_drake.task.carrying import hull_pieces
+
+BULGE = 0.005
+"""How far the spheres of a carried object may bulge [m]."""
+
+MOST_SPHERES = 24
+"""Largest number of spheres of a carried object; it bulges more where these do
+not suffice."""
+
+
+def fit_object(thing: SceneObject) -> LinkSpheres:
+    """Fits spheres around an object.
+
+    Args:
+        thing: The object.
+
+    Returns:
+        The spheres in its frame O.
+    """
+    rng = np.random.default_rng(0)
+    spacing = voxel_pitch(np.ptp(thing.corners, axis=0)) / POINTS_PER_VOXEL
+    points = np.concatenate(
+        [
+            sample_shape(_shape(thing.solid), spacing, rng),
+            *hull_pieces(thing.solid),
+        ]
+    )
+    surface = make_link_surface(points)
+    found = fit_spheres(
+        {thing.name: surface},
+        tolerance=BULGE,
+        most=MOST_SPHERES,
+        restarts=1,
+    )
+    return found[thing.name].grown_over(points, 1e-4)
+
+
+def overhang(thing: SceneObject, spheres: LinkSpheres) -> float:
+    """Returns how far spheres reach beyond an object's box in O [m].
+
+    Args:
+        thing: The object.
+        spheres: Spheres in its frame.
+    """
+    lower, upper = thing.corners
+    below = lower - (spheres.p_LS - spheres.radius[:, None])
+    above = spheres.p_LS + spheres.radius[:, None] - upper
+    return float(max(below.max(), above.max(), 0.0))
+
+
+def _shape(solid: Solid) -> Shape:
+    if isinstance(solid, Box):
+        return DrakeBox(*(2.0 * solid.half_extents))
+    if isinstance(solid, Cylinder):
+        return DrakeCylinder(solid.radius, 2.0 * solid.half_height)
+    return Convex(solid.vertices.T, "hull")

@@ -1,0 +1,137 @@
+"""`Task`: jobs with objects, and `TaskState`, the progress with them."""
+
+import dataclasses as dc
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from pydrake.math import RigidTransform
+
+from remosplat_drake.oracle.contact_rules import ContactRule
+from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
+from remosplat_drake.robot.payload import Payload
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.objects.scene_object import (
+    SceneObject,
+    find_object,
+)
+from remosplat_drake.task.step import Block, Step
+
+RUNNING, DONE, FAILED = "running", "done", "failed"
+"""Outcomes of a task."""
+
+Permission = Callable[["TaskState", "TaskState", np.ndarray], str]
+"""Function that says why a robot must not stand at q when a task goes over from
+one state to another; empty if it may."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Task:
+    """What a robot shall do.
+
+    Attributes:
+        robot: The robot, without a payload.
+        blocks: The jobs, in their order.
+        objects: The objects where they are at the start.
+        spheres: Spheres around those that are carried, by name.
+        permission: Asked before anything becomes of an object or a rule.
+    """
+
+    robot: RobotModel
+    blocks: tuple[Block, ...]
+    objects: tuple[SceneObject, ...]
+    spheres: Mapping[str, LinkSpheres]
+    permission: Permission = lambda before, after, q: ""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class TaskState:
+    """How far a robot is with a task; copying returns the object itself.
+
+    Attributes:
+        objects: All objects; a carried one where it was taken.
+        block: Index of the present block.
+        way: Index of the way that is tried.
+        step: Index of the present step of it.
+        undoing: Steps that lead out of one that failed; none mostly.
+        begun: Whether the present step has begun; if not, the arm comes to a
+            standstill before it does.
+        since: Time since which that is so [s].
+        X_WT: Goal of the end effector, shape (4, 4); None before the first.
+        X_WA: Poses of all end effectors when the step began, shape (e, 4, 4).
+        rules: The contact rules that hold, those of the step that has begun
+            last.
+        payload: What is carried; None for nothing.
+        grip: Opening of the hand around it [m]; None where that is not looked
+            at.
+        X_OE: The end effector in the carried object, shape (4, 4).
+        width: Opening that the hand is told [m]; None before the first.
+        force: Force that it is told [N].
+        carried: Name of what was carried when the block began; empty: nothing.
+        failures: Why ways have failed, in words.
+        outcome: `RUNNING`, `DONE` or `FAILED`.
+    """
+
+    objects: tuple[SceneObject, ...]
+    block: int = 0
+    way: int = 0
+    step: int = 0
+    undoing: tuple[Step, ...] = ()
+    begun: bool = False
+    since: float = 0.0
+    X_WT: np.ndarray | None = None
+    X_WA: np.ndarray | None = None
+    rules: tuple[ContactRule, ...] = ()
+    payload: Payload | None = None
+    grip: float | None = None
+    X_OE: np.ndarray | None = None
+    width: float | None = None
+    force: float = 20.0
+    carried: str = ""
+    failures: tuple[str, ...] = ()
+    outcome: str = RUNNING
+
+    def __deepcopy__(self, memo) -> "TaskState":
+        return self
+
+    def present(self, task: Task) -> Step:
+        """Returns the present step; the last one where all is over.
+
+        Args:
+            task: The task.
+        """
+        if self.undoing:
+            return self.undoing[0]
+        block = task.blocks[min(self.block, len(task.blocks) - 1)]
+        steps = block.ways[min(self.way, len(block.ways) - 1)]
+        return steps[min(self.step, len(steps) - 1)]
+
+    @property
+    def held(self) -> str:
+        """Name of what is carried; empty for nothing."""
+        return "" if self.payload is None else self.payload.name
+
+    @property
+    def in_map(self) -> tuple[SceneObject, ...]:
+        """The objects that stand somewhere, and are not carried."""
+        return tuple(each for each in self.objects if each.name != self.held)
+
+    def named(self, name: str) -> SceneObject:
+        """Returns an object where it is known to be.
+
+        Args:
+            name: Its name.
+        """
+        return find_object(self.objects, name)
+
+    def moved(self, name: str, X_WO: np.ndarray) -> tuple[SceneObject, ...]:
+        """Returns all objects, one of them at another place.
+
+        Args:
+            name: Its name.
+            X_WO: Its pose, shape (4, 4).
+        """
+        pose = RigidTransform(X_WO)
+        return tuple(
+            each.at(pose) if each.name == name else each
+            for each in self.objects
+        )

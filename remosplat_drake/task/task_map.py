@@ -1,0 +1,114 @@
+"""`TaskMap`: the map of a task, and where the robot may stand in it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.oracle.contact_rules import ContactRule, reliefs
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
+from remosplat_drake.robot.payload import Payload
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.objects.scene_object import SceneObject
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.task.task import TaskState
+
+_MARGIN = 0.004
+"""How far below the stopping distance a step may begin [m]; less than the
+supervisor allows."""
+
+
+class TaskMap:
+    """The map of a task: the scene, and the objects that stand in it.
+
+    Args:
+        robot: The robot, without a payload.
+        scene: The map without the objects.
+        stopping: The smallest stopping distance in use [m].
+    """
+
+    def __init__(
+        self, robot: RobotModel, scene: DistanceField, stopping: float
+    ):
+        self.stopping = stopping
+        self._robot, self._scene = robot, scene
+        self._latest: tuple[tuple, DistanceField] | None = None
+
+    def field(self, state: TaskState) -> DistanceField:
+        """Returns the map with the contact rules of a state of the task.
+
+        Args:
+            state: How far the task is.
+        """
+        key = state.in_map, state.rules, state.payload
+        if self._latest is None or self._latest[0] != key:
+            self._latest = key, self._made(*key)
+        return self._latest[1]
+
+    def _made(
+        self,
+        objects: Sequence[SceneObject],
+        rules: Sequence[ContactRule],
+        payload: Payload | None,
+    ) -> DistanceField:
+        links = self._robot.holding(payload).spheres.links
+        names = [each.name for each in objects]
+        relief = reliefs(rules, links, names, self.stopping)
+        return with_objects(self._scene, ObjectField(objects, relief))
+
+
+class StandingRule:
+    """Whether the robot may stand where it does when a step begins.
+
+    A step may begin where all distances keep what verification will keep, or no
+    less than before the step. What is taken or put down may be as near to the
+    scene as it stands, but not in it.
+
+    Args:
+        law: The control law, of the robot without a payload.
+        map: The map of the task.
+    """
+
+    def __init__(self, law: ReactiveLaw, map: TaskMap):
+        self._law, self._map = law, map
+
+    def __call__(
+        self, before: TaskState, after: TaskState, q: np.ndarray
+    ) -> str:
+        """Says why the robot may not stand somewhere; empty if it may.
+
+        Args:
+            before: The task before the step.
+            after: The task when it has begun.
+            q: The configuration, shape (n_q,) [rad, m].
+        """
+        least = self._map.stopping - _MARGIN
+        if before.payload != after.payload:
+            least = 0.0
+        room, said = self._room(after, q)
+        if room >= least or room >= self._room(before, q)[0]:
+            return ""
+        return said
+
+    def _room(self, state: TaskState, q: np.ndarray) -> tuple[float, str]:
+        """The least clearance [m], and which it is."""
+        law, field = self._law.holding(state.payload), self._map.field(state)
+        robot = law.robot
+        rows = field.clearances(robot.spheres_at(q), law.collision.influence)
+        if not rows.is_known:
+            return -np.inf, "distances are not known"
+        own = np.inf
+        if law.self_clearance is not None:
+            own = law.self_clearance.distances(q).min(initial=np.inf)
+        if own < 0.0:
+            return float(own), "the robot would touch itself"
+        if not len(rows):
+            return np.inf, ""
+        row = int(rows.distance.argmin())
+        link = robot.spheres.links[rows.sphere[row]]
+        thing = field.thing_at(rows.p_WC[row]).name
+        lacking = 1e3 * (self._map.stopping - rows.distance[row])
+        return float(rows.distance[row]), (
+            f"{robot.description.called(link)} is {lacking:.0f} mm too near to"
+            f" {thing}"
+        )

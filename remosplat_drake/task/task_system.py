@@ -1,0 +1,186 @@
+"""`TaskSystem`: takes a task on, and tells the others what has changed."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.common.value import AbstractValue, Value
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    LeafSystem,
+    State,
+)
+
+from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.target import Target
+from remosplat_drake.task.advance_task import (
+    Observation,
+    advance_task,
+    error_to,
+)
+from remosplat_drake.task.target_sequence import TargetProgress
+from remosplat_drake.task.task import DONE, FAILED, Task, TaskState
+from remosplat_drake.task.task_map import TaskMap
+
+
+class TaskSystem(LeafSystem):
+    """Leads a robot through a task: where to go, what may be touched.
+
+    .. pydrake_system::
+
+        name: TaskSystem
+        input_ports:
+        - configuration
+        - velocity_executed
+        - hand_state (optional)
+        output_ports:
+        - target
+        - aim
+        - progress
+        - distance_field
+        - payload
+        - hold
+        - hand_command
+        - task
+
+    `advance_task` decides. `aim`, `target` and `progress` are those of a
+    `TargetSequence`; blocks are counted. `distance_field` is the map with the
+    objects that stand in it and the contact rules of the present step,
+    `payload` what is carried, and `hold` whether the arm shall stand still: map
+    and payload change only while it does. `hand_command` is the hand's width
+    and force [m, N], `task` the `TaskState`.
+
+    Args:
+        task: The task.
+        map: Its map.
+        width: Opening of the hand at the start [m].
+        period: Control period [s].
+    """
+
+    def __init__(
+        self, *, task: Task, map: TaskMap, width: float, period: float
+    ):
+        super().__init__()
+        self.set_name("targets")
+        self._task, self._map, self._width = task, map, width
+        robot = task.robot
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._executed_input = self.DeclareVectorInputPort(
+            "velocity_executed", robot.n_u
+        )
+        self._hand_input = self.DeclareVectorInputPort("hand_state", 3)
+        self._state_index = self.DeclareAbstractState(
+            Value(TaskState(task.objects, since=-np.inf))
+        )
+        present = {self.abstract_state_ticket(self._state_index)}
+        moving = present | {self._configuration_input.ticket()}
+        for name, model, calc, tickets in (
+            ("target", Value(RigidTransform()), self._calc_target, moving),
+            ("aim", Value[object](), self._calc_aim, moving),
+            (
+                "progress",
+                Value(TargetProgress(0, 0)),
+                self._calc_progress,
+                present,
+            ),
+            ("distance_field", Value[object](), self._calc_field, present),
+            ("payload", Value[object](), self._calc_payload, present),
+            ("hold", Value(False), self._calc_hold, present),
+        ):
+            self.DeclareAbstractOutputPort(name, model.Clone, calc, tickets)
+        self.DeclareVectorOutputPort(
+            "hand_command", 2, self._calc_hand, present
+        )
+        self.DeclareStateOutputPort("task", self._state_index)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._judge)
+
+    def state(self, context: Context) -> TaskState:
+        """Returns how far the task is.
+
+        Args:
+            context: The system's own context.
+        """
+        return context.get_abstract_state(int(self._state_index)).get_value()
+
+    def progress(self, context: Context) -> TargetProgress:
+        """Returns the progress along the blocks of the task.
+
+        Args:
+            context: The system's own context.
+        """
+        state, count = self.state(context), len(self._task.blocks)
+        if state.outcome == DONE:
+            return TargetProgress(count, count)
+        step = state.present(self._task)
+        failed = state.failures[-1] if state.outcome == FAILED else ""
+        return TargetProgress(state.block, count, step.text, failed)
+
+    def error(self, context: Context) -> PoseError:
+        """Returns the error to where the present step goes.
+
+        Args:
+            context: The system's own context.
+        """
+        state = self.state(context)
+        return error_to(state, state.present(self._task), self._poses(context))
+
+    def _poses(self, context: Context) -> np.ndarray:
+        q = self._configuration_input.Eval(context)
+        return self._task.robot.end_effector_poses(q)
+
+    def _aim(self, context: Context) -> Aim:
+        """The goal of the present step; other end effectors stay."""
+        state = self.state(context)
+        step = state.present(self._task)
+        if state.X_WT is None or state.X_WA is None:
+            return Aim.of(self._poses(context)[step.effector])
+        targets: list[Target | None] = [Target(X) for X in state.X_WA]
+        target = Target(state.X_WT)
+        if step.goal is not None and step.speed is not None and state.begun:
+            target = target.on_line(state.X_WA[step.effector], step.speed)
+        targets[step.effector] = target
+        return Aim(tuple(targets))
+
+    def _calc_aim(self, context: Context, output: AbstractValue):
+        output.set_value(self._aim(context))
+
+    def _calc_target(self, context: Context, output: AbstractValue):
+        output.set_value(RigidTransform(self._aim(context).first.X_WT))
+
+    def _calc_progress(self, context: Context, output: AbstractValue):
+        output.set_value(self.progress(context))
+
+    def _calc_field(self, context: Context, output: AbstractValue):
+        output.set_value(self._map.field(self.state(context)))
+
+    def _calc_payload(self, context: Context, output: AbstractValue):
+        output.set_value(self.state(context).payload)
+
+    def _calc_hold(self, context: Context, output: AbstractValue):
+        state = self.state(context)
+        moves = state.begun and state.present(self._task).goal is not None
+        output.set_value(not moves)
+
+    def _calc_hand(self, context: Context, output: BasicVector):
+        state = self.state(context)
+        width = self._width if state.width is None else state.width
+        output.SetFromVector([width, state.force])
+
+    def _judge(self, context: Context, state: State):
+        before = self.state(context)
+        now = Observation(
+            context.get_time(),
+            np.array(self._configuration_input.Eval(context)),
+            np.array(self._executed_input.Eval(context)),
+        )
+        if self._hand_input.HasValue(context):
+            width, rate, _ = self._hand_input.Eval(context)
+            now = dc.replace(now, width=float(width), rate=float(rate))
+        after = advance_task(self._task, before, now)
+        if after is not before:
+            cell = int(self._state_index)
+            state.get_mutable_abstract_state(cell).set_value(after)

@@ -1,0 +1,140 @@
+"""From the steps of a scenario to those of a task."""
+
+import numpy as np
+import pytest
+
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.pose_config import PoseConfig
+from remosplat_drake.task import step_configs as cfg
+from remosplat_drake.task.carrying import hand_links
+from remosplat_drake.task.make_blocks import (
+    Workshop,
+    carried_objects,
+    make_blocks,
+)
+from remosplat_drake.task.step import ATTACH, RELEASE
+
+GRASP = cfg.GraspConfig([0, 0, 0.05], width=0.06)
+PICK = cfg.Pick(object="can", support="board", grasps=[GRASP, GRASP])
+PLACE = cfg.Place(support="board", places=[PoseConfig([0.5, 0, 0.4])])
+
+
+@pytest.fixture(scope="module")
+def shop(frankie):
+    names = ("can", "board")
+    return Workshop(frankie, names, {"can": 0.008}, 0.08, "file:entry")
+
+
+def test_a_pick_has_a_way_for_each_grasp(shop, frankie):
+    pick, place = make_blocks([PICK, PLACE], shop)
+    assert pick.text == "pick the can" and len(pick.ways) == 2
+    texts = [step.text for step in pick.ways[0]]
+    assert texts == [
+        "reaches for the can",
+        "approaches the can",
+        "grasps the can",
+        "takes the can",
+        "lifts the can",
+    ]
+    reach, approach, grasp, take, lift = pick.ways[0]
+    assert reach.width == 0.08 and grasp.width == take.grip == 0.06
+    assert reach.rules == () and take.action == ATTACH
+    # The hand may touch the can, and the can what it stands on.
+    (touching,) = approach.rules
+    assert touching.links == hand_links(frankie) and touching.stopping is None
+    (standing,) = lift.rules
+    assert (standing.object, standing.links) == ("board", {"can"})
+    assert standing.stopping == pytest.approx(-0.009)
+    assert place.ways[0][2].action == RELEASE
+
+
+def test_the_way_of_a_grasp_is_along_its_z_axis(shop):
+    (pick,) = make_blocks([PICK], shop)
+    before, at = (step.goal.X[:3, 3] for step in pick.ways[0][:2])
+    assert at - before == pytest.approx([0, 0, 0.1])
+
+
+def test_single_steps(shop):
+    steps = [
+        cfg.Open(),
+        cfg.ReachTo([0, 0, 0.2], object="can"),
+        cfg.Approach(distance=0.05),
+        cfg.Close(width=0.06),
+        cfg.Attach(object="can", support="board"),
+        cfg.Lift(),
+        cfg.MoveTo([0.5, 0.2, 0.6]),
+        cfg.Release(),
+        cfg.Retreat(distance=0.2),
+    ]
+    blocks = make_blocks(steps, shop)
+    assert [len(block.ways) for block in blocks] == [1] * 9
+    texts = [block.ways[0][0].text for block in blocks]
+    assert texts[4:8] == [
+        "takes the can",
+        "lifts the can",
+        "carries the can",
+        "releases the can",
+    ]
+    assert blocks[2].ways[0][0].goal.X[:3, 3] == pytest.approx([0, 0, 0.05])
+    assert blocks[8].ways[0][0].goal.X[:3, 3] == pytest.approx([0, 0, -0.2])
+    assert carried_objects(steps) == ("can",)
+
+
+def test_what_may_be_touched_is_named(shop, frankie):
+    touch = [
+        cfg.Touch("board", ["can"], 0.01),
+        cfg.Touch("can"),
+    ]
+    (block,) = make_blocks([cfg.Lift(touch=touch)], shop)
+    near, hand = block.ways[0][0].rules
+    assert (near.links, near.stopping) == ({"can"}, 0.01)
+    assert hand.links == hand_links(frankie) and hand.stopping is None
+
+
+@pytest.mark.parametrize(
+    ("steps", "message"),
+    [
+        ([cfg.Pick(object="cup")], r"tasks\[0\]\.object: unknown object 'cup'"),
+        ([cfg.Pick(object="can")], r"tasks\[0\]\.grasps: give one at least"),
+        (
+            [cfg.Pick(object="can", grasps=[cfg.GraspConfig(width=0.1)])],
+            r"tasks\[0\]\.grasps\[0\]\.width: the hand opens to 0\.08 m at most",
+        ),
+        ([cfg.Open(width=0.2)], r"tasks\[0\]\.width: the hand opens to 0\.08"),
+        ([PLACE], r"tasks\[0\]: nothing has been taken"),
+        ([PICK, PLACE, PLACE], r"tasks\[2\]: nothing has been taken"),
+        ([PICK, cfg.Place()], r"tasks\[1\]\.places: give one at least"),
+        (
+            [cfg.Attach(object="can", support="bord")],
+            r"tasks\[0\]\.support: unknown object 'bord'",
+        ),
+        (
+            [cfg.Lift(touch=[cfg.Touch("can", ["thumb"])])],
+            r"tasks\[0\]\.touch\[0\]\.links: unknown link 'thumb'",
+        ),
+        (
+            [cfg.Lift(touch=[cfg.Touch("cup")])],
+            r"tasks\[0\]\.touch\[0\]\.object: unknown object 'cup'",
+        ),
+        (
+            [cfg.Lift(effector="left")],
+            r"tasks\[0\]\.effector: unknown end effector 'left'",
+        ),
+    ],
+)
+def test_bad_steps_end_in_one_line(shop, steps, message):
+    with pytest.raises(FieldError, match=message) as error:
+        make_blocks(steps, shop)
+    assert "\n" not in str(error.value)
+
+
+def test_a_robot_without_a_hand_grasps_nothing(three_link):
+    shop = Workshop(three_link, ("can",), {"can": 0.0}, None, "file")
+    with pytest.raises(FieldError, match="the robot has no hand"):
+        make_blocks([cfg.Open()], shop)
+
+
+def test_a_direction_is_one():
+    with pytest.raises(FieldError, match="is no direction"):
+        cfg.Approach(along=[0.0, 0.0, 0.0])
+    assert np.allclose(cfg.Retreat().along, [0, 0, -1])

@@ -1,0 +1,149 @@
+"""The shipped tasks, judged by the true shapes at every tick."""
+
+import dataclasses as dc
+
+import numpy as np
+import pytest
+from runs import load_application
+from true_shapes import load_clearances, robot_clearances, watched
+
+from remosplat_drake.task.carrying import hand_links
+from remosplat_drake.task.task import DONE, FAILED
+
+USUAL = 0.021
+"""The stopping distance [m]."""
+
+MAP_ERROR = 0.003
+"""By how much the splat over-estimates distances, measured [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Job:
+    """What a shipped task does.
+
+    Attributes:
+        name: Name of its scenario.
+        thing: The object that is carried.
+        p_WO: Where it shall stand [m].
+        own: The distances that it keeps from some others [m].
+        stands_on: What it may touch.
+    """
+
+    name: str
+    thing: str
+    p_WO: tuple[float, float, float]
+    own: dict[str, float]
+    stands_on: set[str]
+
+
+TABLE = Job(
+    "TablePick",
+    "middle can",
+    (1.1, 0.5, 0.6755),
+    {"left can": 0.012},
+    {"table", "tray"},
+)
+SHELF = Job(
+    "ShelfPlace",
+    "soup can",
+    (1.0, 0.2, 0.5958),
+    {},
+    {"stool", "lower board"},
+)
+
+
+@pytest.fixture(
+    scope="module",
+    params=[TABLE, pytest.param(SHELF, marks=pytest.mark.slow)],
+    ids=lambda job: job.name,
+)
+def done(request):
+    job = request.param
+    application = load_application(job.name)
+    return job, application, watched(application)
+
+
+def test_the_can_is_put_where_it_shall_stand(done):
+    job, _, moments = done
+    state = moments[-1].state
+    assert state.outcome == DONE and state.failures == ()
+    X_WO = state.named(job.thing).X_WO
+    assert X_WO.translation() == pytest.approx(job.p_WO, abs=0.006)
+    upright = X_WO.rotation().matrix()[2, 2]
+    assert upright > np.cos(np.radians(1.5))
+
+
+def test_the_hand_alone_touches_the_can_alone(done):
+    job, application, moments = done
+    robot = application.world.robot
+    hand, least = hand_links(robot), {}
+    for moment in moments[::4]:
+        for pair, distance in robot_clearances(moment, robot).items():
+            if moment.state.held != pair[1]:
+                least[pair] = min(least.get(pair, np.inf), distance)
+    for (link, name), distance in least.items():
+        if name == job.thing and link in hand:
+            continue
+        assert distance > 0.0, (link, name)
+        if name != job.thing:
+            assert distance > USUAL - MAP_ERROR, (link, name)
+
+
+def test_the_can_keeps_its_distances_on_its_way(done):
+    job, application, moments = done
+    robot = application.world.robot
+    held = [moment for moment in moments if moment.state.held]
+    for name, distance in load_clearances(held, robot).items():
+        if name in job.stands_on:
+            assert distance > -0.002
+        else:
+            assert distance > job.own.get(name, USUAL) - 1e-6, name
+    solids = application.world.truth_field
+    others = min(
+        solids.clearances(
+            robot.holding(m.state.payload).spheres_at(m.q)
+        ).minimum()
+        for m in held[::5]
+    )
+    assert others > USUAL - MAP_ERROR
+
+
+@pytest.mark.slow
+def test_a_place_that_is_taken_is_left_for_another():
+    application = load_application(
+        "TablePick",
+        """
+tasks:
+- !Pick
+  object: middle can
+  support: table
+  touch: [{object: left can, links: [middle can], stopping: 0.012}]
+  grasps:
+  - translation: [0, 0, 0.06]
+    rotation: [[0, 1, 0], [0.9, 0, 0.4358899], [0.4358899, 0, -0.9]]
+    width: 0.0596
+  lift: [0, -0.04, 0.15]
+- !Place
+  support: table
+  patience: 2.0
+  places:
+  - {translation: [1.04, -0.24, 0.6355]}
+  - {translation: [1.1, 0.0, 0.6355]}
+""",
+    )
+    state = watched(application)[-1].state
+    assert state.outcome == DONE and len(state.failures) == 1
+    assert "carries the middle can: not done within 2 s" in state.failures[0]
+    p_WO = state.named("middle can").X_WO.translation()
+    assert p_WO == pytest.approx([1.1, 0.0, 0.6355], abs=0.006)
+
+
+def test_a_task_without_a_way_ends_with_its_reason():
+    application = load_application(
+        "TablePick",
+        "{time_limit: 10, tasks: [!ReachTo {patience: 1.0,"
+        " translation: [1.5, 0, 0.53]}]}",
+    )
+    state = watched(application)[-1].state
+    assert state.outcome == FAILED
+    assert "reaches: not done within 1 s" in state.failures[0]
