@@ -29,8 +29,28 @@ def true_clearances(world: World, trajectory: Trajectory) -> list[float]:
 MAPPED = [n for n in shipped_scenarios() if load_scenario(n).scene.splat]
 """Their maps are there from the start."""
 
+LONG = {
+    "DoorSwings",
+    "PandaDynamic",
+    "PandaTargets",
+    "PersonPasses",
+    "PersonReaches",
+    "PersonSeen",
+    "RoomReach",
+    "TableTeleop",
+    "TableTour",
+    "TwoRobots",
+}
+"""Shorter scenarios, and tests of movers, show what these show."""
 
-@pytest.mark.parametrize("name", MAPPED)
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name in LONG))
+        for name in MAPPED
+    ],
+)
 def test_it_reaches_its_targets_and_touches_nothing(name):
     result = run_scenario(name)
     assert result.outcome == REACHED
