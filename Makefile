@@ -22,8 +22,8 @@ test: $(DEV) ## Run the default test suite.
 	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder \
 	  -m "not slow and not gpu" $(ARGS)
 
-test-all: $(DEV) ## Run the slow tests, too.
-	$(BIN)/pytest $(ARGS)
+test-all: $(DEV) ## Run the slow tests, too, all of them with more examples.
+	THOROUGH=1 $(BIN)/pytest $(ARGS)
 
 smoke: $(DEV) ## Run the few tests that CI runs on every Python.
 	$(BIN)/pytest -m smoke $(ARGS)

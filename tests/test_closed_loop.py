@@ -9,6 +9,7 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
@@ -152,7 +153,7 @@ def law_with(robot: RobotModel, gains: str) -> ReactiveLaw:
 @given(
     seed=st.integers(0, 2**32 - 1), gains=st.sampled_from(["paper", "tuned"])
 )
-@settings(max_examples=15)
+@settings(max_examples=effort(5, 15))
 def test_the_true_clearance_is_kept(frankie, seed, gains):
     rng = np.random.default_rng(seed)
     field = SignedDistanceField(random_scene(rng))
@@ -167,7 +168,7 @@ def test_the_true_clearance_is_kept(frankie, seed, gains):
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=8)
+@settings(max_examples=effort(4, 8))
 def test_the_clearance_by_a_splat_is_kept(frankie, seed):
     rng = np.random.default_rng(seed)
     field = SphereToEllipsoidField(splat_of(random_scene(rng), rng))
@@ -181,7 +182,7 @@ def test_the_clearance_by_a_splat_is_kept(frankie, seed):
 
 
 @given(seed=st.integers(0, 2**32 - 1), nearest_only=st.booleans())
-@settings(max_examples=6)
+@settings(max_examples=effort(2, 6))
 def test_the_clearance_by_depth_views_is_kept(frankie, seed, nearest_only):
     """Views are no true distance: what they see may jump between ticks."""
     rng = np.random.default_rng(seed)

@@ -68,6 +68,7 @@ def test_the_controller_in_a_diagram_of_ones_own(capsys, monkeypatch):
     assert reached == pytest.approx(wanted, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_map_of_ones_own_holds_the_robot(capsys, monkeypatch):
     text = output_of(6, capsys, monkeypatch)
     assert "wall at 1.5 m: reached" in text

@@ -167,6 +167,7 @@ def test_the_base_sees_legs_and_walls_at_their_true_distance(furnished):
     assert compared > 100
 
 
+@pytest.mark.slow
 def test_the_base_keeps_its_distance_from_a_leg(scenarios, furnished):
     result = run_scenario(f"{scenarios}:Furnished", "{time_limit: 6}")
     assert set(result.metrics.statuses) == {"optimal"}

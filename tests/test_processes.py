@@ -93,7 +93,13 @@ def shared_memory(processes: set[int]) -> set[Path]:
 
 
 @pytest.mark.parametrize(
-    "end", [None, signal.SIGINT, signal.SIGTERM, signal.SIGKILL]
+    "end",
+    [
+        pytest.param(None, marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, marks=pytest.mark.slow),
+        signal.SIGKILL,
+    ],
 )
 def test_looking_ahead_in_another_process_leaves_nothing_behind(tmp_path, end):
     drawing = tmp_path / "diagram.dot"

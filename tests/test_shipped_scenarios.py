@@ -31,8 +31,28 @@ SHIPPED = {name: load_scenario(name) for name in shipped_scenarios()}
 MAPPED = [n for n, s in SHIPPED.items() if s.scene.splat and not s.tasks]
 """Their maps are there from the start. Those with tasks are in `task/`."""
 
+LONG = {
+    "DoorSwings",
+    "PandaDynamic",
+    "PandaTargets",
+    "PersonPasses",
+    "PersonReaches",
+    "PersonSeen",
+    "RoomReach",
+    "TableTeleop",
+    "TableTour",
+    "TwoRobots",
+}
+"""Shorter scenarios, and tests of movers, show what these show."""
 
-@pytest.mark.parametrize("name", MAPPED)
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name in LONG))
+        for name in MAPPED
+    ],
+)
 def test_it_reaches_its_targets_and_touches_nothing(name):
     result = run_scenario(name)
     assert result.outcome == REACHED

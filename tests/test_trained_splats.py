@@ -47,8 +47,15 @@ def describe(name: str, result: RunResult) -> str:
     )
 
 
-@pytest.mark.parametrize("active", [False, True], ids=["hard", "active"])
-@pytest.mark.parametrize("spheres", ["paper", "covering"])
+@pytest.mark.parametrize(
+    ("spheres", "active"),
+    [
+        pytest.param("paper", False, marks=pytest.mark.slow),
+        pytest.param("paper", True, marks=pytest.mark.slow),
+        pytest.param("covering", False, marks=pytest.mark.slow),
+        ("covering", True),
+    ],
+)
 def test_it_never_touches_anything(scenarios, spheres, active):
     text = (
         f"{{robot: {{spheres: {spheres}}}, controller:"

@@ -112,6 +112,7 @@ def test_it_finds_its_scenarios_wherever_it_is_unpacked(wheel, tmp_path):
     assert Path(job["models"]).is_relative_to(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_wheel_with_kernels_compiles_nothing(tmp_path):
     """And says what its kernels are for where they do not fit."""
     (path,) = build(tmp_path / "dist").parent.iterdir()

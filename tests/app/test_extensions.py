@@ -150,8 +150,15 @@ def first_rollout(scenario: Scenario) -> np.ndarray:
     raise AssertionError("no rollout has ended")
 
 
-@pytest.mark.parametrize("kind", ["Drift", "CompiledDrift"])
-@pytest.mark.parametrize("beside", [False, True])
+@pytest.mark.parametrize(
+    ("kind", "beside"),
+    [
+        ("Drift", False),
+        ("CompiledDrift", True),
+        pytest.param("Drift", True, marks=pytest.mark.slow),
+        pytest.param("CompiledDrift", False, marks=pytest.mark.slow),
+    ],
+)
 def test_a_cost_acts_in_rollouts(load, beside, kind):
     """In the look-ahead's own process, too."""
     text = (

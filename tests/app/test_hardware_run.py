@@ -177,6 +177,7 @@ def test_a_rehearsal_sends_nothing(robot):
     assert not np.any(heard)
 
 
+@pytest.mark.slow
 def test_a_long_run_does_not_keep_its_reports(robot):
     """A robot that waits for hours must not fill the memory."""
     url, _ = robot
@@ -210,6 +211,7 @@ def test_a_shadow_computes_everything_and_sends_nothing(robot, tmp_path):
     assert np.ptp(written.q, axis=0).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_the_table_scenario_reaches_its_target_through_the_wire(robot):
     url, client = robot
     done = run_on_hardware(make_application(url))
@@ -219,6 +221,7 @@ def test_the_table_scenario_reaches_its_target_through_the_wire(robot):
     assert_stays_still(client)
 
 
+@pytest.mark.slow
 def test_a_slower_base_gets_there_at_its_own_speed(robot):
     url, client = robot
     application = make_application(

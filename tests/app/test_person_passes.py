@@ -51,6 +51,7 @@ def measured(application, simulator) -> np.ndarray:
     return port.Eval(context)
 
 
+@pytest.mark.slow
 def test_it_would_be_touched_if_it_were_not_told(scenario):
     """Without the damper and verification of movers the hand goes on."""
     told = scenario.movers

@@ -201,13 +201,14 @@ def test_a_run_does_not_keep_its_reports(folder):
     alive = []
 
     def count(t, standing, report):
-        if round(t / 0.02) in (100, 300):
+        if round(t / 0.02) in (40, 120):
             gc.collect()
             found = [isinstance(o, TickReport) for o in gc.get_objects()]
             alive.append(sum(found))
 
-    result = run(make_application(folder, "Far"), on_progress=count)
-    assert len(result.trajectory) == 400
+    application = make_application(folder, "Far", "{time_limit: 2.5}")
+    result = run(application, on_progress=count)
+    assert len(result.trajectory) == 125
     assert alive[0] == alive[1]
 
 

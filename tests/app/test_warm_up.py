@@ -40,8 +40,10 @@ def loads_in_ticks(text: str, **environment: str) -> int:
     "oracle",
     [
         "!SphereToEllipsoid {}",
-        "!DepthRasterization {}",
-        "!GroundTruth {rows: per_primitive}",
+        pytest.param("!DepthRasterization {}", marks=pytest.mark.slow),
+        pytest.param(
+            "!GroundTruth {rows: per_primitive}", marks=pytest.mark.slow
+        ),
     ],
 )
 def test_no_tick_loads_a_kernel(oracle):
@@ -84,12 +86,16 @@ print(work.total)
 """
 
 
-@pytest.mark.parametrize("solver", ["active_set", "clarabel"])
+@pytest.mark.parametrize(
+    "solver",
+    ["active_set", pytest.param("clarabel", marks=pytest.mark.slow)],
+)
 def test_whom_the_own_solver_asks_has_its_kernels_too(solver):
     text = f"{{controller: {{solver: {solver}}}}}"
     assert printed_number(UNDECIDED, DEFAULT_SCENARIO, text) == 0
 
 
+@pytest.mark.slow
 def test_no_tick_of_cameras_that_watch_loads_a_kernel():
     text = (
         "{movers_from: cameras, movers: [{waypoints: [{translation:"

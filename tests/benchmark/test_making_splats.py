@@ -125,6 +125,7 @@ def test_scenes_get_splats_before_their_trials_run(
     assert stored_records({t.case for t in splat_trials}, TINY)
 
 
+@pytest.mark.slow
 def test_what_is_there_is_not_made_again(tmp_path, splat_trials):
     path = tmp_path / "trials.jsonl"
     first, _ = run(splat_trials, path)

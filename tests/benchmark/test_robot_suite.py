@@ -77,6 +77,7 @@ def test_hands_are_inside_furniture():
         assert not start_problem(robot, robot.home, task.truth_field)
 
 
+@pytest.mark.slow
 def test_processes_draw_the_same_targets():
     told = []
     together = robot_cases(

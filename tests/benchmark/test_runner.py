@@ -73,7 +73,7 @@ def test_what_is_in_the_file_is_not_run_again(tmp_path, trials):
     assert len(read_results(path)) == 3
 
 
-@pytest.mark.parametrize("jobs", [0, 1])
+@pytest.mark.parametrize("jobs", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_crash_is_recorded_and_tried_again(tmp_path, trials, jobs):
     path = tmp_path / "trials.jsonl"
     bad, good = run_trials(trials, path, jobs=jobs, function=fails_in_scene_1)
@@ -96,6 +96,7 @@ def test_a_dying_worker_costs_only_its_own_trial(tmp_path, trials):
     assert len(read_results(path)) == 2
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_loses_nothing(tmp_path, trials, monkeypatch):
     monkeypatch.setenv("REMOSPLAT_TEST_FLAG", str(tmp_path / "flag"))
     results = run_trials(

@@ -158,7 +158,7 @@ def test_of_a_mirror_and_of_glass_nothing_is_promised():
     assert names(of_a_mirror()) == []
 
 
-@pytest.mark.parametrize("every", [2, 5])
+@pytest.mark.parametrize("every", [pytest.param(2, marks=pytest.mark.slow), 5])
 def test_a_mirror_that_other_frames_see_as_a_wall_is_told(every):
     """Few frames that look through it are told as well as many."""
     wall = render_capture(

@@ -122,6 +122,7 @@ def test_many_frames_are_abbreviated():
     assert list_frames(np.arange(12)).endswith("9 and 2 more")
 
 
+@pytest.mark.slow
 def test_a_real_capture_passes(shared_data):
     """A kitchen: depths agree to a centimetre over 2 m, and no better."""
     pytest.importorskip("PIL")

@@ -59,7 +59,9 @@ def test_exact_and_noisy_views_agree_to_what_noise_explains(capture, camera):
     assert contradicting_frames(wide).tolist() == []
 
 
-@pytest.mark.parametrize("camera", ["none", "kinect"])
+@pytest.mark.parametrize(
+    "camera", [pytest.param("none", marks=pytest.mark.slow), "kinect"]
+)
 def test_poses_off_by_millimetres_are_told_in_millimetres(capture, camera):
     bad = with_noise(moved(capture, 0.005, 0.0026), PRESETS[camera])
     wide = measure_wide_baselines(bad)
@@ -69,8 +71,15 @@ def test_poses_off_by_millimetres_are_told_in_millimetres(capture, camera):
     assert "m apart disagree by" in finding.problem
 
 
-@pytest.mark.parametrize("factor", [1.02, 0.99])
-@pytest.mark.parametrize("camera", ["none", "kinect"])
+@pytest.mark.parametrize(
+    ("camera", "factor"),
+    [
+        ("none", 0.99),
+        ("kinect", 1.02),
+        pytest.param("none", 1.02, marks=pytest.mark.slow),
+        pytest.param("kinect", 0.99, marks=pytest.mark.slow),
+    ],
+)
 def test_an_error_of_the_scale_is_told_from_one_of_the_poses(
     capture, camera, factor
 ):

@@ -47,18 +47,16 @@ def test_a_watcher_may_stop_and_nothing_else(rig):
         watcher.key("Escape", "Escape")
         rig.until(lambda: rig.wishes.operator.stops == stops + 2)
         assert "Go there" not in watcher.buttons
+        # Nor does a wrong code make an operator of it.
+        watcher.type_code("AAAA-AAAA")
+        watcher.wait_for_text("not the code that the terminal shows")
+        assert not OPERATORS_OWN & set(watcher.buttons)
         assert rig.wishes.command.moves == 0
         assert watcher.errors == []
         rig.show(state=RUNNING)
 
 
-def test_a_wrong_code_is_refused(rig):
-    with open_cockpit(rig.url) as guest:
-        guest.type_code("AAAA-AAAA")
-        guest.wait_for_text("not the code that the terminal shows")
-        assert not OPERATORS_OWN & set(guest.buttons)
-
-
+@pytest.mark.slow
 def test_an_operator_operates_and_leaves(rig):
     with open_cockpit(rig.url) as operator:
         operator.operate(rig.code)
@@ -168,6 +166,7 @@ def stops_and_releases(operator: CockpitTab, rig: Rig):
     operator.wait_without_button("RELEASE")
 
 
+@pytest.mark.slow
 def test_who_hands_over_operates_no_more(rig):
     with open_cockpit(rig.url) as operator:
         operator.operate(rig.code)
@@ -179,6 +178,7 @@ def test_who_hands_over_operates_no_more(rig):
         operator.operate(rig.code)
 
 
+@pytest.mark.slow
 def test_what_is_left_out_of_the_errors_is_visers_own():
     """A Gaussian, and no code of ours: when this fails, leave nothing out."""
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
@@ -198,6 +198,7 @@ def test_what_is_left_out_of_the_errors_is_visers_own():
     server.stop()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(390, 844), (844, 390), (1280, 800)])
 def test_stop_is_in_sight_on_every_screen(rig, size):
     with open_cockpit(rig.url, size) as watcher:

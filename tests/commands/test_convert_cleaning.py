@@ -74,6 +74,7 @@ def test_a_guide_cleans_places_and_says_how_to_do_it_again(
     np.testing.assert_allclose(second.p_GK, first.p_GK, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_a_guide_without_a_length_says_that_the_unit_is_unknown(
     planted, tmp_path, capfd
 ):

@@ -78,6 +78,7 @@ def test_a_picture_shows_the_robot_and_its_spheres(rendering, three_link):
         assert (np.abs(border - background).sum(axis=1) < 30).all()
 
 
+@pytest.mark.slow
 def test_a_pipe_hears_how_far_it_is(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(progress, "BEGUN", 0.001)
     monkeypatch.setattr(progress, "PERIOD", 0.001)

@@ -2,24 +2,21 @@
 
 import json
 
-from runs import remosplat
+from remosplat_drake.commands.main import main
 
 
-def test_the_result_is_on_stdout():
-    done = remosplat("run", "TableGroundTruth", "--headless")
-    assert done.returncode == 0, done.stderr
-    outcome, *_ = done.stdout.splitlines()
+def test_the_result_is_on_stdout(capfd):
+    assert main(["run", "TableGroundTruth", "--headless"]) == 0
+    said = capfd.readouterr()
+    outcome, *_ = said.out.splitlines()
     assert outcome.split() == ["outcome", "reached"]
-    assert "outcome" not in done.stderr
+    assert "outcome" not in said.err
 
 
-def test_json_is_all_that_is_on_stdout(tmp_path):
+def test_json_is_all_that_is_on_stdout(tmp_path, capfd):
     """It holds what the file of the metrics holds."""
-    done = remosplat(
-        *("run", "TableGroundTruth", "--headless", "--json"),
-        *("--output", tmp_path),
-    )
-    assert done.returncode == 0, done.stderr
-    document = json.loads(done.stdout)
+    flags = ["--headless", "--json", "--output", str(tmp_path)]
+    assert main(["run", "TableGroundTruth", *flags]) == 0
+    document = json.loads(capfd.readouterr().out)
     assert document["outcome"] == "reached"
     assert document == json.loads((tmp_path / "metrics.json").read_text())

@@ -216,7 +216,7 @@ def _self_collision_damper(
     config, pairs = own.config, own._pairs
     if not (config.enabled and len(pairs)):
         return
-    near = pairs.near(tick.state.X_WL, config.influence, 2.0 * config.stopping)
+    near = pairs.near(tick.state.X_WL, config.influence, 1.2 * config.stopping)
     if not len(near):
         return
     first, second = bodies_of(pairs, near)

@@ -84,8 +84,15 @@ def assert_equal_reports(ours: TickReport, theirs: TickReport) -> None:
     assert ours.binding.rows == theirs.binding.rows
 
 
-@pytest.mark.parametrize("name", ["frankie", "two_arms"])
-@pytest.mark.parametrize("solver", ["active_set", "clarabel"])
+@pytest.mark.parametrize(
+    ("name", "solver"),
+    [
+        ("frankie", "active_set"),
+        ("two_arms", "clarabel"),
+        pytest.param("frankie", "clarabel", marks=pytest.mark.slow),
+        pytest.param("two_arms", "active_set", marks=pytest.mark.slow),
+    ],
+)
 def test_it_does_what_the_same_does_in_python(request, name, solver):
     """To the last bit, in ticks and in rollouts."""
     robot, seen = request.getfixturevalue(name), Counter()
@@ -235,6 +242,7 @@ def test_settings_that_kernels_cannot_take_are_refused(frankie, settings):
         law_with(frankie, Odd("odd", 1.0))
 
 
+@pytest.mark.slow
 def test_a_law_with_it_goes_to_other_processes(frankie, make_tick):
     law = law_with(frankie, Ceiling(1.2))
     tick = make_tick(frankie, frankie.q_home, u_previous=np.full(9, 0.1))

@@ -104,7 +104,10 @@ def rolled_out(law: ReactiveLaw, tick: Tick) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("name", "solver"),
-    [("TableReach", "clarabel"), ("PandaReach", "active_set")],
+    [
+        pytest.param("TableReach", "clarabel", marks=pytest.mark.slow),
+        ("PandaReach", "active_set"),
+    ],
 )
 def test_one_tick_drives_robot_simulation_and_rollout(
     name, solver, lone_robot, monkeypatch

@@ -127,6 +127,7 @@ def test_decisions_are_kept(tmp_path, monkeypatch):
     assert len(asked) == 6
 
 
+@pytest.mark.slow
 def test_processes_decide_as_one_does(tmp_path):
     """The seeds do not depend on which scene is decided on first."""
     found = []

@@ -59,7 +59,7 @@ def exact(*things: Box) -> Capture:
         roll = RollPitchYaw(0, 0, rng.uniform(-0.6, 0.6))
         poses.append(X_WC.multiply(RigidTransform(roll, np.zeros(3))))
     scene = table(THING, *(things or (MUG, BOOK)))
-    return cast_capture(scene, poses, 320, 240, np.deg2rad(45))
+    return cast_capture(scene, poses, 200, 150, np.deg2rad(45))
 
 
 def judged(capture: Capture, **options) -> Judgement:
@@ -95,7 +95,9 @@ def shaken(capture: Capture, size: float) -> Capture:
     return dc.replace(capture, X_WC=X_WC)
 
 
-SENSORS = pytest.mark.parametrize("sensor", ["none", "realsense_d435"])
+SENSORS = pytest.mark.parametrize(
+    "sensor", [pytest.param("none", marks=pytest.mark.slow), "realsense_d435"]
+)
 
 
 def measured(capture: Capture, sensor: str) -> Capture:

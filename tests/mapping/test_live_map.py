@@ -168,6 +168,7 @@ def test_a_scan_that_is_broken_off_gives_a_map(station):
     assert len(after.frames) == len(before.frames) + 2
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("rendering")
 def test_with_a_fixed_latency_a_map_counts_from_its_tick_on(table, tmp_path):
     config = dc.replace(CONFIG, latency=LATENCY)

@@ -59,6 +59,28 @@ def truth(*things) -> np.ndarray:
     return field.clearances(BESIDE_THING).per_sphere(len(BESIDE_THING))
 
 
+@pytest.fixture(scope="module")
+def bare_map(bare) -> SceneMap:
+    return a_map(bare)
+
+
+@pytest.fixture(scope="module")
+def laden_map(laden) -> SceneMap:
+    return a_map(laden)
+
+
+@pytest.fixture(scope="module")
+def solid_map(laden) -> SceneMap:
+    """The map of the laden table whose unseen space is solid."""
+    return a_map(laden, unseen_is_solid=True)
+
+
+@pytest.fixture(scope="module")
+def map_with_thing(bare, laden) -> SceneMap:
+    """The map of a table that the thing has come to."""
+    return a_map(joined(bare, laden))
+
+
 def test_a_map_tells_what_it_is_made_of(laden):
     stages = []
     dut = a_map(laden, report=lambda *stage: stages.append(stage))
@@ -95,25 +117,22 @@ def test_a_thing_that_has_gone_is_gone(laden, bare, sensor):
     assert (dut.coverage.states_at(p_W) == FREE).all()
 
 
-def test_a_thing_that_has_come_is_there(bare, laden):
-    dut = a_map(joined(bare, laden))
+def test_a_thing_that_has_come_is_there(map_with_thing):
     np.testing.assert_allclose(
-        distances(dut, BESIDE_THING), truth(THING), atol=0.01
+        distances(map_with_thing, BESIDE_THING), truth(THING), atol=0.01
     )
 
 
-def test_behind_what_has_come_is_what_was_there_before(bare, laden):
+def test_behind_what_has_come_is_what_was_there_before(map_with_thing):
     """The table under the thing, which no newer view can see."""
-    dut = a_map(joined(bare, laden))
-    under = dut.splat_W.cropped(
+    under = map_with_thing.splat_W.cropped(
         np.array([0.93, -0.07, 0.42]), np.array([1.07, 0.07, 0.44])
     )
     assert len(under) > 5
 
 
-def test_a_base_is_brought_up_to_date(bare, laden):
-    base = a_map(bare).splat_W
-    with_thing = a_map(laden, base=base)
+def test_a_base_is_brought_up_to_date(bare, laden, bare_map):
+    with_thing = a_map(laden, base=bare_map.splat_W)
     np.testing.assert_allclose(
         distances(with_thing, BESIDE_THING), truth(THING), atol=0.01
     )
@@ -123,13 +142,14 @@ def test_a_base_is_brought_up_to_date(bare, laden):
     )
 
 
-def test_a_frame_that_nothing_bears_out_fills_space_and_clears_none(laden):
+def test_a_frame_that_nothing_bears_out_fills_space_and_clears_none(
+    laden, solid_map
+):
     """It may be elsewhere: it shows what is there, but not what is free."""
     alone = moved(laden, ASIDE)
     both = a_map(joined(laden, alone), unseen_is_solid=True)
     assert "4 frames (1 unconfirmed: clearing no space)" in both.quality
-    without = a_map(laden, unseen_is_solid=True)
-    was_unseen = without.coverage.state == UNSEEN
+    was_unseen = solid_map.coverage.state == UNSEEN
     now = both.coverage.state[was_unseen]
     assert (now != FREE).all()
     assert (now == SURFACE).sum() > 20
@@ -137,63 +157,67 @@ def test_a_frame_that_nothing_bears_out_fills_space_and_clears_none(laden):
     again = a_map(
         joined(laden, alone, moved(alone, NEARLY)), unseen_is_solid=True
     )
-    assert again.coverage.fraction(FREE) > without.coverage.fraction(FREE)
+    assert again.coverage.fraction(FREE) > solid_map.coverage.fraction(FREE)
 
 
-def test_nor_does_it_say_that_anything_has_gone(laden):
-    base = a_map(laden).splat_W
+def test_nor_does_it_say_that_anything_has_gone(laden, laden_map):
+    base = laden_map.splat_W
     two = joined(moved(laden, ASIDE), moved(laden, ACROSS))
     alone = a_map(two, base=base)
     assert "2 unconfirmed" in alone.quality
     assert len(alone.splat_W) >= len(base)
 
 
-def test_a_single_frame_adds_to_a_splat_and_clears_nothing(bare, laden):
+def test_a_single_frame_adds_to_a_splat_and_clears_nothing(
+    bare, laden, bare_map, laden_map
+):
     one = np.array([0])
-    added = a_map(laden.select(one), base=a_map(bare).splat_W)
+    added = a_map(laden.select(one), base=bare_map.splat_W)
     assert "1 frame (1 unconfirmed" in added.quality
     assert np.median(distances(added, BESIDE_THING) - truth(THING)) < 0.01
-    base = a_map(laden).splat_W
+    base = laden_map.splat_W
     again = a_map(bare.select(one), base=base)
     assert len(again.splat_W) >= len(base)
     assert (distances(again, BESIDE_THING) <= truth(THING) + 0.01).all()
 
 
-def test_unknown_space_is_an_obstacle_if_so_configured(laden):
+def test_unknown_space_is_an_obstacle_if_so_configured(
+    laden, laden_map, solid_map
+):
     under_table = Spheres.at([1, 0, 0.2])
     beside = Spheres.at([1, 0.2, 0.6])
-    free, solid = a_map(laden), a_map(laden, unseen_is_solid=True)
-    assert distances(free, under_table) > 0.1
-    assert distances(solid, under_table) < 0
-    assert distances(solid, beside) > 0.02
+    assert distances(laden_map, under_table) > 0.1
+    assert distances(solid_map, under_table) < 0
+    assert distances(solid_map, beside) > 0.02
     there = a_map(laden, robot_free=under_table, unseen_is_solid=True)
     assert distances(there, under_table) > CONFIG.robot_margin - 1e-9
-    assert there.coverage.fraction(FREE) > solid.coverage.fraction(FREE)
+    assert there.coverage.fraction(FREE) > solid_map.coverage.fraction(FREE)
 
 
-def test_what_the_base_has_seen_stays_known(bare):
-    nowhere = a_map(bare)
-    state = nowhere.coverage.state.copy()
+def test_what_the_base_has_seen_stays_known(bare, bare_map):
+    state = bare_map.coverage.state.copy()
     # But for the floor, of which a single view shows a part.
     state[:2, :, 2:] = FREE
-    base_seen = dc.replace(nowhere.coverage, state=state)
+    base_seen = dc.replace(bare_map.coverage, state=state)
     dut = a_map(bare, base_seen=base_seen)
     assert (dut.coverage.state[:2, :, 2:] != UNSEEN).all()
     np.testing.assert_array_equal(
-        dut.coverage.state[2:], nowhere.coverage.state[2:]
+        dut.coverage.state[2:], bare_map.coverage.state[2:]
     )
 
 
-def test_farther_surfaces_are_left_out_but_not_what_is_before_them(bare):
+def test_farther_surfaces_are_left_out_but_not_what_is_before_them(
+    bare, bare_map
+):
     config = MappingConfig(**(vars(CONFIG) | {"max_depth": 1.0}))
     near = a_map(bare, config)
     far = near.splat_W.p_GK[:, None] - bare.X_WC[None, :, :3, 3]
     assert np.linalg.norm(far, axis=2).min(axis=1).max() < 1.4
-    assert len(near.splat_W) < len(a_map(bare).splat_W)
+    assert len(near.splat_W) < len(bare_map.splat_W)
 
 
-def test_equal_frames_make_equal_maps(laden, tmp_path):
-    one, two = a_map(laden), a_map(laden)
+def test_equal_frames_make_equal_maps(laden, laden_map, tmp_path):
+    one, two = laden_map, a_map(laden)
     assert one.field.revision == two.field.revision
     write_map(tmp_path / "map.rsmap", one)
     opened = open_map(tmp_path / "map.rsmap")

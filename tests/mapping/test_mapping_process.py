@@ -135,6 +135,7 @@ def test_reconstruct_makes_a_splat_of_the_frames(mapped, tmp_path):
     assert len(read_ply(path))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("rendering")
 def test_a_camera_that_is_tilted_on_its_mount_is_told_and_corrected(
     table, tmp_path
@@ -329,6 +330,7 @@ def test_killed_it_goes_on_where_it_was(mapped, table):
     ask(process, Undo())
 
 
+@pytest.mark.slow
 def test_killed_while_it_works_it_loses_only_that(mapped):
     process, folder = mapped
     before = Session.open(folder)
@@ -344,6 +346,7 @@ def test_killed_while_it_works_it_loses_only_that(mapped):
     assert Session.open(folder).active == before.active
 
 
+@pytest.mark.slow
 def test_it_ends_with_its_parent(table, tmp_path):
     program = (
         "import os, sys, time; sys.path[:0] = sys.argv[2:];"

@@ -78,7 +78,14 @@ def live_map(capture: Capture, robot: RobotModel) -> SceneMap:
     )
 
 
-@pytest.mark.parametrize("diameter", [0.003, 0.006, 0.01])
+@pytest.mark.parametrize(
+    "diameter",
+    [
+        0.003,
+        pytest.param(0.006, marks=pytest.mark.slow),
+        pytest.param(0.01, marks=pytest.mark.slow),
+    ],
+)
 def test_the_hand_stops_before_a_rod_that_its_target_is_in(diameter):
     scenario = load_scenario("PandaReach", SCENARIO)
     robot = load_scenario_robot(scenario)

@@ -54,7 +54,14 @@ def distances(field: DistanceField, p_W: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("sensor", ["none", NOISY])
-@pytest.mark.parametrize("distance", [NEAR, FARTHER, FAR])
+@pytest.mark.parametrize(
+    "distance",
+    [
+        pytest.param(NEAR, marks=pytest.mark.slow),
+        pytest.param(FARTHER, marks=pytest.mark.slow),
+        FAR,
+    ],
+)
 def test_no_rod_is_nearer_than_the_map_says(distance, sensor):
     """Discs subtract what they do not know."""
     capture = views(distance, sensor)
@@ -77,6 +84,7 @@ def test_no_rod_is_nearer_than_the_map_says(distance, sensor):
             assert over.max() < diameter + pitch(distance)
 
 
+@cache
 def glimpse() -> tuple[Capture, np.ndarray]:
     """One view meets the thinnest rod here and there, the others miss it.
 
@@ -102,6 +110,7 @@ def test_where_a_single_pixel_has_met_a_rod_nothing_is_free():
     assert distances(solid, measured).max() < 0
 
 
+@pytest.mark.slow
 def test_views_with_fine_pixels_tell_that_it_is_free_after_all():
     capture, measured = glimpse()
     dut = a_map(joined(capture, views(NEAR, scene=rods())))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -57,7 +58,7 @@ def test_a_split_position_keeps_what_single_precision_loses():
 
 @needs_compiler
 @given(seeds, st.sampled_from([1, 7, 40, 1500]), st.booleans(), st.booleans())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=effort(10, 40), deadline=None)
 def test_solids_are_as_far_as_on_the_cpu(seed, n, flat, uncertain):
     rng = np.random.default_rng(seed)
     splat = random_splat(rng, n, 2 if flat else 3, uncertain=uncertain)

@@ -5,6 +5,7 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -294,7 +295,7 @@ def test_an_ellipsoid_is_seen_where_it_is_densest_along_the_ray():
     assert 0.3 * np.cos(tilt) <= distance.min() < 0.3 * np.cos(tilt) + 1e-3
 
 
-@settings(max_examples=40)
+@settings(max_examples=effort(10, 40))
 @given(
     st.integers(0, 2**32 - 1),
     st.integers(1, 60),
@@ -333,8 +334,15 @@ def test_equals_the_reference(
     )
 
 
-@pytest.mark.parametrize("n_scales", [2, 3])
-@pytest.mark.parametrize("most_uncertain", [None, 0.1])
+@pytest.mark.parametrize(
+    ("n_scales", "most_uncertain"),
+    [
+        (2, None),
+        (3, 0.1),
+        pytest.param(2, 0.1, marks=pytest.mark.slow),
+        pytest.param(3, None, marks=pytest.mark.slow),
+    ],
+)
 def test_equals_the_reference_among_many_splats(n_scales, most_uncertain):
     # Many enough for a deep hierarchy, and for splats to wait for others;
     # small enough for views to see past them.
@@ -354,7 +362,7 @@ def test_equals_the_reference_among_many_splats(n_scales, most_uncertain):
 def test_flat_ellipsoids_are_not_lost(thickness, axis):
     """As trained splats may be flat: their outlines must not be lost."""
     rng = np.random.default_rng(7)
-    for _ in range(8):
+    for _ in range(effort(3, 8)):
         splat = _random_splat(rng, 8, 3)
         scales = splat.scales.copy()
         scales[:, axis] = thickness

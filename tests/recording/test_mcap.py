@@ -277,6 +277,7 @@ def test_a_recording_on_a_full_disk_is_not_called_whole(tmp_path):
     assert len(list((tmp_path / "run").iterdir())) == 2
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_told_at_once_and_at_the_end(tmp_path):
     """The robot goes on; at a tenth of real time it takes long enough."""
     done = remosplat(

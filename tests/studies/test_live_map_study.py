@@ -62,6 +62,7 @@ def check_tables(periods: LivePeriods, unknown) -> None:
     assert tables.unknown_table(unknown, "a page").row_count == 2
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("open3d")
 def test_memory_is_watched_while_maps_come_and_go(tmp_path):
     scenario = live_scenario()

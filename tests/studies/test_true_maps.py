@@ -2,6 +2,7 @@
 
 import dataclasses as dc
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -97,6 +98,17 @@ def taken(scene: MeshScene, what: Disturbance = EXACT) -> Taken:
 def board() -> MeshScene:
     mesh = box([-0.5, -0.5, TOP - 0.05], [0.5, 0.5, TOP])
     return MeshScene((Part("table", mesh),), np.array([0, 0, TOP + 0.1]))
+
+
+@cache
+def board_taken() -> Taken:
+    """Exact images of the board, which tests only read."""
+    return taken(board())
+
+
+@cache
+def board_sight() -> Sight:
+    return Sight(board_taken())
 
 
 def splat_of_board(sunk: float = 0.0) -> GaussianSplat:
@@ -206,7 +218,7 @@ def test_a_late_image_shows_what_an_older_pose_saw():
     # At ten images a second each one shows what the pose before it saw.
     np.testing.assert_allclose(given.X_WC[:-1], real.X_WC[1:], atol=1e-12)
     np.testing.assert_array_equal(
-        given.depth[1:], taken(scene).capture.depth[:-1]
+        given.depth[1:], board_taken().capture.depth[:-1]
     )
     # The motion of 60 degrees in 2 s, to and fro, is fastest in its middle.
     speed = np.deg2rad(30) * 2 * np.pi * 0.25
@@ -247,13 +259,13 @@ def test_a_rolling_shutter_bends_what_a_turning_camera_sees():
 
 def test_disturbances_are_as_large_as_they_say():
     scene = board()
-    exact = taken(scene).capture
+    exact = board_taken().capture
 
     def shift(name: str) -> np.ndarray:
         given = taken(scene, NAMED[name]).capture
         return np.linalg.norm((given.X_WC - exact.X_WC)[:, :3, 3], axis=1)
 
-    np.testing.assert_allclose(taken(scene).perfect().depth, exact.depth)
+    np.testing.assert_allclose(board_taken().perfect().depth, exact.depth)
     late = shift("late loop 80 mm")
     assert late[0] < 1e-9 and late[15] > 0.06 and (late[16:] < 1e-9).all()
     jump = shift("jump 40 mm")
@@ -322,33 +334,31 @@ def test_drawn_cases_repeat_and_splits_share_none():
 
 
 def test_a_map_that_is_the_truth_has_no_error():
-    case = taken(board())
-    dut = judge(splat_of_board(), Sight(case), np.random.default_rng(1))
+    dut = judge(splat_of_board(), board_sight(), np.random.default_rng(1))
     assert dut.all.count > 1000 and set(dut.by_label) == {"table"}
     assert abs(dut.all.over) < 1e-3 and dut.by_label["table"] == dut.all
 
 
 def test_a_map_that_lies_too_low_is_found_out_by_that_much():
-    case = taken(board())
     low = splat_of_board(sunk=0.008)
-    dut = judge(low, Sight(case), np.random.default_rng(1))
+    dut = judge(low, board_sight(), np.random.default_rng(1))
     assert dut.all.worst == dut.all.over == pytest.approx(0.008, abs=5e-4)
     assert dut.all.exceeded > 0.5 * dut.all.count
     careful = low.with_uncertainty(0.01)
-    dut = judge(careful, Sight(case), np.random.default_rng(1))
+    dut = judge(careful, board_sight(), np.random.default_rng(1))
     assert dut.all.over == pytest.approx(0.008, abs=5e-4)
     assert dut.all.worst < 0 and dut.all.exceeded == 0
 
 
 def test_a_map_is_laid_on_the_truth_as_a_whole():
-    case = taken(board())
+    case = board_taken()
     X_MW = RigidTransform(RollPitchYaw(0.1, -0.2, 0.3), [0.3, 0.1, -0.2])
     truth = splat_of_board()
     X_MC = X_MW.GetAsMatrix4() @ case.cameras.X_WC
     # The cameras know their poses to 10 mm only.
     X_MC[:, :3, 3] += 0.01
     dut = laid_on_truth(
-        truth.transformed(X_MW), X_MC, case.cameras.X_WC, Sight(case)
+        truth.transformed(X_MW), X_MC, case.cameras.X_WC, board_sight()
     )
     np.testing.assert_allclose(dut.p_GK, truth.p_GK, atol=2e-4)
 
@@ -368,7 +378,7 @@ def test_a_robot_in_a_board_is_found_out_and_one_on_the_floor_is_not():
 
 
 def test_places_are_sought_where_the_map_is_wrong():
-    sight = Sight(taken(board()))
+    sight = board_sight()
     low = splat_of_board(sunk=0.008)
     raw = SphereToEllipsoidField(low)
     careful = SphereToEllipsoidField(low.with_uncertainty(0.003))
@@ -382,9 +392,7 @@ def test_places_are_sought_where_the_map_is_wrong():
 
 
 def test_surfaces_are_seen_that_face_cameras_and_are_not_hidden():
-    scene = board()
-    case = taken(scene)
-    sight = Sight(case)
+    case, sight = board_taken(), board_sight()
     queries = random_queries(sight, 2000, np.random.default_rng(2))
     assert (queries.distance > NEAREST).all()
     assert (queries.distance < FARTHEST).all()

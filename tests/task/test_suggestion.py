@@ -74,11 +74,10 @@ def test_it_says_what_is_missing(frankie, field):
         suggest_task(frankie, field, far, far + 1, everywhere)
     # A ceiling that leaves room for a hand but not for a robot.
     ceiling = Box(RigidTransform([1, 0, 1.06]), np.array([5, 5, 0.02]))
-    low = PrimitiveScene(boxes=(BOARD, ceiling)).with_floor()
+    low = SignedDistanceField(PrimitiveScene((BOARD, ceiling)).with_floor())
+    lower, upper = np.array([[0.9, -0.1, 0.0], [1.1, 0.1, 1.2]])
     with pytest.raises(RemoSplatError, match="no free place for the robot"):
-        suggest_task(
-            frankie, SignedDistanceField(low), LOWER, UPPER, everywhere
-        )
+        suggest_task(frankie, low, lower, upper, everywhere)
 
 
 def test_an_arm_on_a_fixed_base_reaches_from_where_it_stands(three_link):
@@ -131,7 +130,9 @@ def furnished(side: float) -> SignedDistanceField:
 
 
 @pytest.mark.parametrize("robot", ["frankie", "ur5e"])
-@pytest.mark.parametrize("extent", [12.0, 1e7])
+@pytest.mark.parametrize(
+    "extent", [pytest.param(12.0, marks=pytest.mark.slow), 1e7]
+)
 def test_a_large_floor_takes_no_more_memory(robot, extent):
     """Tables stand on twelve metres of it; one thing may be far away."""
     field, robot = furnished(12.0), load_robot(robot)

@@ -7,8 +7,17 @@ import pytest
 from remosplat_drake.commands.bench import GROUPS
 from remosplat_drake.timing.measuring import measure
 
+LONG = {"depth", "files", "planning"}
+"""Groups whose scenes take seconds to make."""
 
-@pytest.mark.parametrize("group", GROUPS)
+
+@pytest.mark.parametrize(
+    "group",
+    [
+        pytest.param(group, marks=[pytest.mark.slow] * (group in LONG))
+        for group in GROUPS
+    ],
+)
 def test_every_case_of_a_group_runs(group):
     cases = GROUPS[group]()
     names = [case.name for case in cases]

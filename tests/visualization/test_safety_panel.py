@@ -121,6 +121,7 @@ def test_stop_and_release(page, application, click):
 
 
 def test_a_release_without_a_stop_does_nothing(page, application, click):
+    application.scenario.time_limit = 1.5
     _, changes = modes_of(
         application, Steps((1.0, lambda: click(page.meshcat, RELEASE)))
     )

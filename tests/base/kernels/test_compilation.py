@@ -87,6 +87,7 @@ print(*(int(variant.is_kept) for variant in variants))
 """
 
 
+@pytest.mark.slow
 def test_what_is_expected_is_compiled_by_others(tmp_path):
     answer = printed(tmp_path, EXPECTED, REMOSPLAT_COMPILERS="2")
     assert answer == ["1", "1", "1"]
@@ -126,7 +127,9 @@ def calls(x):
 """
 
 
-@pytest.mark.parametrize("compilers", ["0", "1"])
+@pytest.mark.parametrize(
+    "compilers", ["0", pytest.param("1", marks=pytest.mark.slow)]
+)
 def test_what_fails_elsewhere_fails_here_and_says_why(tmp_path, compilers):
     (tmp_path / "failing.py").write_text(FAILING)
     program = """

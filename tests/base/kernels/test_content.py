@@ -232,6 +232,7 @@ def test_code_of_other_files_counts_and_comments_do_not(checkout):
     assert checkout.answers(CHAIN) == ["1.0", "True"]
 
 
+@pytest.mark.slow
 def test_each_process_finds_the_kernels_of_the_code_that_it_runs(checkout):
     old = checkout.started(CHAIN)
     checkout.edit(*FORWARDS)
@@ -255,6 +256,7 @@ print(mine(np.zeros(1)), sum(mine.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:Cannot cache")
 def test_functions_that_numba_keeps_are_compiled_anew(checkout):
     """Numba would keep them beyond the kernels that they call."""
@@ -290,6 +292,7 @@ print(*sorted(v.file for v in called if v.uses is not None))
 """
 
 
+@pytest.mark.slow
 def test_an_edited_ingredient_is_compiled_alone_and_runs(checkout):
     """The tick as Python calls it, in which no command was run before."""
     path = "controller/ingredients/velocity_cost.py"

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RotationMatrix
@@ -152,7 +153,7 @@ def test_a_lower_bound_of_far_clearances_is_enough(three_link):
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
     ahead=st.floats(0.0, 0.6),
 )
-@settings(max_examples=40)
+@settings(max_examples=effort(20, 40))
 def test_a_true_distance_allows_no_more_than_what_is_none(
     frankie, seed, joint, ahead
 ):
@@ -172,7 +173,7 @@ def test_a_true_distance_allows_no_more_than_what_is_none(
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
     ahead=st.floats(0.0, 0.6),
 )
-@settings(max_examples=40)
+@settings(max_examples=effort(20, 40))
 def test_the_scaled_command_keeps_every_sphere_clear(
     frankie, seed, joint, ahead
 ):
@@ -228,7 +229,7 @@ def test_a_refused_command_gives_way_to_the_braking_ramp(pendulum):
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
     before=st.tuples(*[st.floats(-1, 1)] * 9),
 )
-@settings(max_examples=30)
+@settings(max_examples=effort(15, 30))
 def test_tried_commands_keep_the_acceleration_bounds(
     frankie, seed, joint, before
 ):
@@ -309,7 +310,7 @@ _BAND = 2e-5
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
     ahead=st.floats(0.0, 0.6),
 )
-@settings(max_examples=15)
+@settings(max_examples=effort(3, 15))
 def test_it_allows_what_looking_very_often_allows(
     frankie, frankie_itself, dt, seed, joint, ahead
 ):
@@ -406,11 +407,11 @@ def table(frankie, frankie_itself) -> Table:
 
 @pytest.mark.parametrize("dt", [0.01, 0.05, 0.1])
 def test_random_commands_keep_all_that_is_promised(frankie, table, dt):
-    """At full speed here and there for 5 s, seen five times a tick."""
+    """At full speed here and there, seen five times a tick."""
     rng = np.random.default_rng(round(1e3 * dt))
     limit, q = frankie.acceleration_limit, table.q
     u, refused = np.zeros(9), 0
-    for tick in range(round(5.0 / dt)):
+    for tick in range(round(effort(2.0, 5.0) / dt)):
         if tick % round(0.5 / dt) == 0:
             goal = rng.choice([-1, -0.5, 0.5, 1], 9) * frankie.velocity_limit
         wanted = np.clip(goal, u - limit * dt, u + limit * dt)
@@ -429,7 +430,7 @@ def test_nothing_creeps_where_commands_come_when_they_like(frankie, table, dt):
     rng = np.random.default_rng(round(1e3 * dt))
     limit, q = frankie.acceleration_limit, table.q
     u, age, refused = np.zeros(9), 1.0, 0
-    for tick in range(800):
+    for tick in range(effort(200, 800)):
         if tick % round(1.0 / dt) == 0:
             goal = rng.choice([-1, -0.5, 0.5, 1], 9) * frankie.velocity_limit
         executed = executed_command(u, limit, dt, age * dt)
@@ -480,7 +481,7 @@ def test_bend_bounds_every_change_of_velocity(frankie, three_link):
     time=st.floats(0.01, 0.5),
     joint=st.tuples(*[st.floats(-1, 1)] * 9),
 )
-@settings(max_examples=30)
+@settings(max_examples=effort(15, 30))
 def test_no_sphere_travels_farther_than_its_bound(frankie, seed, time, joint):
     q = np.array([0, 0, 0, *frankie.home])
     u = np.array(joint) * frankie.velocity_limit

@@ -28,32 +28,44 @@ def least_rooms(
         smallest above what is tolerated between these [m].
     """
     path = around.path(u)
-    tube = tube_of(around.robot, path)
+    kept = _kept(around, tube_of(around.robot, path))
     times = np.concatenate([[0.0], path.times])
     ends, between = [], []
     for k in range(len(path.times)):
         for time in np.linspace(times[k], times[k + 1], looks + 1)[1:]:
-            rooms = _rooms(around, at(path, [time])[0], tube)
+            rooms = _rooms(around, at(path, [time])[0], kept)
             between.append(rooms[1])
         ends.append(rooms[0])
     return min(ends), min(between)
 
 
-def _rooms(
-    around: Around, q: np.ndarray, tube: np.ndarray
-) -> tuple[float, float]:
-    """Measures the smallest rooms at a configuration [m]."""
-    spheres = around.robot.spheres_at(q)
-    distance = around.field.clearances(spheres).per_sphere(len(spheres))
+Kept = list[tuple[np.ndarray, np.ndarray]]
+"""Levels of the spheres, and of the pairs if there are any, with what is
+tolerated below each between the ends of ticks [m]."""
+
+
+def _kept(around: Around, tube: np.ndarray) -> Kept:
+    """Works out the distances to be kept all along a path."""
     level = np.minimum(around.stopping + tube, around.clearance)
-    kept = [(distance, level, around.stopping)]
+    kept = [(level, around.stopping)]
     own = around.self_clearance
     if own is not None:
         level = np.minimum(own.stopping, own.distances(around.start))
-        kept.append((own.distances(q), level, own.stopping))
+        kept.append((level, own.stopping))
+    return [
+        (level, np.array([tolerated(one, stopping) for one in level]))
+        for level, stopping in kept
+    ]
+
+
+def _rooms(around: Around, q: np.ndarray, kept: Kept) -> tuple[float, float]:
+    """Measures the smallest rooms at a configuration [m]."""
+    spheres = around.robot.spheres_at(q)
+    found = [around.field.clearances(spheres).per_sphere(len(spheres))]
+    if around.self_clearance is not None:
+        found.append(around.self_clearance.distances(q))
     room, beyond = np.inf, np.inf
-    for distance, level, stopping in kept:
-        slack = np.array([tolerated(one, stopping) for one in level])
+    for distance, (level, slack) in zip(found, kept, strict=True):
         room = min(room, (distance - level).min(initial=np.inf))
         beyond = min(beyond, (distance - level + slack).min(initial=np.inf))
     return float(room), float(beyond)

@@ -82,7 +82,7 @@ def world() -> World:
     return load_world(load_scenario(), blank=True)
 
 
-def make_lab(world: World, *schedule: Fault, period: float = 0.001) -> Lab:
+def make_lab(world: World, *schedule: Fault, period: float = PERIOD) -> Lab:
     """A robot that stands still; its bodies are stepped once a period [s]."""
     station = DynamicStation(time_step=period)
     plant = RobotPlant(station, world.robot, world.truth, world.q0)
@@ -338,7 +338,7 @@ def test_the_arm_may_obey_a_driver_of_its_own(world):
 
 def test_fewer_steps_of_the_bodies_tell_the_same(world):
     """Between them every status goes on by the velocity that it tells."""
-    fine, coarse = make_lab(world), make_lab(world, period=PERIOD)
+    fine, coarse = make_lab(world, period=0.001), make_lab(world)
     for lab in (fine, coarse):
         lab.drive_for(0.4, SLOWLY, (0.1, 0.2))
     exact, q = (
@@ -386,7 +386,7 @@ def test_a_computer_that_stalls_does_not_hold_the_robot_up(world):
 )
 def test_another_robot_obeys_with_what_it_has(name, base, hand):
     world = load_world(load_scenario(name), blank=True)
-    lab = make_lab(world, period=0.005)
+    lab = make_lab(world)
     rates = np.zeros(len(world.robot.home))
     rates[[0, -1]] = 0.05, -0.2
     lab.drive_for(0.4, rates, (0.2, 0.0) if base else None)
