@@ -79,7 +79,7 @@ class HardwareResult:
 def prepare_for_hardware(
     scenario: Scenario, lcm_url: str | None, *, shadow: bool = False
 ) -> None:
-    """Sets in a scenario what the real robot needs besides another station.
+    """Sets the values of a scenario that a real robot needs.
 
     Guidance looks ahead in a separate process, so that ticks do not wait for
     it. The program knows how fast the base may go. Accelerations are bounded

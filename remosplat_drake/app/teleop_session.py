@@ -86,10 +86,10 @@ def check_mappable(scenario: Scenario) -> None:
 
 @contextmanager
 def removed_on_failure(folder: Path) -> Iterator[None]:
-    """Removes what a session has begun with, if the `with` block fails.
+    """Removes the new parts of a session, if the `with` block fails.
 
     Args:
-        folder: Folder of the session; what was in it before stays.
+        folder: Folder of the session; its earlier content stays.
     """
     missing = [p for p in (folder, *folder.parents) if not p.exists()]
     before = set(_entries(folder))
@@ -107,7 +107,7 @@ def removed_on_failure(folder: Path) -> Iterator[None]:
 
 
 def _entries(folder: Path) -> list[Path]:
-    """Lists what is in a session's folder and in that of its runs."""
+    """Lists the content of a session's folder and of its runs' folders."""
     return [*folder.glob(f"{RUNS}/*"), *folder.glob("*")]
 
 

@@ -39,8 +39,7 @@ class SelectionRule:
             called from several threads.
         horizon: Longest simulated time of a rollout [s].
         start: The guidance that is followed at first.
-        motions: What searches paths where no candidate arrives; None for
-            nothing.
+        motions: The planner of paths if no candidate arrives; None for none.
     """
 
     law: ReactiveLaw
@@ -86,9 +85,8 @@ class SelectionRule:
             around: Obstacles, which is gone round as far as verification will
                 keep off it.
 
-        Returns:
-            The guidance along the path, None without one, and what the search
-            has come to.
+        Returns: The guidance along the path, None without one, and the result
+            of the search.
         """
         assert self.motions is not None
         stopping = self.tiers[tier]
@@ -139,7 +137,7 @@ class SelectionRule:
     def horizon_of(self, guidance: Guidance) -> float:
         """Returns the longest simulated time of a guidance's rollout [s].
 
-        A path may take longer than what goes straight.
+        A path may take longer than the direct way.
 
         Args:
             guidance: The guidance.

@@ -113,7 +113,7 @@ class CompiledLaw:
         """Checks that no terms were refused; see `CompiledOutside.check`.
 
         Args:
-            found: What kernels have assembled.
+            found: The program that kernels have assembled.
         """
         self._functions.check(found)
 

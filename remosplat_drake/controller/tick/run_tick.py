@@ -162,7 +162,7 @@ def named_binding(found: BindingArrays, names: RowNames) -> Binding:
 
     Args:
         found: The rows, as `binding_arrays` returns them.
-        names: Says what they are about.
+        names: Function that names their subjects.
     """
     tight, A, push = found
     if not len(tight):
@@ -178,7 +178,7 @@ def named_binding(found: BindingArrays, names: RowNames) -> Binding:
 def _inside(
     law: ReactiveLaw, found: Settled, names: RowNames, q: np.ndarray
 ) -> BoundRow | None:
-    """Names what is most inside its stopping distance, or beyond its limit."""
+    """Names the deepest violation of a stopping distance or limit."""
     if found.inside[0] != NO_PART:
         return BoundRow(*names.name(*found.inside))
     robot = law.robot

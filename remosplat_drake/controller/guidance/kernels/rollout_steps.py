@@ -49,7 +49,7 @@ def rollout_steps(
         compiled: The map, as `sphere_clearances` takes it.
         off: Its `Misplacement`.
         movers: The `MoverArrays`.
-        age: How old what is known of them is at the rollout's start [s].
+        age: Age of the movers' measurements at the rollout's start [s].
         motion: The `MotionArrays` at this step.
         now: The time of the rollout's start [s].
         ahead: Time since the start [s].

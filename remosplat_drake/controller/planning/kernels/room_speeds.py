@@ -31,7 +31,7 @@ def speeds_in_room(space, line, path, fastest, law):
             of them, shape (k + 1,).
         fastest: Bounds by other limits, shape (k,) [1/s].
         law: The slope c [1/s], the stopping distance from which on room counts
-            [m], and the least speed: what is slower is not slowed down [1/s].
+            [m], and the speed below which nothing is slowed down [1/s].
 
     Returns:
         The lesser of both bounds on each piece, shape (k,) [1/s].

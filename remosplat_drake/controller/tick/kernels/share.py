@@ -27,7 +27,7 @@ choice, without which commands would jump from corner to corner."""
 
 @kernel(returns=REAL)
 def greatest_share(program) -> float:
-    """Finds the greatest share of what rows demand that all can have at once.
+    """Finds the greatest share of rows' demands that all can have at once.
 
     Let R be the rows that yield. The share is the largest s in [0, 1] for which
     a command u within the bounds keeps
@@ -75,7 +75,7 @@ def ease(program, share) -> None:
 
     Args:
         program: The `ProgramArrays`.
-        share: What `greatest_share` returns.
+        share: The result of `greatest_share`.
     """
     for i in range(program.count[0]):
         if program.raised[i]:
