@@ -127,7 +127,8 @@ def _attempts(solver: SolverInterface) -> tuple[SolverOptions | None, ...]:
     without equilibration, presolve and refinement, and needs two thirds of
     the time; if it fails, it runs again with all of them. OSQP's own
     tolerances leave errors of centimetres per second; they are used if it
-    does not converge further."""
+    does not converge further.
+    """
     options = SolverOptions()
     if isinstance(solver, ClarabelSolver):
         for name in (
