@@ -1,4 +1,4 @@
-"""Begin a session of teleoperation in a new folder, or go on with one."""
+"""Begin a session of teleoperation in a new folder, or continue one."""
 
 import importlib.util
 import logging

@@ -164,7 +164,7 @@ class OperatorPanel:
                 self._sliders = self._add_sliders(gui)
 
     def _add_choice(self, gui: viser.GuiApi) -> viser.GuiDropdownHandle:
-        """Adds what chooses the hand that all other controls move."""
+        """Adds the control that selects the hand that the others move."""
         names = self._job.robot.effectors
         hand = gui.add_dropdown(
             "Hand", names, initial_value=names[self._chosen], hint="key T"

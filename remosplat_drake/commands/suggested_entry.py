@@ -1,4 +1,4 @@
-"""The entry of a scenario's file that a suggested task becomes."""
+"""The entry of a scenario's file for a suggested task."""
 
 import math
 from pathlib import Path

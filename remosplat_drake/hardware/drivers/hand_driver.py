@@ -41,8 +41,8 @@ class FrankaHand(Protocol):
 class HandDriver:
     """Hears commands, moves the hand and publishes statuses, at 10 Hz.
 
-    A command is carried out once: equal ones after it are ignored, and of
-    those that come during a motion the last one counts.
+    A command is executed once: equal commands after it are ignored, and only
+    the last command that comes during a motion counts.
     """
 
     def __init__(

@@ -1,9 +1,9 @@
 """`LeasedInbox`: a driver's commands, from the one session that it follows.
 
-A driver obeys no session before a lease has named it. Then it obeys
-that session alone, by the address that lease and commands come from, until
-the session names it no more or is silent for `LEASE_EXPIRY`. What others
-command is refused, counted and reported.
+A driver follows no session before a lease has named the driver. Then it follows
+that session alone, by the address of lease and commands, until the session
+stops naming it or is silent for `LEASE_EXPIRY`. Commands of others are refused,
+counted and reported.
 """
 
 import dataclasses as dc

@@ -1,4 +1,4 @@
-"""The greatest speeds along a path at which a damper lets a robot be."""
+"""The greatest speeds along a path that a damper allows."""
 
 import numpy as np
 

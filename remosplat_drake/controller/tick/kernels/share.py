@@ -21,8 +21,9 @@ _PRICE = 1e-8
 convex."""
 
 _TAKEN = 0.9
-"""Part of the greatest share that is demanded: the rest leaves the program a
-choice, without which commands would jump from corner to corner."""
+"""Part of the greatest possible share that relaxed rows demand. The rest
+leaves the program a choice; without it, commands would jump from corner to
+corner."""
 
 
 @kernel(returns=REAL)
