@@ -57,8 +57,7 @@ class AppendFile:
     def close(self) -> str:
         """Closes the file; nothing can be appended any more.
 
-        Returns:
-            What became of the file at its path, such as "was moved or deleted
+        Returns: The fate of the file at its path, such as "was moved or deleted
             meanwhile"; empty if it is there.
         """
         ours = os.fstat(self._file)

@@ -41,7 +41,8 @@ class OneOf:
 
     Attributes:
         names: The valid names.
-        kind: What the names stand for, for messages such as "unknown backend".
+        kind: The kind of things with these names, for messages such as "unknown
+            backend".
     """
 
     names: Collection[str]

@@ -41,7 +41,7 @@ from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SUITE = "robots"
-"""Kind of the suite, and what its names begin with."""
+"""Kind of the suite, and prefix of its names."""
 
 GENERATED = "clutter"
 """Name of the generated scene, which is made for each robot."""

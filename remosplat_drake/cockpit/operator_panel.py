@@ -48,9 +48,9 @@ class OperatorPanel:
 
     Args:
         client: The client that operates.
-        job: What the cockpit was given.
+        job: The inputs of the cockpit.
         desk: Stores the requests.
-        look: What is so now.
+        look: The present look.
         shapes: The look of the robot's links.
         hand_over: Called when the operator hands over.
     """

@@ -296,7 +296,7 @@ def _report(results: list[TrialResult], output: Path) -> str:
 
 
 def _conclude(outcome: _Outcome, console: Console) -> int:
-    """Prints what failed and what is left; returns the exit code."""
+    """Prints failures and remaining trials; returns the exit code."""
     crashed = [r for r in outcome.results if r.outcome("text") == CRASH]
     broken = [
         *((f"{r.method} in {r.scene}", r.error) for r in crashed),

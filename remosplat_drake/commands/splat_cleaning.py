@@ -1,4 +1,4 @@
-"""Flags that remove junk from a splat, and what they do."""
+"""Flags that remove junk from a splat, and their actions."""
 
 import argparse
 from pathlib import Path
@@ -62,7 +62,7 @@ def cleaned(
     source: Path,
     console: Console,
 ) -> tuple[GaussianSplat, Junk]:
-    """Removes junk from a splat, and says how much of what kind.
+    """Removes junk from a splat, and prints how many of each kind.
 
     Args:
         splat: The splat, as its file has it.
@@ -70,8 +70,7 @@ def cleaned(
         source: The splat's file.
         console: Where it is said.
 
-    Returns:
-        What is left, and what was removed.
+    Returns: The remaining splat, and the removed part.
 
     Raises:
         RemoSplatError: The cameras are unusable, or nothing is left.

@@ -1,4 +1,4 @@
-"""Flags that make a splat metric and upright, and what they do."""
+"""Flags that make a splat metric and upright, and their actions."""
 
 import argparse
 

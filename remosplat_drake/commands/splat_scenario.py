@@ -72,7 +72,7 @@ def load_given(
     Args:
         spec: NAME, FILE or FILE:NAME of a scenario, or a splat file.
         override: YAML laid over the scenario.
-        console: Where it is said what was made up.
+        console: Console for the choices.
         save: File that receives a scenario that was made up.
         hardware: Whether a real robot will move, for which no scenario is made
             up.

@@ -70,8 +70,8 @@ DEFAULT_SCENARIO = "StudioLive"
 """Name of the default scenario."""
 
 MAP_KNOWLEDGE = "map_knowledge.json"
-"""Name of the file in a run's folder that says what was known of a given map,
-and accepted."""
+"""Name of the file in a run's folder with the knowledge about a given map, and
+the accepted gates."""
 
 EXAMPLES = """
 remosplat teleop StudioLive

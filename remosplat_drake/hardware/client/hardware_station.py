@@ -95,7 +95,7 @@ class HardwareStation(Diagram):
         return movers.stamp if movers.cameras else math.nan
 
     def measurement(self, root: Context) -> Measurement:
-        """Returns what the present tick rests on.
+        """Returns the measurement of the present tick.
 
         Args:
             root: Context of the whole diagram.

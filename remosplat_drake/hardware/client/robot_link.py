@@ -57,7 +57,7 @@ class RobotLink:
 
     Attributes:
         lcm: The LCM network.
-        guard: What watches for other senders; None within one process.
+        guard: Monitor of other senders; None within one process.
         is_armed: Whether an operator has let the robot go; before, the hand
             stands, too.
         arm: Mailbox of the arm's statuses.

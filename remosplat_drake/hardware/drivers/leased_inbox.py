@@ -99,7 +99,7 @@ class LeasedInbox:
         Args:
             lcm: The LCM network, on which the driver's statuses go out, too.
             channels: Channels of commands, which need a lease.
-            name: What the driver is, for people.
+            name: The driver's name, for people.
             open_channels: Channels that every program may use.
             on_news: Called with a message when the driver follows another
                 session, and when it first refuses one.

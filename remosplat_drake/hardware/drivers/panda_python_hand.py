@@ -47,7 +47,7 @@ class PandaPythonHand:
             raise RemoSplatError(f"the hand: {one_line(error)}") from error
 
     def go_to(self, width: float, force: float) -> None:
-        """Moves the fingers; closing, they hold what they meet.
+        """Moves the fingers; when they close, they hold an object between them.
 
         Args:
             width: Opening to go to [m].

@@ -65,7 +65,7 @@ class VelocityServo:
     def resume(
         self, velocity: Sequence[float], acceleration: Sequence[float]
     ) -> None:
-        """Goes on from what the robot made of lost packets.
+        """Continues from the motion that the robot made of lost packets.
 
         Args:
             velocity: Joint rates that it desires, seven [rad/s].

@@ -50,7 +50,7 @@ FAULTS = {
     "localization-drift": "it drifts by VALUE metres a second (default 0.02)",
     RECOVER: "ends every fault and releases every stop",
 }
-"""Names of all faults, and what each does, in words for `--help`."""
+"""Names of all faults, and their effects, in words for `--help`."""
 
 _DEFAULTS = {
     "status-delay": 0.1,

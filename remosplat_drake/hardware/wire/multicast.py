@@ -92,7 +92,7 @@ class MulticastListener:
 
 
 def parsed(datagram: bytes) -> tuple[str, bytes] | None:
-    """Returns channel and message of a datagram; None if it is none of LCM's.
+    """Returns channel and message of a datagram; None if it is not LCM's.
 
     Args:
         datagram: The content of a UDP packet.
