@@ -93,8 +93,7 @@ class WatchedRun:
         return any(s.pixels[which] >= self.least_pixels for s in shots)
 
     def _is_apart(self, k: int, contact: Contact) -> bool:
-        """Whether link and mover are S_p apart, by the information of that
-        time.
+        """Whether link and mover are S_p apart, as known at that time.
 
         That is the true state when the newest image was taken that can have
         arrived, and the mover's motion, with its own bounds.

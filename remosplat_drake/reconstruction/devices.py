@@ -20,7 +20,7 @@ _TRAINING = ("torch", "gsplat", "pytorch_msssim")
 
 
 def choose_device(name: str) -> str:
-    """Returns the device that a name stands for, never `AUTO`.
+    """Returns the device of a name, never `AUTO`.
 
     Raises:
         FieldError: There is no such name.

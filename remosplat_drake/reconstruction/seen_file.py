@@ -41,7 +41,7 @@ def write_seen_space(splat: Path, coverage: Coverage) -> None:
 
     Args:
         splat: The splat file, in its final form.
-        coverage: What its capture has seen, in the splat's frame.
+        coverage: The seen space of its capture, in the splat's frame.
 
     Raises:
         FileError: The splat cannot be read or the file not written.

@@ -1,4 +1,4 @@
-"""The safety supervisor's rules: what may be wrong at a control tick."""
+"""The safety supervisor's rules: possible faults at a control tick."""
 
 import dataclasses as dc
 import math
@@ -57,7 +57,7 @@ def symptoms(
         law: The thresholds and limits.
         state: The supervisor after the tick before; its command is the one
             that is being executed.
-        now: What is seen at this tick.
+        now: The observation of this tick.
     """
     return [
         *_of_clock(law, state, now),
@@ -233,7 +233,7 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
 
     Args:
         state: The supervisor after the tick before.
-        now: What is seen at this tick.
+        now: The observation of this tick.
     """
     present = now.report.clearances.minimum()
     if state.mode in (STARTING, STOPPED):

@@ -1,4 +1,4 @@
-"""`ContactMonitor`: ground truth of which links touch what, by names."""
+"""`ContactMonitor`: true contacts between links and things, by names."""
 
 import dataclasses as dc
 
@@ -20,7 +20,7 @@ class ContactReport:
         scene: Pairs of a robot's link and a geometry of the scene that touch,
             sorted, each once.
         robot: Pairs of the robot's links that touch, sorted, each once.
-        movers: Pairs of a robot's link and the name of what moves that touch,
+        movers: Pairs of a robot's link and the name of a mover that touch,
             sorted, each once.
     """
 

@@ -65,7 +65,7 @@ class MotionLaw:
         return MotionLaw(config, X_WE, dt, X_EC, frames, effector)
 
     def target(self, state: TargetState) -> Target:
-        """Returns what the end effector shall reach.
+        """Returns the target of the end effector.
 
         Args:
             state: The teleoperated target.

@@ -113,7 +113,7 @@ def displaced(
 
     Args:
         camera: The camera that measured it.
-        errors: What all images err by, see `camera_errors`; none or all.
+        errors: Errors that all images share, see `camera_errors`; none or all.
         p_C: The point, shape (3,) [m].
     """
     if len(errors) == 0:

@@ -69,8 +69,8 @@ class _Camera(NamedTuple):
 class SplatRenderer:
     """Renders a splat, fragments being sorted along each ray.
 
-    A fragment is what `DepthSensor` defines, with the exact intersection of
-    ray and disc; colours are those of spherical-harmonics degree 0.
+    Fragments are those of `DepthSensor`, with the exact intersection of ray and
+    disc; colours are those of spherical-harmonics degree 0.
 
     Args:
         splat_W: The scene, expressed in W.

@@ -100,7 +100,7 @@ def _in_cell(surface: np.ndarray, spheres: LinkSpheres, i: int) -> np.ndarray:
 
 
 def below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
-    """Returns what of a surface lies where normal . p <= offset.
+    """Returns the part of a surface where normal . p <= offset.
 
     Args:
         part: Triangles, shape (t, 3, 3) [m].

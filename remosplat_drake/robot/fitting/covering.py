@@ -82,8 +82,8 @@ def fit_covering(
         tolerance: How far the spheres may bulge [m]; only without a count.
         most: With a tolerance: how many spheres a link takes at most.
         seed: Seed of all random choices.
-        on_progress: Called with what is being done, the number of links that
-            are done, and of all.
+        on_progress: Called with the present step, the number of finished links,
+            and of all.
 
     Raises:
         RemoSplatError: The model cannot be read, a link is unknown or has no

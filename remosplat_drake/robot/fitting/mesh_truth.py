@@ -268,8 +268,8 @@ class MeshTruth:
             links: Names of the links.
             looks: Where they are near, n postures.
             least: Errors up to this do not count [m].
-            known: What is known of the distances in all postures, which is
-                completed, shape (p,) [m]; None for nothing.
+            known: The known distances in all postures, which are completed,
+                shape (p,) [m]; None for none.
 
         Returns:
             Errors and true distances, shape (n,) each [m].

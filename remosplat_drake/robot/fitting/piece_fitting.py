@@ -43,7 +43,7 @@ MOST_PIECES = 40
 
 @dc.dataclass(eq=False)
 class _Part:
-    """A part of a mesh, and the piece that stands for it."""
+    """A part of a mesh, and the piece that represents it."""
 
     surface: np.ndarray
     done: bool = False
@@ -183,7 +183,7 @@ def _errors(
 def _shapes(
     meshes: list[_Mesh], primitives: CollisionShapes
 ) -> tuple[CollisionShapes, list[_Part | None]]:
-    """All shapes, and the part of a mesh that each stands for, if any."""
+    """All shapes, and the part of a mesh that each represents, if any."""
     parts: list[_Part | None] = [None] * len(primitives)
     links, shapes = list(primitives.links), list(primitives.shapes)
     for mesh in meshes:

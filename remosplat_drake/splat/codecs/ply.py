@@ -259,7 +259,7 @@ def _read(path: Path, vertices: np.ndarray, rows: slice) -> np.ndarray:
 
 
 def _open_ply(path: Path) -> IO:
-    """Opens the file as text or binary: plyfile closes what it wraps."""
+    """Opens the file as text or binary; plyfile closes what it wraps."""
     with path.open("rb") as stream:
         is_text = b"format ascii" in stream.read(64)
     return path.open(encoding="ascii") if is_text else path.open("rb")

@@ -96,7 +96,7 @@ class SogBundle:
         return numbers
 
     def codebook(self, part: str) -> np.ndarray:
-        """Returns the 256 numbers that the bytes of a part stand for."""
+        """Returns the 256 numbers of the bytes of a part."""
         return self.numbers(f"{part}.codebook", 256)
 
     def pictures(self, part: str, n: int) -> list[np.ndarray]:

@@ -1,4 +1,4 @@
-"""Limits on what a compressed splat file may unpack to.
+"""Limits on the unpacked size of a compressed splat file.
 
 A file of a kilobyte can unpack to gigabytes. So every reader of a compressed
 format checks sizes with this module before it unpacks anything.
