@@ -206,7 +206,7 @@ class HardwareLoop:
 
     A tick first gets the newest statuses, then lets the diagram compute, and
     sends the command at once; drawing and recording come after it. A tick
-    that comes too late is left out rather than made up for.
+    that comes too late is omitted, not compensated.
 
     Attributes:
         context: Context of the whole diagram; its time is the wall clock's.

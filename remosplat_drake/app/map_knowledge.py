@@ -225,7 +225,7 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
     empty = [place.name for place in summary.places if not place.within_reach]
     if empty:
         problem = (
-            f"the map holds nothing within {summary.reach:.1f} m of"
+            f"the map has no data within {summary.reach:.1f} m of"
             f" {', '.join(empty)}; are scene.X_WG, scene.scale"
             " and scene.crop right?"
         )

@@ -125,7 +125,8 @@ def AddOtherRobots(
         executed: The output port of the command that it carries out.
         movers: The output port of the other true `Movers`; None for none.
 
-    Returns: The output ports of their movers.
+    Returns:
+        The output ports of their movers.
 
     Raises:
         RemoSplatError: A robot's scenario cannot be used.

@@ -70,8 +70,9 @@ class RecordedRun:
     def maps(self) -> tuple[dict[int, ReplayedMap], list[str]]:
         """Reads every version of the map that the run used.
 
-        Returns: The maps by version, and a message for each unreadable one,
-            which is replaced by an empty map.
+        Returns:
+            The maps by version, and a message for each unreadable one, which is
+            replaced by an empty map.
         """
         maps, problems = {}, []
         for version in np.unique(self.log.rows["map_version"]).tolist():

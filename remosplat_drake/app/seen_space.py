@@ -84,8 +84,9 @@ def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
         scenario: The scenario.
         start: The robot's spheres where it starts, in W.
 
-    Returns: The seen space; None if there is no such file, or if the oracle
-        uses the true geometry and does not need it.
+    Returns:
+        The seen space; None if there is no such file, or if the oracle uses the
+        true geometry and does not need it.
 
     Raises:
         RemoSplatError: The file is unusable, or is about another splat.

@@ -124,7 +124,8 @@ def open_teleoperation(
             session to continue.
         hardware: Whether the camera is the real robot's.
 
-    Returns: The inputs of a teleoperated diagram; close it at the end.
+    Returns:
+        The inputs of a teleoperated diagram; close it at the end.
 
     Raises:
         RemoSplatError: The folder or a file cannot be used.
@@ -159,7 +160,9 @@ def open_teleoperation(
         mapping=MappingProcess(job),
     )
     if problem and teleoperation.mapping is not None:
-        _log.warning("%s; it is made anew of the session's frames", problem)
+        _log.warning(
+            "%s; it is created again from the session's frames", problem
+        )
         teleoperation.mapping.request(Build())
     return teleoperation
 

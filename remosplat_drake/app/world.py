@@ -188,8 +188,8 @@ def load_splat(
     Args:
         scenario: The scenario.
 
-    Returns: The remaining part, None without a splat, and the cropped part, in
-        W.
+    Returns:
+        The remaining part, None without a splat, and the cropped part, in W.
 
     Raises:
         RemoSplatError: The file is unusable, or nothing is left.

@@ -57,7 +57,8 @@ class AppendFile:
     def close(self) -> str:
         """Closes the file; nothing can be appended any more.
 
-        Returns: The fate of the file at its path, such as "was moved or deleted
+        Returns:
+            The fate of the file at its path, such as "was moved or deleted
             meanwhile"; empty if it is there.
         """
         ours = os.fstat(self._file)

@@ -159,7 +159,8 @@ def ask_python(number, function, values) -> int:
         values: A tuple of contiguous arrays and of numbers; named tuples of
             these, packed or not, may be among them.
 
-    Returns: The function's result, or `FAILED`.
+    Returns:
+        The function's result, or `FAILED`.
     """
     return _open[number].answer(function, list(_flat(values)))
 

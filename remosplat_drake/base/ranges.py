@@ -226,7 +226,7 @@ def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
 
 
 def misfit(kind: type, protocols: Sequence[type]) -> str:
-    """Returns the missing methods of a class for a field; empty if none.
+    """Returns the methods that a class lacks to be a field; empty if none.
 
     The class must have the methods of one of the protocols, with equal numbers
     of arguments.

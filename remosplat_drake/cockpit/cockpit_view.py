@@ -167,7 +167,8 @@ def look_at(
         target: The target's state.
         supervision: The supervisor's state; None without one.
         status: The live map in use; None without one.
-        worst: The worst of the control ticks since the moment before.
+        worst: The slowest control tick since the previous update; None if
+            unknown.
     """
     state = unsupervised(standing)
     if supervision is not None:

@@ -164,7 +164,7 @@ class OperatorPanel:
                 self._sliders = self._add_sliders(gui)
 
     def _add_choice(self, gui: viser.GuiApi) -> viser.GuiDropdownHandle:
-        """Adds the control that selects the hand that the others move."""
+        """Adds a selector of the hand; the other controls move this hand."""
         names = self._job.robot.effectors
         hand = gui.add_dropdown(
             "Hand", names, initial_value=names[self._chosen], hint="key T"

@@ -123,7 +123,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="values laid over every method, e.g. '{time_limit: 5}'",
+        help="settings that override those of every method, e.g."
+        " '{time_limit: 5}'",
     )
     parser.add_argument(
         "--output",

@@ -68,7 +68,8 @@ def admitted(
         arguments: The command line, with `capture`, `repair` and `accept`.
         console: Console for findings and repairs.
 
-    Returns: The capture to use, and the remaining warnings about it.
+    Returns:
+        The capture to use, and the remaining warnings about it.
 
     Raises:
         RemoSplatError: The capture has a defect that is not accepted; one line

@@ -94,8 +94,8 @@ def captured(
         counting: The flag, if one is given, that names frames by their numbers,
             which keyframes would change.
 
-    Returns: The capture; its notes say if its frames miss many of the seen
-        surfaces.
+    Returns:
+        The capture; its notes say if its frames miss many of the seen surfaces.
 
     Raises:
         RemoSplatError: The capture cannot be read, or a flag is unusable.

@@ -216,7 +216,7 @@ def _target(effector: str, X_WT: RigidTransform) -> dict:
 
 _HEAD = """\
 # A first scenario, made and tried by `remosplat import-robot`: a post, and
-# targets that the robot has reached beside it.
+# targets beside it that the robot reached in a trial run.
 """
 
 

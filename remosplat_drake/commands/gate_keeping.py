@@ -134,7 +134,7 @@ def _confirm(gate: Gate, console: Console) -> None:
     termios.tcflush(sys.stdin, termios.TCIFLUSH)
     _tell(console, str(gate))
     console.print(
-        f"type [bold]{gate.name}[/bold] to drive all the same: ", end=""
+        f"type [bold]{gate.name}[/bold] to move the robot anyway: ", end=""
     )
     if sys.stdin.readline().strip() != gate.name:
         raise RemoSplatError(f"{flag}: not confirmed; nothing has moved")

@@ -97,7 +97,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         default=1e3 * TOLERANCE,
         metavar="MM",
-        help=f"how far spheres may stand out ({1e3 * TOLERANCE:g} mm)",
+        help="how far spheres may protrude from a link's surface"
+        f" ({1e3 * TOLERANCE:g} mm)",
     )
     parser.add_argument(
         "--no-scenario",

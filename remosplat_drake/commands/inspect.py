@@ -96,7 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="values laid over the scenario",
+        help="settings that override the scenario",
     )
     add_page_arguments(parser)
 

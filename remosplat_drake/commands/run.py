@@ -86,13 +86,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scenario",
         nargs="?",
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`), or a splat"
-        " file, for which one is made up",
+        " file, for which one is generated",
     )
     parser.add_argument(
         "--save-scenario",
         type=Path,
         metavar="FILE.yaml",
-        help="write the scenario that is made up for a splat",
+        help="write the scenario that is generated for a splat",
     )
     parser.add_argument(
         "--headless",
@@ -123,7 +123,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="values laid over the scenario, e.g. '{time_limit: 5}'",
+        help="settings that override the scenario, e.g. '{time_limit: 5}'",
     )
     parser.add_argument(
         "--graphviz",

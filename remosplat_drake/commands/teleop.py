@@ -100,7 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--trajectory",
         type=Path,
         metavar="FILE",
-        help="an operator's script: timed poses and presses",
+        help="an operator's script: timed poses and button presses",
     )
     parser.add_argument(
         "--headless",
@@ -144,7 +144,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="values laid over the scenario, e.g. '{mapping: {voxel: 0.05}}'",
+        help="settings that override the scenario, e.g."
+        " '{mapping: {voxel: 0.05}}'",
     )
     add_record_argument(parser)
     add_accept_argument(parser)

@@ -81,7 +81,7 @@ def read_seen_space(path: Path, splat: Path) -> Coverage:
     if head.text("splat_digest") != file_digest(splat):
         raise FileError(
             path,
-            f"is about another splat than {splat.name}; make both anew with"
+            f"is about another splat than {splat.name}; create both again with"
             " `remosplat reconstruct`",
         )
     lower = np.array(head.numbers("lower", 3))

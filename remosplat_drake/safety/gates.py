@@ -25,7 +25,7 @@ UNSEEN_SPACE = "unseen-space"
 
 GATES = {
     CAPTURE_WARNINGS: "the capture that the map was made of is doubtful",
-    EMPTY_MAP: "the map holds nothing where the robot starts or goes",
+    EMPTY_MAP: "the map has no data where the robot starts or moves",
     IGNORED_SPLATS: "most of the splat there is too faint or cropped away",
     MAP_ERROR: "the robot may come nearer than the map is accurate",
     NO_WAY_OUT: "no motion is found that leads out of the start",

@@ -206,7 +206,7 @@ def _of_clearance(
         )
         return
     # A robot that starts too near may leave: each command is verified to keep
-    # what clearance there is. It may not come nearer again, or touch anew.
+    # what clearance there is. It may not come nearer again, or touch again.
     kept = kept_clearance(state, now)
     least = min(least, kept - law.config.clearance_margin)
     if kept > 0.0:

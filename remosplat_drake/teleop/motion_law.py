@@ -20,9 +20,9 @@ class MotionLaw:
         X_WT_home: Pose of the target at home, shape (4, 4).
         dt: Time between two steps of the target [s].
         X_EC: Pose of the wrist camera (OpenCV axes) in the end effector's
-            frame, shape (4, 4); None without one, and then there is no scan.
+            frame, shape (4, 4); None if there is no camera, and so no scan.
         frames: Number of frames of a scan.
-        effector: Index of the end effector that it is about.
+        effector: Index of the end effector that is teleoperated.
     """
 
     config: TeleopConfig

@@ -312,7 +312,7 @@ def _start_server(port: int | None, host: str, newest: Newest) -> PageServer:
     except OSError as error:
         raise RemoSplatError(
             f"meshcat port {port} is taken on host {host!r};"
-            " choose another one, or none for the first free one"
+            " choose another port, or omit the flag to use the first free one"
         ) from error
 
 

@@ -236,7 +236,7 @@ def judge_shape(capture: Capture) -> list[Finding]:
         return []
     problem = (
         f"{100 * on_plane:.0f} % of the measured points lie on one plane;"
-        " errors of poses along it cannot be detected"
+        " errors of poses parallel to it cannot be detected"
     )
     return [Finding(ONE_PLANE, problem, WARNING)]
 

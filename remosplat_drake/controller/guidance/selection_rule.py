@@ -85,8 +85,9 @@ class SelectionRule:
             around: Obstacles, which is gone round as far as verification will
                 keep off it.
 
-        Returns: The guidance along the path, None without one, and the result
-            of the search.
+        Returns:
+            The guidance along the path, None without one, and the result of the
+            search.
         """
         assert self.motions is not None
         stopping = self.tiers[tier]

@@ -79,7 +79,8 @@ def added(
         taken: Names that terms have already.
         tick: The state of the tick.
 
-    Returns: The added terms.
+    Returns:
+        The added terms.
 
     Raises:
         TermError: A term cannot be used; the text names it and its ingredient.

@@ -85,8 +85,9 @@ def run_tick(
             one where the tick is late. The station brakes by itself from 1.5
             periods on.
 
-    Returns: The command, and how it was found. If q or the aim is not finite,
-        the clearances are unknown, or a term is unusable, it is a step of the
+    Returns:
+        The command, and how it was found. If q or the aim is not finite, the
+        clearances are unknown, or a term is unusable, it is a step of the
         braking ramp.
 
     Raises:

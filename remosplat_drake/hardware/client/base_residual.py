@@ -94,8 +94,9 @@ class ArcPath:
             delay: Longest delay of this path [s].
             share: Share of its way by which a motion may differ.
 
-        Returns: The motion along this path that fits each best, shape (n, 3),
-            and its error, relative to the permitted one, shape (n,).
+        Returns:
+            The motion along this path that fits each best, shape (n, 3), and
+            its error, relative to the permitted one, shape (n,).
         """
         late = np.linspace(0.0, delay, _DELAYS)
         return path_residuals(

@@ -44,8 +44,9 @@ def path_residuals(
         slack: How far a motion may differ, shape (2,) [m, rad].
         share: Further permitted error, as a share of the distance driven.
 
-    Returns: The motion along the path that fits each best, shape (n, 3), and
-        its error, relative to the permitted one, shape (n,).
+    Returns:
+        The motion along the path that fits each best, shape (n, 3), and its
+        error, relative to the permitted one, shape (n,).
     """
     told = path_motions(rows, held, start[:, None] - late, end[:, None] - late)
     error = _size(_relative(told, moved[:, None]))

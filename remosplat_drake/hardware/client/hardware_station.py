@@ -87,7 +87,8 @@ class HardwareStation(Diagram):
         Args:
             context: The station's own context.
 
-        Returns: The stamp of the newest `Movers` from cameras; NaN without any.
+        Returns:
+            The stamp of the newest `Movers` from cameras; NaN without any.
         """
         if self.movers is None:
             return math.nan

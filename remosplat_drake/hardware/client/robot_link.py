@@ -145,7 +145,8 @@ class RobotLink:
         Args:
             timeout: Longest wait for the arm [s].
 
-        Returns: Whether a status of the arm arrived within the timeout.
+        Returns:
+            Whether a status of the arm arrived within the timeout.
         """
         self.take_out()
         if 0 <= time.time() - self.arm.stamp < self._config.arm_status_period:

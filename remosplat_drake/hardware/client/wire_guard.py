@@ -272,7 +272,8 @@ class WireGuard:
         Args:
             patience: Longest wait until the wire is ours [s].
 
-        Returns: Why it is not; empty once the lease names us.
+        Returns:
+            Why it is not; empty once the lease names us.
         """
         end = time.monotonic() + patience
         while problem := self._objection():

@@ -15,7 +15,7 @@ from remosplat_drake.hardware.doctor.finding import (
 )
 
 CLOCK_ERROR = 1e-3
-"""Largest error of a clock [s]."""
+"""Largest permitted error of a clock [s]."""
 
 BUFFER = 1 << 21
 """Receive buffer of a socket that takes images [bytes]: three of them, as they

@@ -100,8 +100,9 @@ class FrankaArm:
         Libfranka's own limiter and low pass are off: the callback does the same
         better, and reports it.
 
-        Returns: The reason why the robot has aborted the motion; empty if it
-            has not.
+        Returns:
+            The reason why the robot has aborted the motion; empty if it has
+            not.
         """
         try:
             self._robot.control_joint_velocity(

@@ -1,9 +1,9 @@
 """`LeasedInbox`: a driver's commands, from the one session that it follows.
 
-A driver follows no session before a lease has named the driver. Then it follows
-that session alone, by the address of lease and commands, until the session
-stops naming it or is silent for `LEASE_EXPIRY`. Commands of others are refused,
-counted and reported.
+A driver accepts commands only from the session whose lease names the driver. It
+identifies that session by the sender's address. It releases the session when
+its leases no longer name the driver, or after `LEASE_EXPIRY` without a message.
+Commands from other sessions are refused, counted and reported.
 """
 
 import dataclasses as dc

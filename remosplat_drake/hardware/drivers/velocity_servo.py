@@ -40,7 +40,7 @@ class VelocityServo:
     """Follows setpoints; without fresh ones, or with bad ones, it brakes.
 
     After a ramp because of old setpoints, no setpoint is followed before one of
-    rest: then the commanding program has noticed, and begins anew.
+    rest: then the commanding program has noticed, and begins again.
 
     Attributes:
         command: The arm's last command.

@@ -26,7 +26,7 @@ FAULTS = {
     "status-stops": "the arm's statuses stop; the arm goes on",
     "status-delay": "the arm's statuses are told VALUE seconds late (default"
     " 0.1)",
-    "status-freezes": "the arm's statuses repeat the last one, stamped anew",
+    "status-freezes": "the arm's statuses repeat the last one, with new stamps",
     "status-nan": "one joint position of the arm's statuses is not a number",
     "status-joints": "the arm's statuses have VALUE joints (default 6)",
     "clock-jump": "the robot's wall clock is VALUE seconds ahead (default 1)",

@@ -2,7 +2,7 @@
 
 The far side of the Franka Control Interface in joint velocity mode, as Franka
 documents it: every millisecond a command; limits on velocity, acceleration
-and jerk by backward differences; a lost packet is made up for with constant
+and jerk by backward differences; a lost packet is replaced with constant
 acceleration, and twenty in a row end the motion.
 """
 

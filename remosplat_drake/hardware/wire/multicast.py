@@ -21,7 +21,8 @@ _HEADER = struct.Struct(">II")
 
 _LARGEST = 1 << 16
 _BUFFER = 1 << 21
-"""Requested size of the kernel's buffer; the kernel may grant less [bytes]."""
+"""Requested size of the kernel's receive buffer; the kernel may allocate
+less [bytes]."""
 
 _MOST = 1000
 """Number of packets of one call: a flood must not hold up a listener."""

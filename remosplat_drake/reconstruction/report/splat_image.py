@@ -134,9 +134,10 @@ class SplatRenderer:
     def _centers(
         self, K: np.ndarray, R_WC: np.ndarray, p_WC: np.ndarray
     ) -> np.ndarray:
-        """Rows [u, v, z, dot]: pixel and depth of the splats' centres.
+        """Rows [u, v, z, dot]: pixel, depth and size of each splat's centre.
 
-        `dot` is the radius of the filter's footprint, negative for none [px].
+        `dot` is the radius of the filter's footprint; negative for splats
+        without one [px].
         """
         p_CK = (self._records[:, :3] - p_WC) @ R_WC
         uvw = p_CK @ K.T

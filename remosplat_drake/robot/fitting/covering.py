@@ -29,7 +29,7 @@ class Covering:
 
     Attributes:
         fits: The spheres by link name.
-        bulges: How far they stand out of each link, by its name.
+        bulges: How far they protrude from each link, by its name.
     """
 
     fits: dict[str, LinkSpheres]
@@ -46,7 +46,7 @@ class Covering:
         """
         lines = [
             *(f"# {line}" for line in comments),
-            "# How far they stand out of each link, mean and largest [mm]:",
+            "# How far they protrude from each link, mean and largest [mm]:",
             *(
                 f"#   {link}: {1e3 * bulge.mean:.1f}, {1e3 * bulge.max:.1f}"
                 for link, bulge in self.bulges.items()

@@ -30,7 +30,7 @@ _AIM = 4e-3
 `ACCURACY`, too [m]."""
 
 _TRUE = 1.5e-3
-"""How far a piece may stand out where it is not worth cutting: as far as points
+"""How far a piece may protrude where it is not worth cutting: as far as points
 on a surface are from each other's middles [m]."""
 
 _SEARCHES = 3
@@ -212,7 +212,7 @@ def _cut_blamed(
 def _suspects(
     wrong: dict[LinkPair, list[_Blame]],
 ) -> dict[_Part, list[tuple[np.ndarray, float]]]:
-    """The parts that are to be cut, and where their pieces stand out."""
+    """The parts that are to be cut, and where their pieces protrude."""
     suspects: dict[_Part, list[tuple[np.ndarray, float]]] = {}
     for blame in (blame for own in wrong.values() for blame in own):
         if (suspect := blame.suspect()) is not None:

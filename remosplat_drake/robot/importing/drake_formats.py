@@ -45,8 +45,9 @@ def read_by_drake(
         packages: Finds the files of packages that it names.
         findings: Receives the ignored elements.
 
-    Returns: The robot, and the rest of its files: named states, and links that
-        may touch.
+    Returns:
+        The robot, and the rest of its files: named states, and links that may
+        touch.
 
     Raises:
         RemoSplatError: A file is missing or unusable, or the robot has parts

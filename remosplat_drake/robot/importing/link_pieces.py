@@ -39,7 +39,7 @@ def fit_link_pieces(
 
     Args:
         urdf: The robot; its links' elements are changed.
-        description: The same robot, whose model file is written anew.
+        description: The same robot, whose model file is written again.
         meshes: The result of `convert_shapes`.
         states: Positions of joints by name, for each state that the robot's
             files name [rad, m].

@@ -55,7 +55,8 @@ def replace_by_others(
         links: The links' elements, which are changed.
         is_there: Tells whether the mesh of an element is there, if it has one.
 
-    Returns: Names of the links by the tag of the missing meshes.
+    Returns:
+        Names of the links by the tag of the missing meshes.
     """
     replaced: dict[str, list[str]] = {VISUAL: [], COLLISION: []}
     for link in links:

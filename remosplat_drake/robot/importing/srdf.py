@@ -146,7 +146,7 @@ def read_srdf(path: Path, urdf: Urdf) -> Srdf:
 
 
 def _tools(root: Element, urdf: Urdf) -> dict[str, tuple[str, ...]]:
-    """The links of grippers, by the links that carry them."""
+    """Maps each link that carries a gripper to the gripper's links."""
     groups = {group.get("name", ""): group for group in root.findall("group")}
     tools = {}
     for effector in root.findall("end_effector"):

@@ -193,7 +193,7 @@ class Urdf:
             raise self.fail(
                 where,
                 f"is {kind}, which cannot be driven; write type='fixed', and"
-                " say how the robot moves with --base",
+                " use --base to say how the robot moves",
             )
         if kind not in (*MOVING, FIXED):
             valid = [*MOVING, FIXED]

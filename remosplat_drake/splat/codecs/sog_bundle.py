@@ -1,7 +1,7 @@
 """The files of a SOG bundle: meta.json and its pictures, checked.
 
 Every size is checked before a picture is decoded: that of a zip's entry, and
-the width and height that a picture's header announces.
+the width and height that a picture's header declares.
 """
 
 import io

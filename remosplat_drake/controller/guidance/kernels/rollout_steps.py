@@ -61,10 +61,10 @@ def rollout_steps(
         steps: Number of steps.
         line: Number of the `PythonCalls`.
 
-    Returns: For each step the command, shape (s, n_u), the configuration after
-        it, shape (s, n_q), and the end effectors' poses there, shape (s, e, 4,
-        4); and the `MotionArrays` after the last step, from `sent` to
-        `q_start`.
+    Returns:
+        For each step the command, shape (s, n_u), the configuration after it,
+        shape (s, n_q), and the end effectors' poses there, shape (s, e, 4, 4);
+        and the `MotionArrays` after the last step, from `sent` to `q_start`.
     """
     around = aged(movers, age)
     us = np.empty((steps, len(u_previous)))

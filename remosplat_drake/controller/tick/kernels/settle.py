@@ -241,7 +241,8 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         ramp: The braking ramp's next step, shape (n_u,).
         guidance: The `GuidanceArrays`.
 
-    Returns: The `ProgramArrays`, the result of `decide` for them, and in tuples
+    Returns:
+        The `ProgramArrays`, the result of `decide` for them, and in tuples
         those of `verified` and `nearest_inside`.
     """
     robot, placed, state, rows, movers, motion = given

@@ -21,9 +21,9 @@ _PRICE = 1e-8
 convex."""
 
 _TAKEN = 0.9
-"""Part of the greatest possible share that relaxed rows demand. The rest
-leaves the program a choice; without it, commands would jump from corner to
-corner."""
+"""Fraction of the greatest feasible share that relaxed rows demand. All of
+it would leave a single feasible point, and commands would jump between
+vertices of the feasible set."""
 
 
 @kernel(returns=REAL)

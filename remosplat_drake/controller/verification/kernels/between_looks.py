@@ -131,8 +131,9 @@ def known_rooms(point, start, room, way, tolerance):
         tolerance: How far below zero each room may fall between two looks,
             shape (n,) [m].
 
-    Returns: Lower bounds of the rooms, and the values beyond which the ways
-        beside them are clear, shape (k, n) each [m].
+    Returns:
+        Lower bounds of the rooms, and the values beyond which the ways beside
+        them are clear, shape (k, n) each [m].
     """
     k, n = point.shape[:2]
     known = np.empty((k, n))
