@@ -29,7 +29,7 @@ _START_UP = 60.0
 
 
 class Company:
-    """One process that joins, and what has become of it.
+    """One process that joins, and its fate.
 
     Attributes:
         began: Wall-clock time of its first packet [s]; infinite before.
@@ -80,7 +80,7 @@ class Company:
             processes.end(self._process)
 
     def problem(self, robot: RobotModel) -> str:
-        """Returns a complaint if the process has done what it must not.
+        """Returns a complaint if the process has done something forbidden.
 
         Args:
             robot: The robot whose motion is judged.

@@ -1,4 +1,4 @@
-"""The fault campaign: what a robot on a wire does when something goes wrong.
+"""The fault campaign: reactions of a robot on a wire to faults.
 
 Robot and controller are processes of their own, a wire apart, as they are in
 a lab. While the robot moves, one thing goes wrong. A release is refused as
@@ -42,7 +42,7 @@ class FaultResult:
     """The result of one case of the fault campaign.
 
     Attributes:
-        case: The case: what went wrong.
+        case: The case with its fault.
         reason: Reason of the stop, as a person reads it.
         time_to_zero: Time from the fault to a standstill [s]; NaN without one.
         moved_after: Largest distance that any part of the robot moved between
@@ -118,7 +118,7 @@ def _judged_stop(
 
 
 def _resumed(run: FaultRun, true_run: TrueRun, world: World) -> str:
-    """Returns REACHES, MOVES or STAYS: what the robot did once released."""
+    """Returns REACHES, MOVES or STAYS: the behaviour after the release."""
     if run.events[-1].get("outcome") == REACHED:
         return REACHES if math.isfinite(run.released) else STAYS
     after = true_run.since(run.released)

@@ -45,7 +45,7 @@ expire."""
 ENDS = "ends"
 """Outcome: the program brings the robot to rest, and ends."""
 JOINING = (Part.SECOND_ROBOT, Part.SECOND_CONTROLLER, Part.STRANGER)
-"""Parts that are processes of their own, besides robot and controller."""
+"""Parts in separate processes, besides robot and controller."""
 
 GOES_ON = "goes on"
 """Outcome: the robot may go on, is safe, and reaches its target or stands."""
@@ -55,12 +55,12 @@ REACHES = "reaches the target"
 MOVES = "moves"
 """Resumption: after a release the robot moves; its target is unreachable."""
 STAYS = ""
-"""Resumption: none; what has gone wrong stays so until a restart."""
+"""Resumption: none; the fault persists until a restart."""
 
 
 @dc.dataclass(frozen=True)
 class FaultCase:
-    """One fault that is injected while the robot moves, and what must follow.
+    """One fault, injected while the robot moves, and the expected reaction.
 
     Attributes:
         name: Name of the case in tables.

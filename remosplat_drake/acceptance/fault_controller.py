@@ -76,7 +76,7 @@ class FaultyField(DistanceField):
 
     @property
     def for_look_ahead(self) -> DistanceField:
-        """Returns the correct field: what rollouts see is not under test."""
+        """Returns the correct field: the map of rollouts is not under test."""
         return self._field.for_look_ahead
 
     @property

@@ -115,7 +115,7 @@ class FaultRun:
         return min(times, default=math.nan)
 
     def carry_out(self) -> str:
-        """Runs the case; returns what disturbed it early, empty for nothing."""
+        """Runs the case; returns an early disturbance, empty for none."""
         case = self._case
         arguments = ["--scenario-text", self._text]
         if case.part is Part.CONTROLLER:

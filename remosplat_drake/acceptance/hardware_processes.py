@@ -88,7 +88,7 @@ def program(
 
     Args:
         line: Its command and the command's arguments.
-        said: File that receives what it prints; None for none.
+        said: File that receives its output; None for none.
         terminal: File descriptor of a terminal at which a person types; None
             for none.
     """

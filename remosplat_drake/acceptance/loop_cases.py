@@ -78,7 +78,7 @@ def _measured(
     """Drives a run on the stand-in robot and measures the loop's timing.
 
     Args:
-        what: How the run is called where it fails.
+        what: Name of the run in messages about failures.
         arguments: Arguments of the controller's process.
         scenario: The scenario of the stand-in robot; empty: its default.
         beside: Further commands of this program on the same wire.

@@ -68,7 +68,7 @@ class TrueRun:
 
 
 def first_standstill(run: TrueRun, since: float) -> int | None:
-    """Finds the first sample from which the robot stands for a while.
+    """Finds the first sample from which the robot stands still for a while.
 
     Args:
         run: True motion of the robot.

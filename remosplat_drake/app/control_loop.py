@@ -148,12 +148,12 @@ def AddControlLoop(
         add_targets: Function that adds the targets, given the output port of
             the measured configuration.
         hardware: Whether the station is the real robot; nothing else differs.
-        ingredients: Costs and constraints of the control law, besides the
-            scenario's.
+        ingredients: Costs and constraints of the control law, in addition to
+            the scenario's.
         law: The control law; None makes the scenario's.
         others: Function that adds the other robots, given the output ports of
             q, of the executed command and of the true `Movers` (or None); it
-            returns the output ports of what they are to this one.
+            returns the output ports of their movers.
 
     Raises:
         RemoSplatError: The station cannot be made, or there is no target.

@@ -87,8 +87,8 @@ def build(
         world: The content of the scenario's files; None reads them.
         page: A browser page to draw on; None draws nothing.
         hardware: Whether the station is the real robot; nothing else differs.
-        teleoperation: What lets an operator move the target, and the map
-            grow; None takes the scenario's targets.
+        teleoperation: Inputs by which an operator moves the target and the map
+            grows; None takes the scenario's targets.
         ingredients: Costs and constraints of the control law, besides the
             scenario's; rollouts include them, too.
         law: The control law instead of the scenario's, with its own

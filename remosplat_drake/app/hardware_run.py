@@ -79,7 +79,7 @@ class HardwareResult:
 def prepare_for_hardware(
     scenario: Scenario, lcm_url: str | None, *, shadow: bool = False
 ) -> None:
-    """Sets in a scenario what the real robot needs besides another station.
+    """Sets the values of a scenario that a real robot needs.
 
     Guidance looks ahead in a separate process, so that ticks do not wait for
     it. The program knows how fast the base may go. Accelerations are bounded
@@ -206,7 +206,7 @@ class HardwareLoop:
 
     A tick first gets the newest statuses, then lets the diagram compute, and
     sends the command at once; drawing and recording come after it. A tick
-    that comes too late is left out rather than made up for.
+    that comes too late is omitted, not compensated.
 
     Attributes:
         context: Context of the whole diagram; its time is the wall clock's.

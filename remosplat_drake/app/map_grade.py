@@ -20,7 +20,7 @@ GRADE_STYLES = {
 
 
 def grade_map(error: MapError) -> str:
-    """Grades a map by what its error allows.
+    """Grades a map by the stopping distance that its error allows.
 
     Args:
         error: How wrong the map is.

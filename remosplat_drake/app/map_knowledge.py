@@ -52,7 +52,7 @@ a thirtieth of the opacity."""
 
 MOST_UNSEEN = 0.05
 """Largest fraction of a robot's way that may be unseen without a warning: the
-inside of what stands there is unseen as well."""
+inside of things is unseen as well."""
 
 _UNKNOWN = (
     "the map's error has not been measured; `remosplat quality` makes a"
@@ -214,7 +214,7 @@ def saved_places(scenario: Scenario) -> dict[str, np.ndarray]:
 
 
 def coverage_gates(summary: MapSummary) -> list[Gate]:
-    """Finds faults of what a map holds.
+    """Finds faults in the content of a map.
 
     Args:
         summary: Content of the map, in total and where the robot works.
@@ -225,7 +225,7 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
     empty = [place.name for place in summary.places if not place.within_reach]
     if empty:
         problem = (
-            f"the map holds nothing within {summary.reach:.1f} m of"
+            f"the map has no data within {summary.reach:.1f} m of"
             f" {', '.join(empty)}; are scene.X_WG, scene.scale"
             " and scene.crop right?"
         )

@@ -16,8 +16,8 @@ OURS, THEIRS, NOBODYS = "ours", "theirs", "nobodys"
 class OtherRobot(Config):
     """A robot that another scenario drives, in the same simulation.
 
-    Each of the two is what moves around the other. Without a right of way
-    both wait where they meet, and possibly for ever.
+    Each of the two robots is a mover for the other. Without a right of way both
+    wait where they meet, possibly for ever.
     """
 
     # What people call it.

@@ -1,7 +1,7 @@
 """The other robots of a simulation: control loops beside the application's.
 
-Each is a diagram of its own with one input, movers around it, and one
-output, what it is to others.
+Each is a separate diagram with one input, the movers around it, and one output,
+the movers that it is to others.
 """
 
 import copy
@@ -77,15 +77,15 @@ def AddOwnMovers(
     executed: OutputPort,
     name: str,
 ) -> OutputPort:
-    """Adds what a robot is to another one, and returns its movers.
+    """Adds a robot as movers for another one, and returns these movers.
 
     Args:
         builder: The builder of the diagram.
         config: How the two robots are known to each other.
-        world: What the robot's scenario holds.
+        world: The content of the robot's scenario.
         configuration: The output port of its q.
         executed: The output port of the command that it carries out.
-        name: What people call it.
+        name: Its display name.
     """
     return RobotMovers.AddToBuilder(
         builder,
@@ -126,7 +126,7 @@ def AddOtherRobots(
         movers: The output port of the other true `Movers`; None for none.
 
     Returns:
-        The output ports of what they are to ours.
+        The output ports of their movers.
 
     Raises:
         RemoSplatError: A robot's scenario cannot be used.

@@ -107,7 +107,7 @@ class RecordedRobot:
     """The links of a run's robot.
 
     Args:
-        config: What it is called, and its bounds.
+        config: Its name and its bounds.
         robot: The robot.
         trajectory: The run.
     """

@@ -36,7 +36,7 @@ class RecordedRun:
         scenario: The scenario of the session.
         world: The content of the scenario's files.
         log: The ticks; the first one of the run is at time 0.
-        events: What happened besides the ticks, by the same clock.
+        events: The events besides the ticks, by the same clock.
     """
 
     folder: Path
@@ -71,8 +71,8 @@ class RecordedRun:
         """Reads every version of the map that the run used.
 
         Returns:
-            The maps by version, and a message for each that cannot be read;
-            an empty map stands for such a one.
+            The maps by version, and a message for each unreadable one, which is
+            replaced by an empty map.
         """
         maps, problems = {}, []
         for version in np.unique(self.log.rows["map_version"]).tolist():

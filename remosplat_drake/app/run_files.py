@@ -26,7 +26,7 @@ def run_document(
         result: Result of the run.
         application: The diagram that was run.
         loop: Timing of a real robot's loop; None in a simulation.
-        known: What was known of the map, from `Admission.document`.
+        known: The knowledge about the map, from `Admission.document`.
     """
     document = {
         "scenario": application.scenario.source,

@@ -170,7 +170,7 @@ class RunMonitor:
             self._on_standing(time, standing)
 
     def _heed_map(self, root: Context) -> None:
-        """Tells what is news about the live map."""
+        """Reports changes of the live map."""
         status = map_status_of(self._application, root)
         if status is None or self._on_map is None:
             return

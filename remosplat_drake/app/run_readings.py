@@ -25,7 +25,7 @@ def supervision_of(
 
 
 def selection_of(application: Application, root: Context) -> Selection | None:
-    """Reads what guidance has chosen; None without guidance.
+    """Reads guidance's selection; None without guidance.
 
     Args:
         application: The diagram that runs, with all of its parts.

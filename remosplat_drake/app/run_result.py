@@ -40,7 +40,7 @@ class RunResult:
         standing: How things stood at the end, in one sentence.
         standings: All that was news about the robot's state, each with its time
             since the start [s].
-        search_effort: What the searches of paths have cost.
+        search_effort: Effort of the searches of paths.
         effector_errors: By the names of several end effectors, distance [m] and
             angle [rad] of each that has one to its present target; none for an
             only one.
@@ -83,8 +83,7 @@ def make_result(
         application: The diagram that ran, with all of its parts.
         root: Context of the whole diagram at the end.
         interrupted: Whether a person has ended the run.
-        standings: What was news about the robot's state, as `RunMonitor` has
-            kept it.
+        standings: Changes of the robot's state, as `RunMonitor` has kept them.
     """
     scenario, world = application.scenario, application.world
     targets, recorder = application.targets, application.recorder

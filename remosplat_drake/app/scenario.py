@@ -307,7 +307,7 @@ def load_scenario(
     Args:
         spec: NAME (in the shipped files), FILE (its first entry) or
             FILE:NAME; None means `DEFAULT_SCENARIO`.
-        override: YAML laid over the scenario, such as "{time_limit: 5}".
+        override: YAML that overrides the scenario, such as "{time_limit: 5}".
         defaults: Values of fields that neither file nor override names; None
             takes those of `Scenario`.
 

@@ -13,7 +13,7 @@ from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 
 def robot_file(scenario: Scenario) -> str:
-    """Returns what `load_robot` takes for a scenario's robot.
+    """Returns the argument of `load_robot` for a scenario's robot.
 
     A file is relative to the scenario's. If it does not exist there, the
     working directory is searched, as a person expects on a command line.

@@ -33,7 +33,7 @@ class CropConfig(Config):
 
 @dc.dataclass
 class SceneConfig(Config):
-    """What surrounds the robot; file names are relative to the scenario's."""
+    """The scene around the robot; file names are relative to the scenario's."""
 
     # Splat file (.ply, or any that `remosplat convert` reads), in frame G;
     # empty for none.

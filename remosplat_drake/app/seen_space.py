@@ -52,8 +52,8 @@ class SeenSpace:
     def unseen_fraction(self, places_W: Iterable[np.ndarray]) -> float:
         """Returns which fraction of the space about some places is unseen.
 
-        It is a box around all of them, above the floor; the inside of what
-        stands there is unseen, too.
+        It is a box around all of them, above the floor; the inside of things
+        there is unseen, too.
 
         Args:
             places_W: Points in W, shape (3,) each [m].
@@ -75,7 +75,7 @@ class SeenSpace:
 
 
 def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
-    """Reads what the capture of a scenario's splat has seen.
+    """Reads the seen space of a scenario's splat.
 
     The space about the robot at its start is free: it stands there. Surfaces
     that the scenario crops away are not known any more.
@@ -84,8 +84,9 @@ def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
         scenario: The scenario.
         start: The robot's spheres where it starts, in W.
 
-    Returns: The seen space; None if there is no such file, or if the oracle
-        uses the true geometry and does not need it.
+    Returns:
+        The seen space; None if there is no such file, or if the oracle uses the
+        true geometry and does not need it.
 
     Raises:
         RemoSplatError: The file is unusable, or is about another splat.
@@ -108,7 +109,7 @@ def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
 
 
 def seen_file(scenario: Scenario) -> Path | None:
-    """Returns the file that says what a scenario's splat has seen, if any.
+    """Returns the file with the seen space of a scenario's splat, if any.
 
     Args:
         scenario: The scenario; a file that it does not name is looked for

@@ -1,4 +1,4 @@
-"""Begin a session of teleoperation in a new folder, or go on with one."""
+"""Begin a session of teleoperation in a new folder, or continue one."""
 
 import importlib.util
 import logging
@@ -86,10 +86,10 @@ def check_mappable(scenario: Scenario) -> None:
 
 @contextmanager
 def removed_on_failure(folder: Path) -> Iterator[None]:
-    """Removes what a session has begun with, if the `with` block fails.
+    """Removes the new parts of a session, if the `with` block fails.
 
     Args:
-        folder: Folder of the session; what was in it before stays.
+        folder: Folder of the session; its earlier content stays.
     """
     missing = [p for p in (folder, *folder.parents) if not p.exists()]
     before = set(_entries(folder))
@@ -107,7 +107,7 @@ def removed_on_failure(folder: Path) -> Iterator[None]:
 
 
 def _entries(folder: Path) -> list[Path]:
-    """Lists what is in a session's folder and in that of its runs."""
+    """Lists the content of a session's folder and of its runs' folders."""
     return [*folder.glob(f"{RUNS}/*"), *folder.glob("*")]
 
 
@@ -124,7 +124,8 @@ def open_teleoperation(
             session to continue.
         hardware: Whether the camera is the real robot's.
 
-    Returns: The inputs of a teleoperated diagram; close it at the end.
+    Returns:
+        The inputs of a teleoperated diagram; close it at the end.
 
     Raises:
         RemoSplatError: The folder or a file cannot be used.
@@ -159,7 +160,9 @@ def open_teleoperation(
         mapping=MappingProcess(job),
     )
     if problem and teleoperation.mapping is not None:
-        _log.warning("%s; it is made anew of the session's frames", problem)
+        _log.warning(
+            "%s; it is created again from the session's frames", problem
+        )
         teleoperation.mapping.request(Build())
     return teleoperation
 

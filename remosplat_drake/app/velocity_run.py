@@ -64,7 +64,7 @@ class Played:
     Attributes:
         sent: When its command was sent, by our wall clock [s].
         u: The command, shape (n_u,) [m/s, rad/s].
-        measurement: What the tick rested on.
+        measurement: The measurement of the tick.
     """
 
     sent: float
@@ -127,7 +127,7 @@ def play(application: Application, u: np.ndarray) -> list[Played]:
     stop ends it. However it ends, the robot is brought to rest.
 
     Args:
-        application: What `build_velocity_run` has made.
+        application: The result of `build_velocity_run`.
         u: Velocities, one row a period, shape (k, n_u) [m/s, rad/s].
 
     Returns:
@@ -148,7 +148,7 @@ def play(application: Application, u: np.ndarray) -> list[Played]:
 
 
 class _Player:
-    """Releases the robot, plays the profile, and keeps what comes of it.
+    """Releases the robot, plays the profile, and keeps the recording.
 
     Attributes:
         ticks: The ticks so far.

@@ -56,8 +56,8 @@ def compile_kernels(
 
     Args:
         scenario: The scenario, which is left as it is.
-        world: The content of the scenario's files; the robot, where it starts,
-            and what its map is made of matter here.
+        world: The content of the scenario's files; the robot, its start, and
+            the kind of its map matter here.
         live_map: Whether another map may take its place.
         plans: Whether planning is rehearsed, too. A run without real time may
             load its kernels when a path is searched.

@@ -57,15 +57,15 @@ class World:
 
     Attributes:
         robot: The robot, with its limits and kinematics.
-        splat_W: The scene's splat in W, less what was cropped away; None if
-            there is no splat.
+        splat_W: The scene's splat in W, without the cropped part; None if there
+            is no splat.
         cropped_W: The part of the splat that was cropped away, in W.
         truth: The scene's true geometry in W; None if it is unknown.
         field: The map that the oracle queries.
         scene_field: The same without the objects.
         objects: The objects, where they are at the start.
         q0: Configuration to start from, shape (n_q,) [rad, m].
-        seen: What the splat's capture has seen; None if that is unknown.
+        seen: The seen space of the splat's capture; None if that is unknown.
     """
 
     robot: RobotModel
@@ -245,13 +245,13 @@ def scenario_targets(
 def load_splat(
     scenario: Scenario,
 ) -> tuple[GaussianSplat | None, GaussianSplat]:
-    """Reads a scenario's splat, and splits off what is cropped away from it.
+    """Reads a scenario's splat, and separates the cropped part.
 
     Args:
         scenario: The scenario.
 
     Returns:
-        What is left, None without a splat, and what was cropped away, in W.
+        The remaining part, None without a splat, and the cropped part, in W.
 
     Raises:
         RemoSplatError: The file is unusable, or nothing is left.

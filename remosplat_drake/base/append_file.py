@@ -58,7 +58,7 @@ class AppendFile:
         """Closes the file; nothing can be appended any more.
 
         Returns:
-            What became of the file at its path, such as "was moved or deleted
+            The fate of the file at its path, such as "was moved or deleted
             meanwhile"; empty if it is there.
         """
         ours = os.fstat(self._file)

@@ -78,7 +78,7 @@ def replace_checked(path: Path, text: str, check: Callable[[], object]) -> None:
 
     Raises:
         FileError: The folder cannot be made or written.
-        Exception: What the check raises.
+        Exception: The exception of the check.
     """
     before = path.read_bytes()
     write_atomically(path, text)

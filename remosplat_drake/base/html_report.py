@@ -44,8 +44,7 @@ svg { max-width: 100%; height: auto; }
 """Style sheet (CSS) of a report."""
 
 OURS, OTHERS = "#2f6fae", "#b54708"
-"""Colours in plots: of the subject of a report, and of what it is compared
-with."""
+"""Colours in plots: of the subject of a report, and of its reference."""
 
 
 def make_page(title: str, body: str, style: str = "") -> str:
@@ -53,7 +52,7 @@ def make_page(title: str, body: str, style: str = "") -> str:
 
     Args:
         title: The page's title and heading, as text.
-        body: What follows the heading, as HTML.
+        body: The part after the heading, as HTML.
         style: Further rules of the style sheet.
     """
     name = html.escape(title)

@@ -87,8 +87,8 @@ class KeptStages:
 
         Args:
             name: Name of the stage, also of its file.
-            kind: Dataclass of the result; see `flat_values` for what it may
-                hold.
+            kind: Dataclass of the result; see `flat_values` for its possible
+                content.
             inputs: All that the result depends on, of types that `flat_values`
                 accepts.
             make: Function that computes the result.

@@ -109,7 +109,7 @@ class Progress:
         ...         progress.report("counting", i, 3)
 
     Attributes:
-        stage: What is shown; None before the first report.
+        stage: The stage on show; None before the first report.
     """
 
     def __init__(self, console: Console, what: str = ""):

@@ -114,7 +114,7 @@ class PythonCalls:
         """Returns the address of a `Packed`, which stays alive for the kernel.
 
         Args:
-            packed: What the kernel reads by `packed_at`.
+            packed: The input that the kernel reads by `packed_at`.
         """
         self._handed[packed.address] = packed
         return packed.address
@@ -160,7 +160,7 @@ def ask_python(number, function, values) -> int:
             these, packed or not, may be among them.
 
     Returns:
-        What the function returns, or `FAILED`.
+        The function's result, or `FAILED`.
     """
     return _open[number].answer(function, list(_flat(values)))
 

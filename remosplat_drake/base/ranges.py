@@ -41,7 +41,8 @@ class OneOf:
 
     Attributes:
         names: The valid names.
-        kind: What the names stand for, for messages such as "unknown backend".
+        kind: The kind of things with these names, for messages such as "unknown
+            backend".
     """
 
     names: Collection[str]
@@ -225,7 +226,7 @@ def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
 
 
 def misfit(kind: type, protocols: Sequence[type]) -> str:
-    """Returns which methods a class lacks for a field; empty if none.
+    """Returns the methods that a class lacks to be a field; empty if none.
 
     The class must have the methods of one of the protocols, with equal numbers
     of arguments.

@@ -42,7 +42,7 @@ def import_optional(name: str, feature: str, extra: str) -> ModuleType:
 
     Args:
         name: Name of the package to import.
-        feature: What needs the package, for the error.
+        feature: The feature that needs the package, for the error.
         extra: Name of the extra that installs the package.
 
     Raises:
@@ -63,7 +63,7 @@ def libraries_named(feature: str) -> Iterator[None]:
     """Names, in one line, the library that an import in the block misses.
 
     Args:
-        feature: What needs the library, for the error.
+        feature: The feature that needs the library, for the error.
 
     Raises:
         MissingLibraryError: A shared library is absent, or glibc is too old.
@@ -78,7 +78,7 @@ def libraries_named(feature: str) -> Iterator[None]:
 
 
 def _missing(problem: str) -> str | None:
-    """Returns what is missing according to an error; None for other errors."""
+    """Returns the missing library by an error; None for other errors."""
     glibc = _GLIBC.search(problem)
     if glibc:
         here = platform.libc_ver()[1]

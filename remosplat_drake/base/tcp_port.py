@@ -10,8 +10,8 @@ def is_free(host: str, port: int) -> bool:
     """Returns whether a TCP port is free.
 
     Args:
-        host: Network interface, as `--host` has it; "*" stands for all.
-        port: The TCP port; 0 stands for any.
+        host: Network interface, as `--host` has it; "*" means all.
+        port: The TCP port; 0 means any.
 
     Raises:
         RemoSplatError: There is no such interface, or listening there is not

@@ -33,7 +33,7 @@ def format_rare(successes: int, count: int) -> str:
 def format_mean(values: np.ndarray, decimals: int) -> str:
     """Formats a mean and half the width of its 95 % interval.
 
-    A dash stands for the mean of nothing; one value has no interval.
+    A dash replaces the mean of nothing; one value has no interval.
     """
     if not len(values):
         return "–"
@@ -44,5 +44,5 @@ def format_mean(values: np.ndarray, decimals: int) -> str:
 
 
 def format_median(values: np.ndarray, decimals: int) -> str:
-    """Formats a median; a dash stands for the median of nothing."""
+    """Formats a median; a dash replaces the median of nothing."""
     return f"{np.median(values):.{decimals}f}" if len(values) else "–"

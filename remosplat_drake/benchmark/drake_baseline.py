@@ -111,7 +111,7 @@ def make_control(
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Drops what the solver prints past every switch that Drake offers."""
+    """Drops output of the solver that no switch of Drake's suppresses."""
     sys.stdout.flush()
     stdout, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)

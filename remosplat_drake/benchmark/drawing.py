@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 Drawing = Callable[[str, int, int], None]
-"""Callback for what is drawn, and how many of how many there are."""
+"""Callback with the drawn item, and its number of how many."""
 
 
 def no_drawing(what: str, found: int, count: int) -> None:

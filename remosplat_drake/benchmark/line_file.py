@@ -44,6 +44,6 @@ class LineFile:
             raise FileError(self._path, "the disk is full")
 
     def _cut_torn_line(self):
-        """Removes what a kill in the middle of writing has left."""
+        """Removes an incomplete line after a kill in the middle of writing."""
         data = self._path.read_bytes()
         os.ftruncate(self._handle, data.rfind(b"\n") + 1)

@@ -178,8 +178,8 @@ def torque_share(
 ) -> float | None:
     """Returns the largest torque of the arm as a share of its motors' limits.
 
-    It is what the commands take, by inverse dynamics with the masses of the
-    model file and an empty hand; see `ArmDynamics`.
+    These are the torques of the commands, by inverse dynamics with the masses
+    of the model file and an empty hand; see `ArmDynamics`.
 
     Args:
         robot: Model of the robot.

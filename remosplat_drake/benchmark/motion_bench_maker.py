@@ -313,6 +313,6 @@ def _displaced(
     raise FieldError(
         file,
         "start_state",
-        f"{robot.description.name} cannot stand near the arm's place without"
-        f" coming within {1e3 * START_CLEARANCE:g} mm of the scene",
+        f"no pose of {robot.description.name} near the arm's original pose"
+        f" keeps {1e3 * START_CLEARANCE:g} mm from the scene",
     )

@@ -19,7 +19,7 @@ MOVING = "moving"
 
 @dc.dataclass(frozen=True)
 class MovingCase(SceneCase):
-    """A scene, and what moves in it, drawn for its name."""
+    """A scene, and its movers, drawn for its name."""
 
     @staticmethod
     def of(case: SceneCase) -> "MovingCase":

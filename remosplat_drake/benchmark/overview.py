@@ -19,11 +19,11 @@ from remosplat_drake.benchmark.result import RULES
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 
 RULE = RULES[0]
-"""The success rule of what is seen at a glance: the paper's text."""
+"""The success rule of the overview: the paper's text."""
 
 
 def overview_table(comparison: Comparison) -> Table:
-    """Makes the table with what matters most, one method a row.
+    """Makes the table with the most important columns, one method a row.
 
     Args:
         comparison: The methods to show.
@@ -86,7 +86,7 @@ def headline(comparison: Comparison) -> str:
 
 
 def document(trials: Sequence) -> dict:
-    """Gathers results into what `benchmark --json` prints.
+    """Gathers results into the document of `benchmark --json`.
 
     Args:
         trials: The results of all trials.

@@ -191,7 +191,7 @@ def outcome_table(comparison: Comparison) -> Table:
 
 
 def timing_table(comparison: Comparison) -> Table:
-    """Makes the table of what a tick costs, and the control rate it allows."""
+    """Makes the table of the time of a tick, and the control rate it allows."""
     rows = []
     for row in comparison.rows:
         p50, p99 = 1e3 * row.times("tick_p50"), 1e3 * row.times("tick_p99")

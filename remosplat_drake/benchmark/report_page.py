@@ -37,7 +37,7 @@ def to_html(
 
 
 def _overview(comparison: Comparison) -> str:
-    """What one comparison shows at a glance: sentence, cards, table, plots."""
+    """The overview of one comparison: sentence, cards, table, plots."""
     table = overview_table(comparison)
     rows, common = comparison.rows, comparison.common("text")
     numbers = {

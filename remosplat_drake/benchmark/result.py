@@ -159,7 +159,7 @@ class TrialResult:
         self_distance: Smallest distance between two links of the robot that are
             watched, by the hulls of their shapes, at ticks; negative where they
             overlap, and None where none are watched [m].
-        moving: What became of things that moved; None where nothing did.
+        moving: Contacts with movers and their distances; None without movers.
     """
 
     key: str
@@ -202,7 +202,7 @@ class TrialResult:
         return self.outcome(rule) == SUCCESS
 
     def repeatable(self) -> "TrialResult":
-        """Returns a copy without what depends on the machine's load."""
+        """Returns a copy without values that depend on the machine's load."""
         return dc.replace(self, times=None)
 
 

@@ -1,8 +1,9 @@
 """Any robot, at random targets in generated scenes and in a trained one.
 
-Targets are poses of goals that the robot can hold: random configurations that
-keep away from the scene, the robot itself and its joint limits, with a hand
-near something or in a piece of furniture. Each of several hands has its target.
+Targets are poses of hands that the robot can reach and hold: those of random
+configurations that keep away from the scene, the robot itself and its joint
+limits, with a hand near something or in a piece of furniture. If the robot has
+several hands, each has its own target.
 """
 
 import dataclasses as dc
@@ -41,7 +42,7 @@ from remosplat_drake.splat.codecs.ply import read_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SUITE = "robots"
-"""Kind of the suite, and what its names begin with."""
+"""Kind of the suite, and prefix of its names."""
 
 GENERATED = "clutter"
 """Name of the generated scene, which is made for each robot."""

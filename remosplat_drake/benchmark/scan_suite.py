@@ -51,7 +51,7 @@ class CaptureTruth(Config):
 
 @dc.dataclass
 class MapConfig(Config):
-    """One splat of the scene, and what is done to it."""
+    """One splat of the scene, and its processing."""
 
     splat: str = ""
     # Pose of the splat's frame in W.
@@ -113,7 +113,7 @@ class ScanCase:
         return f"{self.scene}, {self.map} map"
 
     def task(self) -> ReachingTask:
-        """Returns the target, and what is known of the scene's surfaces."""
+        """Returns the target, and the known surfaces of the scene."""
         config = self._config()
         X_WT = make_transform(
             config.targets[self.target], self._where, f"targets.{self.target}"
@@ -136,7 +136,7 @@ class ScanCase:
         )
 
     def splat_key(self) -> str:
-        """Returns a digest of the splat's file and of what is done to it."""
+        """Returns a digest of the splat's file and of its processing."""
         entry = self._map()
         return f"{content_digest(self._splat_path())}-{entry}"
 

@@ -33,7 +33,7 @@ ORIGINS = {"cuda": TRAINED, "cpu": REFINED}
 
 @dc.dataclass
 class SplatRecipe(Config):
-    """Rendered views, and what is made of them."""
+    """Rendered views, and the splats made of them."""
 
     # `cpu` refines; `cuda` refines and then trains.
     device: Annotated[str, OneOf(tuple(ORIGINS), "device")] = "cuda"

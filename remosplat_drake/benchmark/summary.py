@@ -160,7 +160,7 @@ class Comparison:
         return sorted({t.family for t in self.rows[0].trials})
 
     def outcomes(self) -> list[str]:
-        """Returns the outcomes that occur, besides success and collision."""
+        """Returns the outcomes that occur, other than success and collision."""
         seen = {
             t.outcome(rule)
             for row in self.rows

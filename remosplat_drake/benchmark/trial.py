@@ -177,7 +177,7 @@ def run_trial(trial: Trial) -> TrialResult:
 def _contacts(
     trial: Trial, scenario: Scenario, world: World, trajectory: Trajectory
 ) -> MovingResult | None:
-    """Judges a run by what moved; None where nothing did."""
+    """Evaluates a run with movers; None without movers."""
     if not isinstance(trial.case, MovingCase):
         return None
     return judge_contacts(

@@ -137,10 +137,10 @@ def judge_contacts(
     tracks: Sequence[Track],
     seed: int,
 ) -> MovingResult:
-    """Judges a run by what moved.
+    """Evaluates a run with movers.
 
     Args:
-        scenario: How the robot knew of what moved.
+        scenario: The robot's perception of movers.
         world: The robot and the true scene.
         trajectory: The robot's motion.
         tracks: How things moved.

@@ -34,12 +34,12 @@ class WatchedRun:
     Attributes:
         robot: The robot.
         trajectory: Its motion.
-        movers: Says what truly moved, and where it was, at any time [s]; in the
-            same order each time.
+        movers: Function that returns the true movers at a time [s]; in the same
+            order each time.
         cameras: The cameras.
         least_pixels: A mover is in a camera's view where so many of its pixels
             show it.
-        separation: The distance C that the robot keeps besides [m].
+        separation: The additional distance C that the robot keeps [m].
         dt: Control period [s].
     """
 
@@ -55,7 +55,7 @@ class WatchedRun:
         """Tells contacts out of unseen space from the robot's faults.
 
         Args:
-            judgement: The contacts, by what the links did.
+            judgement: The contacts, by the motion of the links.
         """
         contacts = (
             dc.replace(contact, kind=UNSEEN)
@@ -93,10 +93,10 @@ class WatchedRun:
         return any(s.pixels[which] >= self.least_pixels for s in shots)
 
     def _is_apart(self, k: int, contact: Contact) -> bool:
-        """Whether link and mover are S_p apart, by what can be known then.
+        """Whether link and mover are S_p apart, as known at that time.
 
-        That is what was true when the newest image was taken that can have
-        arrived, and how the mover moved: the bounds are its own.
+        That is the true state when the newest image was taken that can have
+        arrived, and the mover's motion, with its own bounds.
         """
         time, u = float(self.trajectory.time[k]), self.trajectory.u[k]
         late = max(c.period + c.latency for c in self.cameras)

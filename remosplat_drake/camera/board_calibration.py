@@ -185,7 +185,7 @@ def fit_board(views: list[BoardView]) -> BoardFit:
 
     Raises:
         RemoSplatError: Too few images show the board, the camera turned too
-            little, or no rigid mount explains what they show.
+            little, or no rigid mount explains the images.
     """
     if len(views) < _FEWEST_IMAGES:
         raise RemoSplatError(

@@ -106,14 +106,14 @@ class _Track:
             after = min(after, len(self._stamps) - 1)
         if after >= len(self._stamps) or time < self._stamps[0]:
             raise RemoSplatError(
-                f"{self._name} was silent when the picture was taken"
+                f"{self._name} sent no status when the picture was taken"
             )
         start, end = self._stamps[after - 1], self._stamps[after]
         q, step = self._positions[after - 1], self._step(after)
         if end - start > _MAX_GAP and np.abs(step).max() > _STANDING:
             raise RemoSplatError(
-                f"{self._name} moved during a gap of its statuses when the "
-                "picture was taken"
+                f"{self._name} moved, and sent no status around the time when"
+                " the picture was taken"
             )
         return q + (time - start) / (end - start) * step
 

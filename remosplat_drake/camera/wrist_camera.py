@@ -32,7 +32,7 @@ class WristCamera(Protocol):
         ...
 
     def listen(self) -> None:
-        """Processes what has arrived; called many times a second."""
+        """Processes new messages; called many times a second."""
         ...
 
     def show(self, scene: PrimitiveScene) -> None:

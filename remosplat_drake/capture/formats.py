@@ -48,7 +48,7 @@ class Format:
     Attributes:
         looks_for: Description of the files of the format.
         recognises: Function that returns whether a path is of this format, by
-            what it holds.
+            its content.
         open_recording: Function that reads the poses of a path.
         notes: Function that reports omissions of the frames of a path.
         up_W: Unit vector against gravity in the world of all captures of this

@@ -120,7 +120,9 @@ def check_announced_size(where: str, field: str, width: float, height: float):
     """
     if not (width >= 1 and height >= 1 and width * height <= MAX_PIXELS):
         raise FieldError(
-            where, field, f"must be from 1 to {MAX_PIXELS} pixels together"
+            where,
+            field,
+            f"the image must have 1 to {MAX_PIXELS} pixels",
         )
 
 

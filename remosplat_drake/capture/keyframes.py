@@ -35,7 +35,7 @@ _BLURRED_WORTH = 0.1
 preferred, but a surface is not omitted because of blur."""
 
 _DIRECTION_WORTH = 0.5
-"""What the first view of a voxel from a direction adds to that."""
+"""Weight of the first view of a voxel from a direction."""
 
 _AXIS_BITS, _DIRECTION_BITS = 19, 5
 """A look is an integer: indices along three axes, and a direction."""
@@ -103,7 +103,7 @@ def sharpness(velocity_W: np.ndarray, focal: float, depth: float) -> float:
         velocity_W: Angular velocity [rad/s] and velocity of the camera's
             centre [m/s], shape (6,); NaN if unknown.
         focal: Focal length [pixels].
-        depth: Usual depth of what the image shows [m].
+        depth: Typical depth in the image [m].
 
     Returns:
         1 for a still or unknown camera, 1/2 for a blur of one pixel, and less
@@ -120,8 +120,8 @@ def choose_keyframes(
     """Selects frames that together cover all frames.
 
     Args:
-        looks: What `looks_of_view` finds in each of n frames.
-        sharp: What `sharpness` says of each, shape (n,).
+        looks: Results of `looks_of_view` for each of n frames.
+        sharp: Results of `sharpness` for each, shape (n,).
         most: Largest number of frames that are chosen.
     """
     n = len(looks)

@@ -57,7 +57,7 @@ def camera_accelerations(
 
     Args:
         times: Times of n frames in any order, shape (n,) [s].
-        velocity_W: What `camera_velocities` returned, shape (n, 6).
+        velocity_W: The result of `camera_velocities`, shape (n, 6).
 
     Returns:
         Angular accelerations [rad/s^2], then accelerations of the camera's

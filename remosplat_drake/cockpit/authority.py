@@ -23,7 +23,7 @@ def new_code() -> str:
 
 
 def is_whole(typed: str) -> bool:
-    """Returns whether what was typed is as long as a code."""
+    """Returns whether the typed text is as long as a code."""
     return len(_plain(typed)) == _GROUPS * _LENGTH
 
 
@@ -49,7 +49,7 @@ class Authority:
 
         Args:
             client: Number of the client.
-            typed: What it has typed; spaces, dashes and case do not matter.
+            typed: The typed text; spaces, dashes and case do not matter.
 
         Returns:
             Why the client is refused; empty if it operates from now on.

@@ -81,7 +81,7 @@ class ClientPanel:
     Args:
         client: The client.
         crew: The page that it is part of.
-        look: What is so now.
+        look: The present look.
         shows_unseen: Whether the veil is drawn; None if there is none.
 
     Attributes:

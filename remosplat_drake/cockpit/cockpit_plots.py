@@ -30,7 +30,7 @@ class _Curve:
     """One of the plots.
 
     Attributes:
-        plot: What it looks like.
+        plot: The look of the plot.
         trace: The latest values.
         picture: Where it is on the page.
         grows: Whether its axis has room for all values.
@@ -51,12 +51,12 @@ class _Curve:
 class CockpitPlots:
     """Draws clearance, distance to the target and tick time, folded at first.
 
-    They are pictures without controls, so that all at the page share them:
-    what is sent are some kilobytes twice a second.
+    They are pictures without controls, so all at the page share them: some
+    kilobytes are sent twice a second.
 
     Args:
         server: The page's server.
-        job: What the cockpit was given.
+        job: The inputs of the cockpit.
     """
 
     def __init__(self, server: viser.ViserServer, job: CockpitJob):
@@ -100,7 +100,7 @@ class CockpitPlots:
             self._duration.trace.add(look.time, 1e3 * look.worst.duration)
 
     def draw(self) -> None:
-        """Draws what was taken in, unless it was done shortly before."""
+        """Draws the new values, unless it was done shortly before."""
         if monotonic() - self._drawn_at < PERIOD:
             return
         self._drawn_at = monotonic()
@@ -114,7 +114,7 @@ def with_room_for(plot: SvgPlot, value: np.ndarray) -> SvgPlot:
 
     Args:
         plot: The plot; its axis is made longer, never shorter.
-        value: The values, shape (n,); what is not finite needs no room.
+        value: The values, shape (n,); infinite ones need no room.
     """
     most = float(np.max(value[np.isfinite(value)], initial=0.0))
     if most <= plot.upper:

@@ -32,7 +32,7 @@ PUBLISH_PERIOD = 1 / 20
 
 
 class CockpitView(LeafSystem):
-    """Sends the cockpit what it shows, twenty times a second.
+    """Sends the cockpit its content, twenty times a second.
 
     .. pydrake_system::
 
@@ -136,7 +136,7 @@ class CockpitView(LeafSystem):
 
 
 def picture_of(scene_map: SceneMap, show_unseen: bool) -> MapPicture:
-    """Returns what the cockpit gets of a map.
+    """Returns the picture of a map for the cockpit.
 
     Args:
         scene_map: The map.
@@ -157,17 +157,18 @@ def look_at(
     status: MapStatus | None,
     worst: WorstTick | None = None,
 ) -> Look:
-    """Gathers what the cockpit shows of one moment.
+    """Gathers the cockpit's content of one moment.
 
     Args:
         time: Time of the diagram [s].
         q: The measured configuration, shape (n_q,).
         robot: The robot.
         standing: The robot's state.
-        target: What the target does.
-        supervision: What the supervisor does; None without one.
+        target: The target's state.
+        supervision: The supervisor's state; None without one.
         status: The live map in use; None without one.
-        worst: The worst of the control ticks since the moment before.
+        worst: The slowest control tick since the previous update; None if
+            unknown.
     """
     state = unsupervised(standing)
     if supervision is not None:

@@ -42,7 +42,8 @@ class Desk:
         """Wishes for a pose of the target.
 
         Args:
-            X_WT: The pose, shape (4, 4); what is not finite is left out.
+            X_WT: The pose, shape (4, 4); values that are not finite are
+                ignored.
         """
         if np.isfinite(X_WT).all():
             self._count("command", "moves", X_WT=np.array(X_WT, float))

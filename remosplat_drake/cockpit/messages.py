@@ -25,7 +25,7 @@ class CockpitJob:
     """All that the cockpit's process is given at its start.
 
     Attributes:
-        title: What the page is about: the scenario's name.
+        title: Title of the page: the scenario's name.
         host: Network interface that the page is served on.
         port: TCP port of the page; None takes the first free one.
         robot: The robot.
@@ -66,7 +66,7 @@ class MapPicture:
     Attributes:
         field: The distance field.
         splat_W: The splat in W; None for none.
-        coverage: What the cameras have seen; None if unknown.
+        coverage: The space seen by cameras; None if unknown.
         shows_unseen: Whether the veil before unseen space is drawn at first.
         X_WG: Pose of the coverage's grid in W, shape (4, 4).
     """
@@ -90,12 +90,12 @@ class Look:
         X_WT: Pose of that one's target, shape (4, 4).
         is_followed: Whether the target moves to where the operator's page has
             put it.
-        state: The robot's state, in words, and what may be pressed.
+        state: The robot's state, in words, and the possible buttons.
         held_link: Name of the link that is held; empty if none is.
         p_WHeld: Where it is held, shape (3,) [m]; None if that is no place.
-        target: What the target does, in words.
-        map: What the map does, in words.
-        trouble: What has gone wrong with it; empty if nothing has.
+        target: The target's state, in words.
+        map: The map's state, in words.
+        trouble: The fault of the cockpit; empty if there is none.
         worst: The worst of the control ticks since the moment before; None if
             there were none.
         effector: Index of the end effector that the operator moves.
@@ -122,7 +122,7 @@ class Look:
     X_WTs: np.ndarray | None = None
 
     def after(self, earlier: "Look | None") -> "Look":
-        """Returns this moment with the ticks of one that was not seen.
+        """Returns this moment with the ticks of a moment that was skipped.
 
         Args:
             earlier: The moment before; None if it has been shown.

@@ -48,9 +48,9 @@ class OperatorPanel:
 
     Args:
         client: The client that operates.
-        job: What the cockpit was given.
+        job: The inputs of the cockpit.
         desk: Stores the requests.
-        look: What is so now.
+        look: The present look.
         shapes: The look of the robot's links.
         hand_over: Called when the operator hands over.
     """
@@ -164,7 +164,7 @@ class OperatorPanel:
                 self._sliders = self._add_sliders(gui)
 
     def _add_choice(self, gui: viser.GuiApi) -> viser.GuiDropdownHandle:
-        """Adds what chooses the hand that all other controls move."""
+        """Adds a selector of the hand; the other controls move this hand."""
         names = self._job.robot.effectors
         hand = gui.add_dropdown(
             "Hand", names, initial_value=names[self._chosen], hint="key T"

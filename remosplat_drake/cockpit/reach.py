@@ -33,7 +33,7 @@ class Reach:
 
     Attributes:
         verdict: REACHABLE, BLOCKED, UNSEEN_THERE or OUT_OF_REACH.
-        text: The same in words, with what is in the way.
+        text: The same in words, with the obstacle.
         q: The best configuration at the target, shape (n_q,); None if none
             was found.
     """
@@ -55,7 +55,7 @@ def find_reach(
     That there is one does not mean that there is a way to it.
 
     Args:
-        planner: Knows the robot, and what it keeps from itself.
+        planner: Contains the robot, and its self-distances.
         field: The map.
         stopping: Distance that the robot keeps from the scene [m].
         q: Where the robot is, shape (n_q,) [rad, m].
@@ -84,7 +84,7 @@ def _blocked(
     goals: GoalConfigurations,
     q: np.ndarray,
 ) -> Reach:
-    """Names what is in the way of a configuration at the target."""
+    """Names the obstacle of a configuration at the target."""
     if not goals.missing:
         return Reach(BLOCKED, "the robot itself is in the way", q)
     name = planner.robot.spheres.links[goals.tightest]

@@ -30,7 +30,7 @@ class CockpitScene:
 
     Args:
         server: The page's server.
-        job: What the cockpit was given.
+        job: The inputs of the cockpit.
         shapes: The look of the robot's links.
     """
 
@@ -130,12 +130,12 @@ class CockpitScene:
     def show_camera(
         self, X_WC: np.ndarray, K: np.ndarray, rgb: np.ndarray
     ) -> None:
-        """Draws the wrist camera and what it sees.
+        """Draws the wrist camera and its image.
 
         Args:
             X_WC: Pose of the camera (OpenCV axes), shape (4, 4).
             K: Its intrinsic matrix, shape (3, 3) [pixels].
-            rgb: What it sees, shape (h, w, 3), uint8.
+            rgb: Its image, shape (h, w, 3), uint8.
         """
         height, width = rgb.shape[:2]
         wxyz, position = wxyz_position(X_WC)
@@ -165,7 +165,7 @@ def draw_splat(
     """Draws true Gaussians; surfels get a thickness that is not seen.
 
     Args:
-        scene: What they are drawn in.
+        scene: The scene that they are drawn in.
         name: Name of the node.
         splat: The splat, in the node's frame.
     """
@@ -199,7 +199,7 @@ def _draw_robot(
 def _draw_glow(
     scene: viser.SceneApi, shapes: Shapes
 ) -> dict[str, viser.MeshHandle]:
-    """Draws what lights up where a link is held; hidden at first."""
+    """Draws the highlight of a held link; hidden at first."""
     glow = {}
     for link, mesh in shapes.joined.items():
         glow[link] = scene.add_mesh_simple(

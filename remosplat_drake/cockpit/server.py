@@ -1,4 +1,4 @@
-"""The cockpit's process: what runs inside it."""
+"""The cockpit's process: the code that runs inside it."""
 
 import logging
 import os
@@ -43,7 +43,7 @@ _LISTEN = 0.02
 """Longest wait for news [s]."""
 
 _STANDOFF = 0.05
-"""Distance of a proposed target from the surface, besides the stopping
+"""Distance of a proposed target from the surface, added to the stopping
 distance [m]."""
 
 _log = logging.getLogger(__name__)
@@ -54,7 +54,7 @@ def serve(connection: Connection, job: CockpitJob, picture: MapPicture) -> None:
 
     Args:
         connection: Pipe that brings a `Look` or a `MapPicture` at a time, and
-            takes what `messages` has for the control process.
+            takes the content of `messages` for the control process.
         job: All that the cockpit is given.
         picture: The map at the start.
     """
@@ -118,7 +118,7 @@ class Page:
             Thread(target=self._show_pictures, daemon=True).start()
 
     def run(self) -> None:
-        """Shows what comes through the pipe until that is closed."""
+        """Shows the messages of the pipe until that is closed."""
         self._send(Serving(self._url()))
         self._send(CodeIssued(self._authority.code))
         Thread(target=self._keep_beating, daemon=True).start()
@@ -196,7 +196,7 @@ class Page:
 
         Args:
             panel: The client's panel.
-            code: What it has typed.
+            code: The typed text.
 
         Returns:
             Why it must not; empty if it operates from now on.
@@ -234,7 +234,7 @@ class Page:
     def _propose(
         self, operator: OperatorPanel, event: viser.SceneClickEvent
     ) -> None:
-        """Proposes a target before what was clicked at."""
+        """Proposes a target in front of a clicked point."""
         surfaces = self._picture.field.surfaces
         if surfaces is None:
             return
@@ -282,7 +282,7 @@ class Page:
         return find_reach(job.planner, field, job.stopping, look.q, aim)
 
     def _show_pictures(self) -> None:
-        """Shows what the wrist camera sees, in a separate thread."""
+        """Shows the wrist camera's image, in a separate thread."""
 
         def now() -> tuple[Look, int]:
             return self._look, self._desk.wishes.scene_changes

@@ -20,7 +20,7 @@ class Viewpoint:
     Attributes:
         p_WC: Position of the camera in W, shape (3,) [m].
         p_WT: Point that it looks at, shape (3,) [m].
-        up_W: What is up in the picture, shape (3,).
+        up_W: The upward direction of the picture, shape (3,).
     """
 
     p_WC: np.ndarray
@@ -33,7 +33,7 @@ def viewpoint(view: str, look: Look) -> Viewpoint:
 
     Args:
         view: One of `VIEWS`; FOLLOW looks as SCENE does.
-        look: What is so now.
+        look: The present look.
     """
     up = np.array([0.0, 0.0, 1.0])
     p_WT = look.X_WT[:3, 3].astype(float)

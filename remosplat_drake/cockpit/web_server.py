@@ -17,7 +17,7 @@ def open_server(job: CockpitJob) -> viser.ViserServer:
     """Opens the page's server, and keeps it from telling so itself.
 
     Args:
-        job: Says where, and what the page is called.
+        job: Contains the address and the title of the page.
 
     Raises:
         RemoSplatError: The port is taken, or there is no such interface.

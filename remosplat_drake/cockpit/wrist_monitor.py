@@ -13,7 +13,7 @@ _PATCH = 0.02
 
 
 class WristMonitor:
-    """Shows what the hand sees, and how far what is ahead of it is.
+    """Shows the wrist camera's image, and the distance ahead of it.
 
     Args:
         server: The page's server.
@@ -64,7 +64,7 @@ def with_crosshair(rgb: np.ndarray) -> np.ndarray:
 
 
 def ahead_of(depth: np.ndarray) -> str:
-    """Says how far what is in the middle of a picture is, as HTML.
+    """Formats the distance in the middle of a picture, as HTML.
 
     Args:
         depth: Depth, shape (h, w) [m]; 0 where unknown.

@@ -17,21 +17,21 @@ _SHARE = 0.25
 """Largest share of a core that a simulated camera's pictures take."""
 
 _LISTEN = 0.02
-"""Time between two looks for what the camera has sent [s]."""
+"""Time between two checks for a new image [s]."""
 
 
 def wrist_pictures(
     job: CockpitJob, now: Callable[[], tuple[Look, int]]
 ) -> Iterator[Frame]:
-    """Yields what the wrist camera sees ten times a second, forever.
+    """Yields the wrist camera's image ten times a second, forever.
 
     Pictures that take long to make are rarer. A camera that is silent now may
     come back; meanwhile there is no picture.
 
     Args:
         job: Makes the camera.
-        now: Returns what is so, and how often a simulated camera was to see
-            another scene.
+        now: Function that returns the present look, and how often a simulated
+            camera was to see another scene.
 
     Raises:
         RemoSplatError: There is no such camera.

@@ -87,7 +87,7 @@ def aligned(
     console: Console,
     stages: KeptStages,
 ) -> tuple[Alignment | None, AlignmentSummary | None]:
-    """Refines a capture as the flags say, and prints what that did."""
+    """Refines a capture by the flags, and prints the result."""
     if arguments.align == "off":
         return None, None
     scale = arguments.depth_scale_std
@@ -116,7 +116,7 @@ def _length(values: list[float]) -> Length:
 
 
 def print_alignment(console: Console, summary: AlignmentSummary):
-    """Prints residuals by the distance of views, and what was done."""
+    """Prints residuals by the distance of views, and the corrections."""
     table = Table(title="points of views off others' surfaces [mm]")
     for heading in ("views apart [m]", "pairs", "median", "95 %"):
         table.add_column(heading, justify="right")

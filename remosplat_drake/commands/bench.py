@@ -44,7 +44,7 @@ GROUPS: dict[str, Callable[[], list[Case]]] = {
     "solvers": solver_cases,
     "mesh": mesh_cases,
 }
-"""By their names, what makes the groups of functions that are timed."""
+"""Functions that make the groups of timed functions, by their names."""
 
 OTHERS = {"solvers": SOLVER_PACKAGES, "mesh": MESH_PACKAGES}
 """By groups, the packages of others that they time where they are there."""

@@ -124,7 +124,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="values laid over every method, e.g. '{time_limit: 5}'",
+        help="settings that override those of every method, e.g."
+        " '{time_limit: 5}'",
     )
     parser.add_argument(
         "--output",
@@ -297,7 +298,7 @@ def _report(results: list[TrialResult], output: Path) -> str:
 
 
 def _conclude(outcome: _Outcome, console: Console) -> int:
-    """Prints what failed and what is left; returns the exit code."""
+    """Prints failures and remaining trials; returns the exit code."""
     crashed = [r for r in outcome.results if r.outcome("text") == CRASH]
     broken = [
         *((f"{r.method} in {r.scene}", r.error) for r in crashed),

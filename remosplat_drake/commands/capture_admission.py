@@ -31,7 +31,7 @@ from remosplat_drake.safety.gates import (
 
 
 def add_inspection_arguments(parser: argparse.ArgumentParser):
-    """Declares the flags that say what to do about a bad capture."""
+    """Declares the flags about bad captures."""
     parser.add_argument(
         "--repair",
         action="store_true",
@@ -69,11 +69,11 @@ def admitted(
         console: Console for findings and repairs.
 
     Returns:
-        The capture to use, and what remains to be said against it.
+        The capture to use, and the remaining warnings about it.
 
     Raises:
-        RemoSplatError: The capture has a defect that is not accepted; one
-            line says what was found and what helps.
+        RemoSplatError: The capture has a defect that is not accepted; one line
+            states the defect and a remedy.
     """
     result = Repair(capture, inspect_capture(capture))
     if arguments.repair:
@@ -98,10 +98,10 @@ def admitted(
 def after_alignment(
     warnings: list[str], capture: Capture, undone: np.ndarray
 ) -> list[str]:
-    """Returns what remains to be said after cameras have been refined.
+    """Returns the remaining warnings after cameras have been refined.
 
     Args:
-        warnings: What was to be said before.
+        warnings: The warnings before.
         capture: The capture with refined cameras and depths.
         undone: Errors of the camera that it was freed of, see `camera_errors`.
     """
@@ -116,7 +116,7 @@ def after_alignment(
 
 
 def tell_findings(console: Console, findings: Iterable[Finding]):
-    """Prints what is wrong with a capture, one line each."""
+    """Prints the faults of a capture, one line each."""
     for finding in findings:
         if finding.severity == DEFECT:
             _tell(console, "wrong:", "bold red", finding.problem)

@@ -1,4 +1,4 @@
-"""The flags that name a capture, and what reads it."""
+"""The flags that name a capture, and its reader."""
 
 import argparse
 import dataclasses as dc
@@ -26,7 +26,8 @@ KEYFRAMES = 150
 in minutes."""
 
 _MOST_MISSED = 0.01
-"""Part of what was seen that may be in unused frames only, without a doubt."""
+"""Part of the seen surfaces that may be in unused frames only, without a
+warning."""
 
 
 def add_capture_arguments(parser: argparse.ArgumentParser):
@@ -94,7 +95,7 @@ def captured(
             which keyframes would change.
 
     Returns:
-        The capture; its notes say if its frames miss much of what was seen.
+        The capture; its notes say if its frames miss many of the seen surfaces.
 
     Raises:
         RemoSplatError: The capture cannot be read, or a flag is unusable.

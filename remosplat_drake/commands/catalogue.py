@@ -1,4 +1,4 @@
-"""All commands by group, each in one line: what `remosplat --help` shows.
+"""All commands by group, each in one line, as `remosplat --help` shows them.
 
 Nothing here loads a command's module, so that help comes at once.
 """
@@ -12,7 +12,7 @@ class Group(NamedTuple):
     Attributes:
         title: The purpose.
         example: A command line of one of them.
-        commands: What each command does, in one line, by name.
+        commands: Purpose of each command, in one line, by name.
     """
 
     title: str

@@ -95,7 +95,7 @@ class CommandParser(argparse.ArgumentParser):
         raise RemoSplatError(f"{self._command}: {message}")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
-        """Like `argparse`, with a guess at what was meant."""
+        """Like `argparse`, with suggestions for mistakes."""
         if action.choices is not None and value not in action.choices:
             problem = unknown_name("choice", value, map(str, action.choices))
             raise argparse.ArgumentError(action, problem)

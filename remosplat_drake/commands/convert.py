@@ -75,7 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Converts the file, and prints what was done and lost."""
+    """Converts the file, and prints the steps and losses."""
     check_cleaning(arguments)
     check_placement(arguments)
     target = format_of_name(arguments.output)

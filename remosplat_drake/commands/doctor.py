@@ -231,7 +231,7 @@ def _agreed(name: str) -> bool:
 
 
 def show_finding(finding: Finding, console: Console) -> None:
-    """Prints what a check found, and how to mend it."""
+    """Prints the result of a check, and a remedy."""
     style = _STYLES[finding.result]
     console.print(
         f"[{style}]{finding.result:8}[/] {finding.check}: {finding.found}"

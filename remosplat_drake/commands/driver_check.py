@@ -27,7 +27,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 _PERIOD = 0.001
 _LOOK = 2.0
-"""Time between two looks at what is still to be seen [s]."""
+"""Time between two checks for missing observations [s]."""
 
 _LONGEST = 3600.0
 

@@ -13,7 +13,7 @@ def add_driver_arguments(parser: argparse.ArgumentParser, part: str) -> None:
 
     Args:
         parser: The command's parser.
-        part: What is driven, `arm` or `base`.
+        part: The driven part, `arm` or `base`.
     """
     parser.add_argument(
         "scenario",

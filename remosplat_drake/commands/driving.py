@@ -128,7 +128,8 @@ def log_is_whole(application: Application, console: Console) -> bool:
         application: The diagram that ran; its log is closed.
         console: Console for the line.
 
-    Returns: Whether nothing is missing.
+    Returns:
+        Whether nothing is missing.
     """
     parts = application.recorder.ticks, application.log
     troubles = [part.trouble for part in parts if part and part.trouble]

@@ -49,7 +49,8 @@ _MARGIN = 0.2
 _IMPATIENT = """{
     time_limit: 10, controller: {guidance: {planning: {enabled: false}}}
 }"""
-"""How it is tried: without a search for what is not reached soon."""
+"""Trial of the scenario: without a search for targets that are not reached
+soon."""
 
 _DISCS = 4000
 """Number of discs of the splat."""
@@ -215,7 +216,7 @@ def _target(effector: str, X_WT: RigidTransform) -> dict:
 
 _HEAD = """\
 # A first scenario, made and tried by `remosplat import-robot`: a post, and
-# targets that the robot has reached beside it.
+# targets beside it that the robot reached in a trial run.
 """
 
 

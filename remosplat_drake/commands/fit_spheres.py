@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--tolerance",
         type=float,
         metavar="MM",
-        help="in place of a count: how far spheres may stand out of a link, in"
+        help="in place of a count: how far spheres may protrude from a link, in"
         " mm, where --most a link suffice",
     )
     parser.add_argument(

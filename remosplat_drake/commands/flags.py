@@ -1,4 +1,4 @@
-"""Flags that several commands share, and what all check about theirs."""
+"""Flags that several commands share, and their checks."""
 
 import argparse
 import time

@@ -57,7 +57,7 @@ class Admission:
 
     Attributes:
         knowledge: The knowledge about the run's map.
-        passage: Result of the gates: the warnings, and what was accepted.
+        passage: Result of the gates: the warnings, and the accepted gates.
         hardware: Whether a real robot moves.
     """
 
@@ -78,7 +78,7 @@ class Admission:
             _tell(console, f"accepted: {gate}", "bold yellow")
 
     def document(self) -> dict:
-        """Returns what the files of a run keep of the admission."""
+        """Returns the part of the admission that the files of a run keep."""
         return {
             "map_summary": dc.asdict(self.knowledge.summary),
             "map_error": self.knowledge.error.largest,
@@ -134,7 +134,7 @@ def _confirm(gate: Gate, console: Console) -> None:
     termios.tcflush(sys.stdin, termios.TCIFLUSH)
     _tell(console, str(gate))
     console.print(
-        f"type [bold]{gate.name}[/bold] to drive all the same: ", end=""
+        f"type [bold]{gate.name}[/bold] to move the robot anyway: ", end=""
     )
     if sys.stdin.readline().strip() != gate.name:
         raise RemoSplatError(f"{flag}: not confirmed; nothing has moved")

@@ -182,8 +182,8 @@ def run(arguments: argparse.Namespace) -> int:
     )
     commands = robot.arm.commands
     console.print(
-        f"{commands.received} commands to the arm,"
-        f" {commands.expired} times expired, {commands.broken} broken"
+        f"commands to the arm: {commands.received}, timeouts:"
+        f" {commands.expired}, unusable commands: {commands.broken}"
         + (f" ({commands.complaint})" if commands.broken else "")
     )
     return 0

@@ -62,7 +62,7 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
 
 
 def is_held(wanted: bool | None) -> bool:
-    """Whether a page stays; None stands for: if a terminal is attached."""
+    """Whether a page stays; None: if a terminal is attached."""
     return sys.stdin.isatty() if wanted is None else wanted
 
 
@@ -104,8 +104,8 @@ def wait_for_start(page: MeshcatPage, goal: str, console: Console) -> None:
     """Waits until a person presses Start on the page, or Enter here.
 
     Args:
-        page: The page, which says what it waits for.
-        goal: What the run is for, in a sentence.
+        page: The page, which states the reason for waiting.
+        goal: Purpose of the run, in a sentence.
         console: Console for the instructions.
     """
     before, clicks = page.state, page.clicks(START)

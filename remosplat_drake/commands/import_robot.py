@@ -97,7 +97,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         default=1e3 * TOLERANCE,
         metavar="MM",
-        help=f"how far spheres may stand out ({1e3 * TOLERANCE:g} mm)",
+        help="how far spheres may protrude from a link's surface"
+        f" ({1e3 * TOLERANCE:g} mm)",
     )
     parser.add_argument(
         "--no-scenario",
@@ -161,7 +162,7 @@ def _request(args: argparse.Namespace, out: Path) -> ImportRequest:
 
 
 def _end_effectors(texts: list[str]) -> dict[str, str]:
-    """Links by what the end effectors are called; an only one by nothing."""
+    """Links by the end effectors' names; an only one has an empty name."""
     parts = [text.rpartition("=") for text in texts]
     links = [link for _, _, link in parts]
     if len(links) == 1:
@@ -214,7 +215,7 @@ def _report(
     findings: Findings,
     tried: Tried | None,
 ) -> None:
-    """Prints one page of what was found, what was guessed and what to do."""
+    """Prints one page of findings, guesses and next steps."""
     for title, pairs in (
         ("found", findings.found),
         (

@@ -96,7 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="values laid over the scenario",
+        help="settings that override the scenario",
     )
     add_page_arguments(parser)
 
@@ -177,7 +177,7 @@ def _nearest(
     spheres: Spheres,
     candidates: list[int],
 ) -> int:
-    """Returns the candidate that is nearest to what it sees."""
+    """Returns the candidate that is nearest to the surfaces it sees."""
     field = DepthRasterizationField(splat_W, sensor, nearest_only=True)
     asked = spheres.select(np.array(candidates))
     distance = field.clearances(asked).per_sphere(len(candidates))
@@ -195,7 +195,7 @@ def _facts(views: SphereViews) -> str:
 
 
 def _candidates(chosen: str | None, links: tuple[str, ...]) -> list[int]:
-    """Returns the spheres that INDEX, LINK or nothing stands for."""
+    """Returns the spheres of INDEX or LINK, or the default one."""
     n = len(links)
     if chosen is None:
         return list(range(n))

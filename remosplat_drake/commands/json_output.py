@@ -1,4 +1,4 @@
-"""The flag `--json`: what a command has found, for other programs."""
+"""The flag `--json`: results of a command, for other programs."""
 
 import argparse
 import dataclasses as dc
@@ -30,7 +30,7 @@ def json_text(document: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Turns dataclasses, arrays, paths and numbers into what JSON has.
+    """Converts dataclasses, arrays, paths and numbers to JSON's types.
 
     A number that is infinite or none becomes null.
 

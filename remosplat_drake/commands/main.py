@@ -23,7 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def exit_code(run: Callable[[], int]) -> int:
-    """Calls what reads and runs a command line, and returns its exit code.
+    """Reads and runs a command line, and returns its exit code.
 
     Returns:
         0: done. 1: the robot did not get there. 2: the user can correct it, and
@@ -58,7 +58,7 @@ def _is_no_announcement(record: logging.LogRecord) -> bool:
 
 
 def _run(argv: list[str]) -> int:
-    """Answers what is about all commands, or runs one of them."""
+    """Handles requests about all commands, or runs one of them."""
     if not argv:
         print(overview(), end="", file=sys.stderr)
         return USER_ERROR

@@ -21,7 +21,7 @@ from remosplat_drake.scene.rmmi import read_scene
 
 
 def add_placement_arguments(parser: argparse.ArgumentParser):
-    """Declares the flags that say what is up."""
+    """Declares the flags about the upward direction."""
     parser.add_argument(
         "--up",
         choices=UPS,

@@ -32,9 +32,9 @@ class PreparedCapture:
 
     Attributes:
         capture: The capture, inspected, refined and placed.
-        warnings: What its inspection warns of.
+        warnings: Warnings of its inspection.
         alignment: The refinement of its cameras; None if it was not requested.
-        summary: What the report says of that.
+        summary: The report's summary of the alignment.
         placement: Where its frame is.
         workspace: Where the robot works.
     """
@@ -62,7 +62,7 @@ def prepare_capture(
 
     Args:
         arguments: The command's flags.
-        console: Where progress, and what was found, are shown.
+        console: Console for progress and results.
         stages: Where the choice of frames and the refinement are kept.
 
     Raises:

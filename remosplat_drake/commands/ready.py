@@ -34,7 +34,7 @@ def show_start(application: Application) -> None:
 
 
 def goal_in_words(application: Application, knowledge: MapKnowledge) -> str:
-    """Says in a sentence what the robot shall do, and how good the map is.
+    """Describes the robot's task and the map's quality in a sentence.
 
     Args:
         application: The diagram.
@@ -58,7 +58,7 @@ def goal_in_words(application: Application, knowledge: MapKnowledge) -> str:
 
 
 def _first_aim(application: Application, root: Context) -> Aim | None:
-    """Returns what the robot shall reach first; None if that is not known."""
+    """Returns the robot's first target; None if that is not known."""
     aim = Aim.of(_value(target_port(application.targets), root))
     return aim if aim.is_known else None
 
@@ -90,7 +90,7 @@ def _way(aim: Aim, robot: RobotModel, q: np.ndarray) -> str:
 
 
 def _beside(application: Application, aim: Aim) -> str:
-    """Names what is near to the target; empty if nothing is."""
+    """Names the nearest thing to the target; empty if there is none."""
     world, p_WT = application.world, aim.first.X_WT[:3, 3]
     near = world.field.clearances(Spheres.at(p_WT), _NEAR)
     if not len(near) or not aim.first.asks_for_place:

@@ -111,7 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--robot",
         default=FRANKIE,
         metavar="MODEL",
-        help="the robot that the scenario's target is for, a name or a file"
+        help="name or file of the robot for which the scenario's target is"
         f" ({FRANKIE})",
     )
     parser.add_argument(

@@ -86,13 +86,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scenario",
         nargs="?",
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`), or a splat"
-        " file, for which one is made up",
+        " file, for which one is generated",
     )
     parser.add_argument(
         "--save-scenario",
         type=Path,
         metavar="FILE.yaml",
-        help="write the scenario that is made up for a splat",
+        help="write the scenario that is generated for a splat",
     )
     parser.add_argument(
         "--headless",
@@ -123,7 +123,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="values laid over the scenario, e.g. '{time_limit: 5}'",
+        help="settings that override the scenario, e.g. '{time_limit: 5}'",
     )
     parser.add_argument(
         "--graphviz",
@@ -245,7 +245,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 class _Preparation:
-    """Says where the page is, and on it what is done before the run."""
+    """Prints the page's address, and shows the steps before the run there."""
 
     def __init__(
         self, page: MeshcatPage | None, headless: bool, console: Console
@@ -260,7 +260,7 @@ class _Preparation:
         self._is_said = True
 
     def tell(self, text: str) -> None:
-        """Says what is being done."""
+        """Prints the present step."""
         self.say_address()
         # Meshcat serves one thread; others compile, too.
         if self._page is not None and current_thread() is main_thread():
@@ -279,7 +279,7 @@ def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float | None:
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
-    """Refuses what could not be written after the run before it starts."""
+    """Refuses, before the run, files that could not be written after it."""
     paths = [arguments.graphviz, arguments.save_html, arguments.save_scenario]
     if arguments.output:
         paths += [arguments.output / name for name in (METRICS, TRAJECTORY)]
@@ -288,7 +288,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def state_at_end(result: RunResult) -> PageState:
-    """Returns what the page says of a run that has ended.
+    """Returns the page's text about a run that has ended.
 
     Args:
         result: Result of the run.

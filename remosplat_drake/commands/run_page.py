@@ -39,7 +39,7 @@ def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
 
 
 def show_warnings(page: MeshcatPage, warnings: Sequence[Gate]) -> None:
-    """Shows what is wrong with a run, before it begins.
+    """Shows the faults of a run, before it begins.
 
     Args:
         page: The page.

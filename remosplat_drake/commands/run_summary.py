@@ -86,7 +86,7 @@ def _paths(metrics: RunMetrics) -> str:
 
 
 def _unseen(metrics: RunMetrics) -> str:
-    """Says how near the robot came to what no camera has seen."""
+    """Prints the smallest distance to unseen space."""
     least = metrics.unseen_clearance_min or 0.0
     if not metrics.unseen_ticks:
         return f"min {1e3 * least:.1f} mm away"

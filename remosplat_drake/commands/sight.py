@@ -59,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Tells what moves until Ctrl-C."""
+    """Sends movers until Ctrl-C."""
     scenario = load_scenario(arguments.scenario)
     console = open_console(stderr=True)
     sight = _open(arguments, scenario, console)
@@ -99,7 +99,7 @@ def _open(
 
 
 def _watch(sight: WireSight, console: Console, request: StopRequest) -> None:
-    """Looks at images, and says what is wrong with cameras and how it goes."""
+    """Processes images, and prints faults of cameras and the progress."""
     missing: list[str] = []
     map_in_use = ""
     problems: dict[str, str] = {}

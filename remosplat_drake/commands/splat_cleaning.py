@@ -1,4 +1,4 @@
-"""Flags that remove junk from a splat, and what they do."""
+"""Flags that remove junk from a splat, and their actions."""
 
 import argparse
 from pathlib import Path
@@ -18,7 +18,7 @@ from remosplat_drake.splat.cleaning.views import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _LEAST_SEEN = 0.5
-"""Least fraction of a splat that its own cameras look at."""
+"""Least fraction of a splat that its own cameras see."""
 
 
 def add_cleaning_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,7 +62,7 @@ def cleaned(
     source: Path,
     console: Console,
 ) -> tuple[GaussianSplat, Junk]:
-    """Removes junk from a splat, and says how much of what kind.
+    """Removes junk from a splat, and prints how many of each kind.
 
     Args:
         splat: The splat, as its file has it.
@@ -71,7 +71,7 @@ def cleaned(
         console: Where it is said.
 
     Returns:
-        What is left, and what was removed.
+        The remaining splat, and the removed part.
 
     Raises:
         RemoSplatError: The cameras are unusable, or nothing is left.
@@ -100,11 +100,13 @@ def _views(
     views = read_views(path)
     seen = views.seen_share(splat.p_GK)
     if seen >= _LEAST_SEEN:
-        console.print(f"{path}: {len(views)} cameras tell what was seen.")
+        console.print(
+            f"{path}: {len(views)} cameras show which space was seen."
+        )
         return views
     problem = (
-        f"its cameras look at {100 * seen:.0f} % of the splats; is the splat in"
-        " another frame or unit?"
+        f"its cameras see only {100 * seen:.0f} % of the splats; check whether"
+        " the file has another frame or unit"
     )
     if arguments.views is not None:
         raise FileError(path, problem)

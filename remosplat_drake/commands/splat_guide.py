@@ -1,4 +1,4 @@
-"""`remosplat convert --guide`: proposes what is up, the floor and the scale."""
+"""`remosplat convert --guide`: proposes upward direction, floor and scale."""
 
 import argparse
 
@@ -65,12 +65,12 @@ def check_guide(arguments: argparse.Namespace) -> None:
 def guided(
     splat_G: GaussianSplat, length: float | None, console: Console
 ) -> tuple[RigidTransform, float]:
-    """Finds what is up, the floor and the scale, and says how to say it again.
+    """Finds upward direction, floor and scale, and prints equivalent flags.
 
     Args:
         splat_G: The splat, as its file has it.
-        length: True length of its longest side along the floor [m]; None if
-            it was not measured, and the unit stays what it is.
+        length: True length of its longest side along the floor [m]; None if it
+            was not measured, and the unit does not change.
         console: Where it is said.
 
     Returns:
@@ -110,7 +110,7 @@ def guided(
 def _best_floor(
     splat_G: GaussianSplat,
 ) -> tuple[SplatFloor, list[np.ndarray]]:
-    """The most convincing floor, and what would be up with others.
+    """The most convincing floor, and the upward directions of other floors.
 
     If no plane is convincing by itself, the axes are tried as upward direction.
     """
@@ -159,7 +159,7 @@ def _numbers(values: np.ndarray) -> str:
 
 
 def words_of_floor(floor: SplatFloor, X_FG: RigidTransform) -> str:
-    """Says what was found, and what it does to a splat."""
+    """Prints the results, and their effect on a splat."""
     height = X_FG.translation()[2]
     return (
         f"Floor: {100 * floor.share:.0f} % of the splat's surface, with"

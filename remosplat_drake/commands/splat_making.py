@@ -49,7 +49,7 @@ def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
         "--recipe",
         default="",
         metavar="YAML",
-        help="values laid over how --train makes splats, e.g. '{steps: 500,"
+        help="settings that override those of --train, e.g. '{steps: 500,"
         " width: 320, height: 240}' (see benchmark/splat_recipe.py)",
     )
     group.add_argument(
@@ -104,7 +104,8 @@ def _gpus() -> tuple[str, ...]:
     problem = missing_for_gsplat()
     if problem:
         raise RemoSplatError(
-            f"--train {problem}; --train cpu refines without training"
+            f"--train {problem}; with --train cpu, the splat is refined"
+            " but not trained"
         )
     import torch
 

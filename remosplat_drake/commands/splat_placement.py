@@ -1,4 +1,4 @@
-"""Flags that make a splat metric and upright, and what they do."""
+"""Flags that make a splat metric and upright, and their actions."""
 
 import argparse
 
@@ -120,7 +120,8 @@ def find_placement(
         arguments: The command line.
         console: Where it is said.
 
-    Returns: The pose X_FG of the splat's frame, None if it does not change, and
+    Returns:
+        The pose X_FG of the splat's frame, None if it does not change, and
         metres per unit.
 
     Raises:

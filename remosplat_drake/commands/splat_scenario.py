@@ -71,14 +71,14 @@ def load_given(
 
     Args:
         spec: NAME, FILE or FILE:NAME of a scenario, or a splat file.
-        override: YAML laid over the scenario.
-        console: Where it is said what was made up.
-        save: File that receives a scenario that was made up.
+        override: YAML that overrides the scenario.
+        console: Console for the choices.
+        save: File that receives a generated scenario.
         hardware: Whether a real robot will move, for which no scenario is made
             up.
 
     Raises:
-        RemoSplatError: There is no such scenario, or none can be made up.
+        RemoSplatError: There is no such scenario, or none can be generated.
     """
     splat = None if spec is None else _splat_of(spec)
     if splat is None:
@@ -89,8 +89,8 @@ def load_given(
         return load_scenario(spec, override)
     if hardware:
         raise RemoSplatError(
-            f"--hardware: needs a scenario that a person has looked at, and"
-            f" {splat} is a splat"
+            f"--hardware: needs a scenario file that you have reviewed, not a"
+            f" splat: {splat}"
         )
     beside = scenario_path(splat)
     if save is None and _is_of(beside, splat):
@@ -140,7 +140,7 @@ def _made_up(
         raise
     except RemoSplatError as error:
         raise FileError(
-            splat, f"no scenario given, and none can be made up: {error}"
+            splat, f"no scenario given, and none can be generated: {error}"
         ) from error
     error = find_map_error(wanted).largest
     folder = splat.parent if save is None else save.parent

@@ -1,4 +1,4 @@
-"""The entry of a scenario's file that a suggested task becomes."""
+"""Converts a suggested task into an entry of a scenario file."""
 
 import math
 from pathlib import Path

@@ -85,7 +85,7 @@ def _verdict(error: float, safe: float) -> str:
 
 
 def _doubts(warnings: Sequence[str]) -> str:
-    """Writes what is wrong with the capture as comments in YAML."""
+    """Writes the faults of the capture as comments in YAML."""
     return "".join(
         textwrap.fill(
             f"The capture: {warning}",

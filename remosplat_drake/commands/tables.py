@@ -16,7 +16,7 @@ from rich.text import Text
 from remosplat_drake.base.table import Table
 
 _ENDLESS = 10_000
-"""Width of what is no terminal [columns]."""
+"""Width of a table without a terminal [columns]."""
 
 _GAP = 2
 """Space between two columns: a cell's padding, and a line's place."""
@@ -49,7 +49,7 @@ def print_table(
     Args:
         console: Where it is printed.
         table: The table.
-        styles: Styles of cells by what they say; None: none has one.
+        styles: Styles of cells by their text; None: none has one.
     """
     if table.title:
         console.print(Text(table.title, "bold"))

@@ -70,8 +70,8 @@ DEFAULT_SCENARIO = "StudioLive"
 """Name of the default scenario."""
 
 MAP_KNOWLEDGE = "map_knowledge.json"
-"""Name of the file in a run's folder that says what was known of a given map,
-and accepted."""
+"""Name of the file in a run's folder with the knowledge about a given map, and
+the accepted gates."""
 
 EXAMPLES = """
 remosplat teleop StudioLive
@@ -100,7 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--trajectory",
         type=Path,
         metavar="FILE",
-        help="an operator's script: timed poses and presses",
+        help="an operator's script: timed poses and button presses",
     )
     parser.add_argument(
         "--headless",
@@ -144,7 +144,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scenario-text",
         default="",
         metavar="YAML",
-        help="values laid over the scenario, e.g. '{mapping: {voxel: 0.05}}'",
+        help="settings that override the scenario, e.g."
+        " '{mapping: {voxel: 0.05}}'",
     )
     add_record_argument(parser)
     add_accept_argument(parser)

@@ -1,4 +1,4 @@
-"""Reports defects of the program that a file has brought to light."""
+"""Reports unexpected errors of readers, which are defects of the program."""
 
 import hashlib
 import os

@@ -21,8 +21,8 @@ def end_effector_velocities(
     Args:
         report: The report of a tick; with that from before the first tick
             both velocities are NaN.
-        executed: The velocity command u that the station got, shape (n_u,):
-            the controller's, or what the supervisor made of it.
+        executed: The velocity command u of the station, shape (n_u,): the
+            controller's, or the supervisor's.
         robot: The robot, for its kinematics.
         gain: The servo's proportional gain beta [1/s].
         max_speed: The servo's bound on the translational speed [m/s].
@@ -44,7 +44,7 @@ def end_effector_velocities(
 def deviation(desired: np.ndarray, executed: np.ndarray) -> float:
     """Computes |v desired - v executed| of the translation alone [m/s].
 
-    This is what the paper plots in figure 5.
+    The paper's figure 5 plots this.
 
     Args:
         desired: The desired V_WE, shape (6,) [rad/s, m/s].

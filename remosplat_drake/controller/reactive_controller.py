@@ -67,9 +67,10 @@ class ReactiveController(LeafSystem):
     `motion` is the `Motion` of a robot that does not execute commands at once;
     `configuration` and `clearances` are then those of its `q_planned`. `movers`
     are the `Movers` around the robot; without them nothing moves. `payload` is
-    the `Payload` that the robot carries, the one of `clearances`, or None. While
-    `hold` is true, each command is the next step of the braking ramp: the robot
-    comes to a standstill and stays there. A payload must only change after that.
+    the `Payload` that the robot carries, the one of `clearances`, or None.
+    While `hold` is true, each command is the next step of the braking ramp: the
+    robot comes to a standstill and stays there. A payload must only change
+    after that.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].

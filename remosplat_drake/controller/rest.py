@@ -48,7 +48,7 @@ class Rest:
     """The memory of a target that is held; copying returns the object itself.
 
     Attributes:
-        aim: What is held; None while nothing is.
+        aim: The aim that is held; None without one.
         since: Time since which the errors have not fallen [s].
         errors: Their values then: for each target the distance [m] and the
             angle [rad]; and in the last row how far the clearance is below the
@@ -75,8 +75,8 @@ def advance_rest(
     Args:
         rule: When it does.
         law: The control law.
-        rest: What was known at the tick before.
-        report: What the tick has found and decided.
+        rest: The state at the tick before.
+        report: The report of the tick.
     """
     time, config = report.time, rule.config
     if not config.enabled:
@@ -111,7 +111,7 @@ def at_rest(
 
     Args:
         law: The control law.
-        report: What the tick would have done.
+        report: The report of the tick without rest.
         u_previous: The command that was sent last, shape (n_u,).
         periods: How many control periods ago that was.
     """

@@ -78,7 +78,7 @@ def crosser(
 
     Args:
         rng: The random numbers.
-        name: What it is called.
+        name: Its name.
         base: Where the base starts [m].
         hand: Where the hand starts [m].
         goal: Target of the hand [m].
@@ -156,7 +156,7 @@ def forearm(
 
     Args:
         rng: The random numbers.
-        name: What it is called.
+        name: Its name.
         goal: Where the robot reaches [m].
     """
     speed = rng.uniform(SLOWEST, FASTEST)

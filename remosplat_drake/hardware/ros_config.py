@@ -10,7 +10,7 @@ from annotated_types import Interval, Len
 from remosplat_drake.base.ranges import Config, OneOf
 
 Tell = Callable[[str], None]
-"""Prints a line for people."""
+"""Prints a message."""
 
 STRING, INT32, BOOL = "String", "Int32", "Bool"
 MODE_TYPES = (STRING, INT32, BOOL)

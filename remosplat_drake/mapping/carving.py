@@ -33,7 +33,7 @@ def find_gone(p_WK: np.ndarray, capture: Capture) -> np.ndarray:
 
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].
-        capture: Views of what there is now.
+        capture: Views of the present scene.
 
     Returns:
         A mask of the discs, shape (n,).
@@ -80,7 +80,7 @@ def find_rest(
     Args:
         p_WK: The discs' centres in W, shape (n, 3) [m].
         gone_W: Points of vanished things in W, shape (m, 3) [m].
-        capture: Views of what there is now.
+        capture: Views of the present scene.
 
     Returns:
         A mask of the discs, shape (n,).

@@ -59,7 +59,7 @@ def known_space(
         robot_free: The robot's spheres where it was when frames were taken;
             None for none.
         config: The box, its voxels and the margin around the robot.
-        before: What was seen before the frames, in the same voxels, as
+        before: The space seen before the frames, in the same voxels, as
             `in_box` returns it; None for nothing.
     """
     coverage = find_seen_space(capture, splat_W, *_box(config), measured)
@@ -104,7 +104,7 @@ def in_box(
     """Resamples a coverage to the voxels of the mapped box.
 
     Args:
-        coverage: What was seen, in voxels of a frame G.
+        coverage: The seen space, in voxels of a frame G.
         X_WG: Pose of G in the world W, shape (4, 4).
         config: The box and its voxels, in W.
 

@@ -191,7 +191,7 @@ class LiveMap(LeafSystem):
             builder: Builder of the diagram.
             configuration: The measured configuration q, not corrected.
             requests: The `MapRequests` of operators; None for none.
-            settled: Further `MapRequests`, for what has settled; None for none.
+            settled: Further `MapRequests`, for settled things; None for none.
             passing: The `Movers` that have not settled; None for none.
             oracle: The distance oracle, which is connected to the live map.
             supervisor: The safety supervisor, which receives the map's age and

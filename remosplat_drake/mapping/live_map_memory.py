@@ -25,7 +25,7 @@ class LiveMapMemory:
     """State between two ticks; copying returns the object itself.
 
     Attributes:
-        status: What is shown.
+        status: The status on show.
         known: The requests that have been passed on.
         due: Times at which answers take effect: triples (time [s], number of
             requests answered by then, whether they make a map); only with a

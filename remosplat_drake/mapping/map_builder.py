@@ -78,8 +78,8 @@ def build_map(
         make_field: Makes the oracle's distance field of a splat.
         effort: `QUICK` or `FULL`.
         base: An earlier splat that the frames update; None starts empty.
-        base_seen: What the cameras of that splat saw, as `in_box` returns it;
-            None if unknown.
+        base_seen: The seen space of that splat, as `in_box` returns it; None if
+            unknown.
         unseen_is_solid: Whether unseen space is part of the map.
         robot_free: The robot's spheres where it was when frames were taken:
             these places are free. None for none.

@@ -50,8 +50,8 @@ class MappingJob:
         q0: Configuration at the start, shape (n_q,); an operator has checked
             the space around it, see `MappingConfig.start_margin`.
         base: The splat that the scenario begins with; None for none.
-        base_seen: What its capture saw, as `in_box` returns it; None if
-            unknown.
+        base_seen: The seen space of its capture, as `in_box` returns it; None
+            if unknown.
         unseen_is_solid: Whether unseen space is part of the maps.
     """
 
@@ -120,7 +120,7 @@ def next_map(
     """Prepares the next map of a session.
 
     Args:
-        job: What the mapping process was given.
+        job: The inputs of the mapping process.
         session: The session that the map belongs to.
         frames: The frames.
         effort: "quick" or "full".

@@ -33,7 +33,7 @@ def choose_backend(asked: str, where: str, field: str) -> str:
 
 
 def missing_for_cuda() -> str:
-    """Returns what the CUDA kernels lack to run; empty if nothing.
+    """Returns what is missing for the CUDA kernels; empty if nothing.
 
     If torch is not installed, this loads nothing.
     """
@@ -46,7 +46,7 @@ def missing_for_cuda() -> str:
 
 
 def missing_for_gsplat() -> str:
-    """Returns what gsplat lacks to render; empty if nothing.
+    """Returns what is missing for gsplat; empty if nothing.
 
     If torch or gsplat is not installed, this loads neither.
     """

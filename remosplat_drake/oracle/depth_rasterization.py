@@ -46,7 +46,7 @@ class DepthRasterizationField(DistanceField):
 
     Args:
         splat_W: The scene, expressed in W.
-        sensor: The views and what counts as a surface.
+        sensor: The views and the definition of a surface.
         nearest_only: Return only the nearest view of each sphere (cheaper).
         num_threads: Number of threads that share the spheres of a query; the
             result does not depend on it.

@@ -73,7 +73,7 @@ class GsplatDepthField(DistanceField):
 
     Args:
         splat_W: The scene, expressed in W; 2DGS discs.
-        sensor: The views and what counts as a surface.
+        sensor: The views and the definition of a surface.
         nearest_only: Return only the nearest view of each sphere.
         subtract_uncertainty: Whether the splats' uncertainty counts.
 

@@ -35,7 +35,7 @@ class PlacedUnknownSpace(DistanceField):
     height.
 
     Args:
-        coverage: What was seen, in G.
+        coverage: The seen space, in G.
         X_WG: Pose of G in W.
         floor_height: Height in W below which floor links see nothing [m].
 

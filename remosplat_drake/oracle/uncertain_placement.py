@@ -97,5 +97,5 @@ class UncertainPlacement(DistanceField):
         ).within(max_distance)
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Names what is at a point; see `DistanceField.thing_at`."""
+        """Names the thing at a point; see `DistanceField.thing_at`."""
         return self._field.thing_at(p_W)

@@ -140,7 +140,7 @@ def unknown_space_field(
     """Makes a distance field of unseen space.
 
     Args:
-        coverage: What was seen.
+        coverage: The seen space.
         prepared: Arrays that an equal field has prepared; see
             `UnknownSpaceField`.
 

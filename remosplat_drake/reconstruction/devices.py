@@ -20,7 +20,7 @@ _TRAINING = ("torch", "gsplat", "pytorch_msssim")
 
 
 def choose_device(name: str) -> str:
-    """Returns the device that a name stands for, never `AUTO`.
+    """Returns the device of a name, never `AUTO`.
 
     Raises:
         FieldError: There is no such name.
@@ -44,5 +44,6 @@ def choose_device(name: str) -> str:
     if not has_torch:
         raise MissingExtraError("training a splat", "gpu")
     raise RemoSplatError(
-        "training a splat needs a CUDA device; --device cpu refines it without"
+        "training a splat needs a CUDA device; with --device cpu, the splat is"
+        " refined but not trained"
     )

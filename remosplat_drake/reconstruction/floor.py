@@ -60,7 +60,7 @@ class Floor:
         X_FW: Pose of the capture's frame W in the frame F with z up and the
             floor at z = 0. F's x axis is W's, as far as the floor allows, and
             its origin lies below or above W's.
-        area: Area of what was seen of the floor [m^2].
+        area: Area of the seen part of the floor [m^2].
         rms: Root mean square of its surfels' heights [m].
         tilt: Angle between the floor's normal and the mean upright of the
             cameras [rad].
@@ -162,7 +162,7 @@ def _score(
 def _fitted(
     surfels: Surfels, normal_W: np.ndarray, offset: float, config: FloorConfig
 ) -> tuple[np.ndarray, float]:
-    """The least-squares normal of the floor and what is parallel to it."""
+    """The least-squares normal of the floor and of surfaces parallel to it."""
     inliers = _inliers(surfels, normal_W, offset, config)
     if inliers.sum() < 3:
         return normal_W, offset

@@ -57,8 +57,8 @@ def without_measured(
     """Marks free voxels with a measured cell in or beside them as unseen.
 
     Args:
-        coverage: What was seen, in W.
-        cells: What `measured_cells` found in its box.
+        coverage: The seen space, in W.
+        cells: The result of `measured_cells` in its box.
         looks: The views that may still mark a voxel as free.
 
     Returns:

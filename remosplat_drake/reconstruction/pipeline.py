@@ -174,7 +174,7 @@ def check_refinable(device: str, refine_cameras: bool):
     """Checks that cameras can be unknowns, before any work starts.
 
     Args:
-        device: What `choose_device` has returned.
+        device: The result of `choose_device`.
         refine_cameras: Whether they shall be.
 
     Raises:

@@ -41,7 +41,7 @@ def write_seen_space(splat: Path, coverage: Coverage) -> None:
 
     Args:
         splat: The splat file, in its final form.
-        coverage: What its capture has seen, in the splat's frame.
+        coverage: The seen space of its capture, in the splat's frame.
 
     Raises:
         FileError: The splat cannot be read or the file not written.
@@ -81,7 +81,7 @@ def read_seen_space(path: Path, splat: Path) -> Coverage:
     if head.text("splat_digest") != file_digest(splat):
         raise FileError(
             path,
-            f"is about another splat than {splat.name}; make both anew with"
+            f"is about another splat than {splat.name}; create both again with"
             " `remosplat reconstruct`",
         )
     lower = np.array(head.numbers("lower", 3))

@@ -83,7 +83,7 @@ class _Cells:
 def seen_box(
     capture: Capture, workspace: Workspace, voxel: float = VOXEL
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Returns a box around what a capture may have seen.
+    """Returns a box around the space that a capture may have seen.
 
     Seen space extends from the cameras to the surfaces, and a robot works
     within some metres of its workspace.

@@ -34,7 +34,7 @@ _INNER, _MARGIN = 0.9, 1.2
 scene, and how many radii away others are left out as background."""
 
 _THICKNESS = 0.01
-"""Distance from a plane of what belongs to it, in radii of the scene."""
+"""Distance of points from their plane, in radii of the scene."""
 
 _DEPTH = 0.04
 """Depth beneath a plane up to which splats pass for noise or mirror images, in
@@ -179,7 +179,7 @@ def frame_of_points(
 def _surface_points(
     splat: GaussianSplat, rng: np.random.Generator
 ) -> tuple[np.ndarray, float]:
-    """Points on what is not background, shape (n, 3), and its radius."""
+    """Points that are not background, shape (n, 3), and their radius."""
     if len(splat) < _FEWEST:
         raise RemoSplatError(f"no floor: there are only {len(splat)} splats")
     p_GK = splat.p_GK.astype(float)
@@ -230,7 +230,7 @@ def _distinct(planes: Iterable[_Plane]) -> list[_Plane]:
 def _fitted(
     p_M: np.ndarray, normal: np.ndarray, offset: float, up: np.ndarray | None
 ) -> _Plane:
-    """The least-squares plane of what belongs to a plane, and again."""
+    """The least-squares plane of the points near a plane, repeated once."""
     for thickness in (3 * _THICKNESS, 2 * _THICKNESS, *[_THICKNESS] * 3):
         own = p_M[np.abs(p_M @ normal + offset) < thickness]
         if len(own) < 3:

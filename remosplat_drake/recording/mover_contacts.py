@@ -254,9 +254,9 @@ class _Contacts:
         self._closed: list[Contact] = []
 
     def add(self, look: _Look) -> None:
-        """Adds the next look, and what the robot did until then.
+        """Adds the next sample, and the robot's motion until then.
 
-        At the very start counts what it did from then on.
+        At the very start the motion from then on counts.
         """
         before, self._latest = self._latest, look
         if before is None:

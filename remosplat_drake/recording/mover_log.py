@@ -52,7 +52,7 @@ def to_arrays(ticks: Sequence[Movers]) -> dict[str, np.ndarray]:
 
 
 def from_arrays(arrays: Mapping[str, np.ndarray]) -> tuple[Movers, ...]:
-    """Reads what `to_arrays` wrote.
+    """Reads the output of `to_arrays`.
 
     Raises:
         KeyError: An array is missing.

@@ -63,7 +63,7 @@ def save_figure(figure: "Figure", path: Path) -> None:
         path: The file; its ending says the format.
 
     Raises:
-        FieldError: The file's ending is none of `FORMATS`.
+        FieldError: The file's suffix is not in `FORMATS`.
         FileError: The file cannot be written.
     """
     check_figure_path(path)
@@ -75,7 +75,7 @@ def check_figure_path(path: Path) -> None:
     """Checks that a figure can be saved at a path.
 
     Raises:
-        FieldError: The path's ending is none of `FORMATS`.
+        FieldError: The path's suffix is not in `FORMATS`.
     """
     ending = path.suffix[1:]
     if ending not in FORMATS:

@@ -109,7 +109,7 @@ def to_columns(ticks: Collection[PackedMovers]) -> dict[str, np.ndarray]:
 
 
 def from_columns(columns: Mapping[str, np.ndarray]) -> list[PackedMovers]:
-    """Reads what `to_columns` wrote.
+    """Reads the output of `to_columns`.
 
     Args:
         columns: The arrays by name.

@@ -32,7 +32,7 @@ class TickBlocks:
         self._blocks: list[dict[str, _Place]] = []
 
     def append(self, arrays: Mapping[str, np.ndarray]) -> str:
-        """Appends a block as a whole, or nothing of it.
+        """Appends a block completely or not at all.
 
         Args:
             arrays: Its arrays by name.

@@ -32,7 +32,7 @@ _OF_THE_SUPERVISOR = (WAITING, STOPPING, STOPPED)
 
 @dc.dataclass(frozen=True, eq=False)
 class LoggedSignals:
-    """Signals of a tick besides the controller's report.
+    """Signals of a tick, in addition to the controller's report.
 
     Each is None if the diagram has no such system.
 

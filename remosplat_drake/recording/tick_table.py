@@ -160,7 +160,7 @@ class TickTable:
             q_end: Configuration after the last tick, shape (n_q,).
 
         Raises:
-            OSError: What is on the disk cannot be read.
+            OSError: The data on the disk cannot be read.
         """
         phases = sorted(
             name.removeprefix(_TIMING)

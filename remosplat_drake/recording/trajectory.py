@@ -79,8 +79,8 @@ class Trajectory:
 def save_trajectory(trajectory: Trajectory, path: Path) -> None:
     """Writes a trajectory as a NumPy .npz archive, atomically.
 
-    Arrays have the names of the fields; timings have `timing_` before theirs,
-    and what moved is in those that begin with `mover_`.
+    Arrays have the names of the fields; timings have the prefix `timing_`, and
+    movers the prefix `mover_`.
 
     Raises:
         FileError: The file cannot be written.

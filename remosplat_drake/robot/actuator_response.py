@@ -42,7 +42,7 @@ def step(v, target, dt, time_constant, acceleration, dead_band):
 
 @kernel(returns=several(reals(2), reals(2)))
 def respond(parameters, sent, u, start, v, until):
-    """Computes what `ActuatorModel.response` says, for all axes."""
+    """Computes the same as `ActuatorModel.response`, for all axes."""
     k, n = until.shape
     ways, velocities = np.empty((k, n)), np.empty((k, n))
     for j in range(n):

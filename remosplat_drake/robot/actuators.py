@@ -128,7 +128,7 @@ class ActuatorModel:
 
 
 def default_actuators(n_base: int, n_arm: int) -> list[Actuator]:
-    """Returns what is assumed of axes that could not be identified.
+    """Returns the assumed models of axes that could not be identified.
 
     The tubes hold a robot that follows at once, a base that is 80 ms late and
     an arm that is 20 ms late.

@@ -39,7 +39,7 @@ def braking_command(
 
 @kernel
 def next_on_ramp(u, acceleration_limit, time):
-    """Computes what `braking_command` does, for kernels, shape (n_u,).
+    """Computes the same as `braking_command`, for kernels, shape (n_u,).
 
     Args:
         u: The velocity command that was sent last, shape (n_u,).
@@ -55,7 +55,7 @@ def next_on_ramp(u, acceleration_limit, time):
 def executed_command(
     u: np.ndarray, acceleration_limit: np.ndarray, dt: float, age: float
 ) -> np.ndarray:
-    """Computes what a station executes of a command of some age.
+    """Computes the velocities that a station executes of a command of some age.
 
     Args:
         u: The command, shape (n_u,) [rad/s, m/s].
@@ -73,7 +73,7 @@ def executed_command(
 
 @kernel
 def held_command(u, acceleration_limit, dt, age):
-    """Computes what `executed_command` does, for kernels, shape (n_u,).
+    """Computes the same as `executed_command`, for kernels, shape (n_u,).
 
     Args:
         u: The command, shape (n_u,).

@@ -217,7 +217,7 @@ def _half(six, i, first):
 
 @helper
 def _halves(six, i):
-    """Returns both halves of a row: what turns, and what moves W's origin."""
+    """Returns the halves of a row for rotation and for W's origin."""
     return _half(six, i, 0), _half(six, i, 3)
 
 

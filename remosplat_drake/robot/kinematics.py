@@ -366,7 +366,7 @@ def sphere_points(X_WB, body, p_BS):
 
 @helper
 def place_points(X_WB, body, p_BS, p_WS, R_WL):
-    """Fills in what `sphere_points` returns.
+    """Computes the same as `sphere_points`.
 
     Args:
         X_WB: Poses of all bodies, shape (b, 4, 4).

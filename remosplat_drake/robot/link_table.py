@@ -1,7 +1,7 @@
 """Tables by link, in YAML files that may include those of another robot.
 
-Frankie carries a Panda: what is said of the arm's links stands once, in the
-Panda's files.
+Frankie carries a Panda: the data of the arm's links are only in the Panda's
+files.
 """
 
 import dataclasses as dc

@@ -28,7 +28,7 @@ def add_robot_model(
         Indices of the model instances that were added.
 
     Raises:
-        FileError: The file is no model, or Drake refuses what it says.
+        FileError: The file is not a model, or Drake rejects it.
     """
     parser = Parser(plant)
     parser.package_map().Add(
@@ -58,7 +58,7 @@ def find_frame(
     Args:
         plant: The finalized plant with the robot.
         name: Name of the frame.
-        where: What errors blame, such as a file.
+        where: Source for errors, such as a file.
         field: The field of it that has the name.
 
     Raises:

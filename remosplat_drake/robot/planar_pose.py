@@ -1,4 +1,4 @@
-"""Poses (x, y, yaw) in a plane: the base's, and what corrects them."""
+"""Poses (x, y, yaw) in a plane: the base's, and their corrections."""
 
 import numpy as np
 

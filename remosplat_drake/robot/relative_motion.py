@@ -9,9 +9,9 @@ from remosplat_drake.robot.robot_model import RobotModel
 def levers(robot: RobotModel, link_A: str, link_B: str) -> np.ndarray:
     """Bounds how far B's origin is from the axes of the joints between A and B.
 
-    Seen from A, a turning joint between the two carries B around its axis. The
-    links that lie between the axis and B, laid out straight, are the longest
-    that its lever can be. What carries both links around moves neither.
+    Relative to A, a revolute joint between the two carries B around its axis.
+    Its largest lever is the length of the links between the axis and B, laid
+    out straight. Motion that carries both links does not count.
 
     Args:
         robot: The robot.

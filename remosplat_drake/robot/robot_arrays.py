@@ -149,7 +149,7 @@ def add_rate(robot, state, body, p_W, n_W, sign, row):
         body: The body that the point is on.
         p_W: The point, shape (3,) [m].
         n_W: The direction, shape (3,) or three numbers.
-        sign: Factor on what is added.
+        sign: Factor of the added terms.
         row: One entry a command, shape (n_u,) [m/rad or 1].
 
     Example:

@@ -1,4 +1,4 @@
-"""`RobotDescription`: the YAML file that says what a robot consists of."""
+"""`RobotDescription`: the YAML file that describes a robot."""
 
 import dataclasses as dc
 import re
@@ -180,7 +180,7 @@ class RobotDescription(Config):
             raise FieldError(self.source, field, str(error)) from error
 
     def called(self, name: str) -> str:
-        """Returns what people call a link or a joint: elbow, joint 4.
+        """Returns the display name of a link or a joint: elbow, joint 4.
 
         Args:
             name: Its name in the model file.
@@ -217,7 +217,7 @@ MODEL_SUFFIXES = (".urdf", ".xacro", ".sdf", ".xml", ".mjcf")
 
 
 def _is_a_model(path: Path) -> str:
-    """Says of what describes no robot what does."""
+    """Names the right kind of file, if another one was given."""
     made = path.name.partition(".")[0]
     return (
         f"is a model, not a robot's description; `remosplat import-robot"

@@ -383,7 +383,7 @@ class RobotModel:
     def rounded_into_limits(self, q: np.ndarray) -> np.ndarray:
         """Moves joints that rounding has put beyond a limit onto it.
 
-        Files write 3.1416 for a limit of pi. What is farther beyond stays.
+        Files write 3.1416 for a limit of pi. Larger excesses stay.
 
         Args:
             q: A configuration, shape (n_q,) [rad, m].
@@ -457,7 +457,7 @@ class RobotModel:
         return self.state_of(state_arrays(self.arrays, np.array(q, float)))
 
     def state_of(self, arrays: StateArrays) -> RobotState:
-        """Returns what kernels have computed already.
+        """Returns the values that kernels have computed already.
 
         Args:
             arrays: The kinematic quantities of a configuration of this robot.

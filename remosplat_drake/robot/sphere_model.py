@@ -18,8 +18,8 @@ from remosplat_drake.robot.link_table import LinkTable, load_link_table
 class SphereModel:
     """n spheres S, each fixed to a link L (paper section IV-B).
 
-    Whether they enclose the robot, and what that means, is said and proved in
-    `remosplat_drake.robot.fitting.enclosure`.
+    `remosplat_drake.robot.fitting.enclosure` defines and proves whether they
+    enclose the robot.
 
     Attributes:
         name: Name of the sphere set, for tables and logs.

@@ -6,6 +6,6 @@ protective stop, a late control tick, a command that is not followed, too
 little clearance. Any of them ramps the robot down into a latched stop, which
 only a release ends. `supervise` is that state machine as a pure function.
 
-`gates` is about runs that have not begun: what must be known of a map, or be
-accepted by name, before a robot moves.
+`gates` is about runs that have not begun: properties of a map that must be
+known, or accepted by name, before a robot moves.
 """

@@ -1,4 +1,4 @@
-"""Gates: what must be known, or accepted by its name, before a robot moves.
+"""Gates: properties to know, or accept by name, before a robot moves.
 
 Functions that examine a run's map and settings return its faults as `Gate`s.
 `open_gates` decides: a refusal ends the run before it begins, unless a person
@@ -25,7 +25,7 @@ UNSEEN_SPACE = "unseen-space"
 
 GATES = {
     CAPTURE_WARNINGS: "the capture that the map was made of is doubtful",
-    EMPTY_MAP: "the map holds nothing where the robot starts or goes",
+    EMPTY_MAP: "the map has no data where the robot starts or moves",
     IGNORED_SPLATS: "most of the splat there is too faint or cropped away",
     MAP_ERROR: "the robot may come nearer than the map is accurate",
     NO_WAY_OUT: "no motion is found that leads out of the start",
@@ -36,7 +36,7 @@ GATES = {
     UNKNOWN_SEEN_SPACE: "the space that the map's cameras saw is not known",
     UNSEEN_SPACE: "the robot may go where no camera has looked",
 }
-"""Names of all gates, and what is wrong where one is shut."""
+"""Names of all gates, and the fault of a shut one."""
 
 SILENCE, WARNING, REFUSAL = "silence", "warning", "refusal"
 """Possible consequences of a shut gate."""
@@ -49,9 +49,9 @@ class Gate:
     Attributes:
         name: Name of the gate, a key of `GATES`.
         problem: What is wrong, and where that helps, what would be right.
-        in_simulation: What it leads to in simulation: `SILENCE`, `WARNING`
-            or `REFUSAL`.
-        on_hardware: What it leads to where a real robot moves, likewise.
+        in_simulation: Its consequence in simulation: `SILENCE`, `WARNING` or
+            `REFUSAL`.
+        on_hardware: Its consequence for a real robot, likewise.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Gate:
         return f"{self.name}: {self.problem}"
 
     def leads_to(self, hardware: bool) -> str:
-        """Returns what it leads to, in simulation or with the real robot."""
+        """Returns its consequence, in simulation or with the real robot."""
         return self.on_hardware if hardware else self.in_simulation
 
 
@@ -87,7 +87,7 @@ def check_names(
 
     Args:
         names: The accepted names.
-        valid: All names there are, and what they stand for.
+        valid: All existing names, and their meanings.
 
     Raises:
         RemoSplatError: A name is unknown; the text lists the valid ones.
@@ -115,7 +115,7 @@ def open_gates(
             that are not shut do not matter.
         hardware: Whether a real robot moves.
         where: The scenario that a refusal blames.
-        otherwise: What accepting is for, in words.
+        otherwise: Purpose of accepting, in words.
 
     Returns:
         The warnings, and the gates that were accepted.

@@ -51,7 +51,7 @@ def supervise(
     Args:
         law: The thresholds and limits.
         state: The supervisor after the tick before.
-        now: What is seen at this tick.
+        now: The observation of this tick.
 
     Returns:
         The next state; its command may be executed until the next tick.
@@ -87,7 +87,7 @@ def supervise(
 def _since(
     state: SupervisorState, found: list[Symptom], time: float
 ) -> dict[str, float]:
-    """When each symptom began; a clock that went back starts them anew."""
+    """Start of each symptom; a clock that went back restarts them."""
     known = {} if time < state.time else state.since
     return {symptom.name: known.get(symptom.name, time) for symptom in found}
 
@@ -95,7 +95,7 @@ def _since(
 def _tripped(
     found: list[Symptom], since: dict[str, float], now: Observation
 ) -> str:
-    """Why the robot must stop: what began first; empty if it need not."""
+    """Why the robot must stop: the first symptom; empty if it need not."""
     if now.stop:
         return now.stop
     causes = [

@@ -52,7 +52,7 @@ class _Memory:
 
     Attributes:
         before: The supervisor after the tick before.
-        sample: What the present tick found; None before the first one.
+        sample: The findings of the present tick; None before the first one.
         stop: Why a program requests a stop at the next tick.
         release: Whether a program releases the stop at the next tick.
     """

@@ -1,4 +1,4 @@
-"""The safety supervisor's rules: what may be wrong at a control tick."""
+"""The safety supervisor's rules: possible faults at a control tick."""
 
 import dataclasses as dc
 import math
@@ -57,7 +57,7 @@ def symptoms(
         law: The thresholds and limits.
         state: The supervisor after the tick before; its command is the one
             that is being executed.
-        now: What is seen at this tick.
+        now: The observation of this tick.
     """
     return [
         *_of_clock(law, state, now),
@@ -206,7 +206,7 @@ def _of_clearance(
         )
         return
     # A robot that starts too near may leave: each command is verified to keep
-    # what clearance there is. It may not come nearer again, or touch anew.
+    # what clearance there is. It may not come nearer again, or touch again.
     kept = kept_clearance(state, now)
     least = min(least, kept - law.config.clearance_margin)
     if kept > 0.0:
@@ -229,13 +229,13 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """Returns the largest clearance since the robot was set going [m].
 
     For a robot that stands and waits, it is the present clearance. For one that
-    was stopped in contact, it is more, so that it is not released there. A robot
-    that takes an object or puts it down, which it does at rest, is another one:
-    its payload may be as near to the scene as it was before.
+    was stopped in contact, it is more, so that it is not released there. A
+    robot that takes an object or puts it down, which it does at rest, is
+    another one: its payload may be as near to the scene as it was before.
 
     Args:
         state: The supervisor after the tick before.
-        now: What is seen at this tick.
+        now: The observation of this tick.
     """
     present = now.report.clearances.minimum()
     if state.mode in (STARTING, STOPPED):

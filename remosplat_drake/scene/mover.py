@@ -114,7 +114,7 @@ class Mover:
         """Makes a sphere.
 
         Args:
-            name: What people call it.
+            name: Its display name.
             center: Its centre in W, shape (3,) [m].
             radius: Its radius [m].
             rest: Velocities and bounds, as of a `Mover`.
@@ -133,7 +133,7 @@ class Mover:
         """Makes a capsule along M's z axis.
 
         Args:
-            name: What people call it.
+            name: Its display name.
             X_WM: Pose of its frame M, at its centre, in W.
             half_length: Half the length of its axis, without its caps [m].
             radius: Its radius [m].
@@ -146,7 +146,7 @@ class Mover:
         """Makes a box.
 
         Args:
-            name: What people call it.
+            name: Its display name.
             X_WM: Pose of its frame M, at its centre, in W.
             half_extents: Half side lengths along M's axes, shape (3,) [m].
             rest: Velocities and bounds, as of a `Mover`.

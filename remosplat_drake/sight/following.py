@@ -48,7 +48,7 @@ def follow(
     Args:
         tracks: The tracks so far.
         count: Number of tracks so far, for the names of new ones.
-        things: What is seen now.
+        things: The things seen now.
         time: The present time [s].
         hidden: Returns the part of a predicted track that may be hidden from
             all cameras now; its second argument is whether any of it `is_seen`.
@@ -165,7 +165,7 @@ def still_hidden(
     Args:
         track: A track, predicted to the time of the newest image.
         is_seen: Whether something of it is seen now.
-        things: What is seen now.
+        things: The things seen now.
         views: The view of each camera, by name.
         spheres: The robot's spheres in W.
         scene: The map.

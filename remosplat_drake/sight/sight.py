@@ -102,7 +102,7 @@ def look(
     its pose only reports that problem.
 
     Args:
-        sight: What is known so far.
+        sight: The state so far.
         image: The image.
         spheres: The robot's spheres in W when it was taken.
         scene: The map.
@@ -153,7 +153,7 @@ def without(sight: Sight, image: DepthImage, problem: str) -> Sight:
     The camera's previous view and its time stay.
 
     Args:
-        sight: What is known so far.
+        sight: The state so far.
         image: The image.
         problem: Why it cannot be used.
     """

@@ -181,7 +181,7 @@ def ask_each(maps, question, answers) -> None:
 
     Args:
         maps: The k maps, as `DistanceField.compiled_rows`.
-        question: What `ask` takes.
+        question: The query for `ask`.
         answers: Output: the result of each map, shape (k, n, 8).
     """
     raise NotImplementedError("this is called from compiled code")
@@ -321,7 +321,7 @@ def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
         placed: The map, as `DistanceField.compiled` if that is 1-Lipschitz, or
             else a `PythonMap`, its `Misplacement`, and the number of the
             `PythonCalls`.
-        robot: The `RobotArrays`, or what else has radii, `ignore_below` and
+        robot: The `RobotArrays`, or other arrays with radii, `ignore_below` and
             `index` if the map is compiled.
         sphere: Indices of the spheres, shape (n,).
         p_WS: Their centres in W, shape (n, 3) [m].

@@ -13,7 +13,7 @@ UNSEEN, FREE, SURFACE = 0, 1, 2
 
 @dc.dataclass(frozen=True, eq=False)
 class Coverage:
-    """An occupancy grid in W of what the cameras have seen.
+    """An occupancy grid in W of the space that cameras have seen.
 
     Attributes:
         lower: Lower corner of the box, shape (3,) [m].

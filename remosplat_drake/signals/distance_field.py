@@ -232,7 +232,7 @@ class DistanceField(ABC):
         return ClearanceBatch.gathered(rows, len(batch.radius))
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Names what is at a point, for display.
+        """Names the thing at a point, for display.
 
         Args:
             p_W: A point on the surface of something, such as the closest point

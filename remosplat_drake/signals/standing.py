@@ -53,14 +53,15 @@ the robot itself, and causes without a single thing."""
 
 @dc.dataclass(frozen=True, eq=False)
 class Standing:
-    """What the robot is doing and why; copying returns the object itself.
+    """The robot's state and its cause; copying returns the object itself.
 
     Attributes:
         kind: One of `KINDS`.
         text: The whole state in one sentence, for display.
         distance: Distance from the end effector to the target [m]; NaN if
             unknown.
-        cause: What holds the robot, one of `CAUSES`; empty if nothing does.
+        cause: The cause that holds the robot, one of `CAUSES`; empty if nothing
+            does.
         thing: Name of the cause: "the shelf", "joint 4".
         link: Name of the link that is held; empty if none is.
         p_W: Point at which it is held, in W, shape (3,) [m]; None if there is
@@ -93,7 +94,7 @@ class Standing:
         return any(getattr(self, n) != getattr(before, n) for n in names)
 
     def document(self) -> dict:
-        """Returns the parts as JSON has them; what is not known is null."""
+        """Returns the parts as JSON has them; unknown ones are null."""
         fields = {f.name: getattr(self, f.name) for f in dc.fields(self)}
         known = bool(np.isfinite(self.distance))
         fields["distance"] = self.distance if known else None

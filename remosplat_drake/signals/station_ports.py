@@ -45,7 +45,7 @@ class Port:
         name: Name of the port in the diagram.
         direction: `INPUT` or `OUTPUT`.
         size: Length of a vector-valued port; None for an abstract-valued one.
-        content: What the port carries, with units.
+        content: Values of the port, with units.
     """
 
     name: str

@@ -32,8 +32,8 @@ class SupervisorState:
         command: Velocity command u for the robot until the next tick, shape
             (n_u,) [m/s, rad/s].
         mode: One of `STARTING`, `RUNNING`, `STOPPING` and `STOPPED`.
-        reason: Why the supervisor stopped the robot, or what is missing for a
-            start; empty while running.
+        reason: Why the supervisor stopped the robot, or the missing condition
+            for a start; empty while running.
         refusal: Why the latest release was not granted; empty if it was.
         time: Time of the latest tick [s]; NaN before the first one.
         p_WTs: Positions of the k targets at the latest tick, shape (k, 3) [m].

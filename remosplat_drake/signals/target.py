@@ -232,7 +232,7 @@ class Target:
 
 
 def weights_problem(weights: np.ndarray) -> str:
-    """Returns what is wrong with the weights of a target; empty if nothing.
+    """Returns the fault of a target's weights; empty if there is none.
 
     Args:
         weights: The weights, shape (6,).

@@ -34,7 +34,7 @@ class TargetState:
             shape (6,) [rad/s, m/s].
         X_WT_goal: Pose that the target moves to, inside the workspace, shape
             (4, 4).
-        text: What the target does and why, for operators.
+        text: State of the target and its reason, for operators.
         command: The operator's command that led to this state.
         scan: Remaining poses of the scan, the current one first.
         scan_size: Number of poses at the start of the scan.

@@ -170,7 +170,7 @@ def _with_discs(splat: GaussianSplat) -> GaussianSplat:
 
 
 def write_splat(path: str | Path, splat: GaussianSplat) -> None:
-    """Writes a splat in the format that the file's suffix stands for.
+    """Writes a splat in the format of the file's suffix.
 
     Raises:
         FileError: The suffix belongs to no format, or the file cannot be
@@ -181,7 +181,7 @@ def write_splat(path: str | Path, splat: GaussianSplat) -> None:
 
 
 def format_of_name(path: Path) -> SplatFormat:
-    """Returns the format that the suffix of a file's name stands for.
+    """Returns the format of a file name's suffix.
 
     Raises:
         FileError: The suffix belongs to no format.

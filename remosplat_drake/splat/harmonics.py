@@ -52,7 +52,7 @@ def last_degree(coefficients: int) -> int:
     degree = round(np.sqrt(coefficients + 1)) - 1
     if (degree + 1) ** 2 != coefficients + 1:
         raise RemoSplatError(
-            f"{coefficients} higher harmonics do not fill a degree; valid:"
+            f"{coefficients} higher harmonics match no degree; valid:"
             " 0, 3, 8, 15, 24"
         )
     return degree

@@ -59,7 +59,7 @@ def make_tiles(
         size: Number of discs in a tile; the last one may have fewer.
         n_sigma: Radius of the discs in standard deviations.
         min_opacity: Fainter splats are omitted; the default is the distance
-            oracle's, so that the page shows what the robot avoids.
+            oracle's, so that the page shows the obstacles of the robot.
     """
     if order is None:
         # A map of a building is thinned first: it has too many to sort.

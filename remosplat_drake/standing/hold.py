@@ -42,7 +42,7 @@ _TOLD = 0.01
 """Least commanded speed at which a robot visibly moves [m/s, rad/s]."""
 
 Naming = Callable[[np.ndarray], Thing]
-"""Function that names what is at a point in W, shape (3,) [m]."""
+"""Function that names the thing at a point in W, shape (3,) [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -68,12 +68,12 @@ class Hold:
 def find_hold(
     report: TickReport, robot: RobotModel, name: Naming, link_before: str = ""
 ) -> Hold:
-    """Finds what holds a robot that stands still.
+    """Finds the cause that holds a robot at rest.
 
     Args:
         report: The latest tick.
         robot: The robot.
-        name: Names what is at a point.
+        name: Function that names the thing at a point.
         link_before: Name of the link that was held last.
     """
     if report.status == BRAKING:
@@ -90,12 +90,12 @@ def find_hold(
 def find_inside(
     report: TickReport, robot: RobotModel, name: Naming
 ) -> Hold | None:
-    """Finds what is most inside its stopping distance; None if nothing is.
+    """Finds the deepest violation of a stopping distance, or None.
 
     Args:
         report: The latest tick.
         robot: The robot.
-        name: Says what is at a place.
+        name: Function that names the thing at a place.
     """
     if report.inside is None:
         return None

@@ -17,7 +17,7 @@ def name_thing(
     floor_height: float = -np.inf,
     truth: SignedDistanceField | None = None,
 ) -> Thing:
-    """Names what is at a point, as specifically as possible.
+    """Names the thing at a point, as specifically as possible.
 
     A map has only surfaces. If the point is on the floor, or on a solid of the
     true scene, the thing has that name.

@@ -57,14 +57,15 @@ class Situation:
         beside_line: How far the end effector is beside the target's line [m];
             NaN without one.
         is_there: Whether the end effector has arrived at the target.
-        hold: What holds the robot; None while it moves.
-        inside: What is most inside its stopping distance; None if nothing is.
+        hold: The cause that holds the robot; None while it moves.
+        inside: The deepest violation of a stopping distance; None if there is
+            none.
         beyond: How far the target is out of reach at least; 0 if that is not
             known [m].
         no_nearer_for: Time since the robot last came nearer to the target [s].
         progress: Progress along the targets; None if they are not counted.
         supervision: State of the safety supervisor; None without one.
-        selection: What guidance has chosen; None without guidance.
+        selection: Guidance's selection; None without guidance.
     """
 
     error: PoseError
@@ -138,7 +139,7 @@ def at_end(standing: Standing, why: str) -> Standing:
 
 
 def _waits_for(supervision: SupervisorState | None) -> str:
-    """Returns what a start waits for; empty if nothing."""
+    """Returns the condition that a start waits for; empty if none."""
     if supervision is None or supervision.mode != STARTING:
         return ""
     return supervision.reason
@@ -158,7 +159,7 @@ def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
 
 
 def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
-    """Sentence about what a robot moves out of, or cannot."""
+    """Formats the state of a robot that starts too near to something."""
     moves, part = now.hold is None, robot.called(inside.link)
     if inside.clearance is None:
         where = f"{part} beyond {inside.thing}"
@@ -271,7 +272,7 @@ def _reached(progress: TargetProgress) -> str:
 
 
 def _way(selection: Selection | None) -> str:
-    """Returns what guidance has found about another way."""
+    """Returns the result of guidance about another way."""
     if selection is None:
         return ""
     if selection.missing:

@@ -46,7 +46,7 @@ class _Memory:
 
 
 class StandingSystem(LeafSystem):
-    """Describes in one sentence what the robot is doing and why.
+    """Describes in one sentence the robot's state and its cause.
 
     .. pydrake_system::
 

@@ -25,7 +25,8 @@ class BaseUncertainty(LeafSystem):
         output_ports:
         - base_uncertainty
 
-    The output is a shift and a turn [m, rad]; `StationStatus` says of what.
+    The output is a shift and a turn [m, rad]; `StationStatus` defines of which
+    pose.
     """
 
     def __init__(self):

@@ -1,4 +1,4 @@
-"""The command ports of a station, and the check of what they carry."""
+"""The command ports of a station, and the check of their values."""
 
 import dataclasses as dc
 

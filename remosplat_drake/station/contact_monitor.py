@@ -1,4 +1,4 @@
-"""`ContactMonitor`: ground truth of which bodies touch what, by names."""
+"""`ContactMonitor`: true contacts between bodies, by names."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -24,12 +24,14 @@ class ContactReport:
     """Which bodies touch each other; copying returns the object itself.
 
     Attributes:
-        scene: A robot's link and a geometry of the scene that touch.
-        robot: Two of the robot's links that touch.
-        movers: A robot's link and the name of what moves that touch.
-        objects: A robot's link and an object that touch.
-        others: An object and what else touches it: another object, a geometry
-            of the scene, or, first, the name of what moves.
+        scene: Pairs of a robot's link and a geometry of the scene that touch,
+            sorted, each once.
+        robot: Pairs of the robot's links that touch, sorted, each once.
+        movers: Pairs of a robot's link and the name of a mover that touch,
+            sorted, each once.
+        objects: Pairs of a robot's link and an object that touch.
+        others: Pairs of an object and another body that touch: another object,
+            a geometry of the scene, or, first, the name of a mover.
     """
 
     scene: Pairs = ()

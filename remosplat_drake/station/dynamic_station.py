@@ -111,7 +111,7 @@ class DynamicBody:
         scene_graph: Scene graph with the plant's geometry.
         hand: Geometry of the gripper.
         motors: The motors, whose gains the plant's actuators have.
-        movers: The bodies of what moves by itself.
+        movers: The bodies of the movers.
         objects: The bodies of the objects.
     """
 

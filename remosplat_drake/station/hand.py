@@ -51,8 +51,7 @@ def width_rate(
 
     Args:
         width: Present width [m].
-        target: Commanded width [m]; it is clamped to what the gripper can
-            reach.
+        target: Commanded width [m]; it is clamped to the gripper's range.
         hand: Geometry of the gripper.
         speed: Greatest rate [m/s].
     """

@@ -61,7 +61,8 @@ class MergedMovers(LeafSystem):
             builder: The builder of the diagram.
             parts: Output ports of `Movers`.
 
-        Returns: The port of all; a single one unchanged, None for none.
+        Returns:
+            The port of all; a single one unchanged, None for none.
         """
         if len(parts) < 2:
             return parts[0] if parts else None

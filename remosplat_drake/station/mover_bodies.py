@@ -79,7 +79,7 @@ def add_mover_bodies(
 def let_pass(
     plant: MultibodyPlant, scene_graph: SceneGraph, bodies: Sequence[RigidBody]
 ) -> None:
-    """Lets movers pass through each other and through what stands.
+    """Lets movers pass through each other and through static things.
 
     Args:
         plant: The finalized plant.

@@ -24,7 +24,7 @@ class MoverSensor(Protocol):
         ...
 
     def sense(self, truth: Movers, q: np.ndarray) -> Movers:
-        """Looks once, and says what is known then.
+        """Measures once, and returns the known movers.
 
         Args:
             truth: All that moves now; its stamp is the present time.
@@ -90,7 +90,7 @@ class _Told:
     period: float = 0.0
 
     def sense(self, truth: Movers, q: np.ndarray) -> Movers:
-        """Says what is true, with or without motion."""
+        """Returns the true movers, with or without motion."""
         del q
         if not self.standing:
             return truth

@@ -28,8 +28,8 @@ class MoverSensorSystem(LeafSystem):
         - movers
 
     `truth` are the true `Movers`, `configuration` is the robot's true q, and
-    `movers` are those that are known. A sensor with a period looks once in
-    each, and in between what it found is known.
+    `movers` are those that are known. A sensor with a period measures once in
+    each, and its result holds in between.
 
     Args:
         sensor: The sensor, which belongs to this system alone.
@@ -61,7 +61,7 @@ class MoverSensorSystem(LeafSystem):
         truth: OutputPort,
         configuration: OutputPort,
     ) -> OutputPort:
-        """Adds the system to a diagram, and returns what is known.
+        """Adds the system to a diagram; returns the port of known movers.
 
         Args:
             builder: The builder of the diagram.

@@ -26,8 +26,8 @@ bound by its limits with all joints together, 200, would prevent any approach
 to it."""
 
 _JUMP = 5e-3
-"""How far commands that change all at once, from tick to tick, take a link
-beyond what its acceleration explains [m]."""
+"""Motion of a link by commands that change from tick to tick, beyond the motion
+by its acceleration bound [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ def link_movers(
         shapes: The shapes of its links.
         q: Its configuration, shape (n_q,).
         u: The velocities that it is commanded, shape (n_u,).
-        name: What people call the robot.
+        name: Display name of the robot.
         max_speed: No point of a link is ever faster [m/s].
         max_acceleration: No point of a link ever accelerates more [m/s^2].
     """
@@ -148,7 +148,7 @@ class RobotMovers(LeafSystem):
 
     Args:
         robot: The robot.
-        name: What people call it.
+        name: Its display name.
         max_speed: No point of a link is ever faster [m/s].
         max_acceleration: No point of a link ever accelerates more [m/s^2].
     """

@@ -26,7 +26,7 @@ def check_station(
         station: The station.
         description: The robot.
         wrist_camera: Whether there is a wrist camera.
-        name: What to blame.
+        name: Name of the station, for errors.
 
     Raises:
         RemoSplatError: Ports are missing, of another size, or unknown.

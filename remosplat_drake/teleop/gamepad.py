@@ -57,7 +57,7 @@ def _beyond_dead_zone(axes: Sequence[float], i: int, zone: float) -> float:
 
 
 def _value(values: Sequence[float], i: int, lower: float) -> float:
-    """A value within its range; what is missing or no number is zero."""
+    """A value within its range; zero for a missing or non-finite value."""
     if i >= len(values) or not np.isfinite(values[i]):
         return 0.0
     return float(np.clip(values[i], lower, 1.0))

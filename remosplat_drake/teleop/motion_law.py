@@ -20,9 +20,9 @@ class MotionLaw:
         X_WT_home: Pose of the target at home, shape (4, 4).
         dt: Time between two steps of the target [s].
         X_EC: Pose of the wrist camera (OpenCV axes) in the end effector's
-            frame, shape (4, 4); None without one, and then there is no scan.
+            frame, shape (4, 4); None if there is no camera, and so no scan.
         frames: Number of frames of a scan.
-        effector: Index of the end effector that it is about.
+        effector: Index of the end effector that is teleoperated.
     """
 
     config: TeleopConfig
@@ -65,7 +65,7 @@ class MotionLaw:
         return MotionLaw(config, X_WE, dt, X_EC, frames, effector)
 
     def target(self, state: TargetState) -> Target:
-        """Returns what the end effector shall reach.
+        """Returns the target of the end effector.
 
         Args:
             state: The teleoperated target.

@@ -158,7 +158,7 @@ class OperatorTarget(LeafSystem):
         return context.get_abstract_state(int(self._hands_index)).get_value()
 
     def _known_hands(self, context: Context) -> "_Hands":
-        """All targets; what no tick has placed yet is where its hand is."""
+        """All targets; one that no tick has placed yet is where its hand is."""
         hands = self._memory(context)
         if all(np.isfinite(one.X_WT).all() for one in hands.states):
             return hands

@@ -32,7 +32,7 @@ class PoseCoordinates:
         return np.concatenate([X_WT[:3, 3], np.degrees(angles)])
 
     def pose(self, values: np.ndarray) -> np.ndarray:
-        """Returns the pose that six numbers stand for, shape (4, 4).
+        """Returns the pose of six numbers, shape (4, 4).
 
         Args:
             values: Position [m] and roll, pitch, yaw [deg], shape (6,).

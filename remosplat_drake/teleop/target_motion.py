@@ -32,9 +32,9 @@ def advance_target(
 ) -> TargetState:
     """Advances the target by one step of time.
 
-    First it takes up what is newly wished for, then it ends what ends by
-    itself (the dead-man switch let go, a source in trouble, a pose of a scan
-    reached), and then it moves.
+    First it applies new requests, then it ends motions that end by themselves
+    (the dead-man switch let go, a source in trouble, a pose of a scan reached),
+    and then it moves.
 
     Args:
         law: Bounds and settings of the motion.

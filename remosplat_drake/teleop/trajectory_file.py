@@ -170,8 +170,9 @@ def asked_over_time(
         steps: The steps, in the order of time.
         scenes: The scene at the start, and those that take turns with it.
 
-    Returns: The requests so far, first none from -inf on, then one entry for
-        each step.
+    Returns:
+        The requests so far, first none from -inf on, then one entry for each
+        step.
     """
     command, requests = OperatorCommand(source=SOURCE), MapRequests()
     asked = [Asked(-np.inf, command, requests)]

@@ -113,4 +113,4 @@ QUERIES = {
     "Embree (Open3D)": MeshQuery(_embree, ("open3d",)),
     "R-tree (trimesh)": MeshQuery(_rtree, ("trimesh", "rtree")),
 }
-"""Queries of meshes, by what tables call them."""
+"""Queries of meshes, by their names in tables."""

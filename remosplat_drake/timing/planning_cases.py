@@ -45,7 +45,7 @@ def planning_cases() -> list[Case]:
 
 
 def _cases(name: str) -> list[Case]:
-    """Makes cases of what is found, of its goals, and of what has none."""
+    """Makes cases of targets with a path, of goals, and of others."""
     scenario = load_scenario(name)
     world = load_world(scenario)
     law = ReactiveLaw.make(

@@ -1,4 +1,4 @@
-"""The Meshcat page: what a person sees of scene, robot and controller.
+"""The Meshcat page: scene, robot and controller as a person sees them.
 
 `MeshcatPage` is the page; `AddViews` adds the systems that draw on it during a
 run, and `record_replay` draws a recorded one. Views only look on: they read the

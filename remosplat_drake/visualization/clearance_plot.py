@@ -3,10 +3,10 @@
 from remosplat_drake.visualization.svg_plot import Mark, SvgPlot
 
 AMBER, RED = "#a86400", "#c8102e"
-"""Colours of what is to be kept, and of what must not be."""
+"""Colours of the distance to keep, and of the forbidden range."""
 
 _NEAR = 0.2
-"""Clearance up to which it is shown, since only what is near counts [m]."""
+"""Clearance up to which it is shown, since only small ones matter [m]."""
 
 
 def clearance_plot(stopping: float, influence: float, **looks) -> SvgPlot:

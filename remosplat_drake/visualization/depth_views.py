@@ -30,7 +30,7 @@ _NEAR, _NEAREST = "#ffffff", "#ff3b30"
 
 
 def draw_depth_views(views: SphereViews, title: str, subtitle: str) -> Figure:
-    """Draws what a sphere sees; colours are ranges, grey is nothing.
+    """Draws the views of a sphere; colours are ranges, grey is nothing.
 
     Args:
         views: The six depth views of the sphere.

@@ -18,7 +18,7 @@ _COMMON = (
 
 
 def legend(effectors: Sequence[str]) -> list[tuple[str, str]]:
-    """Returns colours as HTML has them, and their meaning.
+    """Returns the colours as HTML colour codes, each with its meaning.
 
     Args:
         effectors: Names of the end effectors; one without a name is the only.

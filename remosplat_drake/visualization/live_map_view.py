@@ -26,7 +26,7 @@ TILES = f"{ROOT}/map/surfels"
 
 
 class LiveMapView(LeafSystem):
-    """Draws the map and the boundary of what no camera has seen.
+    """Draws the map and the boundary of unseen space.
 
     .. pydrake_system::
 
@@ -90,7 +90,7 @@ class LiveMapView(LeafSystem):
         next(self._work, None)
 
     def _redraw(self, scene_map: SceneMap) -> Iterator[None]:
-        """Sends one piece a step, and then wipes off what is left over."""
+        """Sends one piece a step, and then removes those of the map before."""
         meshcat, kept = self._page.meshcat, set[str]()
         for path in _draw_pieces(meshcat, scene_map):
             if path is not None:

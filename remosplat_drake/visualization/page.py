@@ -44,7 +44,7 @@ class MeshcatPage:
 
     Attributes:
         meshcat: Drake's server; anything else may be drawn on it, too.
-        scene: Moves what Meshcat has drawn.
+        scene: Moves objects in Meshcat.
         port: The TCP port.
         status: The lines of text on show, by their topics.
         state: The robot's state on the page; None before the first one.
@@ -102,7 +102,7 @@ class MeshcatPage:
         )
 
     def beat(self):
-        """Marks what is on the page as that of this moment.
+        """Marks the page's content as that of this moment.
 
         From now on the page shows the age of its picture, until the run ends.
         """
@@ -154,7 +154,7 @@ class MeshcatPage:
         return count
 
     def end(self, state: PageState):
-        """Says how a run has ended; what was said of its motion goes away.
+        """Shows the outcome of a run; sentences about its motion are removed.
 
         Args:
             state: The robot's state now.
@@ -312,7 +312,7 @@ def _start_server(port: int | None, host: str, newest: Newest) -> PageServer:
     except OSError as error:
         raise RemoSplatError(
             f"meshcat port {port} is taken on host {host!r};"
-            " choose another one, or none for the first free one"
+            " choose another port, or omit the flag to use the first free one"
         ) from error
 
 

@@ -44,7 +44,7 @@ class RunView(LeafSystem):
     controller exports: looking on asks no oracle and costs the controller
     nothing. Red lines go from sphere surfaces to their closest scene points,
     pale for rows that could bind and strong for rows that do. The end
-    effector leaves a yellow trace, the base a blue one; both start anew when
+    effector leaves a yellow trace, the base a blue one; both start again when
     time runs backwards. Of several end effectors each has a colour, which the
     page's legend names.
 

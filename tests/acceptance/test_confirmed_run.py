@@ -84,7 +84,7 @@ def test_a_confirmed_run_is_driven_and_kept(wire, scenario, tmp_path):
             screen,
         ),
     ):
-        read(screen, lambda text: b"to drive all the same: " in text)
+        read(screen, lambda text: b"to move the robot anyway: " in text)
         os.write(screen, b"map-error\n")
         said = read(screen, lambda text: b"waiting for an operator" in text)
         os.write(screen, b"arm\n")

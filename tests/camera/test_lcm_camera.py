@@ -58,7 +58,7 @@ def test_between_two_statuses_the_robot_is_between_them():
 
 def test_an_unheard_motion_is_refused():
     history = MotionHistory(7, False)
-    with pytest.raises(RemoSplatError, match="arm was silent"):
+    with pytest.raises(RemoSplatError, match="arm sent no status"):
         history.at(1.0)
     history.hear_arm(b"nonsense")
     history.hear_arm(arm(np.zeros(7), 1_000_000))
@@ -66,7 +66,7 @@ def test_an_unheard_motion_is_refused():
     np.testing.assert_array_equal(history.at(1.5), np.zeros(7))
     history.hear_arm(arm(np.ones(7), 3_000_000))
     with pytest.raises(
-        RemoSplatError, match="arm moved during a gap of its statuses"
+        RemoSplatError, match="arm moved, and sent no status around"
     ):
         history.at(2.5)
 

@@ -116,9 +116,9 @@ def test_camera_of_larger_images_is_scaled(capture, tmp_path):
 @pytest.mark.parametrize(
     ("field", "value", "problem"),
     [
-        ("w", 10**30, "must be from 1 to"),
-        ("h", 1e308, "must be from 1 to"),
-        ("w", 0.5, "must be from 1 to"),
+        ("w", 10**30, "the image must have 1 to"),
+        ("h", 1e308, "the image must have 1 to"),
+        ("w", 0.5, "the image must have 1 to"),
         ("fl_x", 10**30, None),
         ("fl_x", int("1" * 4000), "fl_x: expected a number, got inf"),
         ("cx", 1e308, None),
@@ -226,7 +226,7 @@ def test_back_projection_by_hand():
             lambda d: d.update(applied_transform=(2 * np.eye(4)).tolist()),
             "applied_transform: .*metric",
         ),
-        (lambda d: d.update(w=0), "w, h: must be from 1"),
+        (lambda d: d.update(w=0), "w, h: the image must have 1"),
         (
             lambda d: d["frames"][0].update(
                 depth_path=d["frames"][0].pop("depth_file_path")

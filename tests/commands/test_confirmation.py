@@ -20,7 +20,7 @@ from remosplat_drake.safety.gates import EMPTY_MAP, MAP_ERROR, Gate, Passage
 
 WRONG = Gate(MAP_ERROR, "0.021 is too small")
 EMPTY = Gate(EMPTY_MAP, "nothing is there")
-QUESTION = b"to drive all the same: "
+QUESTION = b"to move the robot anyway: "
 
 
 class Person:
@@ -87,7 +87,7 @@ def test_the_name_is_asked_for_and_opens_the_gate(person, announce):
     person.answering("map-error\n")
     announce(WRONG)
     assert b"map-error: 0.021 is too small" in person.read
-    assert b"type map-error to drive all the same: " in person.read
+    assert b"type map-error to move the robot anyway: " in person.read
 
 
 @pytest.mark.parametrize(

@@ -101,11 +101,14 @@ def test_cameras_are_told_or_lie_beside_the_splat(tmp_path, capfd):
     flags = ["--clean", "--views", told]
     assert convert(tmp_path / "a.ply", tmp_path / "b.ply", *flags) == 0
     said = capfd.readouterr().out
-    assert f"{told}: 1 cameras tell what was seen." in said
+    assert f"{told}: 1 cameras show which space was seen." in said
     assert "before a camera" in said and "unseen" in said
     beside = transforms(tmp_path / "transforms.json", 4.0)
     assert convert(tmp_path / "a.ply", tmp_path / "b.ply", "--clean") == 0
-    assert f"{beside}: 1 cameras tell what was seen." in capfd.readouterr().out
+    assert (
+        f"{beside}: 1 cameras show which space was seen."
+        in capfd.readouterr().out
+    )
 
 
 def test_cameras_of_another_frame_are_refused_or_left_aside(tmp_path, capfd):
@@ -113,19 +116,22 @@ def test_cameras_of_another_frame_are_refused_or_left_aside(tmp_path, capfd):
     below = transforms(tmp_path / "transforms.json", -4.0)
     assert convert(tmp_path / "a.ply", tmp_path / "b.ply", "--clean") == 0
     said = capfd.readouterr().out
-    assert f"{below}: not used: its cameras look at 0 % of the splats" in said
+    assert f"{below}: not used: its cameras see only 0 % of the splats" in said
     flags = ["--clean", "--views", below]
     assert convert(tmp_path / "a.ply", tmp_path / "c.ply", *flags) == 2
-    assert "is the splat in another frame or unit?" in capfd.readouterr().err
+    assert (
+        "check whether the file has another frame or unit"
+        in capfd.readouterr().err
+    )
     assert not (tmp_path / "c.ply").exists()
 
 
 @pytest.mark.parametrize(
     ("flags", "problem"),
     [
-        (["--views", "v.json"], "--views: tells --clean what was seen"),
+        (["--views", "v.json"], "--views: gives the cameras to --clean"),
         (["--clean", "--views", "v.json"], "v.json: "),
-        (["--length", "2"], "--length: tells --guide how long"),
+        (["--length", "2"], "--length: gives the scene's length to --guide"),
         (["--guide", "--length", "0"], "--length: must be positive"),
         (["--guide", "--length", "nan"], "--length: must be"),
         (["--guide", "--scale", "2"], "--guide: finds this by itself"),

@@ -1,4 +1,4 @@
-"""`remosplat run scene.ply`: the scenario that is made up for a splat."""
+"""`remosplat run scene.ply`: the scenario that is generated for a splat."""
 
 import io
 import shutil
@@ -111,7 +111,7 @@ def test_a_scene_without_a_place_is_refused_in_one_line(tmp_path, capsys):
     path = str(tmp_path / "crumbs.ply")
     assert main(["run", path, "--headless"]) == USER_ERROR
     error = capsys.readouterr().err
-    assert "no scenario given, and none can be made up: found no" in error
+    assert "no scenario given, and none can be generated: found no" in error
     assert error.count("\n") == 1
 
 
@@ -125,7 +125,7 @@ def test_only_what_was_made_up_is_saved(tmp_path, capsys):
 def test_nothing_is_made_up_for_a_real_robot(table, capsys):
     words = ["run", str(table), "--hardware", "--rehearsal"]
     assert main(words) == USER_ERROR
-    assert "table.ply is a splat" in capsys.readouterr().err
+    assert "not a splat" in capsys.readouterr().err
 
 
 def test_inspect_looks_into_a_splat(table, tmp_path, capsys):

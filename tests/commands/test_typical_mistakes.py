@@ -48,7 +48,7 @@ MISTAKES = {
     "teleop TableTeleop --host 192.0.2.1": "--host 192.0.2.1: Cannot assign",
     "run TableReach --port 80": "run: --port: 80 is not 1024 to 65535",
     "teleop --viewer meshcat --host 0.0.0.0": "--host: only with the cockpit,"
-    " which knows its operator",
+    " which identifies its operator",
     "teleop --viewer mescat": "teleop: --viewer: unknown choice 'mescat' (did"
     " you mean 'meshcat'?); valid: cockpit, meshcat",
     "bench tik": "bench: group: unknown choice 'tik' (did you mean 'tick'?);",

@@ -131,7 +131,7 @@ def test_nothing_is_told_before_all_cameras_are_heard(robot):
 def test_without_statuses_an_image_tells_nothing(robot):
     rig = Rig(robot)
     rig.say = lambda: None
-    rig.until(lambda: "was silent" in rig.sight.problems.get("left", ""))
+    rig.until(lambda: "sent no status" in rig.sight.problems.get("left", ""))
     assert rig.sight.told == 0
 
 

@@ -100,9 +100,9 @@ def query(plane, spheres, answer):
 
 answers(Plane, query)
 maps = together([Packed(Plane(0.5))])
-zeros = np.zeros(1)
-alone = np.full(1, -1)
-found = clearance_rows(maps, np.ones((1, 3)), zeros, zeros - np.inf, alone, np.inf)
+zeros, alone = np.zeros(1), np.full(1, -1)
+free = zeros - np.inf
+found = clearance_rows(maps, np.ones((1, 3)), zeros, free, alone, np.inf)
 asked = (clearance_rows, query)
 print(found[1][0], *(int(k.variants[0].was_kept) for k in asked))
 """

@@ -37,7 +37,7 @@ def changed_meta(data: bytes, field: str, value) -> bytes:
         ("version", None, "SOG version None"),
         ("count", "many", "count is no whole number"),
         ("count", 0, "holds no splats"),
-        ("count", 10**12, "announces 1000000000000 splats"),
+        ("count", 10**12, "declares 1000000000000 splats"),
         ("count", 30, "25 pixels|pixels for 30 splats"),
         ("means", 3, "means.files is missing"),
         ("means.mins", [0, 0], "means.mins is no list of 3"),

@@ -105,8 +105,8 @@ def test_values_that_no_splat_can_have(tmp_path, name):
         ((b"NGSP", 2, 0, 0, 12, 0, 0), "holds no splats"),
         ((b"NGSP", 2, 1, 5, 12, 0, 0), "degree 5"),
         ((b"NGSP", 2, 1, 0, 24, 0, 0), "24 fractional bits"),
-        ((b"NGSP", 2, 2, 0, 12, 0, 0), "announces 2 splats"),
-        ((b"NGSP", 3, 1, 0, 12, 0, 0), "announces 1 splats"),
+        ((b"NGSP", 2, 2, 0, 12, 0, 0), "declares 2 splats"),
+        ((b"NGSP", 3, 1, 0, 12, 0, 0), "declares 1 splats"),
         ((b"NGSP", 2, 2**32 - 1, 3, 12, 0, 0), f"at most {MAX_SPLATS}"),
         ((b"NGSP", 2, MAX_SPLATS, 3, 12, 0, 0), "made to fill the memory"),
         ((b"NGSP", 1, 1, 0, 12, 0, 0), "holds more than the 1 splats"),
@@ -140,7 +140,7 @@ def test_spz_of_version_4(tmp_path):
     for problem, content in {
         "4 streams; expected 5": spz4(table, streams, num_streams=4),
         "lies outside": spz4(table, streams, offset=10**6),
-        "announces a stream of 8": spz4([(9, 8), *table[1:]], streams),
+        "declares a stream of 8": spz4([(9, 8), *table[1:]], streams),
         "ends beyond": spz4([(10**15, 9), *table[1:]], streams),
         "splats need 18": spz4(table, streams, count=2),
         "not of its size": spz4(

@@ -219,7 +219,7 @@ def test_rejects_counts_that_do_not_match(tmp_path, text):
     path = tmp_path / "bad.ply"
     for count in (2, 4, 10**15):
         path.write_bytes(whole.replace(b"vertex 3", b"vertex %d" % count, 1))
-        with pytest.raises(FileError, match=r"row|announces"):
+        with pytest.raises(FileError, match=r"row|declares"):
             read_ply(path)
     path.write_bytes(whole[:-20])
     with pytest.raises(FileError, match="row"):

@@ -47,7 +47,7 @@ is not exactly where it was commanded to be."""
 _ACCEPTED = START_TOO_NEAR, START_BEYOND_LIMITS
 """Gates that these starts do not pass."""
 
-_QUESTION = re.compile(r"type (\S+) to drive all the same")
+_QUESTION = re.compile(r"type (\S+) to move the robot anyway")
 """What is printed before a person has to confirm a gate."""
 
 DEEPEST = 0.008

@@ -17,7 +17,7 @@ MARGIN = 1.5
 will come."""
 
 _LEAST_TUBE = 0.002
-"""A tube that is never narrower, for what a recording does not show [s]."""
+"""Least width of a tube, for errors that a recording does not show [s]."""
 
 _LEAST_NOISE = 0.003
 """Noise of an axis that stands, at least [rad, m]."""
@@ -72,7 +72,7 @@ class Recording:
 
 @dc.dataclass(frozen=True)
 class Fit:
-    """The model of one axis, and what is left.
+    """The model of one axis, and the remaining errors.
 
     Attributes:
         actuator: The model, with its tube.

@@ -26,7 +26,7 @@ def with_actuators(
     Args:
         text: The description's YAML.
         actuators: The actuators, in the order of u.
-        names: What the axes are called, for comments.
+        names: Names of the axes, for comments.
         when: The date, for a comment.
     """
     lines = [f"# Identified on {when}: {', '.join(names)}.", "actuators:"]
@@ -50,7 +50,7 @@ def write_actuators(
     Args:
         path: Path of the description.
         actuators: The actuators, in the order of u.
-        names: What the axes are called.
+        names: Names of the axes.
         when: The date.
 
     Returns:

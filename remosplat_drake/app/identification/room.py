@@ -40,7 +40,7 @@ class Room:
         return dc.replace(self, field=reading.seen(self.field))
 
     def problem(self, q: np.ndarray) -> str:
-        """Says what is too near at a configuration; empty if nothing is.
+        """Names the pair that is too near at a configuration; empty if none is.
 
         Args:
             q: The configuration in the map, shape (n_q,) [m, rad].

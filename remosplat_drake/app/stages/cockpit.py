@@ -1,4 +1,4 @@
-"""Stages of the cockpit, and what its process is given."""
+"""Stages of the cockpit, and the inputs of its process."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""The stage of the log, and what there is to log of a run."""
+"""The stage of the log, and the logged values of a run."""
 
 from pathlib import Path
 

@@ -31,8 +31,8 @@ def AddMovers(
         scenario: The scenario.
         station: The robot, simulated or real, as a system.
         others: Function that adds the other robots, given the output port of
-            all else that moves (or None); it returns the output ports of what
-            they are to this one.
+            all other movers (or None); it returns the output ports of their
+            movers.
         hardware: Whether the station is the real robot.
 
     Returns:

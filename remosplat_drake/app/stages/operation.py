@@ -85,7 +85,7 @@ class Operation:
         )
 
     def AddViews(self, loop: ControlLoop, live_map: LiveMap | None) -> None:
-        """Adds what shows the operator the robot's state.
+        """Adds the display of the robot's state for the operator.
 
         Args:
             loop: The control loop.

@@ -28,7 +28,7 @@ def AddStanding(
     selector: GuidanceSelector | None,
     supervisor: SafetySupervisor | None,
 ) -> StandingSystem:
-    """Adds what says in one sentence the robot's state.
+    """Adds the system that describes the robot's state in one sentence.
 
     Args:
         builder: The builder of the diagram.

@@ -63,7 +63,7 @@ def AddLocalization(
     robot: RobotModel,
     odometry: OutputPort,
 ) -> BaseLocalization | None:
-    """Adds what corrects a mobile base's odometry by the live map.
+    """Adds the correction of a mobile base's odometry by the live map.
 
     Args:
         builder: The builder of the diagram.
@@ -96,7 +96,7 @@ def ConnectUncertainty(
     Args:
         builder: The builder of the diagram.
         station: The robot, simulated or real, as a system.
-        localization: What corrects the base by the live map, if anything.
+        localization: The system that corrects the base by the live map, if any.
         oracle: The system that measures distances to the map.
     """
     uncertainty = BaseUncertainty.AddToBuilder(builder, station)

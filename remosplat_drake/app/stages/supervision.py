@@ -35,7 +35,8 @@ def AddSupervisor(
         station: The robot, simulated or real, as a system.
         armed: Whether the robot may start without an operator's consent.
 
-    Returns: The supervisor; None if the scenario disables it.
+    Returns:
+        The supervisor; None if the scenario disables it.
     """
     if not scenario.supervisor.enabled:
         return None

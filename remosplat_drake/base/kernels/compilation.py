@@ -299,7 +299,7 @@ class _Process:
 
 
 def serve(requests: Any, answers: Any) -> None:
-    """Compiles what another process requests, until that process ends.
+    """Compiles the requests of another process, until that process ends.
 
     Args:
         requests: The file from which requests are read.

@@ -29,7 +29,7 @@ PACKAGED = Path(__file__).resolve().parents[2] / "compiled_kernels"
 """Folder of the kernels that a wheel contains."""
 
 MADE_FOR = "made_for.txt"
-"""The file in it that states what the kernels fit, see `made_for`."""
+"""The file in it with the versions that the kernels fit, see `made_for`."""
 
 _MOST = 1_000_000_000
 """Size of the user's cache beyond which the oldest files are removed [B]."""
@@ -55,7 +55,7 @@ def made_for() -> str:
 
 
 def unfit() -> str:
-    """Returns what the wheel's kernels fit, if this system differs.
+    """Returns the versions that the wheel's kernels fit, if others are here.
 
     Empty if they fit this system, or there are none.
     """
@@ -80,7 +80,7 @@ def find(name: str) -> Path | None:
 
 
 def read(path: Path) -> tuple[Any, ...] | None:
-    """Returns what was written; None if the file is damaged or missing."""
+    """Returns the content; None if the file is damaged or missing."""
     try:
         return pickle.loads(path.read_bytes())
     except Exception:  # Damaged pickles raise anything.
@@ -92,7 +92,7 @@ def write(name: str, parts: tuple[Any, ...]) -> None:
 
     Args:
         name: Its name.
-        parts: What `read` returns.
+        parts: The result of `read`.
     """
     with suppress(FileError, OSError):
         write_atomically(kernels_dir() / name, pickle.dumps(parts))

@@ -137,6 +137,6 @@ def callback(signature: Any) -> Any:
     It is not kept on disk, since it may contain code of other files.
 
     Args:
-        signature: Numba's types of what it returns and takes.
+        signature: Numba's types of its result and arguments.
     """
     return cfunc(signature, error_model="numpy")

@@ -1,10 +1,9 @@
 """Changes to Numba's code generation that keep compilation short.
 
-Numba optimises each function, generates its machine code, and links its
-intermediate code into all callers, where it is optimised and compiled again at
-each level of calls. A helper, which Python never calls, needs only the last
-level. So a library without an entry point for Python is linked but not
-compiled. If a pointer into it is needed after all, it is compiled at that time.
+By default, Numba compiles each function to machine code, and compiles it again
+inside each caller. A helper that Python never calls needs only the copies
+inside its callers. So helpers are linked into their callers, but not compiled
+on their own, unless a pointer into their library is needed.
 
 This module uses private parts of Numba. A test names each of them, and
 `pyproject.toml` has an upper bound for untested versions.

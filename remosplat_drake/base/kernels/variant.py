@@ -169,7 +169,7 @@ class Variant:
         _thread.working.append(self)
 
     def keep(self, compiled: Any) -> None:
-        """Keeps what Numba has compiled on disk."""
+        """Keeps Numba's compiled code on disk."""
         spent = process_time() - self._start
         self.time += spent
         for outer in _thread.working[-2:-1]:
@@ -191,7 +191,7 @@ class Variant:
         self._work.close()
 
     def _kept(self) -> Any:
-        """Returns what is on disk; None if nothing is.
+        """Returns the code on disk; None if there is none.
 
         The compilation time, the called variants, and Numba's data.
         """

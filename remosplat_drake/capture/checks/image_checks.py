@@ -235,8 +235,8 @@ def judge_shape(capture: Capture) -> list[Finding]:
     if on_plane < _ON_PLANE:
         return []
     problem = (
-        f"{100 * on_plane:.0f} % of all that was seen lies on one plane, along"
-        " which nothing can check the poses"
+        f"{100 * on_plane:.0f} % of the measured points lie on one plane;"
+        " errors of poses parallel to it cannot be detected"
     )
     return [Finding(ONE_PLANE, problem, WARNING)]
 

@@ -75,8 +75,7 @@ def judge_overlap(
     if (capture.depth > 0).mean() < MIN_DEPTH_FRACTION or len(capture) < 2:
         return []
     facts = (
-        f"neighbouring frames agree about {100 * agreement:.0f} % of what they"
-        " share"
+        f"neighbouring frames agree on {100 * agreement:.0f} % of their overlap"
         if np.isfinite(agreement)
         else "no two frames show the same surface"
     )

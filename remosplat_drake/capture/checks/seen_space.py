@@ -101,7 +101,7 @@ def look_round(
 
     Args:
         solids: The solids of the scene.
-        lower: Lower corner of a box around what matters, shape (3,) [m].
+        lower: Lower corner of a box around the relevant space, shape (3,) [m].
         upper: Upper corner of that box, shape (3,) [m].
         around: A point of free space from which all directions are rendered,
             shape (3,) [m], for scenes that are seen from within; None: no such

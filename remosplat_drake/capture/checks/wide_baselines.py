@@ -40,15 +40,15 @@ _REACH = 0.1
 """Surfaces farther apart than this are two surfaces [m]."""
 
 _THROUGH, _THROUGH_FAR = 0.05, 0.03
-"""A view looks through a point if what it sees there is farther by more than
-this [m], and this fraction of the depth on top."""
+"""A view looks through a point if its depth there is greater by more than this
+[m], plus this fraction of the depth."""
 
 _TIMES_OFFSET = 5.0
 """If views disagree by a fifth of that or more, it is by so many times what
 they disagree by."""
 
 _SAME_NORMAL = 0.85
-"""Least cosine between what two views take for the same surface's normal."""
+"""Least cosine between the normals that two views have for the same surface."""
 
 _ITERATIONS = 6
 """Rounds of reweighting; motions settle after four."""
@@ -266,7 +266,7 @@ def _fit_scale(along: np.ndarray, gap: np.ndarray) -> float:
 
 
 def _robust(left: np.ndarray) -> tuple[float, np.ndarray]:
-    """Scatter of what a fit leaves [m], and the next weights."""
+    """Scatter of a fit's residuals [m], and the next weights."""
     scatter = 1.4826 * float(np.median(np.abs(left))) + _LEAST_SCATTER
     return scatter, 1 / np.square(1 + np.square(left / (3 * scatter)))
 

@@ -32,7 +32,7 @@ def note_left_out(
     Args:
         images: Names of all images.
         used: Names of those that are used.
-        lacking: What the others lack, such as "a pose".
+        lacking: The missing part of the others, such as "a pose".
 
     Returns:
         One sentence, or nothing.

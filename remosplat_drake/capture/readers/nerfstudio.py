@@ -116,7 +116,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def _entry(path: Path, document: dict, i: int) -> tuple[np.ndarray, float]:
-    """Pose and time of a frame; NaN for what is missing or unusable.
+    """Pose and time of a frame; NaN for missing or unusable values.
 
     Frames that are not read may hold anything.
     """

@@ -146,7 +146,7 @@ def _mesh_solid(
 
 
 def _drawable(mesh: Mesh) -> Mesh:
-    """The mesh itself, or its conversion to what Drake draws."""
+    """The mesh itself, or its conversion for Drake."""
     source = mesh.source()
     if not source.is_path() or _is_drawn(source.path(), mesh):
         return mesh

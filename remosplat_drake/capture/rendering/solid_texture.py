@@ -29,7 +29,7 @@ _WAVES_W = _wave_vectors()
 def brightness_reference(
     K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray
 ) -> np.ndarray:
-    """Computes what `brightness` does, point by point in W."""
+    """Computes the same as `brightness`, point by point in W."""
     p_W = np.nan_to_num(back_project(K, depth, X_WC))
     return _MEAN + _CONTRAST * np.sin(p_W @ _WAVES_W.T).mean(axis=-1)
 

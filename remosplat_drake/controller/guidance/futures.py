@@ -41,8 +41,8 @@ def advance_together(
         first_tier: The usual stopping distance, for the price [m].
         budget: Number of steps that may be spent. When it is used up, a stride
             is shortened, or left to the next call.
-        threads: Number of rollouts that are simulated at the same time. It
-            makes no difference to what comes out.
+        threads: Number of rollouts that are simulated at the same time. It has
+            no effect on results.
 
     Returns:
         The rollouts in the same order, and the number of steps spent, at least

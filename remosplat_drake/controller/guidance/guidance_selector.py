@@ -58,9 +58,9 @@ class GuidanceSelector(LeafSystem):
     One of `target`, a pose, and `aim`, a `Target`, is needed. For a line there
     is no guidance, since it defines the way.
 
-    With a `LookAheadProcess` it only passes on what that has decided, and
-    runs depend on the machine. When the process is lost, the selector
-    cycles as with no budget, and `Selection.missing` says why.
+    With a `LookAheadProcess` it only passes on the decisions of that process,
+    and runs depend on the machine. If the process is lost, the selector cycles
+    as with no budget, and `Selection.missing` says why.
 
     `movers` are the `Movers` around the robot, which move in rollouts and are
     obstacles of paths; without them nothing moves. `motion` is the `Motion` of
@@ -197,7 +197,7 @@ def updated(
     now: PresentState,
     field: DistanceField,
 ) -> Selection:
-    """Updates a selection by what the look-ahead process has decided.
+    """Updates a selection by the decision of the look-ahead process.
 
     Without the process it cycles through the candidates, and `missing` says
     why.

@@ -108,8 +108,8 @@ class LookAheadProcess:
         """Returns the process's latest answer, or else the present selection.
 
         Only an answer about this map and target counts. The present state is
-        sent as soon as the one before is answered, or at once if the map or
-        the target is new: then the process drops what it is doing.
+        sent as soon as the one before is answered, or at once if the map or the
+        target is new: then the process drops its present work.
 
         Args:
             selection: The present selection, which stays in the meantime.

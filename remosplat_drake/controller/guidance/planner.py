@@ -87,7 +87,7 @@ class SidePlanner(Config):
 
         Args:
             situation: The stopping distances that may be tried, and the robot;
-                the rest of what is known does not matter here.
+                its other values do not matter here.
         """
         if not situation.robot.n_base:
             return [[Guidance("direct", stopping=t)] for t in situation.tiers]

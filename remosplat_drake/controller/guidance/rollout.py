@@ -64,8 +64,8 @@ class Rollout:
         angle_error: Angle from end effector to target at q, the largest [rad].
         path: Positions of the end effector, of several of the first that has a
             target, in W so far, shape (3,) each [m].
-        movers: What moved around the robot when the rollout began; None if
-            nothing was known to.
+        movers: The movers around the robot when the rollout began; None if none
+            were known.
         start: When it began [s].
         motion: The motion that commands in flight lead to; None for a robot
             without delay.
@@ -116,7 +116,7 @@ class Rollout:
         return 58.0 + 10.0 * self.position_error + self.angle_error
 
     def arrival(self, first_tier: float) -> float:
-        """Returns what it costs, or would, to arrive at this time [s].
+        """Returns the cost of an arrival at this time [s].
 
         It is the time to the target, and 4 s for every 10 mm of stopping
         distance given up.
@@ -177,7 +177,7 @@ def _followed(
     arrived: Callable[[PoseError], bool],
     horizon: float,
 ) -> Rollout:
-    """The rollout after what was simulated, as far as to its end."""
+    """The rollout after the simulated part, to its end at most."""
     # Without a path, a base that only turns has nowhere to go.
     n_moves = law.robot.n_base - (rollout.guidance.path is None)
     anything_moves = _anything_moves(rollout.movers)

@@ -29,7 +29,7 @@ class PackedRule:
             library.
         whole: Pickle of the whole rule, without its arrays.
         arrays: The arrays' bytes, immutable where the array is read-only:
-            kernels are compiled anew for arrays that may be written.
+            kernels are compiled again for arrays that may be written.
     """
 
     parts: tuple[tuple[str, bytes], ...]

@@ -29,18 +29,17 @@ class Selection:
             them that have ended already; empty between rounds.
         waiting: Candidates of the present round still to be tried, a tuple for
             each tier.
-        plans: What the searches of the present round have come to, one for
-            each stopping distance that was tried.
+        plans: Results of the searches of the present round, one for each
+            stopping distance that was tried.
         failures: Number of rounds in a row with searches in which nothing
             arrives.
         unreachable: Why no path leads to the target as far as is known, for
             people; empty if one does or none was searched.
-        effort: What all searches since the start of the run have cost.
+        effort: Effort of all searches since the start of the run.
         found: Corners of the paths that were found to the present target on
             the present map.
         roadmap: Corners of those that were found before.
-        around: What stood still when a path was searched, and so was in the
-            way of it.
+        around: Standing movers that were obstacles when a path was searched.
         finished: Rollouts of the present round before those, the first of them
             with the guidance that is followed.
         latest: Rollouts of the latest complete round.
@@ -50,7 +49,7 @@ class Selection:
             an arrival, shape (n_q,), else None; once the robot has moved on
             from it, the next round starts before `idle_until`.
         revision: Revision of the map that the round looks at.
-        aim: What the round goes for.
+        aim: The aim of the round.
         missing: Why nothing is simulated although it should be, for people;
             empty if it is.
         seconds: Wall-clock time of the latest update [s].

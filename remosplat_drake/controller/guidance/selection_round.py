@@ -62,8 +62,8 @@ _MARGIN = 0.5
 """Score by which a candidate must be better to take over [s]."""
 
 _NEARBY, _LEVER = 0.1, 0.3
-"""Pose error up to which no path is searched at once [m], and what an angle
-counts in it [m/rad]."""
+"""Pose error up to which no path is searched at once [m], and the weight of an
+angle in it [m/rad]."""
 
 
 def advance_selection(
@@ -188,7 +188,7 @@ def _is_due(
     before: Selection,
     now: PresentState,
 ) -> bool:
-    """Whether a path is searched at once, beside what goes straight.
+    """Whether a path is searched at once, beside the direct candidate.
 
     It is at the first update at which the target is the same as at the one
     before: to one that moves on, there would be no time to follow it. What is
@@ -211,7 +211,7 @@ def _with_path(
     field: DistanceField,
     interrupted: Callable[[], bool],
 ) -> Selection:
-    """Begins the round anew with a path beside the first tier's candidates."""
+    """Restarts the round with a path beside the first tier's candidates."""
     selection, path = _planned(rule, selection, now, field, interrupted, 1)
     first = rule.candidates(now.q, now.aim, field)[:1]
     others, _ = _next_group(first, selection.guidance)
@@ -222,7 +222,7 @@ def _with_path(
 def _way_is_free(
     rule: SelectionRule, selection: Selection, now: PresentState, gone: str
 ) -> Selection:
-    """Begins a round with what was tried at first, as if nothing were known.
+    """Begins a round with the initial candidates, without earlier results.
 
     The present guidance is followed meanwhile, and is also tried, if that does
     not arrive.
@@ -390,7 +390,7 @@ def _trusted_for(movers: Movers | None) -> float:
 
 
 def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
-    """Returns what the searches of a round have come to, as fields."""
+    """Returns the results of a round's searches, as fields."""
     plans = selection.plans
     if arrives:
         return {"plans": plans}

@@ -40,8 +40,7 @@ class SelectionRule:
             called from several threads.
         horizon: Longest simulated time of a rollout [s].
         start: The guidance that is followed at first.
-        motions: What searches paths where no candidate arrives; None for
-            nothing.
+        motions: The planner of paths if no candidate arrives; None for none.
     """
 
     law: ReactiveLaw
@@ -104,8 +103,8 @@ class SelectionRule:
                 keep off it.
 
         Returns:
-            The guidance along the path, None without one, and what the search
-            has come to.
+            The guidance along the path, None without one, and the result of the
+            search.
         """
         assert self.motions is not None
         stopping = self.tiers[tier]
@@ -156,7 +155,7 @@ class SelectionRule:
     def horizon_of(self, guidance: Guidance) -> float:
         """Returns the longest simulated time of a guidance's rollout [s].
 
-        A path may take longer than what goes straight.
+        A path may take longer than the direct way.
 
         Args:
             guidance: The guidance.

@@ -21,7 +21,7 @@ NOTHING = Movers(0.0)
 
 
 def standing(now: PresentState) -> Movers:
-    """Finds what stands still, where it stands.
+    """Finds the movers that stand still, at their places.
 
     Args:
         now: The present state.
@@ -43,10 +43,10 @@ def standing(now: PresentState) -> Movers:
 
 
 def gone_mover(before: Movers, now: PresentState) -> str:
-    """Names what has stood somewhere and has gone; empty if nothing has.
+    """Names a mover that stood somewhere and has gone; empty if none has.
 
     Args:
-        before: What has stood, as `standing` found it.
+        before: The standing movers, as `standing` found them.
         now: The present state.
     """
     if not len(before):

@@ -1,7 +1,8 @@
-"""Looking ahead in a separate process: what runs inside it.
+"""Looking ahead in a separate process: the code that runs inside it.
 
-It receives a map whenever that changes, and the robot's states. Every state
-is answered within a budget of wall-clock time, by what has been decided since.
+It receives a map whenever that changes, and the robot's states. It answers
+every state within a budget of wall-clock time, by the decisions since the last
+one.
 """
 
 import dataclasses as dc

@@ -109,7 +109,7 @@ def approach_speed(own, scale, stopping, margin):
         own: The `CollisionSettings`, or the configuration.
         scale: Factor on the gain.
         stopping: The stopping distance d_s [m].
-        margin: What a clearance exceeds it by, tubes left out [m].
+        margin: Excess of a clearance over it, without tubes [m].
     """
     return scale * own.gain * margin / (own.influence - stopping)
 

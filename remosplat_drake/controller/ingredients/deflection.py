@@ -1,4 +1,4 @@
-"""Bend the servo's velocity round what is in the hand's way."""
+"""Bend the servo's velocity around obstacles of the hand."""
 
 import numpy as np
 

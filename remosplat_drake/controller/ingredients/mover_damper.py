@@ -1,4 +1,4 @@
-"""Slow down before movers, and retreat from what comes too fast."""
+"""Slow down before movers, and retreat from those that come too fast."""
 
 import dataclasses as dc
 from collections.abc import Iterator

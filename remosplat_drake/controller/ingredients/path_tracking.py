@@ -36,7 +36,7 @@ metres alike: the robot continues at the speed for that distance."""
 
 CREEP = 0.3
 """Speed along a path below which no row slows the whole motion down, in radians
-and metres alike [1/s]: rows let the robot slide past what is near."""
+and metres alike [1/s]: rows let the robot slide past near things."""
 
 
 @dc.dataclass

@@ -65,7 +65,7 @@ class ServoTrackingConfig(Config):
 class ServoTracking(CompiledIngredient):
     """Makes the end effectors follow the servo's twists (paper eq. 2).
 
-    `add_servo_tracking` computes what is tracked.
+    `add_servo_tracking` computes the tracked twists.
 
     Args:
         config: Gain and bounds of the servo.

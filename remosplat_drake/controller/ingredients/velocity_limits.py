@@ -102,7 +102,7 @@ class VelocityLimitsSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_velocity_limits(own, k, tick, program):
-    """Bounds the command by what the actuators can do.
+    """Bounds the command by the capabilities of the actuators.
 
     With the fraction f of the robot's limits u_max [rad/s, m/s] and, if
     `acceleration` is set, a_max [rad/s^2, m/s^2],

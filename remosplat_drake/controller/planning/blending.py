@@ -17,13 +17,13 @@ _TURN = 0.15
 """Largest turn between two pieces of a blend [rad]."""
 
 _TRIES = 4
-"""How often a blend that is not free is made half as long."""
+"""Number of times that a blend is halved if it is not collision-free."""
 
 
 def blended_corners(
     space: FreeSpace, corners: np.ndarray, longest: float
 ) -> np.ndarray:
-    """Replaces the corners of a path by blends that are free.
+    """Replaces the corners of a path by collision-free blends.
 
     A differential base must stop where it goes over from turning to driving:
     its paths keep their corners.

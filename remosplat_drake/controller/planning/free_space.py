@@ -134,7 +134,7 @@ class FreeSpace:
             return is_free_between(self.arrays, line, a, b)
 
     def rooms(self, q: np.ndarray, far: float) -> np.ndarray:
-        """Measures what all spheres have above what they keep.
+        """Measures the excess of all spheres' distances.
 
         Args:
             q: Configurations, shape (k, n_q) [rad, m].
@@ -150,7 +150,7 @@ class FreeSpace:
     def calls(self) -> AbstractContextManager[int]:
         """Opens the line by which kernels query a map of Python's.
 
-        Its number is what a `with` statement gives.
+        A `with` statement gives its number.
         """
         if is_pythons(self.field):
             return MapCalls(self.robot, self.field)

@@ -1,4 +1,4 @@
-"""Goal configurations: what reaches the target and keeps its distances."""
+"""Goal configurations: those that reach the target and keep all distances."""
 
 import dataclasses as dc
 import math
@@ -132,7 +132,7 @@ def arms_of(space: FreeSpace, aim: Aim) -> Packed[Arms]:
 def _reaching(
     space: FreeSpace, arms: Packed[Arms], draws: np.ndarray, most: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Calls `reaching`, and counts what is looked at as checks."""
+    """Calls `reaching`, and counts the configurations as checks."""
     with space.calls() as line:
         found, is_open, seeds = reaching(space.arrays, line, arms, draws, most)
     space.checks += len(found)

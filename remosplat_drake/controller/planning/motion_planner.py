@@ -49,7 +49,7 @@ class MotionPlanner:
         self_clearance: Distances that the robot keeps from itself; None if it
             keeps none.
         config: How much is searched.
-        timing: What bounds the speeds along paths.
+        timing: Bounds of speeds along paths.
     """
 
     robot: RobotModel
@@ -81,8 +81,7 @@ class MotionPlanner:
                 numbers.
             interrupted: Predicate: whether to give up at once.
             roadmap: Corners of earlier paths, which are tried first.
-            around: What moves otherwise and stands there now; None for
-                nothing.
+            around: Standing movers; None for none.
             separation: Distance that all spheres keep from it [m].
         """
         started = perf_counter()
@@ -169,7 +168,7 @@ class MotionPlanner:
     def open_part(
         self, path: Path, q: np.ndarray, field: DistanceField, stopping: float
     ) -> Path:
-        """Cuts a path off where a map blocks what is left of it.
+        """Cuts a path off where a map blocks its remaining part.
 
         Args:
             path: The path.
@@ -203,8 +202,7 @@ class MotionPlanner:
             q: Where the robot is, shape (n_q,) [rad, m].
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
-            around: What moves otherwise and stands there now; None for
-                nothing.
+            around: Standing movers; None for none.
             separation: Distance that all spheres keep from it [m].
         """
         return FreeSpace(

@@ -52,7 +52,7 @@ class SearchEffort:
         """Returns the effort with one search more.
 
         Args:
-            plan: What the search has come to.
+            plan: The result of the search.
         """
         checks, seconds = self.checks + plan.checks, self.seconds + plan.seconds
         first = {}

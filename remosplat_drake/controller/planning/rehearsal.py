@@ -14,7 +14,7 @@ _TURN = 0.2
 def rehearse(
     planner: MotionPlanner, q: np.ndarray, field: DistanceField
 ) -> None:
-    """Searches a short path: what is compiled is loaded, or compiled first.
+    """Searches a short path, so that its code is loaded, or compiled first.
 
     Args:
         planner: The planner.

@@ -62,7 +62,7 @@ class Roadmap:
         """Finds a free path along remembered corners.
 
         Args:
-            space: What is free now.
+            space: The present free space.
             q: Where the path starts, shape (n_q,) [rad, m].
             goals: Where it may end, shape (k, n_q) [rad, m].
 

@@ -63,7 +63,7 @@ def timed_path(
     Args:
         space: The free space.
         corners: Corners of a free path, shape (k, n_q) [rad, m].
-        limits: What bounds speeds besides the robot's limits.
+        limits: Bounds of speeds besides the robot's limits.
 
     Returns:
         The path through these corners and through points between, with speeds;
@@ -135,7 +135,7 @@ def _torques(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Torques on a path: over dv/dt, over v^2, at rest, and their bounds.
 
-    At rest a motor has what it needs.
+    At rest the bound of a motor is at least the torque that it needs.
     """
     step = np.diff(path.s)
     rate = np.diff(path.q, axis=0) / step[:, None]

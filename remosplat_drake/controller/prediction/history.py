@@ -1,4 +1,4 @@
-"""`History`: the latest commands, and what the model made of them."""
+"""`History`: the latest commands, and their motion by the model."""
 
 import dataclasses as dc
 import math
@@ -71,7 +71,7 @@ class History:
         u: np.ndarray,
         ramp: StationRamp | None = None,
     ) -> "History":
-        """Adds a command, and forgets what has no effect any more.
+        """Adds a command, and removes those without effect.
 
         Args:
             model: How the axes follow their commands.

@@ -23,7 +23,7 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
 
 _RENEWED = 0.1
-"""Share of the latest latency in what is expected of the next one."""
+"""Weight of the latest latency in the expected next one."""
 
 
 @dc.dataclass(frozen=True, eq=False)

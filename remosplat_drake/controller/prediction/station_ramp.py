@@ -24,7 +24,7 @@ class StationRamp:
     def steps(
         self, u: np.ndarray, time: float
     ) -> Iterator[tuple[float, np.ndarray]]:
-        """Yields what follows a command within a time, and how old it is then.
+        """Yields the commands after one within a time, and their ages then.
 
         Args:
             u: The command, shape (n_u,) [m/s, rad/s].

@@ -52,7 +52,7 @@ class CompiledIngredient(ABC):
 
     @abstractmethod
     def settings(self, robot: RobotModel) -> tuple:
-        """Makes `own`, what the function takes: a named tuple.
+        """Makes `own`, the function's input: a named tuple.
 
         Args:
             robot: The robot that is driven.
@@ -79,12 +79,12 @@ class CompiledIngredient(ABC):
     def about(
         self, robot: RobotModel, movers: Movers | None, number: int
     ) -> str | tuple[str, ...]:
-        """Says what a row is about, for people: names, or a text.
+        """Names the subject of a row, for people: names, or a text.
 
         Args:
             robot: The robot that is driven.
             movers: The movers; None if none are known.
-            number: What the function gave to `new_row`.
+            number: The number that the function passed to `new_row`.
         """
         del robot, movers
         return f"row {number}"

@@ -48,7 +48,7 @@ class KeptProgram:
     Args:
         n_u: Number of entries of the command u.
         r: Number of entries of the slack delta.
-        extension: Terms of ingredients, which it has besides; None for none.
+        extension: Additional terms of ingredients; None for none.
 
     Attributes:
         prog: The `MathematicalProgram` itself.

@@ -34,12 +34,12 @@ class Ingredient(Protocol):
     """
 
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
-        """Adds what the ingredient stands for to the program of one tick.
+        """Adds the ingredient's terms to the program of one tick.
 
         Args:
             program: Takes costs, rows and bounds, each by a name of its own.
-            tick: What is known at the tick: the robot's state, the target,
-                the clearances and the command being executed.
+            tick: The state of the tick: the robot's state, the target, the
+                clearances and the command being executed.
         """
         ...
 
@@ -77,10 +77,10 @@ def added(
         bounds: Lower and upper bounds on u so far, and the same without
             acceleration bounds, shape (4, n_u).
         taken: Names that terms have already.
-        tick: What is known at the tick.
+        tick: The state of the tick.
 
     Returns:
-        What they have added.
+        The added terms.
 
     Raises:
         TermError: A term cannot be used; the text names it and its ingredient.
@@ -108,7 +108,7 @@ class IngredientError(RemoSplatError):
 
     Args:
         ingredient: The ingredient.
-        error: What it has raised.
+        error: The error that it raised.
     """
 
     def __init__(self, ingredient: Ingredient, error: Exception):

@@ -52,7 +52,7 @@ class Path:
         """Returns the configuration at an arc length, shape (n_q,).
 
         Args:
-            s: Arc length; what lies beyond the ends is cut off.
+            s: Arc length; values beyond the ends are clipped.
         """
         k = int(np.searchsorted(self.s, s, side="right")) - 1
         k = min(max(k, 0), len(self.s) - 2)

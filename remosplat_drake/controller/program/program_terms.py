@@ -6,15 +6,15 @@ from collections.abc import Callable
 import numpy as np
 
 Label = Callable[[int], str | tuple[str, ...]]
-"""Says what a row is about, by its number: names of links or joints, or a
+"""Names the subject of a row, by its number: names of links or joints, or a
 text."""
 
 
 def names_of(said: str | tuple[str, ...]) -> tuple[str, ...]:
-    """Returns what a row is about as names: a text is one of them.
+    """Returns the subject of a row as names: a text is one of them.
 
     Args:
-        said: What a `Label` has said.
+        said: The result of a `Label`.
     """
     return (said,) if isinstance(said, str) else said
 
@@ -24,7 +24,7 @@ def row_name(term: str, about: tuple[str, ...]) -> str:
 
     Args:
         term: Name of its set of rows.
-        about: What it is about.
+        about: Its subject.
     """
     return f"{term}[{' and '.join(about)}]"
 
@@ -38,7 +38,7 @@ class Rows:
         b: Right-hand sides of the rows, shape (m,).
         kept: Which rows are in the program, shape (m,) bool; the bounds on u
             imply the others.
-        label: Says what row i is about: names of links or joints, or a text.
+        label: Function that names row i: links or joints, or a text.
     """
 
     A: np.ndarray
@@ -47,7 +47,7 @@ class Rows:
     label: Label = "row {}".format
 
     def about(self, i: int) -> tuple[str, ...]:
-        """Returns what row i is about, as names or a text."""
+        """Returns the subject of row i, as names or a text."""
         return names_of(self.label(i))
 
 
@@ -72,10 +72,10 @@ class Tracking:
 
 
 def tracking_name(term: str, effector: str) -> str:
-    """Returns what the tracking of an end effector's twist is called.
+    """Returns the name of the tracking of an end effector's twist.
 
     Args:
-        term: Name of what tracks it.
+        term: Name of the term that tracks it.
         effector: Name of the end effector; an only one has none.
     """
     return f"{term} {effector}".rstrip()

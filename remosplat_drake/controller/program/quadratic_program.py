@@ -50,7 +50,7 @@ class QuadraticProgram:
     def dense(self) -> DenseProgram:
         """Returns the program in u alone, its slack replaced by V - J u.
 
-        It leaves out what is in Drake's program alone.
+        It leaves out terms that are in Drake's program alone.
         """
         return DenseProgram(*dense(*self.form))
 

@@ -40,8 +40,8 @@ class ReactiveProgram:
     (n_u,), within the bounds and subject to all rows. A term's name may be
     used once for each kind of term.
 
-    `prog` is Drake's `MathematicalProgram` of the same command, to which an
-    ingredient may add what the methods here do not express.
+    `prog` is Drake's `MathematicalProgram` of the same command, for terms that
+    the methods here do not support.
 
     Args:
         velocity_limit: Bounds on |u| to begin with, shape (n_u,) [rad/s, m/s].
@@ -50,7 +50,7 @@ class ReactiveProgram:
     Attributes:
         lower: Lower bounds on u, shape (n_u,).
         upper: Upper bounds on u, shape (n_u,).
-        terms: What has been added.
+        terms: The added terms.
 
     Example:
         >>> import remosplat_drake as rs
@@ -254,7 +254,7 @@ class ReactiveProgram:
         Args:
             bounds: Takes the bounds on u, shape (4, n_u).
             costs: Takes the sums of the costs, shape (2, n_u).
-            flags: Takes what else is to be known, shape (2,), bool.
+            flags: Further inputs, shape (2,), bool.
         """
         bounds[0], bounds[1] = self.lower, self.upper
         bounds[2], bounds[3] = self._free
@@ -266,7 +266,7 @@ class ReactiveProgram:
 
     @property
     def more(self) -> Packed[OutsideRows]:
-        """The rows and what is tracked, as kernels take it."""
+        """The rows and tracked twists, as kernels take them."""
         terms, n_u = self.terms, self.n_u
         if not (terms.rows or terms.trackings):
             return _no_rows(n_u)

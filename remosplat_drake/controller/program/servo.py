@@ -17,8 +17,8 @@ LINE_SCALE = 0.05
 so near."""
 
 LINE_STIFFNESS = 50.0
-"""How much more a line prices what leads off it than what is too slow: beside
-an obstacle, the end effector slows down and does not slide along it."""
+"""Factor of the price of leaving a line over that of being too slow: beside an
+obstacle, the end effector slows down and does not slide along it."""
 
 
 def servo_twist(
@@ -129,8 +129,8 @@ def line_twist(X_WE, target, gain, max_speed):
 def error_scale(p_ET_E, target) -> float:
     """Computes the paper's error e, which costs divide by [m].
 
-    It is the L1 distance to the target and on to what comes behind it, and at
-    least a millimetre: the costs stay finite at the target.
+    It is the L1 distance to the target and on to the next one, and at least a
+    millimetre: the costs stay finite at the target.
 
     Args:
         p_ET_E: Translation to the target in E, shape (3,) [m].

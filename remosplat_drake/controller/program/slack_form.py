@@ -8,8 +8,8 @@ import numpy as np
 class SlackForm(NamedTuple):
     """The program in x = (u, delta): minimise 1/2 x'Q x + c'x.
 
-    All costs are one, and all rows: what is left out is implied by the bounds
-    on u.
+    All costs are one, and all rows; rows that the bounds on u imply are left
+    out.
 
     Attributes:
         lower: Lower bounds on u, shape (n_u,).
@@ -19,7 +19,7 @@ class SlackForm(NamedTuple):
         slack_upper: Upper bounds on delta, likewise, shape (r,).
         A: Coefficients of the rows A u <= b that are kept, shape (m, n_u).
         b: Right-hand sides of these, shape (m,).
-        J: The left-hand side J x = V of what is tracked, shape (r, n_u + r).
+        J: The left-hand side J x = V of the tracked twists, shape (r, n_u + r).
         V: The tracked twists, shape (r,).
         Q: Matrix of the cost, shape (n_u + r, n_u + r).
         c: Vector of the cost, shape (n_u + r,).

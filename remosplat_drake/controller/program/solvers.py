@@ -79,8 +79,8 @@ class DrakeSolver:
             program: The finished program of a tick.
 
         Raises:
-            TermError: An ingredient has added to `prog` what the solver cannot
-                take.
+            TermError: An ingredient has added a term to `prog` that the solver
+                does not support.
         """
         if program.is_extended:
             prog, variables = program.prog, program.u
@@ -123,10 +123,11 @@ class _KeptPrograms(local):
 def _attempts(solver: SolverInterface) -> tuple[SolverOptions | None, ...]:
     """The options of a solver, tried in this order until it finds an optimum.
 
-    Programs as small and well scaled as these Clarabel solves in two thirds of
-    the time, and as exactly, without what it does for others; should it fail,
-    it is asked with all its care. OSQP's own tolerances leave commands
-    centimetres per second off, and are what is left where it gets no nearer.
+    For programs as small and well scaled as these, Clarabel is as exact
+    without equilibration, presolve and refinement, and needs two thirds of
+    the time; if it fails, it runs again with all of them. OSQP's own
+    tolerances leave errors of centimetres per second; they are used if it
+    does not converge further.
     """
     options = SolverOptions()
     if isinstance(solver, ClarabelSolver):
@@ -178,7 +179,7 @@ def make_solver(name: str, where: str, field: str = "solver") -> Solver:
 
     Args:
         name: One of `SOLVERS`.
-        where: What errors blame, for example a scenario's file.
+        where: Source for errors, for example a scenario's file.
         field: The field of `controller` that errors blame.
 
     Raises:

@@ -25,7 +25,7 @@ class Term:
     """The name of a term that an ingredient adds, which errors say.
 
     Attributes:
-        kind: What the term is, such as "linear cost".
+        kind: Kind of the term, such as "linear cost".
         name: Its name; empty where it has none.
         taken: The names that other terms of its kind have.
 

@@ -58,7 +58,7 @@ class Tick:
     def near_movers(
         self, within: float, ahead: float = 0.0, by: float = 0.0
     ) -> NearMovers:
-        """Finds what moves near the robot as it stands.
+        """Finds movers near the robot at its present place.
 
         Args:
             within: Pairs of a sphere and a mover at or beyond this distance

@@ -113,7 +113,7 @@ class CompiledLaw:
         """Checks that no terms were refused; see `CompiledOutside.check`.
 
         Args:
-            found: What kernels have assembled.
+            found: The program that kernels have assembled.
         """
         self._functions.check(found)
 
@@ -139,5 +139,5 @@ def _names(ingredients: Sequence[CompiledIngredient]) -> frozenset[str]:
 
 
 def _floats(settings: Any) -> Any:
-    """Makes numbers floats: kernels are compiled anew for whole numbers."""
+    """Makes numbers floats: kernels are compiled again for whole numbers."""
     return settings._make(float(x) if type(x) is int else x for x in settings)

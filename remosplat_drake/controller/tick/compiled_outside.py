@@ -74,7 +74,7 @@ class CompiledOutside:
         """Checks that no terms were refused.
 
         Args:
-            found: What kernels have assembled.
+            found: The program that kernels have assembled.
 
         Raises:
             TermError: Terms were; the text names one, and its ingredient.

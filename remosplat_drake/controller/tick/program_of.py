@@ -18,7 +18,7 @@ def program_of(compiled: CompiledLaw, tick: Tick) -> TickProgram:
 
     Args:
         compiled: The ingredients.
-        tick: What is known at the tick.
+        tick: The state of the tick.
 
     Raises:
         TermError: A term cannot be used; the text names it and its ingredient.

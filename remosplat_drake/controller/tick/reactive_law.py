@@ -63,7 +63,7 @@ class LawConfig(Protocol):
 
 
 class ReactiveLaw:
-    """The control law: what stays the same from tick to tick.
+    """The control law: its constants from tick to tick.
 
     A law is a list of ingredients and how their program is solved. Its
     distances have one source: they are those of the `CollisionDamper` and of
@@ -87,8 +87,8 @@ class ReactiveLaw:
             at, and the stopping distance d_s that verification keeps.
         self_clearance: The distances that verification keeps between the
             robot's own parts; None if it checks none.
-        movers: How far away what moves matters, and the distance that
-            verification keeps from it.
+        movers: Distance up to which movers matter, and the distance that
+            verification keeps from them.
 
     Example:
         >>> import remosplat_drake as rs
@@ -177,7 +177,8 @@ class ReactiveLaw:
             config: Settings of the controller and its ingredients.
             robot: The robot to drive.
             dt: Control period [s].
-            ingredients: Further ingredients, besides the configuration's.
+            ingredients: Further ingredients, in addition to the
+                configuration's.
 
         Raises:
             FieldError: A value of the configuration is unusable, or `dt` is.
@@ -199,7 +200,7 @@ class ReactiveLaw:
         """Builds the program of a tick as it stands, for people to look at.
 
         Args:
-            tick: What is known at the tick.
+            tick: The state of the tick.
 
         Raises:
             TermError: A term cannot be used; the text names it and its

@@ -86,8 +86,9 @@ def run_tick(
             one where the tick is late. The station brakes by itself from 1.5
             periods on.
 
-    Returns: The command, and how it was found. If q or the aim is not finite,
-        the clearances are unknown, or a term is unusable, it is a step of the
+    Returns:
+        The command, and how it was found. If q or the aim is not finite, the
+        clearances are unknown, or a term is unusable, it is a step of the
         braking ramp.
 
     Raises:
@@ -168,7 +169,7 @@ def named_binding(found: BindingArrays, names: RowNames) -> Binding:
 
     Args:
         found: The rows, as `binding_arrays` returns them.
-        names: Says what they are about.
+        names: Function that names their subjects.
     """
     tight, A, push = found
     if not len(tight):
@@ -184,7 +185,7 @@ def named_binding(found: BindingArrays, names: RowNames) -> Binding:
 def _inside(
     law: ReactiveLaw, found: Settled, names: RowNames, q: np.ndarray
 ) -> BoundRow | None:
-    """Names what is most inside its stopping distance, or beyond its limit."""
+    """Names the deepest violation of a stopping distance or limit."""
     if found.inside[0] != NO_PART:
         return BoundRow(*names.name(*found.inside))
     robot = law.robot

@@ -44,7 +44,7 @@ class TickCalls(MapCalls):
     """Answers the calls of kernels in a tick, or in the steps of a rollout.
 
     Attributes:
-        outside: What ingredients in Python have added last; None for nothing.
+        outside: The latest terms of ingredients in Python; None for none.
         solving: Time that solvers of Drake's have taken [s].
         unusable: Which term cannot be used, so that the robot brakes; empty if
             all can.
@@ -55,7 +55,7 @@ class TickCalls(MapCalls):
 
         Args:
             law: The control law, for its solver and its ingredients.
-            given: What the tick is given, or the first tick of a rollout.
+            given: The inputs of the tick, or of the first tick of a rollout.
         """
         super().__init__(law.robot, given.field)
         self._law, self._given = law, given
@@ -102,7 +102,7 @@ class TickCalls(MapCalls):
         return INFEASIBLE if optimum is None else OPTIMAL
 
     def _refuse(self, question: Question) -> int:
-        """Says what cannot be used of compiled terms; see `settle`."""
+        """Names the unusable part of compiled terms; see `settle`."""
         n = len(ProgramArrays._fields)
         program = ProgramArrays(*(question[i] for i in range(n)))
         found = Assembled(program, question[n], question[n + 1])

@@ -1,4 +1,4 @@
-"""`TickProgram`: the program of a tick, and what its terms are about."""
+"""`TickProgram`: the program of a tick, and the subjects of its terms."""
 
 import dataclasses as dc
 from collections.abc import Iterator, Sequence
@@ -27,8 +27,8 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import Movers
 
 RowName = tuple[str, int, tuple[str, ...]]
-"""The name of a set of rows, the number of a row in it, and what the row is
-about."""
+"""The name of a set of rows, the number of a row in it, and the row's
+subject."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class RowNames:
         ingredients: The compiled ingredients, in the kernels' order.
         robot: The robot that is driven.
         movers: The movers; None if none are known.
-        outside: What ingredients in Python have added; None for nothing.
+        outside: The terms of ingredients in Python; None for none.
     """
 
     ingredients: Sequence[CompiledIngredient]
@@ -79,7 +79,7 @@ class TickProgram(QuadraticProgram):
 
         Args:
             arrays: The terms.
-            names: What their rows are about.
+            names: The subjects of their rows.
         """
         extension = None if names.outside is None else names.outside.extension
         super().__init__(SlackForm(*slack_form(arrays)), extension)

@@ -154,7 +154,7 @@ def least_separation(
         state.arrays,
         movers.at(time),
         np.array(u, float),
-        # Floats: kernels are compiled anew for whole numbers.
+        # Floats: kernels are compiled again for whole numbers.
         (
             float(kept.separation),
             float(kept.reaction),

@@ -88,7 +88,7 @@ class BaseFilter:
         R: Covariance of the latest fix, as an error of the base's present
             pose, shape (3, 3).
         fixed: Stamp of the latest fix that was taken in [s].
-        anchors: Estimates that fixes are held against besides.
+        anchors: Earlier estimates that fixes are also compared with.
         refusal: Why the latest fix was not taken in; empty if it was.
     """
 

@@ -34,14 +34,14 @@ SLACK = np.array([0.008, 0.012])
 """How far a motion may differ from the commanded one [m, rad]."""
 
 SHARE = 0.06
-"""Share of its way by which a motion may differ besides: wheels slip, and no
-base is calibrated perfectly."""
+"""Further permitted error, as a share of the distance driven: wheels slip, and
+no base is calibrated perfectly."""
 
 OWN_DELAY = 0.15
 """Longest delay of a base's reported speeds [s]."""
 
 _OWN_HELD = 0.25
-"""Longest time for which a measured speed stands for the next ones [s]."""
+"""Longest time for which a measured speed replaces the next ones [s]."""
 
 _DELAYS = 6
 """Number of delays that are tried, from none to the longest."""
@@ -96,7 +96,7 @@ class ArcPath:
 
         Returns:
             The motion along this path that fits each best, shape (n, 3), and
-            how far it differs, relative to what is allowed, shape (n,).
+            its error, relative to the permitted one, shape (n,).
         """
         late = np.linspace(0.0, delay, _DELAYS)
         return path_residuals(
@@ -317,7 +317,7 @@ def _compared(
     delay: float,
     share: float,
 ) -> tuple[str, str, float] | tuple[()]:
-    """Finds motions that differ from what they should be.
+    """Finds motions that differ from the expected ones.
 
     Args:
         path: Where the base should have been, delayed.

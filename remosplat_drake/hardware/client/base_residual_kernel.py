@@ -45,7 +45,7 @@ def _pose(rows, held, time):
 
 @kernel
 def path_motions(rows, held, start, end):
-    """Computes what `ArcPath.motions` says."""
+    """Computes the same as `ArcPath.motions`."""
     motions = np.empty((len(start), 3))
     for i in range(len(start)):
         before = _pose(rows, held, start[i])
@@ -61,7 +61,7 @@ def _size(motion):
 
 @kernel
 def path_residuals(rows, held, start, end, moved, late, slack, share):
-    """Computes what `ArcPath.residuals` says, for some delays `late`."""
+    """Computes the same as `ArcPath.residuals`, for some delays `late`."""
     n, k = len(start), len(late)
     fitting, excess = np.empty((n, 3)), np.empty(n)
     told = np.empty((k, 3))

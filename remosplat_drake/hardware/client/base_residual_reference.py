@@ -42,11 +42,11 @@ def path_residuals(
         moved: The motions, by their own axes, shape (n, 3) [m, m, rad].
         late: Delays that are tried, ascending, shape (k,) [s].
         slack: How far a motion may differ, shape (2,) [m, rad].
-        share: Share of its way by which it may differ besides.
+        share: Further permitted error, as a share of the distance driven.
 
     Returns:
-        The motion along the path that fits each best, shape (n, 3), and how far
-        it differs, relative to what is allowed, shape (n,).
+        The motion along the path that fits each best, shape (n, 3), and its
+        error, relative to the permitted one, shape (n,).
     """
     told = path_motions(rows, held, start[:, None] - late, end[:, None] - late)
     error = _size(_relative(told, moved[:, None]))

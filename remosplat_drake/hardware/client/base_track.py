@@ -1,4 +1,4 @@
-"""`BaseTrack`: a base's recent poses, and faults in what measured them.
+"""`BaseTrack`: a base's recent poses, and faults of their measurement.
 
 Measurements of the base's pose may be wrong: odometry jumps when something
 corrects it, a clock is off, wheels turn in the air, a bridge hides that the
@@ -115,10 +115,10 @@ class BaseTrack:
 
 
 def compile_kernels(config: HardwareConfig) -> None:
-    """Compiles what statuses of a base need: no tick may wait for that.
+    """Compiles the code for statuses of a base, so that no tick waits for that.
 
     Args:
-        config: What the track will be made with.
+        config: Configuration of the track.
     """
     track, commanded = BaseTrack(), CommandedPath()
     commanded.append(0.0, np.zeros(3))
@@ -214,7 +214,7 @@ def track_problem(track: BaseTrack, config: HardwareConfig) -> str:
 
     Args:
         track: The base's track, which has a sample.
-        config: What is too late, too uncertain or missing.
+        config: Limits of age and uncertainty.
     """
     status, fixes = config.channels.base_status, config.channels.localization
     if not len(track.samples):
@@ -267,7 +267,7 @@ def _doubt(track: BaseTrack) -> str:
 
 
 def _kept(samples: BaseSamples, stamp: float) -> BaseSamples:
-    """Forgets what is old, or hardly older than the sample before it.
+    """Removes old samples, and those hardly older than the sample before them.
 
     Args:
         samples: The samples before.

@@ -87,7 +87,8 @@ class HardwareStation(Diagram):
         Args:
             context: The station's own context.
 
-        Returns: The stamp of the newest `Movers` from cameras; NaN without any.
+        Returns:
+            The stamp of the newest `Movers` from cameras; NaN without any.
         """
         if self.movers is None:
             return math.nan
@@ -95,7 +96,7 @@ class HardwareStation(Diagram):
         return movers.stamp if movers.cameras else math.nan
 
     def measurement(self, root: Context) -> Measurement:
-        """Returns what the present tick rests on.
+        """Returns the measurement of the present tick.
 
         Args:
             root: Context of the whole diagram.

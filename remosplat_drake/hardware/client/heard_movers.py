@@ -38,7 +38,7 @@ class HeardMovers:
 def with_movers(
     heard: HeardMovers, data: bytes, received: float, config: MoverSensingConfig
 ) -> HeardMovers:
-    """Adds a message to what is known.
+    """Adds a message to the known movers.
 
     Args:
         heard: The state so far.

@@ -38,7 +38,7 @@ class Operator:
         self._heard: dict[int, tuple[float, Lease]] = {}
 
     def leases(self) -> list[Lease]:
-        """Returns what the sessions that are there have said last."""
+        """Returns the latest message of each present session."""
         now = time.monotonic()
         for channel, data, _ in self._listener.fetch():
             if channel == SESSION_LEASE:

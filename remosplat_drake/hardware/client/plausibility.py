@@ -16,7 +16,7 @@ commands, and measurements have noise."""
 def arm_jump(
     before: PandaState, after: PandaState, duration: float, limit: np.ndarray
 ) -> str:
-    """Says which joint did what no joint can; empty if none did.
+    """Names a joint with an impossible motion; empty if there is none.
 
     Args:
         before: The state before.

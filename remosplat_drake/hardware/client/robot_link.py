@@ -57,7 +57,7 @@ class RobotLink:
 
     Attributes:
         lcm: The LCM network.
-        guard: What watches for other senders; None within one process.
+        guard: Monitor of other senders; None within one process.
         is_armed: Whether an operator has let the robot go; before, the hand
             stands, too.
         arm: Mailbox of the arm's statuses.
@@ -145,7 +145,8 @@ class RobotLink:
         Args:
             timeout: Longest wait for the arm [s].
 
-        Returns: Whether a status of the arm arrived within the timeout.
+        Returns:
+            Whether a status of the arm arrived within the timeout.
         """
         self.take_out()
         if 0 <= time.time() - self.arm.stamp < self._config.arm_status_period:

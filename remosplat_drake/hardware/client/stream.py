@@ -80,7 +80,7 @@ def broken(stream: Stream, received: float, problem: str) -> Stream:
 def stream_problem(
     stream: Stream, now: float, limits: StreamLimits, should_change: bool
 ) -> str:
-    """Says in a few words what is wrong with a stream; empty if nothing is.
+    """Describes the fault of a stream in a few words; empty if there is none.
 
     Args:
         stream: The stream's history.

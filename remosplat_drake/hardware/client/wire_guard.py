@@ -39,7 +39,7 @@ _FORGOTTEN = 60.0
 """Time since a sender's last message after which it is forgotten [s]."""
 
 _MOST_NAMES = 100
-"""Number of addresses at most of which it is known what they are."""
+"""Largest number of known addresses."""
 
 
 @dc.dataclass
@@ -199,7 +199,7 @@ class Watch:
                     known.pop(sender, None)
 
     def _keep(self, known: dict, sender: str, what, now: float) -> None:
-        """Notes what an address is, of a hundred at most."""
+        """Stores the identity of an address, of a hundred at most."""
         if sender in known or len(known) < _MOST_NAMES:
             known[sender], self._told[sender] = what, now
 
@@ -220,7 +220,7 @@ class WireGuard:
             lcm: The network on which our commands go out.
             config: The names of the channels, and whether we are a shadow,
                 which sends nothing, not even a lease.
-            name: What we are, for people.
+            name: Our name, for people.
 
         Raises:
             RemoSplatError: The wire has no addresses.
@@ -245,7 +245,7 @@ class WireGuard:
         self.mode = self.reason = ""
 
     def listen(self) -> None:
-        """Takes in what has arrived, and renews the lease when it is due."""
+        """Processes new packets, and renews the lease when it is due."""
         now = time.time()
         for channel, data, sender in self._listener.fetch():
             # Another suffix is another robot.
@@ -272,7 +272,8 @@ class WireGuard:
         Args:
             patience: Longest wait until the wire is ours [s].
 
-        Returns: Why it is not; empty once the lease names us.
+        Returns:
+            Why it is not; empty once the lease names us.
         """
         end = time.monotonic() + patience
         while problem := self._objection():

@@ -1,4 +1,4 @@
-"""Checks that a robot's drivers keep to what a controller relies on.
+"""Checks that a robot's drivers keep the rules of the wire.
 
 `Heard` messages of a wire become a `RobotRecord`; `checks` judge it, and
 `following` how the axes follow. Nothing here sends anything: what moves the

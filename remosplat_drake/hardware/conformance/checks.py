@@ -43,7 +43,7 @@ _MODE_WORDS = "a mode in which it obeys, and another one while it is stopped"
 def judge(
     record: RobotRecord, config: HardwareConfig, actuators: Sequence[Actuator]
 ) -> list[Finding]:
-    """Judges a record; see `Seen` for what it must hold.
+    """Evaluates a record; see `Seen` for its required content.
 
     Args:
         record: The received messages.
@@ -94,7 +94,7 @@ class Seen:
         self._drivers |= record.drivers.keys()
 
     def missing(self, stop: bool, restart: bool) -> list[str]:
-        """Says what has not been seen yet, in words for an operator.
+        """Names the missing observations, in words for an operator.
 
         Args:
             stop: Whether stops are waited for.

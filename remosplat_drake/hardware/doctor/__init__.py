@@ -1,4 +1,4 @@
-"""Checks what must hold before a real robot moves, step by step.
+"""Checks the requirements for moving a real robot, step by step.
 
 A check ends in a `Finding`: what was found and in which source, what is
 wanted, and how to mend it. `host_checks` ask this computer, `wire_checks` the

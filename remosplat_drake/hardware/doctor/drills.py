@@ -35,7 +35,7 @@ DRILLS = {
     USER_STOP: "a person presses the arm's user stop",
     EMERGENCY_STOP: "a person presses the base's emergency stop",
 }
-"""Drills by name, and what happens in each."""
+"""Drills by name, and their content."""
 
 STEP_SPEED, STEP_DURATION = 0.1, 1.0
 """Speed of the base's step response [m/s], and how long it drives [s]."""
@@ -209,7 +209,7 @@ def drill_stop(
         name: `USER_STOP`, which is the arm's, or `EMERGENCY_STOP`, the base's.
         stopped: Says how the part shows that it is stopped, or nothing.
         robot: The robot.
-        say: Tells the person what to do.
+        say: Prints the instruction for the person.
         patience: Longest wait for the person [s].
     """
     part = "arm" if name == USER_STOP else "base"
@@ -282,7 +282,7 @@ def check_actuators(robot: RobotModel) -> Finding:
 
 
 def check_thresholds(processes: Path = Path("/proc")) -> Finding:
-    """Looks at what the arm's driver takes for a collision.
+    """Checks the collision thresholds of the arm's driver.
 
     No status contains them, and those set in Franka's Desk have no effect: the
     driver sets its own when it starts. Its command line shows them, if it runs

@@ -14,7 +14,7 @@ class Finding:
     Attributes:
         check: Name of the check.
         result: One of PASSED, ADVICE, FAILED and SKIPPED.
-        found: What was found.
+        found: The found value.
         wanted: The expected value.
         source: Where it was looked up.
         mend: How to mend it; empty where nothing is to be mended.
@@ -48,7 +48,7 @@ def judged(
     Args:
         check: Name of the check.
         good: Whether it holds.
-        found: What was found.
+        found: The found value.
         wanted: The expected value.
         source: Where it was looked up.
         mend: How to mend it.

@@ -15,7 +15,7 @@ from remosplat_drake.hardware.doctor.finding import (
 )
 
 CLOCK_ERROR = 1e-3
-"""Largest error of a clock [s]."""
+"""Largest permitted error of a clock [s]."""
 
 BUFFER = 1 << 21
 """Receive buffer of a socket that takes images [bytes]: three of them, as they
@@ -73,7 +73,7 @@ def kernel_clock_follows() -> bool:
 
 
 def clock_offset(tracking: str) -> float | None:
-    """Reads the offset from what `chronyc tracking` prints [s].
+    """Reads the offset from the output of `chronyc tracking` [s].
 
     Args:
         tracking: The text.
@@ -111,7 +111,7 @@ def check_priority() -> Finding:
 
 
 def check_buffers(has_camera: bool) -> Finding:
-    """Checks that sockets can hold what comes while no program reads.
+    """Checks that sockets can hold the packets of a moment without a reader.
 
     Args:
         has_camera: Whether images come, too.

@@ -74,7 +74,7 @@ class ArclMonitor:
         self._thread.start()
 
     def stops(self, t: float) -> BaseStops:
-        """Returns what holds the base now, unknown without a fresh answer."""
+        """Returns the base's stops, unknown without a fresh answer."""
         return self._state.stops_at(t, EXPIRY)
 
     def close(self) -> None:

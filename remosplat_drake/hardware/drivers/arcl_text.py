@@ -45,7 +45,7 @@ class ArclState:
     """The state according to the lines so far.
 
     Attributes:
-        stops: What holds the base, by the latest line about it.
+        stops: The base's stops, by the latest line about them.
         heard: Time of that line, by a clock that never jumps [s]; -inf before
             the first one.
     """
@@ -54,7 +54,7 @@ class ArclState:
     heard: float = -math.inf
 
     def stops_at(self, t: float, expiry: float) -> BaseStops:
-        """Returns what holds the base, unknown where the latest line is old.
+        """Returns the base's stops, unknown if the latest line is old.
 
         Args:
             t: Time now, by the same clock [s].

@@ -99,7 +99,8 @@ class ArmDriver:
             now: Wall clock [us].
             t: Time now, by a clock that never jumps [s].
 
-        Returns: The arm's report, if it is new.
+        Returns:
+            The arm's report, if it is new.
         """
         for channel, data in self._inbox.fetch():
             self._commands.hear(channel, data)

@@ -51,7 +51,7 @@ def panda_status(record: tuple[float, ...]) -> lcmt_panda_status:
     """Makes the status message that drake-franka-driver would make.
 
     Args:
-        record: What `arm_record` has returned.
+        record: The result of `arm_record`.
     """
     status = lcmt_panda_status()
     now, mode, success_rate, milliseconds = record[:_SCALARS]

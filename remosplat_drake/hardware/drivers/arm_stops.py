@@ -41,7 +41,7 @@ class ArmStops:
 
         Args:
             field: `EMERGENCY_STOP` or `MODE`.
-            value: What its topic says.
+            value: Value of its topic.
             t: When it came [s].
         """
         text = str(value)
@@ -50,7 +50,7 @@ class ArmStops:
         )
 
     def hold(self, t: float) -> ArmHold:
-        """Returns what the topics say at a time t [s]."""
+        """Returns the state by the topics at a time t [s]."""
         topics, known = self._topics, self._values.known(t)
         if known.get(EMERGENCY_STOP) == "true":
             reason = f"{topics.emergency_stop}: emergency stop"

@@ -68,7 +68,7 @@ class BaseLink(Protocol):
         ...
 
     def stops(self, t: float) -> BaseStops:
-        """Returns what the topics with flags say at a time t [s]."""
+        """Returns the state by the topics with flags at a time t [s]."""
         ...
 
     def close(self) -> None:
@@ -108,13 +108,13 @@ class StopFlags:
 
         Args:
             field: Name of the topic's field in `RosBase`.
-            value: What it says.
+            value: Its value.
             t: When it came [s].
         """
         self._values.put(field, bool(value), t)
 
     def stops(self, t: float) -> BaseStops:
-        """Returns what the flags say; one that is silent is unknown."""
+        """Returns the values of the flags; silent ones are unknown."""
         known = self._values.known(t)
         return BaseStops(
             emergency=known.get("emergency_stop", False),
@@ -142,7 +142,7 @@ class BaseDriver:
             lcm: The LCM network.
             link: The connection to the base.
             maxima: Greatest velocities of the base; None takes the LD-60's.
-            sources: What else says whether the base may move.
+            sources: Further sources for whether the base may move.
             inbox: Source of commands; None accepts every sender.
             tell: Called with a message when odometry is unusable.
         """

@@ -43,7 +43,7 @@ class StopSource(Protocol):
 
 
 def merged(stops: Iterable[BaseStops]) -> BaseStops:
-    """Returns what several sources say together: any of them stops the base."""
+    """Combines several sources: any of them stops the base."""
     every = [FREE, *stops]
     return BaseStops(
         emergency=any(s.emergency for s in every),

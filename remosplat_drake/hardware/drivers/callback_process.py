@@ -48,7 +48,7 @@ class CallbackProcess:
         Args:
             library: Name of the module with libfranka's interface.
             host: Name or address of the arm's controller.
-            limits: What the arm shall take for a collision.
+            limits: Collision thresholds of the arm.
 
         Raises:
             RemoSplatError: The arm cannot be had; the text says why.

@@ -65,7 +65,7 @@ class FrankaArm:
         """Prepares the arm for `move`: collision limits and impedance.
 
         Args:
-            limits: What the arm shall take for a collision.
+            limits: Collision thresholds of the arm.
 
         Raises:
             RemoSplatError: The arm is not ready to move, or says no.
@@ -97,11 +97,12 @@ class FrankaArm:
     def move(self, callback: Callable[[Any, Any], Any]) -> str:
         """Lets a callback control the joint rates until the motion ends.
 
-        Libfranka's own limiter and low pass are off: what they would do to a
-        command, the callback does better, and says so.
+        Libfranka's own limiter and low pass are off: the callback does the same
+        better, and reports it.
 
         Returns:
-            What the robot has aborted the motion for; empty if it has not.
+            The reason why the robot has aborted the motion; empty if it has
+            not.
         """
         try:
             self._robot.control_joint_velocity(

@@ -41,8 +41,8 @@ class FrankaHand(Protocol):
 class HandDriver:
     """Hears commands, moves the hand and publishes statuses, at 10 Hz.
 
-    A command is carried out once: equal ones after it are ignored, and of
-    those that come during a motion the last one counts.
+    A repeated command is ignored. Of several different commands during a
+    motion, only the last is carried out, after the motion.
     """
 
     def __init__(

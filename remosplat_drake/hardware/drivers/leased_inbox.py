@@ -1,9 +1,9 @@
 """`LeasedInbox`: a driver's commands, from the one session that it follows.
 
-A driver obeys no session before a lease has named it. Then it obeys
-that session alone, by the address that lease and commands come from, until
-the session names it no more or is silent for `LEASE_EXPIRY`. What others
-command is refused, counted and reported.
+A driver accepts commands only from the session whose lease names the driver. It
+identifies that session by the sender's address. It releases the session when
+its leases no longer name the driver, or after `LEASE_EXPIRY` without a message.
+Commands from other sessions are refused, counted and reported.
 """
 
 import dataclasses as dc
@@ -99,7 +99,7 @@ class LeasedInbox:
         Args:
             lcm: The LCM network, on which the driver's statuses go out, too.
             channels: Channels of commands, which need a lease.
-            name: What the driver is, for people.
+            name: The driver's name, for people.
             open_channels: Channels that every program may use.
             on_news: Called with a message when the driver follows another
                 session, and when it first refuses one.

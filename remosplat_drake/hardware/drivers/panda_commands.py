@@ -48,8 +48,8 @@ def checked_velocity(
         joints: Number n of the arm's joints.
 
     Raises:
-        CommandError: The message is no finite velocity command of so many
-            joints.
+        CommandError: The message is not a velocity command, has values that are
+            not finite, or has the wrong number of joints.
     """
     mode = int(PandaControlMode.kVelocity)
     if message.control_mode_expected != mode:

@@ -71,7 +71,8 @@ class PandaDriver:
     def brake(self) -> bool:
         """Asks for rest and for the motion's end.
 
-        Returns: Whether the arm is commanded to rest by now.
+        Returns:
+            Whether the arm is commanded to rest by now.
         """
         self._arm.command([0.0] * JOINTS, end=True)
         status = self._tell()

@@ -130,9 +130,9 @@ def limit_rate(
 ) -> JointCommand:
     """Returns the command closest to a target that one tick allows.
 
-    Near the greatest velocity the acceleration is bounded in proportion to
-    what is left of the velocity. The command then approaches its bound with
-    a jerk that never exceeds its own. The law is libfranka's.
+    Near the greatest velocity the acceleration is bounded in proportion to the
+    remaining velocity. The command then approaches its bound with a jerk that
+    never exceeds its own. The law is libfranka's.
 
     Args:
         target: Wanted joint rates, finite, shape (7,) [rad/s].

@@ -52,7 +52,7 @@ class PandaPythonHand:
         return state.width, self._force if state.is_grasped else 0.0
 
     def go_to(self, width: float, force: float) -> None:
-        """Moves the fingers; closing, they hold what they meet.
+        """Moves the fingers; when they close, they hold an object between them.
 
         Args:
             width: Opening to go to [m].

@@ -137,7 +137,7 @@ class Ros1Link:
         return self._fixes.fetch()
 
     def stops(self, t: float) -> BaseStops:
-        """Returns what the topics with flags say at a time t [s]."""
+        """Returns the state by the topics with flags at a time t [s]."""
         return self._flags.stops(t)
 
     def close(self) -> None:

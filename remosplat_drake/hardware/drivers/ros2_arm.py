@@ -126,7 +126,7 @@ class Ros2ArmLink:
         return hold
 
     def _tell_broken(self, problem: str) -> None:
-        """Tells what is wrong with joint states, once."""
+        """Reports the fault of joint states, once."""
         if problem != self._broken:
             self._broken = problem
             self._tell(f"{problem}; no status of the arm is sent")

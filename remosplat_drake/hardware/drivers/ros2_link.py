@@ -83,7 +83,7 @@ class Ros2Link:
         return fixes
 
     def stops(self, t: float) -> BaseStops:
-        """Returns what the topics with flags say at a time t [s]."""
+        """Returns the state by the topics with flags at a time t [s]."""
         for field, reader in self._stops:
             for sample in taken(reader):
                 self._flags.put(field, sample.data, time.monotonic())

@@ -193,7 +193,7 @@ class TransformStamped(
 @dc.dataclass
 @final
 class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
-    """tf2_msgs/TFMessage: what goes over /tf."""
+    """tf2_msgs/TFMessage: the messages of /tf."""
 
     transforms: sequence[TransformStamped] = dc.field(default_factory=list)
 

@@ -43,7 +43,7 @@ class Ros2Node:
         Args:
             domain: The robot's ROS_DOMAIN_ID; None takes that of the
                 environment, or 0.
-            what: What needs CycloneDDS, for an error's text.
+            what: The feature that needs CycloneDDS, for an error's text.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed or finds no network, or
@@ -127,6 +127,6 @@ class Ros2Node:
 
 
 def taken(reader) -> list:
-    """Takes what has come for a reader, oldest first; nothing without one."""
+    """Returns a reader's new messages, oldest first; none without a reader."""
     samples = [] if reader is None else reader.take(N=_MOST)
     return [sample for sample in samples if sample.sample_info.valid_data]

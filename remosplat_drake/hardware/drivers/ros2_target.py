@@ -45,7 +45,7 @@ class Ros2Target:
         self._reader = node.reader(topic, ros.PoseStamped)
 
     def step(self) -> None:
-        """Passes on what has come."""
+        """Passes on new messages."""
         for sample in taken(self._reader):
             problem = self._problem(sample)
             if not problem:

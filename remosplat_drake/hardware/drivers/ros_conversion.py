@@ -151,7 +151,7 @@ def status_of(odometry: Odometry, stops: BaseStops = FREE) -> base_status:
 
     Args:
         odometry: The measurement, which has no problem.
-        stops: What holds the base.
+        stops: The base's stops.
     """
     status = base_status()
     status.utime = odometry.utime

@@ -12,7 +12,7 @@ def expiry_of(expiry: float | None) -> float:
 
 
 class TopicValues(Generic[Value]):
-    """The latest values of topics; what a silent topic said is forgotten."""
+    """The latest values of topics; the value of a silent topic is dropped."""
 
     def __init__(self, expiry: float):
         """Starts without a value, which counts as unknown.
@@ -28,7 +28,7 @@ class TopicValues(Generic[Value]):
 
         Args:
             name: Name of the topic.
-            value: What it says.
+            value: Its value.
             t: When it came [s].
         """
         self._values[name] = (value, t)

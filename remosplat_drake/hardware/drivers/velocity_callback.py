@@ -47,7 +47,7 @@ class VelocityCallback:
         Args:
             state: A `RobotState`.
             period: The `Duration` since the last call; more than 1 ms after
-                lost packets, for which the robot has made up commands.
+                lost packets, for which the robot has substituted commands.
         """
         if period.to_msec() > 1:
             self._servo.resume(state.dq_d, state.ddq_d)

@@ -40,7 +40,7 @@ class VelocityServo:
     """Follows setpoints; without fresh ones, or with bad ones, it brakes.
 
     After a ramp because of old setpoints, no setpoint is followed before one of
-    rest: then the commanding program has noticed, and begins anew.
+    rest: then the commanding program has noticed, and begins again.
 
     Attributes:
         command: The arm's last command.
@@ -65,7 +65,7 @@ class VelocityServo:
     def resume(
         self, velocity: Sequence[float], acceleration: Sequence[float]
     ) -> None:
-        """Goes on from what the robot made of lost packets.
+        """Continues from the motion that the robot made of lost packets.
 
         Args:
             velocity: Joint rates that it desires, seven [rad/s].

@@ -40,7 +40,8 @@ class BaseSenses:
         """Starts truthful.
 
         Args:
-            localizes: Whether there is a localisation besides the odometry.
+            localizes: Whether there is a localisation in addition to the
+                odometry.
         """
         self._localizes = localizes
         self._drifts = {"base-drift": 0.0, "localization-drift": 0.0}

@@ -26,7 +26,7 @@ FAULTS = {
     "status-stops": "the arm's statuses stop; the arm goes on",
     "status-delay": "the arm's statuses are told VALUE seconds late (default"
     " 0.1)",
-    "status-freezes": "the arm's statuses repeat the last one, stamped anew",
+    "status-freezes": "the arm's statuses repeat the last one, with new stamps",
     "status-nan": "one joint position of the arm's statuses is not a number",
     "status-joints": "the arm's statuses have VALUE joints (default 6)",
     "clock-jump": "the robot's wall clock is VALUE seconds ahead (default 1)",
@@ -50,7 +50,7 @@ FAULTS = {
     "localization-drift": "it drifts by VALUE metres a second (default 0.02)",
     RECOVER: "ends every fault and releases every stop",
 }
-"""Names of all faults, and what each does, in words for `--help`."""
+"""Names of all faults, and their effects, in words for `--help`."""
 
 _DEFAULTS = {
     "status-delay": 0.1,

@@ -67,7 +67,7 @@ class FciArm:
         """Advances the arm by one millisecond.
 
         Args:
-            measured: What its sensors measure now.
+            measured: The present measurements of its sensors.
 
         Returns:
             Joint rates, shape (7,) [rad/s].

@@ -1,7 +1,7 @@
 """Libfranka's interface, as panda-python has it, to the stand-in's `FciArm`.
 
-The arm's driver takes this module instead of `panda_py.libfranka`; all else
-of it is the same. Only what the driver uses is here.
+The arm's driver uses this module instead of `panda_py.libfranka`; the rest of
+it is the same. Only the functions that the driver uses are here.
 """
 
 import dataclasses as dc
@@ -117,7 +117,7 @@ class Robot:
         lower_force_thresholds: Sequence[float],
         upper_force_thresholds: Sequence[float],
     ) -> None:
-        """Sets what is a collision: the upper thresholds.
+        """Sets the collision thresholds: the upper ones.
 
         Raises:
             RuntimeError: No answer comes.

@@ -2,7 +2,7 @@
 
 The far side of the Franka Control Interface in joint velocity mode, as Franka
 documents it: every millisecond a command; limits on velocity, acceleration
-and jerk by backward differences; a lost packet is made up for with constant
+and jerk by backward differences; a lost packet is replaced with constant
 acceleration, and twenty in a row end the motion.
 """
 
@@ -38,8 +38,8 @@ class FciRules:
         mode: `IDLE`, `MOVE` while it follows commands, or why it does not.
         error: Name of the error that aborted the latest motion, as libfranka
             has it; empty without one.
-        command: What the arm desires: taken from a packet, made up, or its
-            own ramp after an abort.
+        command: The arm's desired motion: taken from a packet, extrapolated, or
+            its own ramp after an abort.
         collision_torque: Magnitudes of external torques that are a
             collision, shape (7,) [N m].
     """
@@ -80,10 +80,10 @@ class FciRules:
         packet: np.ndarray | None,
         is_last: bool = False,
     ) -> JointCommand:
-        """Advances what the arm desires by one millisecond.
+        """Advances the arm's desired motion by one millisecond.
 
         Args:
-            measured: What its sensors measure.
+            measured: Measurements of its sensors.
             packet: The command that has come in time, shape (7,) [rad/s];
                 None for none.
             is_last: Whether that command ends the motion.
@@ -129,7 +129,7 @@ def error_of(
     Args:
         wanted: The command.
         last: The command of the millisecond before.
-        measured: What the arm's sensors measure.
+        measured: Measurements of the arm's sensors.
         collision_torque: External torques that are a collision, shape (7,)
             [N m].
 

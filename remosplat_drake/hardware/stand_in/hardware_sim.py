@@ -58,7 +58,7 @@ _PANDA = "panda"
 """Names of the arms that libfranka drives."""
 
 _SPARSE = 4
-"""One in so many of the arm's statuses is sent while time is made up for."""
+"""One in so many of the arm's statuses is sent while a delay is compensated."""
 
 
 class HardwareSim:
@@ -142,7 +142,7 @@ class HardwareSim:
         """Runs one millisecond of the robot.
 
         A robot goes on while the computer that simulates it stalls. So what
-        is late is made up for, with stamps a millisecond apart, and commands
+        is late is compensated, with stamps a millisecond apart, and commands
         are heard when they were sent; while there is more of it, fewer
         statuses of the arm are sent.
 

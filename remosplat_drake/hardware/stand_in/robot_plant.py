@@ -118,7 +118,7 @@ class RobotPlant:
             base: Commands to the base, shape (n_base,) [m/s, rad/s].
             arm: Commanded joint rates, shape (n,) [rad/s].
             hand: Commanded width and bound on the force, shape (2,) [m, N];
-                what a robot without one makes nothing of.
+                ignored by a robot without one.
         """
         self._since = t - self._stepped
         if self._since < self._period - _INSTANT:

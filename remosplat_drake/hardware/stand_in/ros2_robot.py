@@ -66,7 +66,7 @@ class Ros2Robot:
             self._base_topics = _BaseTopics(base)
 
     def step(self) -> None:
-        """Passes on what has come, either way."""
+        """Passes on new messages, in both directions."""
         now, t = time.time(), time.monotonic()
         rates = self._arm_topics.rates(t)
         if rates is not None:
@@ -128,7 +128,7 @@ class _ArmTopics:
         return self._rates
 
     def tell(self, status: lcmt_panda_status, t: float) -> None:
-        """Tells joint states, and now and then what holds the arm."""
+        """Sends joint states, and sometimes the arm's stops."""
         ros = self._ros
         self._states.write(
             ros.JointState(
@@ -188,7 +188,7 @@ class _BaseTopics:
         return velocity
 
     def tell(self, status: base_status, t: float) -> None:
-        """Tells odometry, and now and then what holds the base."""
+        """Sends odometry, and sometimes the base's stops."""
         ros = self._ros
         message = ros.Odometry(child_frame_id=self._config.base_frame)
         message.header = ros.Header(ros.stamp(status.utime), "odom")

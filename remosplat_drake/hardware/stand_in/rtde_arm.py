@@ -98,7 +98,7 @@ class RtdeArm:
         """Advances the arm by one millisecond.
 
         Args:
-            measured: What its sensors measure now.
+            measured: The present measurements of its sensors.
 
         Returns:
             Joint rates, shape (6,) [rad/s].
@@ -238,14 +238,14 @@ class _Client:
         return self.connection.is_open
 
     def hear(self) -> None:
-        """Takes in what has come."""
+        """Processes new messages."""
         data = self.connection.receive()
         if data:
             self.buffer += data
             self.answer()
 
     def answer(self) -> None:
-        """Answers what is whole in the buffer."""
+        """Answers the complete requests in the buffer."""
         raise NotImplementedError
 
 

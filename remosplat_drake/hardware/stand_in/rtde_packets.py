@@ -127,7 +127,7 @@ class Recipe:
 
 
 def packet(kind: Kind, payload: bytes = b"") -> bytes:
-    """Puts a header before what a packet carries."""
+    """Puts a header before the content of a packet."""
     return _HEADER.pack(_HEADER.size + len(payload), kind) + payload
 
 

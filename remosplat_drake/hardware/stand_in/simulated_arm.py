@@ -28,13 +28,13 @@ class RobotMode(IntEnum):
 
 @dc.dataclass(frozen=True, eq=False)
 class ArmMeasurement:
-    """What the sensors of an arm of n joints measure, each of shape (n,).
+    """Measurements of the sensors of an arm of n joints, each of shape (n,).
 
     Attributes:
         position: Joint positions [rad].
         velocity: Joint rates [rad/s].
         torque: Motor torques [N m].
-        external: Torques on the joints by what touches the arm [N m].
+        external: Torques on the joints by contact [N m].
     """
 
     position: np.ndarray
@@ -77,7 +77,7 @@ class SimulatedArm:
         """Starts in velocity control, at rest.
 
         Args:
-            limits: What the arm can do.
+            limits: The arm's capabilities.
         """
         n = len(limits.lower)
         self.commands = ArmCommands(n)
@@ -100,7 +100,7 @@ class SimulatedArm:
 
         Args:
             now: The driver's wall clock [us].
-            measured: What the arm's sensors measure now.
+            measured: The present measurements of the arm's sensors.
 
         Returns:
             Joint rates, shape (n,) [rad/s].
@@ -154,9 +154,9 @@ def violates(
     commanded farther; it may move back.
 
     Args:
-        measured: What the arm's sensors measure.
+        measured: Measurements of the arm's sensors.
         target: Commanded joint rates, shape (n,) [rad/s].
-        limits: What the arm can do.
+        limits: The arm's capabilities.
     """
     q = measured.position
     beyond = ((q < limits.lower) & (target < 0)) | (

@@ -46,7 +46,7 @@ class UrRules:
     Attributes:
         safety_mode: The controller's safety mode.
         is_running: Whether the script runs.
-        state: What the script says in its output register.
+        state: The script's state in its output register.
         velocity: Joint rates that the controller commands, (6,) [rad/s].
     """
 

@@ -1,4 +1,4 @@
-"""The wire protocol: what control process and drivers agree on.
+"""The wire protocol, which control process and drivers share.
 
 `channels` names the LCM channels and says when a message expires. `packets`
 decodes with distrust: what is cut short, of another type or not finite is a

@@ -56,7 +56,7 @@ class BaseState:
 
 
 def base_axes(n_base: int) -> list[int]:
-    """Returns which entries of a base's velocity are commands.
+    """Returns which components of a base's velocity can be commanded.
 
     Args:
         n_base: Number of the base's commands: 2 without a speed to the left, 3

@@ -87,8 +87,8 @@ def encode_depth(depth: np.ndarray, utime: int) -> bytes:
     """Encodes a depth image alone, in millimetres, as sensors measure it.
 
     Args:
-        depth: Depth z, shape (h, w) [m]; 0 where it is unknown, and what is
-            beyond 65 m, inf too, is sent as that.
+        depth: Depth z, shape (h, w) [m]; 0 where it is unknown; depths beyond
+            65 m, inf too, are sent as 65 m.
         utime: Stamp: wall clock of the Unix epoch [us].
     """
     steps = np.rint(1e3 * np.minimum(depth, 1e-3 * _MOST_MILLIMETRES))

@@ -45,7 +45,7 @@ class Identity:
         session: Drawn at random when the process joins; never 0.
         pid: Number of the process.
         host: Name of its computer.
-        name: What it is.
+        name: Its name.
     """
 
     session: int

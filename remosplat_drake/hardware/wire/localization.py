@@ -20,7 +20,7 @@ _ASYMMETRY = 1e-6
 
 @dc.dataclass(frozen=True, eq=False)
 class BaseFix:
-    """A pose in the map that something besides the wheels has measured.
+    """A pose in the map, measured by something other than the wheels.
 
     Copying returns the object itself.
 

@@ -32,7 +32,7 @@ def encode_movers(movers: Movers) -> bytes:
     """Encodes movers, and which space is watched.
 
     Args:
-        movers: What is known; its stamp is wall clock time [s].
+        movers: The known movers; their stamp is wall clock time [s].
     """
     message = Message()
     message.utime, message.version = to_utime(movers.stamp), Message.VERSION

@@ -21,7 +21,8 @@ _HEADER = struct.Struct(">II")
 
 _LARGEST = 1 << 16
 _BUFFER = 1 << 21
-"""Wanted size of the kernel's buffer; it grants what it may [bytes]."""
+"""Requested size of the kernel's receive buffer; the kernel may allocate
+less [bytes]."""
 
 _MOST = 1000
 """Number of packets of one call: a flood must not hold up a listener."""
@@ -67,7 +68,7 @@ class MulticastListener:
         self._names: dict[tuple, str] = {}
 
     def fetch(self) -> list[Packet]:
-        """Takes out the packets that have arrived, oldest first."""
+        """Removes and returns the packets that have arrived, oldest first."""
         packets = []
         for _ in range(_MOST):
             try:
@@ -92,7 +93,7 @@ class MulticastListener:
 
 
 def parsed(datagram: bytes) -> tuple[str, bytes] | None:
-    """Returns channel and message of a datagram; None if it is none of LCM's.
+    """Returns channel and message of a datagram; None if it is not LCM's.
 
     Args:
         datagram: The content of a UDP packet.

@@ -1,7 +1,7 @@
 """Packets, checked, and their stamps: microseconds of the Unix epoch.
 
-Both ends of the wire read by these rules, so that they agree on what is
-broken and on what has expired.
+Both ends of the wire read by these rules, so that they agree about broken and
+expired messages.
 """
 
 import math
@@ -11,7 +11,7 @@ import numpy as np
 
 
 class BrokenMessage(ValueError):
-    """A message that must not be used; the text says what is wrong."""
+    """A message that must not be used; the text contains the reason."""
 
 
 _STAMP = struct.Struct(">8xq")

@@ -62,7 +62,7 @@ _NEW = 0.7
 """A frame that shares less with others becomes a keyframe."""
 
 _MOST_KEYFRAMES = 120
-"""Largest number of keyframes besides those of maps."""
+"""Largest number of keyframes in addition to those of maps."""
 
 Key = tuple[str, float]
 """A frame's name and time, since names are reused."""
@@ -269,7 +269,7 @@ class FrameAligner:
         """Moves keyframes, and the base with them, to their poses in a map.
 
         Args:
-            graph: What `align` returned. Younger keyframes move with its
+            graph: The result of `align`. Younger keyframes move with its
                 reference.
 
         Returns:

@@ -36,8 +36,8 @@ _LEAST_OVERLAP = 0.15
 """Views with fewer of the frame's points are not compared with it."""
 
 _NEAR, _OLD = 5, 3
-"""Views that a frame is compared with: those with most of its points, and the
-oldest ones besides."""
+"""Views that a frame is compared with: those with most of its points, and also
+the oldest ones."""
 
 _CLOSE = 0.012
 """Standard deviation of the prediction up to which no search is needed [m].

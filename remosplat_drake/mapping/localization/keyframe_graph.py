@@ -181,7 +181,7 @@ def surface_equations(
         keyframes: The keyframes.
         X_WB: Where the base was, shape (n, 3) [m, rad].
         pairs: Indices of those that are compared, shape (m, 2).
-        level: What counts.
+        level: Thresholds of the residuals in use.
         spread: The result of `residual_spread`.
     """
     state = State(keyframes.camera_poses(X_WB))

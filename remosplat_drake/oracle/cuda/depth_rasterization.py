@@ -61,7 +61,7 @@ class CudaDepthField(DistanceField):
 
     Args:
         splat_W: The scene, expressed in W.
-        sensor: The views and what counts as a surface.
+        sensor: The views and the definition of a surface.
         nearest_only: Return only the nearest view of each sphere (cheaper).
         subtract_uncertainty: Whether the splats' uncertainty counts.
         prepared: The `prepared` of an equal field, to avoid sorting the splats

@@ -172,7 +172,7 @@ def compile_source(
     Args:
         name: Name of the source, for messages.
         source: Its text.
-        headers: Texts of what it includes, by name.
+        headers: Texts of the included files, by name.
         capability: Compute capability of the device, 90 for 9.0.
 
     Raises:

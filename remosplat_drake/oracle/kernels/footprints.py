@@ -269,8 +269,9 @@ def meet_plane(s):
     Args:
         s: See `whiten`.
 
-    Returns: The forms A, B, C, the height, instead of the first coordinate
-        of the mapped centre, and the other values unchanged.
+    Returns:
+        The forms A, B, C, the height, instead of the first coordinate of the
+        mapped centre, and the other values unchanged.
     """
     u, v, height = s[9], s[10], s[11]
     forms = (

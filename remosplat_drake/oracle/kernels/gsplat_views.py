@@ -75,8 +75,8 @@ def footprint(
 ) -> Footprint:
     """Computes the bounding boxes of discs in their images.
 
-    A disc ends at the ellipse of the dual conic E - p p', E being cut (a a' + b
-    b'); a disc that extends behind the camera is clipped.
+    The outline of a disc is the ellipse of the dual conic E - p p', where E =
+    cut (a a' + b b'). Discs that extend behind the camera are clipped.
 
     Args:
         frames_V: Columns (a, b, p) of each disc in V, shape (P, 3, 3).

@@ -104,7 +104,7 @@ def _gather(nodes, links, node, leaf_size, found):
     """Finds up to eight children below a binary node: nodes and their sides.
 
     Returns:
-        How many there are.
+        The number of children found.
     """
     for side in range(2):
         found[side, 0], found[side, 1] = node, side

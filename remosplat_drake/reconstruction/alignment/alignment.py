@@ -88,7 +88,7 @@ class Alignment:
         return np.sqrt(np.diag(self.covariance)[-COUNT:])
 
     def draws(self, count: int = 64, seed: int = 0) -> np.ndarray:
-        """Draws errors of all unknowns from what is known of them.
+        """Draws errors of all unknowns from their distribution.
 
         Returns:
             Shape (count, 6n + k).

@@ -207,7 +207,7 @@ def _with_nearer(
         depth: Depth of the old image, shape (h, w) [m].
         velocity: Velocity of the camera in C, shape (6,).
         errors: The errors.
-        found: What `_sources` returned.
+        found: The result of `_sources`.
     """
     row, column, z, lost = found
     row, column, z = row.copy(), column.copy(), z.copy()

@@ -32,12 +32,12 @@ class _Kind(NamedTuple):
     """How an error is reported.
 
     Attributes:
-        name: What errs.
+        name: Name of the error.
         factor: Factor to display units.
         unit: That unit; empty for a plain number.
         words: A sentence with room for its size and its direction; empty if
             `_words_together` reports it.
-        directions: What a positive error means, and a negative one.
+        directions: Meanings of a positive and of a negative error.
     """
 
     name: str

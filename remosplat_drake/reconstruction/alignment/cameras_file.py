@@ -50,8 +50,8 @@ def with_cameras(capture: Capture, splat: Path) -> Capture:
     """Gives a capture the refined cameras beside a splat, if there are any.
 
     Raises:
-        FileError: The file is not what `write_cameras` writes, or is of
-            another number of views.
+        FileError: The file is not one of `write_cameras`, or is of another
+            number of views.
     """
     path = cameras_path(splat)
     if not path.is_file():
@@ -79,7 +79,7 @@ def undone_errors(splat: Path) -> np.ndarray:
         no refined cameras.
 
     Raises:
-        FileError: The file is not what `write_cameras` writes.
+        FileError: The file is not one of `write_cameras`.
     """
     path = cameras_path(splat)
     return _read(path)[1] if path.is_file() else np.zeros((0, COUNT))

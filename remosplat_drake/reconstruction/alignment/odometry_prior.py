@@ -89,7 +89,7 @@ class OdometryNoise:
         return 3 * float(np.log(self._eigen(n)[0]).sum())
 
     def _eigen(self, n: int) -> tuple[np.ndarray, np.ndarray]:
-        """Eigenvalues, (2, n), and eigenvectors of what `_both` returns.
+        """Eigenvalues, (2, n), and eigenvectors of the result of `_both`.
 
         White noise is the least of them. Beside a large drift rounding hides
         that.
@@ -139,8 +139,7 @@ def estimate_noise(
     motions of all poses, and a large assumed noise hides that.
 
     Args:
-        H: Matrix of the data and of what is known of the camera, shape
-            (6n + k, 6n + k).
+        H: Matrix of the data and of the camera's prior, shape (6n + k, 6n + k).
         h: Their right side, shape (6n + k,).
         views: Number n of views.
         starts: Deviations to start from; the best end counts.
@@ -172,8 +171,7 @@ def plausible_noise(
     evidence stays within `_REFUTED`.
 
     Args:
-        H: Matrix of the data and of what is known of the camera, shape
-            (6n + k, 6n + k).
+        H: Matrix of the data and of the camera's prior, shape (6n + k, 6n + k).
         h: Their right side, shape (6n + k,).
         views: Number n of views.
         found: The likeliest deviations.

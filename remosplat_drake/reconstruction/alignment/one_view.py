@@ -33,7 +33,7 @@ class AlignedView(NamedTuple):
     Attributes:
         X_WC: The pose, shape (4, 4).
         covariance: Covariance of its theta_W and t_W, shape (6, 6).
-        residual: Residuals over what noise explains, as `residual_spread`.
+        residual: Residuals relative to the noise, as `residual_spread`.
         count: Number of points that others have, too.
     """
 

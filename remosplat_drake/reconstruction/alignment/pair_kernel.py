@@ -104,7 +104,8 @@ def associate(stack, pose, errors, a, b, i, gate, least_cosine, out, arms):
     Args:
         stack: The `ViewStack`.
         pose: Poses X_WC, shape (n, 3, 4).
-        errors: What all images err by, shape (k,): `COUNT` numbers or none.
+        errors: Errors that all images share, shape (k,): `COUNT` numbers or
+            none.
         a: Index of the point's view.
         b: Index of the view that it is compared with.
         i: Index of the point.
@@ -197,7 +198,7 @@ def pair_residuals(stack, pose, errors, pairs, gate, least_cosine, stride, out):
     Args:
         stack: The `ViewStack`.
         pose: Poses X_WC, shape (n, 3, 4).
-        errors: What all images err by, see `associate`.
+        errors: Errors that all images share, see `associate`.
         pairs: Indices of views (a, b), shape (m, 2).
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
@@ -234,7 +235,7 @@ def pair_equations(
     Args:
         stack: The `ViewStack`.
         pose: Poses X_WC, shape (n, 3, 4).
-        errors: What all images err by, see `associate`.
+        errors: Errors that all images share, see `associate`.
         pairs: Indices of views (a, b), shape (m, 2).
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
@@ -242,9 +243,9 @@ def pair_equations(
         width: Least width of the robust weight [m].
         H: Receives the matrices, shape (m, 6 + k, 6 + k).
         g: Receives the gradients, shape (m, 6 + k).
-        tilts: Receives what the noise of the normals' direction adds to the
-            matrices, shape (m, 6 + k, 6 + k): that of view b's image, or by how
-            much the two views' normals differ, if that is more.
+        tilts: Output: contribution of the noise of the normals' direction to
+            the matrices, shape (m, 6 + k, 6 + k): the noise of view b's image,
+            or the difference of the two views' normals, if that is larger.
         count: Receives numbers of residuals, shape (m,).
     """
     for k in prange(len(pairs)):

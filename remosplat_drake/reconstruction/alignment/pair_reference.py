@@ -27,13 +27,15 @@ class Camera(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """A point of view a, and the plane of view b there.
+    """A measured point of one view, and the plane of another view there.
 
     Attributes:
-        point: The point in a's camera, as measured, shape (3,) [m].
-        normal: Normal of b's plane in b's camera, shape (3,).
-        d: Distance of the plane along it [m].
-        cameras: Those of a and of b.
+        point: The measured point in the camera axes of the first view, shape
+            (3,) [m].
+        normal: Normal of the plane in the camera axes of the second view, shape
+            (3,).
+        d: Distance of the plane from the second camera along `normal` [m].
+        cameras: The cameras of the first and of the second view.
     """
 
     point: np.ndarray
@@ -113,7 +115,7 @@ def displaced(
 
     Args:
         camera: The camera that measured it.
-        errors: What all images err by, see `camera_errors`; none or all.
+        errors: Errors that all images share, see `camera_errors`; none or all.
         p_C: The point, shape (3,) [m].
     """
     if len(errors) == 0:

@@ -58,7 +58,7 @@ def choose_pairs(
     Args:
         stack: The n views.
         X_WC: Their poses, shape (n, 4, 4).
-        errors: What all their images err by, shape (k,).
+        errors: Errors that all their images share, shape (k,).
         gate: Largest residual of a shared point [m].
         least_cosine: Least cosine between the normals of a shared point.
         partners: Number of partners that every view chooses, at most.

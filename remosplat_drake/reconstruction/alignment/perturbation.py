@@ -1,4 +1,4 @@
-"""Small errors of cameras: how they act, and what equations they enter.
+"""Small errors of cameras: their effects, and their equations.
 
 The unknowns of n views are theta_W and t_W of each view, one after the other,
 then the k errors that all images share, see `camera_errors`: 6 n + k numbers. A

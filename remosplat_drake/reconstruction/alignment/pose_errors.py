@@ -17,7 +17,7 @@ class PoseErrors:
     Attributes:
         theta_W: Rotation vectors, shape (k, n, 3) [rad].
         t_W: Translations, shape (k, n, 3) [m].
-        camera: What all images err by, shape (k, `COUNT`).
+        camera: Errors that all images share, shape (k, `COUNT`).
     """
 
     theta_W: np.ndarray

@@ -1,6 +1,7 @@
 """`Refinement`: the steps of an alignment, from coarse to fine, in rounds.
 
-Between two rounds, images are corrected by what is known of the camera then.
+Between two rounds, images are corrected by the camera errors estimated until
+then.
 """
 
 import dataclasses as dc
@@ -115,7 +116,7 @@ class Refinement:
 
     Attributes:
         capture: The given capture.
-        config: What is known before, and how much is compared.
+        config: Prior knowledge, and the number of comparisons.
         image: The capture, corrected by known camera errors.
         stack: Its views, as they are compared.
         pairs: Pairs of views that are compared, shape (p, 2).

@@ -58,8 +58,8 @@ def residual_rows(
     Args:
         X_WC: Poses, shape (n, 4, 4).
         pairs: Indices of views (a, b), shape (m, 2).
-        before: What `distances_of_pairs` said at first, shape (m, k) [m].
-        after: What it says now; images may have changed since.
+        before: The result of `distances_of_pairs` at first, shape (m, k) [m].
+        after: Its result now; images may have changed since.
     """
     apart = np.linalg.norm(
         X_WC[pairs[:, 0], :3, 3] - X_WC[pairs[:, 1], :3, 3], axis=1

@@ -58,8 +58,8 @@ class State:
 
     Attributes:
         X_WC: Poses, shape (n, 4, 4).
-        errors: What all images err by, see `camera_errors`, shape (k,); none
-            for a camera that is assumed exact.
+        errors: Errors that all images share, see `camera_errors`, shape (k,);
+            none for a camera that is assumed exact.
         undone: The part that has been corrected in the images, shape (k,).
     """
 
@@ -142,7 +142,7 @@ def equations(
         stack: The views.
         state: Their poses and errors.
         pairs: Indices of views (a, b), shape (m, 2).
-        level: What counts.
+        level: Thresholds of the residuals in use.
         spread: The result of `residual_spread`.
         correlation: The result of `estimate_correlation`.
     """

@@ -116,7 +116,7 @@ def assess(
         validations: Errors at views that a map was made without, see
             `cross_validate`; they determine the verdict unless the truth is
             known.
-        progress: Called with what is done next.
+        progress: Called with the next step.
 
     Raises:
         RemoSplatError: The capture shows no surface or no free space in the

@@ -1,4 +1,4 @@
-"""Captured views and what a splat shows from there, side by side."""
+"""Captured views beside images of a splat from there."""
 
 import dataclasses as dc
 from collections.abc import Sequence

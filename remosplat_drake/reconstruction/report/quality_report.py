@@ -206,7 +206,7 @@ def read_report(splat: Path) -> QualityReport:
         raise FileError(
             path,
             f"is about another splat than {splat.name};"
-            " make it anew with `remosplat quality`",
+            " create it again with `remosplat quality`",
         )
     return report
 

@@ -69,8 +69,8 @@ class _Camera(NamedTuple):
 class SplatRenderer:
     """Renders a splat, fragments being sorted along each ray.
 
-    A fragment is what `DepthSensor` defines, with the exact intersection of
-    ray and disc; colours are those of spherical-harmonics degree 0.
+    Fragments are those of `DepthSensor`, with the exact intersection of ray and
+    disc; colours are those of spherical-harmonics degree 0.
 
     Args:
         splat_W: The scene, expressed in W.
@@ -134,9 +134,10 @@ class SplatRenderer:
     def _centers(
         self, K: np.ndarray, R_WC: np.ndarray, p_WC: np.ndarray
     ) -> np.ndarray:
-        """Rows [u, v, z, dot]: pixel and depth of the splats' centres.
+        """Rows [u, v, z, dot]: pixel, depth and size of each splat's centre.
 
-        `dot` is the radius of the filter's footprint, negative for none [px].
+        `dot` is the radius of the filter's footprint; negative for splats
+        without one [px].
         """
         p_CK = (self._records[:, :3] - p_WC) @ R_WC
         uvw = p_CK @ K.T

@@ -55,7 +55,7 @@ _LOOKS = 2
 """Least number of the map's views that could have seen a point that counts."""
 
 _HIDDEN = 0.02
-"""A view could have seen a point that is behind what it measured by no more
+"""A view could have seen a point that is behind its measured surface by no more
 than this [m]."""
 
 NEAREST = 0.03

@@ -38,8 +38,9 @@ class CameraDeviations:
     Attributes:
         turn: Rotation of a view, about each axis [rad].
         shift: Position of a view, along each axis [m].
-        camera: What all views share: focal lengths, principal point, and
-            scale, offset and growth of the depth; the rest is taken as exact.
+        camera: Parameters that all views share: focal lengths, principal point,
+            and scale, offset and growth of the depth; the rest is taken as
+            exact.
     """
 
     turn: float = 0.01
@@ -55,7 +56,7 @@ class Cameras(nn.Module):
 
     Args:
         X_WC: Given poses, shape (v, 4, 4).
-        deviations: What is known of the errors.
+        deviations: Standard deviations of the errors.
         trained: The views that hold W, see `hold_frame`, shape (v,), bool.
 
     Attributes:
@@ -167,7 +168,7 @@ class Cameras(nn.Module):
         return self.depth * self._depth_units
 
     def _true_depth(self, z: Tensor) -> Tensor:
-        """Depths, where they are known; 0 and inf stay what they are."""
+        """Depths, where they are known; 0 and inf do not change."""
         scale, offset, growth = self._depth_errors()
         known = (z > 0) & z.isfinite()
         z_known = torch.where(known, z, 0)

@@ -71,7 +71,7 @@ def serve(
             the reason why not; and then each new problem.
         ticks: Pairs of a number of ticks left out so far and a `TickRecord`,
             pickled, one a packet; an empty packet is the end.
-        job: What to write.
+        job: The content to write.
     """
     server, view = None, None
     try:

@@ -25,7 +25,7 @@ _GREEN, _RED, _WHITE = (0.2, 0.8, 0.3), (0.9, 0.2, 0.2), (1.0, 1.0, 1.0)
 
 
 class Ros2View:
-    """Publishes what RViz shows beside the robot itself."""
+    """Publishes data for RViz beside those of the robot itself."""
 
     def __init__(self, domain: int | None = None):
         """Joins a ROS 2 domain.

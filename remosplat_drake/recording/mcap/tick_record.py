@@ -30,7 +30,7 @@ class TickRecord:
         mode: Mode of the supervisor; empty without one.
         stop_reason: Why the supervisor stopped the robot.
         station: Status of the station; None if none is connected.
-        events: What happened since the tick before.
+        events: The events since the tick before.
     """
 
     time: float
@@ -62,7 +62,7 @@ class TickRecord:
             report: The controller's report.
             executed: The command as the robot got it, shape (n_u,).
             signals: Other signals at the tick.
-            events: What happened since the tick before.
+            events: The events since the tick before.
         """
         supervision = signals.supervision
         return TickRecord(

@@ -1,7 +1,7 @@
 """Cutting a link's mesh into convex collision shapes.
 
 Contact simulation wants a few convex shapes with few corners, and none of
-them may stand out of the spheres that the controller knows. So the mesh is
+them may protrude from the spheres that the controller knows. So the mesh is
 cut where the spheres cut each other. What lies between these planes lies in
 one sphere, and so does its convex hull. Then hulls are joined as long as the
 spheres still enclose the result.
@@ -60,8 +60,8 @@ def convex_pieces(
     Args:
         surface: Triangles in the link frame, shape (t, 3, 3) [m].
         spheres: The spheres of that link, which enclose the surface.
-        tolerance: How far the surface may stand out of the pieces [m]; it saves
-            corners.
+        tolerance: How far the surface may protrude from the pieces [m]; more
+            needs fewer corners.
         filling: Two pieces are joined if their common hull adds at most this
             fraction to their volume.
 
@@ -100,7 +100,7 @@ def _in_cell(surface: np.ndarray, spheres: LinkSpheres, i: int) -> np.ndarray:
 
 
 def below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
-    """Returns what of a surface lies where normal . p <= offset.
+    """Returns the part of a surface where normal . p <= offset.
 
     Args:
         part: Triangles, shape (t, 3, 3) [m].

@@ -29,7 +29,7 @@ class Covering:
 
     Attributes:
         fits: The spheres by link name.
-        bulges: How far they stand out of each link, by its name.
+        bulges: How far they protrude from each link, by its name.
     """
 
     fits: dict[str, LinkSpheres]
@@ -46,7 +46,7 @@ class Covering:
         """
         lines = [
             *(f"# {line}" for line in comments),
-            "# How far they stand out of each link, mean and largest [mm]:",
+            "# How far they protrude from each link, mean and largest [mm]:",
             *(
                 f"#   {link}: {1e3 * bulge.mean:.1f}, {1e3 * bulge.max:.1f}"
                 for link, bulge in self.bulges.items()
@@ -82,8 +82,8 @@ def fit_covering(
         tolerance: How far the spheres may bulge [m]; only without a count.
         most: With a tolerance: how many spheres a link takes at most.
         seed: Seed of all random choices.
-        on_progress: Called with what is being done, the number of links that
-            are done, and of all.
+        on_progress: Called with the present step, the number of finished links,
+            and of all.
 
     Raises:
         RemoSplatError: The model cannot be read, a link is unknown or has no

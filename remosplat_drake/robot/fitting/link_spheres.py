@@ -64,7 +64,7 @@ class LinkSpheres:
 
 @dc.dataclass(frozen=True)
 class Bulge:
-    """Mean and maximum of how far a link's spheres stand out of it [m]."""
+    """Mean and maximum of how far a link's spheres protrude from it [m]."""
 
     mean: float
     max: float

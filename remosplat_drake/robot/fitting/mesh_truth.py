@@ -1,12 +1,13 @@
 """Differences between distances of convex pieces and of the meshes.
 
 Pieces hold their mesh, so that two links are never farther apart by their
-pieces than by their meshes, and nearer by what the pieces stand out. Where that
-matters is seen in postures in which pieces come near each other. Random ones
-come first. Few of them bring two certain links near each other, and may miss
-all in which their pieces stand out. So an evolution strategy looks for worse
-ones: it changes the joints between two links at random where their error is
-large, keeps the worst of all, and does so again with smaller changes.
+pieces than by their meshes, but may be nearer, by how far the pieces protrude.
+That matters in postures in which pieces come near each other. First, random
+postures are tried. Few of them bring two given links near each other, and they
+may miss all postures in which the pieces protrude. So an evolution strategy
+looks for worse ones: where the error is large, it changes the joints between
+two links at random, keeps the worst posture, and repeats this with smaller
+changes.
 """
 
 import dataclasses as dc
@@ -268,8 +269,8 @@ class MeshTruth:
             links: Names of the links.
             looks: Where they are near, n postures.
             least: Errors up to this do not count [m].
-            known: What is known of the distances in all postures, which is
-                completed, shape (p,) [m]; None for nothing.
+            known: The known distances in all postures, which are completed,
+                shape (p,) [m]; None for none.
 
         Returns:
             Errors and true distances, shape (n,) each [m].

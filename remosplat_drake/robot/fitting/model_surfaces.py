@@ -135,7 +135,7 @@ def _sampled(
 def _with_neighbours(
     link: str, surfaces: dict[str, LinkSurface], plant: MultibodyPlant
 ) -> LinkSurface:
-    """Joins to a link what it shares with its neighbours at every angle."""
+    """Adds the parts that a link shares with neighbours at every angle."""
     neighbours = []
     for index in plant.GetJointIndices():
         joint = plant.get_joint(index)

@@ -30,7 +30,7 @@ _AIM = 4e-3
 `ACCURACY`, too [m]."""
 
 _TRUE = 1.5e-3
-"""How far a piece may stand out where it is not worth cutting: as far as points
+"""How far a piece may protrude where it is not worth cutting: as far as points
 on a surface are from each other's middles [m]."""
 
 _SEARCHES = 3
@@ -43,7 +43,7 @@ MOST_PIECES = 40
 
 @dc.dataclass(eq=False)
 class _Part:
-    """A part of a mesh, and the piece that stands for it."""
+    """A part of a mesh, and the piece that represents it."""
 
     surface: np.ndarray
     done: bool = False
@@ -183,7 +183,7 @@ def _errors(
 def _shapes(
     meshes: list[_Mesh], primitives: CollisionShapes
 ) -> tuple[CollisionShapes, list[_Part | None]]:
-    """All shapes, and the part of a mesh that each stands for, if any."""
+    """All shapes, and the part of a mesh that each represents, if any."""
     parts: list[_Part | None] = [None] * len(primitives)
     links, shapes = list(primitives.links), list(primitives.shapes)
     for mesh in meshes:
@@ -212,7 +212,7 @@ def _cut_blamed(
 def _suspects(
     wrong: dict[LinkPair, list[_Blame]],
 ) -> dict[_Part, list[tuple[np.ndarray, float]]]:
-    """The parts that are to be cut, and where their pieces stand out."""
+    """The parts that are to be cut, and where their pieces protrude."""
     suspects: dict[_Part, list[tuple[np.ndarray, float]]] = {}
     for blame in (blame for own in wrong.values() for blame in own):
         if (suspect := blame.suspect()) is not None:

@@ -1,4 +1,4 @@
-"""Meshes with fewer triangles, for what needs no exact surface."""
+"""Meshes with fewer triangles, for uses that need no exact surface."""
 
 import numpy as np
 

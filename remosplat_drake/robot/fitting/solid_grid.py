@@ -100,15 +100,14 @@ def join_solids(
 ) -> SolidGrid:
     """A link together with the parts of its neighbours that never leave it.
 
-    Robots look this way: two links meet at the end of a cylinder around
-    their joint. What stands out of the one there is hidden in the other, at
-    any joint angle.
+    Robots look this way: two links meet at the end of a cylinder around their
+    joint. The part that extends from one of them is hidden in the other, at any
+    joint angle.
 
     Args:
         solid: The link L.
-        neighbours: For each neighbour N its solid and its poses X_LN, 4x4,
-            at some joint positions; only what is inside N at all of them
-            counts.
+        neighbours: For each neighbour N its solid and its poses X_LN, 4x4, at
+            some joint positions; only points inside N at all of them count.
 
     Returns:
         A grid that reaches about one thickness of the link beyond it.

@@ -47,7 +47,8 @@ class LinkSurface:
 
     Attributes:
         points: Points on the surface in the link frame, shape (n, 3) [m].
-        solid: The body that the points enclose, with what it is plugged into.
+        solid: The body that the points enclose, with the parts that it is
+            plugged into.
         thickness: Largest depth of the body alone [m].
         weight: Links with a larger weight get slimmer spheres.
         floor: Whether the link stands on the plane z = 0; then no centre goes

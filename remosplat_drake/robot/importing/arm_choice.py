@@ -42,7 +42,7 @@ def choose_arm(
 
     Args:
         urdf: The robot.
-        srdf: What its SRDF says; may be empty.
+        srdf: Content of its SRDF; may be empty.
         wanted: Names of the end effectors' links by their roles, or by their
             own names; empty: they are found or guessed.
         findings: Where choices are noted.

@@ -53,7 +53,7 @@ class JointLimits:
 def complete_limits(
     urdf: Urdf, joints: tuple[UrdfJoint, ...], findings: Findings
 ) -> list[JointLimits]:
-    """Reads the limits of joints, and guesses what the file leaves out.
+    """Reads the limits of joints, and guesses the missing ones.
 
     Hinges without limits get two turns, one each way. The elements of the
     joints are changed to say the same.
@@ -148,7 +148,7 @@ def _write_limits(joint: UrdfJoint, limits: JointLimits) -> None:
 
 
 def complete_inertias(urdf: Urdf, findings: Findings) -> None:
-    """Gives a mass to what has none, or one that cannot be.
+    """Gives a mass to links without one, or with an impossible one.
 
     Links that are fixed to each other are one body, which needs one mass: so
     frames, and links whose carrier is heavy, get none.

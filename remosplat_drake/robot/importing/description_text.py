@@ -14,12 +14,12 @@ from remosplat_drake.robot.robot_description import (
 def description_text(
     description: RobotDescription, made_by: str, findings: Findings
 ) -> str:
-    """Writes a description with what was guessed or is doubted in comments.
+    """Writes a description with guesses and doubts in comments.
 
     Args:
         description: The description; fields that are empty are left out.
         made_by: Command line that made it.
-        findings: What was guessed, and what is doubted.
+        findings: Guesses and doubts.
     """
     lines = [
         f"# Made by `{made_by}`.",

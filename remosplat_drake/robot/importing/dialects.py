@@ -8,12 +8,12 @@ class Dialect:
     """A format of robots, as errors and findings speak of it.
 
     Attributes:
-        title: What it is called.
+        title: Its name.
         suffix: Ending by which Drake knows such a file.
         limit: The element by which a joint has limits.
-        limits: What gives a joint its limits.
-        fixed: What has a joint stand still.
-        weld: What fixes one link to another.
+        limits: Element with a joint's limits.
+        fixed: Element that fixes a joint.
+        weld: Element that fixes one link to another.
         mimic: The element by which a joint follows another.
     """
 

@@ -41,17 +41,17 @@ def read_by_drake(
 
     Args:
         path: The file.
-        dialect: What it is written in.
+        dialect: Its format.
         packages: Finds the files of packages that it names.
-        findings: Where it is noted what is passed over.
+        findings: Receives the ignored elements.
 
     Returns:
-        The robot, and what else its files say: named states, and links that
-        may touch.
+        The robot, and the rest of its files: named states, and links that may
+        touch.
 
     Raises:
-        RemoSplatError: A file is missing or unusable, or the robot has what
-            cannot be driven.
+        RemoSplatError: A file is missing or unusable, or the robot has parts
+            that cannot be driven.
     """
     with tempfile.TemporaryDirectory(prefix="import-") as folder:
         staging = Staging(packages, Path(folder).resolve())
@@ -101,7 +101,7 @@ def _parsed(
     tuple[MultibodyPlant, SceneGraph, list[ModelInstanceIndex], list[str]]
     | None
 ):
-    """The plant of a copy, with what Drake warns of.
+    """The plant of a copy, with Drake's warnings.
 
     None if an element that SDFormat does not have is dropped from the copy, as
     it is refused otherwise; then it is worth another try.
@@ -153,7 +153,7 @@ def _summary(warnings: list[str]) -> str:
 
 @contextlib.contextmanager
 def _warnings() -> Iterator[list[str]]:
-    """Collects what Drake warns of, which is not printed meanwhile."""
+    """Collects Drake's warnings, which are not printed meanwhile."""
     texts: list[str] = []
     logger = logging.getLogger("drake")
     handler = logging.Handler(logging.WARNING)

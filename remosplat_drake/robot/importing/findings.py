@@ -5,12 +5,14 @@ import dataclasses as dc
 
 @dc.dataclass
 class Findings:
-    """Three lists of pairs (what, value), in the order in which they came up.
+    """Three lists of pairs (subject, value), in their order of discovery.
 
     Attributes:
-        found: What the robot's files say.
-        guessed: What they do not say, and was made up; a person should look.
-        doubted: What they say, was taken, and can hardly be true.
+        found: Content of the robot's files.
+        guessed: Values that they do not contain, and that were guessed; a
+            person should check them.
+        doubted: Values that they contain, that were used, and that are hardly
+            right.
     """
 
     found: list[tuple[str, str]] = dc.field(default_factory=list)
@@ -18,29 +20,29 @@ class Findings:
     doubted: list[tuple[str, str]] = dc.field(default_factory=list)
 
     def find(self, what: str, value: str) -> None:
-        """Notes what a file says.
+        """Adds a value of a file.
 
         Args:
-            what: What it is about, such as `velocity limits`.
-            value: What the file says of it.
+            what: Its subject, such as `velocity limits`.
+            value: The file's value.
         """
         self.found.append((what, value))
 
     def guess(self, what: str, value: str) -> None:
-        """Notes what was made up.
+        """Adds a guess.
 
         Args:
-            what: What it is about, such as `acceleration limits`.
-            value: What is taken for it, and why.
+            what: Its subject, such as `acceleration limits`.
+            value: The guess, and its reason.
         """
         self.guessed.append((what, value))
 
     def doubt(self, what: str, value: str) -> None:
-        """Notes what a file says and can hardly be true.
+        """Adds a value of a file that is hardly right.
 
         Args:
-            what: What it is about, such as a joint.
-            value: What is odd about it, and what may be wrong.
+            what: Its subject, such as a joint.
+            value: The doubt, and its possible cause.
         """
         self.doubted.append((what, value))
 

@@ -8,7 +8,7 @@ import re
 from remosplat_drake.robot.importing.urdf import CONTINUOUS, Urdf, UrdfJoint
 
 _FINGERS = re.compile("finger|knuckle|thumb|jaw|claw|pinch")
-"""Parts of names that only fingers have, in joints and in what they move."""
+"""Parts of names that only fingers have, of joints and of their links."""
 
 _HANDS = frozenset(
     {
@@ -41,7 +41,7 @@ _WRISTS = frozenset(
 """Words in names of joints that carry a hand."""
 
 _WHEELS = re.compile("wheel|caster|suspension")
-"""Parts of names of what a base stands on."""
+"""Parts of names of the links under a base."""
 
 _LEGS = frozenset(
     {
@@ -133,7 +133,7 @@ def is_finger(urdf: Urdf, joint: UrdfJoint) -> bool:
 
 
 def is_of_arm(urdf: Urdf, joint: UrdfJoint) -> bool:
-    """Returns whether a joint may be one of an arm, or of what carries it.
+    """Returns whether a joint may belong to an arm or its carrier.
 
     Args:
         urdf: The robot.
@@ -148,7 +148,7 @@ def side_names(names: list[str]) -> list[str]:
     """Names several hands by their differences: left and right, arm_1.
 
     Args:
-        names: Names of their links, or of these and of what moves them.
+        names: Names of their links, or of these and of their joints.
     """
     split = [words(name) for name in names]
     sides = [[_SIDES[w] for w in some if w in _SIDES] for some in split]

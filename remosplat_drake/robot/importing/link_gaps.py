@@ -37,7 +37,7 @@ class LinkGap:
         carrier: Name of the link that carries it: the next towards the root
             that has shapes.
         distance: Least distance of the convex hulls of their shapes with all
-            joints at zero, less what slides between them can close [m].
+            joints at zero, less the travel of slides between them [m].
         size: Diagonal of the box around the smaller of both [m].
     """
 
@@ -90,7 +90,7 @@ def _carrier(
 ) -> tuple[str | None, float]:
     """The part that carries a link, and how far slides between them go [m].
 
-    That is NaN where a slide has no limits: what it can close is not known.
+    That is NaN if a slide has no limits, since its travel is not known.
     """
     travel = 0.0
     while link in urdf.inboard:

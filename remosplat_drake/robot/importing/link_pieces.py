@@ -21,7 +21,7 @@ from remosplat_drake.robot.self_collision.shapes import (
 from remosplat_drake.robot.sphere_model import SphereModel
 
 _DIRECTIONS = 1000
-"""Corners of the polyhedron that stands for a ball as a surface."""
+"""Corners of the polyhedron that represents the surface of a ball."""
 
 POSTURES = 2000
 """Number of random postures in which distances are looked at."""
@@ -39,13 +39,13 @@ def fit_link_pieces(
 
     Args:
         urdf: The robot; its links' elements are changed.
-        description: The same robot, whose model file is written anew.
-        meshes: What `convert_shapes` has returned.
+        description: The same robot, whose model file is written again.
+        meshes: The result of `convert_shapes`.
         states: Positions of joints by name, for each state that the robot's
             files name [rad, m].
         findings: Where it is noted how true the pieces are.
-        on_progress: Called with what is being done, the number of links that
-            are settled, and of all.
+        on_progress: Called with the present step, the number of finished links,
+            and of all.
 
     Raises:
         RemoSplatError: A mesh cannot be covered with convex pieces.

@@ -1,4 +1,4 @@
-"""The meshes of a URDF's links, converted to what Drake draws and collides.
+"""The meshes of a URDF's links, converted for Drake's drawing and collisions.
 
 Visual meshes become .gltf files, which carry their colours. Collision meshes
 become convex pieces, one a mesh at first: as Drake takes them.
@@ -47,14 +47,15 @@ def convert_shapes(
 ) -> dict[str, list[np.ndarray]]:
     """Converts all meshes of a URDF, and names the new files in its elements.
 
-    Links without collision meshes get the hulls of what is seen of them,
-    besides the primitives that they have: these are often less than the link.
+    Links without collision meshes get the hulls of their visual meshes, in
+    addition to the primitives that they have: these are often smaller than the
+    link.
 
     Args:
         urdf: The robot; its links' elements are changed.
         packages: Finds the files that it names.
         folder: Folder that gets a folder `meshes`.
-        findings: Where it is noted what was made up.
+        findings: Receives the guesses.
         on_mesh: Called after each mesh.
 
     Returns:
@@ -106,7 +107,7 @@ def convert_shapes(
 def write_pieces(
     urdf: Urdf, folder: Path, pieces: dict[str, list[ConvexPiece]]
 ) -> None:
-    """Has links collide as convex pieces, besides the primitives they have.
+    """Makes links collide as convex pieces, in addition to their primitives.
 
     Args:
         urdf: The robot; its links' elements are changed.
@@ -148,7 +149,7 @@ class _Converter:
     """Converts meshes, each file once.
 
     Attributes:
-        surfaces: What `convert_shapes` returns.
+        surfaces: The result of `convert_shapes`.
     """
 
     def __init__(
@@ -281,8 +282,8 @@ def _naming(element: Element, file: str) -> Element:
 def _resolve_materials(root: Element) -> None:
     """Has each <visual> say its colour itself, without a name.
 
-    Files define one name in several ways, which Drake refuses, or name what
-    another link defines.
+    Files define one name in several ways, which Drake refuses, or use names
+    that another link defines.
     """
     colours: dict[str, tuple[float, ...]] = {}
     for material in [*root.findall("material"), *root.iter("material")]:

@@ -13,7 +13,7 @@ from remosplat_drake.robot.importing.packages import Packages
 from remosplat_drake.robot.importing.urdf import Urdf
 
 VISUAL, COLLISION = "visual", "collision"
-"""Tags of what is seen of a link, and of what touches."""
+"""Tags of a link's visual and collision elements."""
 
 _SHARED = ("origin", "pose", "geometry")
 """Children that both kinds of elements have."""
@@ -56,7 +56,7 @@ def replace_by_others(
         is_there: Tells whether the mesh of an element is there, if it has one.
 
     Returns:
-        Names of the links by the tag of what they lacked.
+        Names of the links by the tag of the missing meshes.
     """
     replaced: dict[str, list[str]] = {VISUAL: [], COLLISION: []}
     for link in links:

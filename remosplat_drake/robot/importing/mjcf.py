@@ -40,7 +40,7 @@ class SaidOfJoints:
 def prepare_mjcf(
     path: Path, root: Element, mesh: Callable[[str], str]
 ) -> SaidOfJoints:
-    """Has an MJCF document say all that it says to Drake, too.
+    """Rewrites an MJCF document so that Drake understands all of it.
 
     Included files and default classes are written out, meshes named by what
     Drake reads, sites made frames; couplings of joints and keyframes are taken

@@ -58,7 +58,7 @@ from remosplat_drake.robot.robot_model import (
 )
 
 TOLERANCE = 0.02
-"""How far spheres may stand out of links [m]."""
+"""How far spheres may protrude from links [m]."""
 
 _HAND_WEIGHT = 2.0
 """How much tighter spheres are from the wrist on."""
@@ -94,7 +94,7 @@ class ImportRequest:
             called; empty guesses them.
         srdf: The robot's SRDF; None looks for one beside the source.
         arguments: Arguments of a xacro by name.
-        tolerance: How far spheres may stand out of links [m].
+        tolerance: How far spheres may protrude from links [m].
         made_by: Command line, for comments in the files.
     """
 

@@ -100,7 +100,7 @@ def _robot_name(path: Path) -> str | None:
 
 
 def read_srdf(path: Path, urdf: Urdf) -> Srdf:
-    """Reads an SRDF; what is about other links and joints is left out.
+    """Reads an SRDF; parts about other links and joints are ignored.
 
     Args:
         path: The file.
@@ -146,7 +146,7 @@ def read_srdf(path: Path, urdf: Urdf) -> Srdf:
 
 
 def _tools(root: Element, urdf: Urdf) -> dict[str, tuple[str, ...]]:
-    """The links of grippers, by the links that carry them."""
+    """Maps each link that carries a gripper to the gripper's links."""
     groups = {group.get("name", ""): group for group in root.findall("group")}
     tools = {}
     for effector in root.findall("end_effector"):
@@ -165,7 +165,7 @@ def _tools(root: Element, urdf: Urdf) -> dict[str, tuple[str, ...]]:
 
 
 def _group_links(group: Element, urdf: Urdf) -> list[str]:
-    """The links that a group names itself or as what its joints move."""
+    """The links that a group names, and those that its joints move."""
     links = [link.get("name", "") for link in group.findall("link")]
     for joint in group.findall("joint"):
         if joint.get("name") in urdf.joints:

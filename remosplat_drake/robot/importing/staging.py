@@ -55,14 +55,14 @@ _READ_BY_DRAKE = (".obj", ".vtk", ".gltf")
 
 
 def dialect_of(path: Path, text: str) -> Dialect:
-    """Tells by a file's content what robot format it is.
+    """Recognises the robot format of a file by its content.
 
     Args:
         path: The file, for errors.
         text: Its text.
 
     Raises:
-        FileError: It is none of them.
+        FileError: It has none of these formats.
     """
     if text.lstrip().startswith("<"):
         root = parse_xml(path, text)
@@ -99,9 +99,9 @@ class Staging:
     Attributes:
         originals: The file that each copy was made from.
         mimics: Joints that follow others, by their names in their own files.
-        loops: What closes loops of links.
+        loops: Elements that close loops of links.
         states: Positions of joints by name, for each named state [rad, m].
-        replaced: Names of the links that lacked meshes, by what they lacked.
+        replaced: Names of the links without meshes, by the missing kind.
         floating: Names of the links that floated, and are fixed now.
     """
 

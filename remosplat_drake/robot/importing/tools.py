@@ -58,7 +58,7 @@ def find_tools(urdf: Urdf, srdf: Srdf) -> list[Tool]:
 
     Args:
         urdf: The robot.
-        srdf: What its SRDF says; may be empty.
+        srdf: Content of its SRDF; may be empty.
 
     Raises:
         FieldError: More than two arms are as good, or two frames of one arm.
@@ -208,7 +208,7 @@ def _rigid(urdf: Urdf, link: str) -> dict[str, RigidTransform]:
 
 
 def _in_order(urdf: Urdf, link: str) -> Iterator[str]:
-    """A link and all that are fixed to it, each behind what carries it."""
+    """A link and all that are fixed to it, each after its parent."""
     yield link
     for joint in urdf.outboard(link):
         if joint.kind == FIXED:

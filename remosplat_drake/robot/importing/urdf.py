@@ -1,4 +1,4 @@
-"""`Urdf`: a robot's URDF, read and checked for what cannot be driven."""
+"""`Urdf`: a robot's URDF, read and checked for parts that cannot be driven."""
 
 import dataclasses as dc
 import math
@@ -40,7 +40,7 @@ class UrdfJoint:
             none.
         mimics: Name of the joint that it follows; empty for none.
         multiplier: Factor on the position of that joint.
-        offset: What is added to it [rad, m].
+        offset: Offset that is added to it [rad, m].
         element: Its element.
     """
 
@@ -65,7 +65,7 @@ class UrdfJoint:
 
 @dc.dataclass(frozen=True)
 class Loop:
-    """A constraint that ties two links to each other, besides their joints.
+    """A constraint between two links, in addition to their joints.
 
     Attributes:
         where: Its element, for errors.
@@ -85,7 +85,7 @@ class Mimic:
     Attributes:
         leader: Name of the joint that leads.
         multiplier: Text of the factor.
-        offset: Text of what is added [rad, m].
+        offset: Text of the added offset [rad, m].
     """
 
     leader: str
@@ -98,8 +98,8 @@ class Urdf:
 
     Attributes:
         path: The file that it came from, for errors.
-        dialect: What that file is written in.
-        loops: What closes loops of links.
+        dialect: Format of that file.
+        loops: Elements that close loops of links.
         name: Name of the robot.
         root: The document's root element.
         links: The links' elements by name.
@@ -119,8 +119,8 @@ class Urdf:
         Args:
             path: The file that it came from, for errors.
             text: The text.
-            dialect: What that file is written in, for errors.
-            loops: What closes loops there, which no URDF can say.
+            dialect: Format of that file, for errors.
+            loops: Elements that close loops there, which a URDF cannot contain.
 
         Raises:
             FileError: It is not XML, or not a URDF.
@@ -147,7 +147,7 @@ class Urdf:
         return FieldError(str(self.path), element, problem)
 
     def write(self, path: Path) -> None:
-        """Writes the document, with what has been changed of it.
+        """Writes the document, with its changes.
 
         Args:
             path: The file.
@@ -193,7 +193,7 @@ class Urdf:
             raise self.fail(
                 where,
                 f"is {kind}, which cannot be driven; write type='fixed', and"
-                " say how the robot moves with --base",
+                " use --base to say how the robot moves",
             )
         if kind not in (*MOVING, FIXED):
             valid = [*MOVING, FIXED]

@@ -102,7 +102,7 @@ def inertial_element(M_BBo_B: SpatialInertia) -> Element:
 def geometry_element(
     shape: Shape, originals: Mapping[Path, Path]
 ) -> Element | None:
-    """Returns the <geometry> of a shape; None for what has no end.
+    """Returns the <geometry> of a shape; None for an infinite one.
 
     Args:
         shape: The shape.

@@ -1,4 +1,4 @@
-"""Xacro files expanded to URDF, and what they can be given."""
+"""Xacro files expanded to URDF, and their arguments."""
 
 import contextlib
 import dataclasses as dc
@@ -182,7 +182,7 @@ def _files_for(
 def _told(
     path: Path, error: Exception, arguments: dict[str, XacroArgument]
 ) -> RemoSplatError:
-    """The error that says what xacro could not do."""
+    """The error that describes xacro's failure."""
     for cause in _causes(error):
         if isinstance(cause, RemoSplatError):
             return cause

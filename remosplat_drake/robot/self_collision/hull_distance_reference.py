@@ -1,4 +1,4 @@
-"""The distance of two convex hulls by what it is, slowly.
+"""The distance of two convex hulls by its definition, slowly.
 
 Both work on the whole Minkowski difference, which holds all b - a.
 """

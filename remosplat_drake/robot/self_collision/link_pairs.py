@@ -30,7 +30,7 @@ ADJACENT = "adjacent"
 """Fewer than two moving joints apart: at their joint they always meet."""
 
 ALLOWED = "allowed"
-"""The robot's description, or its SRDF, says so."""
+"""The URDF or SRDF excludes the pair from collision checks."""
 
 ALWAYS = "always"
 """They overlap at home and in all samples, so that the shapes are at fault.

@@ -1,8 +1,8 @@
 """`CollisionShapes`: the convex shapes of a robot's links, as its model says.
 
-They are what self-collision means here: each collision geometry of the model
-file counts as its convex hull, as in Drake's and most other queries. A link
-that has none counts as its spheres.
+They define self-collision here: each collision geometry of the model file
+counts as its convex hull, as in Drake's and most other queries. A link that has
+none counts as its spheres.
 """
 
 import dataclasses as dc
@@ -72,8 +72,8 @@ class CollisionShapes:
     Attributes:
         links: Name of each shape's link, length s.
         shapes: The shapes, in their links' frames, length s.
-        by_spheres: Names of the links that have no collision geometry in the
-            model file, so that their spheres stand for them.
+        by_spheres: Names of the links without collision geometry in the model
+            file, which their spheres represent.
     """
 
     links: tuple[str, ...]
@@ -159,7 +159,7 @@ def read_collision_shapes(
 
     Args:
         description: The robot, whose `model` names the file.
-        spheres: What stands for links without collision geometry.
+        spheres: Spheres of links without collision geometry.
 
     Raises:
         FileError: The file is no model.

@@ -56,7 +56,7 @@ class CameraSight(LeafSystem):
     that have arrived, given their latency.
 
     Args:
-        sight: The cameras, and what is known by them at the start.
+        sight: The cameras, and their knowledge at the start.
         n_q: Length of a configuration.
         period: Time between two updates, the control period [s].
     """
@@ -110,7 +110,7 @@ class CameraSight(LeafSystem):
 
         Args:
             builder: The builder of the diagram.
-            sight: The cameras, and what is known by them at the start.
+            sight: The cameras, and their knowledge at the start.
             configuration: The output port of the robot's q.
             truth: The output port of the true `Movers`.
             distance_field: The output port of the map's `DistanceField`.
@@ -138,7 +138,7 @@ def simulated_sight(
     Args:
         cameras: The cameras; images wider than `COLUMNS` are smaller here.
         robot: The robot, which occludes things and may carry cameras.
-        truth: What stands still; None for nothing.
+        truth: The static scene; None for nothing.
         known: The map.
         config: Errors, margins and bounds.
         seed: Seed of the cameras' noise.
@@ -161,7 +161,7 @@ def placed_cameras(
     Args:
         cameras: The cameras; images wider than `COLUMNS` are smaller here.
         robot: The robot, which may carry cameras.
-        truth: What stands still; None for nothing.
+        truth: The static scene; None for nothing.
         seed: Seed of the cameras' noise.
 
     Raises:

@@ -47,7 +47,7 @@ class SimulatedCamera:
         name: Name of the camera.
         K: Intrinsic matrix, shape (3, 3) [pixels].
         size: Height and width [pixels].
-        scene: What stands still; None for nothing.
+        scene: The static scene; None for nothing.
         noise: The camera's imperfections.
         seed: Seed of its noise; the noise of an image depends on it and on the
             number of earlier images.

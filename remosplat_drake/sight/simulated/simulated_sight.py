@@ -55,7 +55,7 @@ class SimulatedSight:
     Args:
         cameras: The cameras.
         robot: The robot, which occludes things and may be occluded.
-        known: What the map shows.
+        known: The map.
         config: Errors, margins and bounds.
 
     Attributes:

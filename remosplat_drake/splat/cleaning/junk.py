@@ -76,7 +76,7 @@ class Junk:
     Attributes:
         reason: Index into `names` for each splat, shape (N,), uint8; 0 is
             `KEPT`.
-        middle: Middle of what is kept, in G, shape (3,).
+        middle: Middle of the kept splats, in G, shape (3,).
         radius: Radius around it that contains all but a hundredth of them.
         has_views: Whether the cameras were known.
     """
@@ -184,7 +184,7 @@ def _beside(size: np.ndarray, neighbours: Neighbours) -> np.ndarray:
 def _mark_groups(
     splat: GaussianSplat, left: np.ndarray, views: Views | None, mark
 ) -> np.ndarray:
-    """Marks sky, floaters and what cameras contradict; returns the rest."""
+    """Marks sky, floaters and contradicted splats; returns the rest."""
     part = splat.select(left)
     groups = find_groups(part)
     p_GK = part.p_GK.astype(float)

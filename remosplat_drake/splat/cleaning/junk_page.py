@@ -64,7 +64,7 @@ def junk_table(junk: Junk) -> Table:
     """Makes the table of the numbers of removed splats, by reason.
 
     Args:
-        junk: What is removed.
+        junk: The removed splats.
     """
     n = len(junk.reason)
     removed = n - int(np.count_nonzero(junk.is_kept))
@@ -83,7 +83,7 @@ def junk_page(junk: Junk, p_FK: np.ndarray, title: str, upright: bool) -> str:
     """Makes a page with views from above and from the side.
 
     Args:
-        junk: What is removed.
+        junk: The removed splats.
         p_FK: Centres of all splats in the frame F of the pictures, shape
             (N, 3).
         title: Heading, such as the splat's name.

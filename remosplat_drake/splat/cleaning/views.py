@@ -52,7 +52,7 @@ class Views:
 
         Args:
             p_GK: The points, shape (n, 3).
-            scene_G: Points of the scene, which determine what is near, shape
+            scene_G: Points of the scene, which determine its near range, shape
                 (m, 3).
 
         Returns:

@@ -192,7 +192,7 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
 
     Raises:
         FileError: The file is missing, truncated, no PLY, holds more than its
-            header announces, or a property is a list.
+            header declares, or a property is a list.
     """
     try:
         _check_header(path)
@@ -202,7 +202,7 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
             trailing = bool(stream.read().strip())
     except MemoryError as error:
         raise FileError(
-            path, "announces more rows than memory holds"
+            path, "declares more rows than fit into memory"
         ) from error
     except (OSError, PlyParseError, ValueError) as error:
         problem = textwrap.shorten(str(error), 120)
@@ -210,7 +210,7 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
     if trailing:
         count = document.elements[-1].count if document.elements else 0
         raise FileError(
-            path, f"holds more data than the {count} rows it announces"
+            path, f"holds more data than the {count} rows it declares"
         )
     return {element.name: element.data for element in document.elements}
 
@@ -227,7 +227,7 @@ def _check_header(path: Path) -> None:
         # A row of the least type takes a byte.
         if not 0 <= float(count) <= largest:
             name = element.decode("ascii", "replace")
-            problem = f"announces {count.decode()} rows of {name}"
+            problem = f"declares {count.decode()} rows of {name}"
             raise FileError(path, textwrap.shorten(problem, 120))
     listed = _LIST.search(header)
     if listed is not None:
@@ -259,7 +259,7 @@ def _read(path: Path, vertices: np.ndarray, rows: slice) -> np.ndarray:
 
 
 def _open_ply(path: Path) -> IO:
-    """Opens the file as text or binary: plyfile closes what it wraps."""
+    """Opens the file as text or binary; plyfile closes what it wraps."""
     with path.open("rb") as stream:
         is_text = b"format ascii" in stream.read(64)
     return path.open(encoding="ascii") if is_text else path.open("rb")

@@ -26,7 +26,7 @@ def smallest_three(unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def from_smallest_three(largest: np.ndarray, three: np.ndarray) -> np.ndarray:
-    """Restores unit quaternions (N, 4) from what `smallest_three` returns."""
+    """Restores unit quaternions (N, 4) from the result of `smallest_three`."""
     unit = np.empty((len(three), 4))
     others = np.arange(4) != largest[:, None]
     unit[others] = np.ravel(three)

@@ -122,7 +122,7 @@ def _unlogarithm(values: np.ndarray) -> np.ndarray:
 
 
 def _quantized(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A codebook of 256 numbers and the byte that stands for each value.
+    """A codebook of 256 numbers and the byte of each value.
 
     Lloyd's algorithm from evenly spaced numbers, for the least mean square.
     """

@@ -1,7 +1,7 @@
 """The files of a SOG bundle: meta.json and its pictures, checked.
 
 Every size is checked before a picture is decoded: that of a zip's entry, and
-the width and height that a picture's header announces.
+the width and height that a picture's header declares.
 """
 
 import io
@@ -96,7 +96,7 @@ class SogBundle:
         return numbers
 
     def codebook(self, part: str) -> np.ndarray:
-        """Returns the 256 numbers that the bytes of a part stand for."""
+        """Returns the 256 numbers of the bytes of a part."""
         return self.numbers(f"{part}.codebook", 256)
 
     def pictures(self, part: str, n: int) -> list[np.ndarray]:

@@ -81,7 +81,7 @@ def read_sections(path: Path) -> tuple[SpzHeader, list[bytes]]:
 
     Raises:
         FileError: The file is unreadable, no SPZ, damaged, truncated, or would
-            unpack to another size than its header announces.
+            unpack to another size than its header declares.
         MissingExtraError: Version 4 needs the package zstandard.
     """
     data = read_whole(path)
@@ -129,12 +129,12 @@ def _gunzip_sections(path: Path, data: bytes, header: SpzHeader) -> list[bytes]:
     if len(unpacked) < whole:
         raise FileError(
             path,
-            f"announces {header.count} splats, {whole} bytes, but holds"
+            f"declares {header.count} splats, {whole} bytes, but holds"
             f" {len(unpacked)} bytes",
         )
     if len(unpacked) > whole and not header.flags & _HAS_EXTENSIONS:
         raise FileError(
-            path, f"holds more than the {header.count} splats it announces"
+            path, f"holds more than the {header.count} splats that it declares"
         )
     sections, start = [], _COMMON.size
     for length in header.section_sizes:
@@ -163,7 +163,7 @@ def _unpack_streams(path: Path, data: bytes, header: SpzHeader) -> list[bytes]:
         if unpacked != size:
             raise FileError(
                 path,
-                f"announces a stream of {unpacked} bytes; {header.count}"
+                f"declares a stream of {unpacked} bytes; {header.count}"
                 f" splats need {size}",
             )
         if packed > len(data) - start:
@@ -176,7 +176,7 @@ def _unpack_streams(path: Path, data: bytes, header: SpzHeader) -> list[bytes]:
 
 
 def _unpack_stream(path: Path, stream: bytes, size: int) -> bytes:
-    """A stream's content, which must be of the size it announces."""
+    """A stream's content, which must be of the size it declares."""
     zstandard = _zstandard()
     check_unpacked_size(path, len(stream), size)
     unpacker = zstandard.ZstdDecompressor(max_window_size=_MAX_WINDOW)
@@ -192,7 +192,7 @@ def _unpack_stream(path: Path, stream: bytes, size: int) -> bytes:
 def write_sections(
     path: Path, header: SpzHeader, sections: list[bytes]
 ) -> None:
-    """Writes sections of the sizes that the header announces.
+    """Writes sections of the sizes that the header declares.
 
     Raises:
         FileError: The file cannot be written.

@@ -1,4 +1,4 @@
-"""Limits on what a compressed splat file may unpack to.
+"""Limits on the unpacked size of a compressed splat file.
 
 A file of a kilobyte can unpack to gigabytes. So every reader of a compressed
 format checks sizes with this module before it unpacks anything.
@@ -46,7 +46,7 @@ def read_whole(path: Path) -> bytes:
 
 
 def check_count(path: Path, count: int) -> None:
-    """Checks the number of splats that a file announces.
+    """Checks the number of splats that a file declares.
 
     Raises:
         FileError: The number is zero, or larger than `MAX_SPLATS`.
@@ -55,7 +55,7 @@ def check_count(path: Path, count: int) -> None:
         raise FileError(path, "holds no splats")
     if count > MAX_SPLATS:
         raise FileError(
-            path, f"announces {count} splats; at most {MAX_SPLATS} are read"
+            path, f"declares {count} splats; at most {MAX_SPLATS} are read"
         )
 
 
@@ -65,7 +65,7 @@ def check_unpacked_size(path: Path, packed: int, unpacked: int) -> None:
     Args:
         path: The file, for the error.
         packed: Size of the part in the file [bytes].
-        unpacked: Unpacked size that the part announces [bytes].
+        unpacked: Unpacked size that the part declares [bytes].
 
     Raises:
         FileError: The unpacked size is implausibly large (a zip bomb).

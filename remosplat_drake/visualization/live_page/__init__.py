@@ -1,1 +1,1 @@
-"""The page while it is served: its files, and the newest of what it shows."""
+"""The page while it is served: its files, and its newest content."""

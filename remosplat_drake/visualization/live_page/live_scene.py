@@ -14,7 +14,7 @@ Property = bool | float | list[float]
 
 
 class LiveScene:
-    """Moves and changes what Meshcat has drawn.
+    """Moves and changes objects in Meshcat.
 
     Meshcat sends each message to each browser, however late: a browser that
     draws slowly would fall behind without end. So Meshcat gets the shapes, and
@@ -22,7 +22,7 @@ class LiveScene:
 
     Args:
         meshcat: Drake's server, which has the shapes.
-        newest: Takes what browsers shall show.
+        newest: Receives the values for browsers.
     """
 
     def __init__(self, meshcat: Meshcat, newest: Newest):

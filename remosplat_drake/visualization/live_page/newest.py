@@ -5,7 +5,7 @@ from threading import Condition
 from typing import Any
 
 Key = tuple[str, ...]
-"""Name of a thing: its kind, and what of that kind it is."""
+"""Name of a thing: its kind, and its name within that kind."""
 
 
 class Newest:
@@ -41,7 +41,7 @@ class Newest:
             self._news.notify_all()
 
     def drop(self, start: Key) -> None:
-        """Forgets things; onlookers keep what they have drawn of them.
+        """Removes things; visitors keep their drawings of them.
 
         Args:
             start: The kind, and the beginning of the name.
@@ -75,7 +75,7 @@ class Newest:
     def after(
         self, version: int, patience: float = 0.0
     ) -> tuple[int, list[tuple[Key, Any]]]:
-        """Returns what has changed, waiting for a change if nothing has.
+        """Returns the changes, waiting for one if there is none.
 
         Args:
             version: Number of the last change that the onlooker has drawn; 0

@@ -19,7 +19,7 @@ def page_files(socket: int, session: str) -> dict[str, tuple[str, bytes]]:
 
     Args:
         socket: TCP port of Meshcat's websocket.
-        session: Name of the server that answers what is new.
+        session: Name of the server that answers with changes.
     """
     script = "text/javascript"
     viewer = _meshcat("html").decode()
@@ -45,7 +45,7 @@ def with_panel(page: str, *scripts: str) -> str:
 
     Args:
         page: The page.
-        *scripts: What runs after them.
+        *scripts: Scripts that run after its own.
     """
     before, body, after = page.partition("<body>")
     head = (

@@ -1,4 +1,4 @@
-"""`PageServer`: serves a page's files, and answers what is new on it."""
+"""`PageServer`: serves a page's files, and its changes."""
 
 import base64
 import json
@@ -27,7 +27,7 @@ KEEP_ALIVE = 0.25
 """Longest time that an answer waits for news [s]."""
 
 _MESHES = "/cas-v1/"
-"""Path below which Meshcat has what shapes are loaded from."""
+"""Path below which Meshcat has the files of shapes."""
 
 _SETTLE = 0.01
 """Time between the first change and the answer [s]: changes come in groups."""
@@ -42,7 +42,7 @@ class PageServer:
     a page, and that is the newest.
 
     Args:
-        host: Network interface to listen on; "*" stands for all.
+        host: Network interface to listen on; "*" means all.
         port: TCP port; 0 takes a free one.
         newest: The values.
 
@@ -76,7 +76,7 @@ class PageServer:
     def serve(
         self, files: Mapping[str, tuple[str, bytes]], meshcat: str
     ) -> None:
-        """Serves files besides what is new.
+        """Serves files, in addition to changes.
 
         Args:
             files: Type and content of each file, by its path.
@@ -112,7 +112,7 @@ class PageServer:
         return self._files.get(path)
 
     def answer(self, after: int) -> bytes:
-        """Returns what is new, in JSON.
+        """Returns the changes, in JSON.
 
         Args:
             after: Number of the last change that the page has drawn.
@@ -154,7 +154,7 @@ class _Handler(BaseHTTPRequestHandler):
         super().__init__(*arguments)
 
     def do_GET(self) -> None:
-        """Sends a file, or what is new as long as the page is open."""
+        """Sends a file, or changes as long as the page is open."""
         if self.path == NEWEST:
             self._tell()
             return

@@ -17,7 +17,7 @@ _SHORT = 125
 def is_wanted(headers: Message) -> bool:
     """Returns whether a page of this server requests a websocket.
 
-    A page from elsewhere could read what it sends: a browser lets every page
+    A page from elsewhere could read its messages: a browser lets every page
     open a websocket, and names the page's origin.
 
     Args:

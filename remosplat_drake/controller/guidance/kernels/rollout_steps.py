@@ -50,7 +50,7 @@ def rollout_steps(
         compiled: The map, as `sphere_clearances` takes it.
         off: Its `Misplacement`.
         movers: The `MoverArrays`.
-        age: How old what is known of them is at the rollout's start [s].
+        age: Age of the movers' measurements at the rollout's start [s].
         motion: The `MotionArrays` at this step.
         now: The time of the rollout's start [s].
         ahead: Time since the start [s].
@@ -62,10 +62,10 @@ def rollout_steps(
         steps: Number of steps.
         line: Number of the `PythonCalls`.
 
-    Returns: For each step the command, shape (s, n_u), the configuration after
-        it, shape (s, n_q), and the end effectors' poses there, shape (s, e, 4,
-        4); and the `MotionArrays` after the last step, from `sent` to
-        `q_start`.
+    Returns:
+        For each step the command, shape (s, n_u), the configuration after it,
+        shape (s, n_q), and the end effectors' poses there, shape (s, e, 4, 4);
+        and the `MotionArrays` after the last step, from `sent` to `q_start`.
     """
     around = aged(movers, age)
     us = np.empty((steps, len(u_previous)))

@@ -110,7 +110,7 @@ class Parts(NamedTuple):
     """The compiled ingredients of a law.
 
     Attributes:
-        settings: What the function of each kind takes, in the order of `KINDS`.
+        settings: Inputs of the functions of each kind, in the order of `KINDS`.
         present: Which of them the law has, shape (k,), bool.
         added_by: The functions of compiled ingredients from outside.
     """
@@ -241,7 +241,7 @@ def assemble_tick(
         near: See above.
         robot: See above.
         movers: The `MoverArrays` at their stamp.
-        age: How old what is known of the movers is [s].
+        age: Age of the movers' measurements [s].
         aim: See above.
         rows: See above.
         q: The configuration, shape (n_q,) [rad, m].

@@ -29,8 +29,8 @@ def controllable_speeds(rate, bend, offset, bound, step, fastest):
     so that the least of a few quotients solves them.
 
     At the path's end the speed is 0. The greatest feasible dv/dt is concave in
-    v^2: at a lower speed it is at least what lies on the straight line between
-    its values at rest and at the greatest speed.
+    v^2: at a lower speed it is at least the linear interpolation between its
+    values at rest and at the greatest speed.
 
     Args:
         rate: r on each of the k pieces between the nodes, shape (k, m).

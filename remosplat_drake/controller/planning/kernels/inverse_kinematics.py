@@ -63,8 +63,8 @@ def reach_from(arms, q, steps, tolerance):
 
     Args:
         arms: The `Arms`.
-        q: Configuration to start from, and then where it has led to, shape
-            (n_q,) [rad, m]; what carries the arms stays where it is.
+        q: Configuration to start from, and then the final one, shape (n_q,)
+            [rad, m]; the entries of parts that carry the arms do not change.
         steps: Largest number of steps; with 0 the seed's own error is
             measured.
         tolerance: Error that is small enough, angles weighed by 0.3 m [m].
@@ -155,7 +155,7 @@ def _place(chain, q, X_WF, X_WE):
 
 @helper
 def _move(kind, axis_F, value, X_WF, X_WM):
-    """Fills in the pose of what a joint moves from that of its frame F."""
+    """Computes the pose of a joint's moving body from that of its frame F."""
     x, y, z = axis_F[0], axis_F[1], axis_F[2]
     if kind != REVOLUTE:
         for r in range(3):
@@ -224,7 +224,7 @@ def _leave_free(target, twist):
 
 @helper
 def _leave_columns(target, J):
-    """Leaves out of a Jacobian what is free."""
+    """Removes the free directions from a Jacobian."""
     if has_free(target.weights):
         for j in range(J.shape[1]):
             _leave_free(target, J[:, j])

@@ -173,7 +173,7 @@ def _keeps_off_scene(space, line, q, u):
 
 @helper
 def _is_off_movers(space, X_WL):
-    """Returns whether spheres keep their distances from what stands there."""
+    """Returns whether spheres keep their distances from standing movers."""
     movers, robot = space.movers, space.robot
     if len(movers.radius) == 0:
         return True

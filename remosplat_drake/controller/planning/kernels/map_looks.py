@@ -30,8 +30,8 @@ from remosplat_drake.signals.compiled_map import (
 )
 
 _HALVES = 10
-"""How often a part of a motion is halved; what is unknown then is
-refused."""
+"""How often a part of a motion is halved; an undecided part is then
+rejected."""
 
 _SOME = 4
 """Number of spheres that are checked between two checks of the interruption."""
@@ -69,7 +69,7 @@ def is_off_the_map(space, line, X_WL):
 
 @kernel(returns=reals(2))
 def rooms(space, line, q, far):
-    """Measures what spheres have above the clearances that they keep.
+    """Measures the excess of spheres' clearances.
 
     Args:
         space: The `SpaceArrays`.

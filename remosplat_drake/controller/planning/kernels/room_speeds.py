@@ -1,4 +1,4 @@
-"""The greatest speeds along a path at which a damper lets a robot be."""
+"""The greatest speeds along a path that a damper permits."""
 
 import numpy as np
 
@@ -19,10 +19,10 @@ that, it needs no other look [m]."""
 
 @kernel(returns=reals(1))
 def speeds_in_room(space, line, path, fastest, law):
-    """Bounds the speeds along a path by the room of the spheres.
+    """Bounds the speeds along a path by the clearances of the spheres.
 
-    On a piece of the path of length s, on which the room of a sphere falls from
-    r to r', the damper allows v (r - r') / s <= c r.
+    On a segment of length s, along which the remaining clearance of a sphere
+    falls from r to r', the damper allows v (r - r') / s <= c r.
 
     Args:
         space: The `SpaceArrays`.
@@ -31,7 +31,7 @@ def speeds_in_room(space, line, path, fastest, law):
             of them, shape (k + 1,).
         fastest: Bounds by other limits, shape (k,) [1/s].
         law: The slope c [1/s], the stopping distance from which on room counts
-            [m], and the least speed: what is slower is not slowed down [1/s].
+            [m], and the speed below which nothing is slowed down [1/s].
 
     Returns:
         The lesser of both bounds on each piece, shape (k,) [1/s].

@@ -20,7 +20,7 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 
 _BLINK = 0.01
 """How far two of the robot's own shapes may move between two looks although
-they are nearer to what they keep [m]. Verification looks more closely."""
+they are nearer than required [m]. Verification checks more finely."""
 
 _FINE = 0.05
 """Room above which coarse bounds will do: more looks are cheaper then than more
@@ -169,7 +169,7 @@ def _keeps_apart(space, q, u, link, step, count):
 
 @helper
 def _room(space, link, row, enough):
-    """Measures what the shapes of two links have above what they keep [m].
+    """Measures the excess of the distances between the shapes of two links [m].
 
     Args:
         space: The `SpaceArrays`.

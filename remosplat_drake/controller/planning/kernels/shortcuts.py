@@ -1,4 +1,4 @@
-"""Shortcuts of a path: what a search has found is free, and seldom short.
+"""Shortcuts of a path: a path from a search is free, but seldom short.
 
 First corners are left out where the motion past them is free; then the path is
 cut short between places drawn on it (Geraerts and Overmars 2007). A shortcut is

@@ -1,1 +1,1 @@
-"""The compiled forms of what is remembered and predicted."""
+"""The compiled forms of history and prediction."""

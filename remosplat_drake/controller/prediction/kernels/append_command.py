@@ -1,4 +1,4 @@
-"""Adds a command to what is remembered, in one call."""
+"""Adds a command to the history, in one call."""
 
 import numpy as np
 

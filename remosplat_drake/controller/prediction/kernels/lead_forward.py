@@ -15,7 +15,7 @@ PIECES = 8
 
 @kernel
 def lead_forward(parameters, past, q, stamp, now, n_base):
-    """Computes what commands in flight make of a measured configuration.
+    """Computes the motion of commands in flight from a measured configuration.
 
     Args:
         parameters: `ActuatorModel.parameters`.

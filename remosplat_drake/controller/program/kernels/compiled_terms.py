@@ -34,7 +34,7 @@ class Turn(NamedTuple):
 
     Attributes:
         part: Number of the ingredient.
-        tick: What is known at the tick.
+        tick: The state of the tick.
         program: Takes the terms.
     """
 

@@ -1,4 +1,4 @@
-"""From the program of a tick to what solvers take, and to its optimum."""
+"""From the program of a tick to the form for solvers, and to its optimum."""
 
 import numpy as np
 

@@ -18,7 +18,7 @@ def place_at(path_q, path_s, s):
     Args:
         path_q: The corners.
         path_s: Their arc lengths.
-        s: Arc length; what lies beyond the ends is cut off.
+        s: Arc length; values beyond the ends are clipped.
     """
     if len(path_s) == 1:
         return path_q[0].copy()

@@ -121,7 +121,7 @@ class OutsideArrays(NamedTuple):
             costs, shape (2, n_u).
         flags: Whether some of the bounds are accelerations', and whether they
             may have added to Drake's program itself, shape (2,), bool.
-        more: Their rows and what they track.
+        more: Their rows and tracked twists.
     """
 
     bounds: np.ndarray
@@ -195,8 +195,8 @@ class ProgramArrays(NamedTuple):
         kept: Which rows the bounds on u do not imply, shape (most,), bool.
         raised: Which rows yield: their negative right-hand sides are raised,
             shape (most,), bool.
-        about: What each row is about: the number of a sphere, a joint, ...,
-            shape (most,).
+        about: Subject of each row: the number of a sphere, a joint, ..., shape
+            (most,).
         rows: First of each ingredient's rows, and the one after its last,
             shape (k, 2).
         J: Jacobian of the tracked twists, a row for each direction that is
@@ -269,7 +269,7 @@ def near_arrays(near, X_WL) -> NearArrays:
 
 @helper
 def find_movers(movers, p_WS, radius, within, dt, lead, within_soon):
-    """Finds what moves near the robot, now and a little later.
+    """Finds movers near the robot, now and a little later.
 
     A moving sphere must keep away from a mover, or retreat from it, while a
     station executes one command: verification requires no less. So the present
@@ -413,7 +413,7 @@ def new_row(program, k, b, about):
         program: The `ProgramArrays`.
         k: Number of the ingredient, whose turn it is.
         b: Right-hand side.
-        about: What the row is about, a number that the ingredient can name.
+        about: Subject of the row, a number that the ingredient can name.
 
     Example:
         >>> import remosplat_drake as rs
@@ -446,7 +446,7 @@ def given_or(value, default) -> float:
     """Returns a value of the guidance, or the configured one if it is NaN.
 
     Args:
-        value: What guidance says.
-        default: What is configured.
+        value: Value of guidance.
+        default: Configured value.
     """
     return default if np.isnan(value) else value

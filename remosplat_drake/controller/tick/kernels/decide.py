@@ -34,12 +34,12 @@ _WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
 """Numbers of the statuses in `tick_report.STATUSES`."""
 
 _GENTLE_ORDER = YIELD_ORDER[1:]
-"""Whose rows yield before acceleration bounds do: a retreat from what stands
-still need not be sudden."""
+"""Ingredients whose rows are relaxed before acceleration bounds are dropped: a
+retreat from standing things need not be sudden."""
 
 _OF_ALONE = 0.5
-"""Share of the fastest retreat that it alone allows which a row that yields
-demands at most: what hardly moves holds up no other."""
+"""Largest demand of a relaxed row, as a share of the fastest retreat that it
+alone allows: so a part that can hardly move does not block the others."""
 
 _TASK = 1e-3
 """Weight of a missed twist and of linear costs while rows of `_GENTLE_ORDER`
@@ -131,7 +131,7 @@ def should_retreat(scale, retreat):
 
     Args:
         scale: The share of the command that verification has allowed.
-        retreat: What `demanded_retreat` returns [m/s, rad/s].
+        retreat: The result of `demanded_retreat` [m/s, rad/s].
     """
     if scale == 0.0:
         return retreat > _DEMANDED
@@ -226,7 +226,7 @@ def _let_yield(program, k):
 
 @helper
 def nearest_inside(program):
-    """Finds what is most inside its stopping distance, of the scene and itself.
+    """Finds the deepest violation of a stopping distance.
 
     Args:
         program: The `ProgramArrays`, before it is decided on.

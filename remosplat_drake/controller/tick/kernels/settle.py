@@ -80,7 +80,7 @@ class LawArrays(NamedTuple):
         stopping: Stopping distance from the scene [m].
         verify: Whether commands are verified.
         near: Where to look whether links are near each other.
-        kept: What verification keeps.
+        kept: The memory of verification.
     """
 
     parts: Parts
@@ -106,11 +106,11 @@ class Settled(NamedTuple):
         objection: Number of the objection in `verified.OBJECTIONS`.
         kept: `TickReport.kept`.
         tight: `TickReport.tight`.
-        binding: What `binding_arrays` returns.
+        binding: The result of `binding_arrays`.
         yielded: For each relaxed row the number of its ingredient, and what it
             is about, shape (y, 2).
-        inside: What `nearest_inside` returns.
-        unknown: Number of what is not known in `UNKNOWN`.
+        inside: The result of `nearest_inside`.
+        unknown: Number in `UNKNOWN` of the unknown input.
     """
 
     command: np.ndarray
@@ -152,7 +152,7 @@ def settle_tick(
             1-Lipschitz, or else a `PythonMap`.
         off: Its `Misplacement`.
         movers: The `MoverArrays`.
-        age: How old what is known of the movers is [s].
+        age: Age of the movers' measurements [s].
         motion: The `MotionArrays`.
         now: The time of the tick [s].
         aim: The `AimArrays`.
@@ -220,12 +220,12 @@ def what_is_unknown(q, rows, aim) -> int:
 
 
 _INSIDE = several(WHOLE, WHOLE, WHOLE)
-"""Numba's type of what `nearest_inside` returns."""
+"""Numba's type of the result of `nearest_inside`."""
 
 
 @kernel(returns=several(PROGRAM, reals(1), WHOLE, VERDICT, _INSIDE))
 def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
-    """Builds the program of a tick, decides, and verifies what is decided.
+    """Builds the program of a tick, decides, and verifies the decision.
 
     Args:
         law: The `LawArrays`.
@@ -242,8 +242,8 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
         guidance: The `GuidanceArrays`.
 
     Returns:
-        The `ProgramArrays`, what `decide` returns of them, and in tuples what
-        `verified` and `nearest_inside` do.
+        The `ProgramArrays`, the result of `decide` for them, and in tuples
+        those of `verified` and `nearest_inside`.
     """
     robot, placed, state, rows, movers, motion = given
     if is_known:

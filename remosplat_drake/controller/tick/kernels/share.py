@@ -21,13 +21,14 @@ _PRICE = 1e-8
 convex."""
 
 _TAKEN = 0.9
-"""Part of the greatest share that is demanded: the rest leaves the program a
-choice, without which commands would jump from corner to corner."""
+"""Fraction of the greatest feasible share that relaxed rows demand. All of
+it would leave a single feasible point, and commands would jump between
+vertices of the feasible set."""
 
 
 @kernel(returns=REAL)
 def greatest_share(program) -> float:
-    """Finds the greatest share of what rows demand that all can have at once.
+    """Finds the greatest share of rows' demands that all can have at once.
 
     Let R be the rows that yield. The share is the largest s in [0, 1] for which
     a command u within the bounds keeps
@@ -75,7 +76,7 @@ def ease(program, share) -> None:
 
     Args:
         program: The `ProgramArrays`.
-        share: What `greatest_share` returns.
+        share: The result of `greatest_share`.
     """
     for i in range(program.count[0]):
         if program.raised[i]:

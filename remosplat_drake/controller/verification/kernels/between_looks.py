@@ -118,9 +118,8 @@ def longest_ways(point, span, bend):
 def known_rooms(point, start, room, way, tolerance):
     """Bounds rooms without a look, and returns where that is not sufficient.
 
-    A room is what a distance has above the level that it must keep. A point
-    that has moved by x from its start has lost no more than x of the room
-    that it had there.
+    A room is the excess of a distance over the level that it must keep. A point
+    that has moved by x from its start has lost at most x of its room there.
 
     Args:
         point: Where each of n points is at each of k looks, shape (k, n, 3)
@@ -132,8 +131,9 @@ def known_rooms(point, start, room, way, tolerance):
         tolerance: How far below zero each room may fall between two looks,
             shape (n,) [m].
 
-    Returns: Lower bounds of the rooms, and the values beyond which the ways
-        beside them are clear, shape (k, n) each [m].
+    Returns:
+        Lower bounds of the rooms, and the values beyond which the ways beside
+        them are clear, shape (k, n) each [m].
     """
     k, n = point.shape[:2]
     known = np.empty((k, n))

@@ -19,7 +19,7 @@ from remosplat_drake.scene.kernels.mover_reach import (
 def least_margin(robot, state, movers, u, monitoring, tube):
     """Finds the sphere and the mover whose distance exceeds S_p the least.
 
-    `protective_separation.py` says it in NumPy, and what the terms are.
+    `protective_separation.py` has the same in NumPy, and explains the terms.
 
     Args:
         robot: The `RobotArrays`.

@@ -27,7 +27,8 @@ PIECES = 4
 """Number of pieces into which the time between two looks is cut."""
 
 ROUNDS = 5
-"""How often that is done; what is unknown after 4^5 pieces is refused."""
+"""How often that is done; a path that is undecided after 4^5 pieces is
+rejected."""
 
 
 @kernel(returns=TRUTH)

@@ -92,7 +92,7 @@ def _within_reach(robot, path, movers, p_WS, kept, least):
         p_WS: Centres of the n spheres in W at the start, shape (n, 3) [m].
         kept: The distance to keep, or the present one if that is less, shape
             (n,) [m].
-        least: What even such a distance must be, shape (n,) [m].
+        least: Required distance in that case, shape (n,) [m].
 
     Returns:
         The pairs, shape (m, 2), the level that each keeps, and the room that
@@ -171,7 +171,7 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
 
     Args:
         movers: The `MoverArrays`.
-        seen: What `_looks_at_movers` returns.
+        seen: The result of `_looks_at_movers`.
         pair: The mover, the radii of both together, the level that they keep,
             and the room that they have above it at the start.
         sphere: The times of the s looks, the centres then, shape (s, 3), and

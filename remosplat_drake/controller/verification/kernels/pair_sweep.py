@@ -30,7 +30,7 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 )
 
 _HALVINGS = 10
-"""How often a tick is halved; what is still unknown then is refused."""
+"""How often a tick is halved; an undecided path is then rejected."""
 
 
 @kernel(returns=TRUTH)
@@ -45,8 +45,8 @@ def pairs_keep_apart(tree, path, own, stopping, off):
         path: The `PathArrays`.
         own: The pairs as `SelfClearance.arrays`.
         stopping: Distance that all pairs keep [m].
-        off: What the pairs of each of l pairs of links keep besides, since the
-            robot may be off its path, shape (l,) [m].
+        off: Additional distance of the pairs of each of l pairs of links, since
+            the robot may be off its path, shape (l,) [m].
     """
     pairs, rate, lever, turns = own.pairs, own.rate, own.lever, own.turns
     first, second, start = pairs.first, pairs.second, pairs.start
@@ -191,7 +191,7 @@ def _place(tree, shapes, path, time, X_WL, p_WC):
 
 @helper
 def _room(shapes, X_WL, p_WC, pair, way, work):
-    """Computes what a pair's distance has above its level [m].
+    """Computes the excess of a pair's distance over its level [m].
 
     A lower bound, if it exceeds the ways beside the look.
     """

@@ -22,8 +22,8 @@ class PathArrays(NamedTuple):
         n_base: Number of base commands, 3, 2 or 0.
         times: When the path is looked at, ascending to its end, shape (k,)
             [s]; the ends of all pieces are among them.
-        clock: When the robot is there at the earliest, shape (k,) [s]: what
-            moves by itself is looked at then.
+        clock: Earliest time of the robot at each look, shape (k,) [s], at which
+            movers are evaluated.
         peak: Greatest speeds on the path, or commanded on it, shape (n_u,)
             [rad/s, m/s].
         tube: By how much positions may be off the path, as shares of `peak`,

@@ -25,7 +25,7 @@ def relative_bend(lever, turns, speed, offset, reach):
     It is the bound a for `relative_way`, of the centre and of the turn.
 
     Args:
-        lever: What `relative_motion.levers` says of the two links, shape
+        lever: The result of `relative_motion.levers` for the two links, shape
             (n_u,) [m].
         turns: Which commands turn, shape (n_u,), bool.
         speed: Absolute values of the command, shape (n_u,).

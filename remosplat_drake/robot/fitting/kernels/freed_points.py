@@ -10,7 +10,7 @@ from remosplat_drake.robot.self_collision.kernels.simplex import (
 )
 
 _STEPS = 40
-"""Most steps of GJK; what is known by then is a lower bound."""
+"""Most steps of GJK; the result so far is then a lower bound."""
 
 _EXACT = 1e-6
 """Two bounds of a distance that are so close are the same [m]."""

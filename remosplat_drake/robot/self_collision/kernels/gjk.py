@@ -25,7 +25,7 @@ from remosplat_drake.robot.self_collision.kernels.simplex import (
 from remosplat_drake.robot.self_collision.kernels.support import add_support
 
 _STEPS = 60
-"""Most steps; what is known by then is a lower bound."""
+"""Most steps; the result so far is then a lower bound."""
 
 _EXACT = 1e-12
 """Two bounds of a distance that are so close are the same [m]."""

@@ -8,8 +8,8 @@ were turned a little, either way about two axes across the common normal: what
 physics engines call a contact manifold, found by perturbation.
 
 A link of several shapes that lies inside another one touches it with all of
-them. What one pair of shapes gains the next may lose. So all of those that are
-too near are noted, not the nearest alone.
+them. A motion that separates one pair of shapes may bring another one closer.
+So all pairs that are too near are noted, not the nearest alone.
 """
 
 import numpy as np

@@ -19,9 +19,9 @@ def nearest_on_simplex(simplex, size, weights, v):
     faces only those are looked at that hold it.
 
     Args:
-        simplex: Vertices in the first rows of its first array, with what
-            belongs to them in the others; shape (3, 4, 3) [m]. The newest is
-            the last. Those that are needed are moved to the front.
+        simplex: Vertices in the first rows of its first array, with their data
+            in the others; shape (3, 4, 3) [m]. The newest is the last. Those
+            that are needed are moved to the front.
         size: Number of vertices, 1 to 4.
         weights: Filled with the barycentric coordinates of the point.
         v: Filled with the point, shape (3,) [m].
@@ -141,7 +141,7 @@ def _keep(simplex, n, i, j):
 
 @helper
 def _swap(simplex, i, j):
-    """Exchanges two vertices, and what belongs to them."""
+    """Exchanges two vertices, with their data."""
     for c in range(3):
         for k in range(3):
             kept = simplex[c, i, k]
