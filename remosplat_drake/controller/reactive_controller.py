@@ -26,6 +26,7 @@ from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.robot.braking import periods_between
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.load import EMPTY, payload_of
 from remosplat_drake.signals.optional_input import value_or_none
 from remosplat_drake.signals.target_ports import (
     TargetPorts,
@@ -67,10 +68,9 @@ class ReactiveController(LeafSystem):
     `motion` is the `Motion` of a robot that does not execute commands at once;
     `configuration` and `clearances` are then those of its `q_planned`. `movers`
     are the `Movers` around the robot; without them nothing moves. `payload` is
-    the `Payload` that the robot carries, the one of `clearances`, or None.
-    While `hold` is true, each command is the next step of the braking ramp: the
-    robot comes to a standstill and stays there. A payload must only change
-    after that.
+    the `Load` of the robot, the one of `clearances`. While `hold` is true, each
+    command is the next step of the braking ramp: the robot comes to a
+    standstill and stays there. A load must only change after that.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
@@ -128,7 +128,7 @@ class ReactiveController(LeafSystem):
             "movers", Value[object]()
         )
         self._payload_input = self.DeclareAbstractInputPort(
-            "payload", Value[object]()
+            "payload", Value(EMPTY)
         )
         self._hold_input = self.DeclareAbstractInputPort("hold", Value(False))
         self._report_index = self.DeclareAbstractState(
@@ -195,7 +195,7 @@ class ReactiveController(LeafSystem):
         start = perf_counter()
         clearances = self._clearances_input.Eval(context)
         after_oracle = perf_counter()
-        law = self._law.holding(value_or_none(self._payload_input, context))
+        law = self._law.holding(payload_of(self._payload_input, context))
         report = run_tick(
             law,
             context.get_time(),

@@ -12,7 +12,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.oracle.uncertain_placement import UncertainPlacement
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
-from remosplat_drake.signals.optional_input import value_or_none
+from remosplat_drake.signals.load import EMPTY, payload_of
 
 
 class DistanceOracle(LeafSystem):
@@ -35,10 +35,9 @@ class DistanceOracle(LeafSystem):
     change while the diagram runs; a new map takes effect between ticks, as a
     whole. `base_uncertainty` bounds the error of the base's pose in the
     configuration, shift and turn [m, rad]. Both outputs then report distances
-    that are reduced by it, see `UncertainPlacement`. `payload` carries the
-    `Payload` in the robot's hand, or None: its spheres are the last of those
-    in `clearances`. If the configuration is not finite, the output is
-    `Clearances.unknown`.
+    that are reduced by it, see `UncertainPlacement`. `payload` is the `Load` of
+    the robot: its spheres are the last of those in `clearances`. If the
+    configuration is not finite, the output is `Clearances.unknown`.
 
     Args:
         robot: The robot, which places the spheres.
@@ -80,7 +79,7 @@ class DistanceOracle(LeafSystem):
             "base_uncertainty", 2
         )
         self._payload_input = self.DeclareAbstractInputPort(
-            "payload", Value[object]()
+            "payload", Value(EMPTY)
         )
         inputs = {
             self._configuration_input.ticket(),
@@ -150,7 +149,7 @@ class DistanceOracle(LeafSystem):
     def _calc_clearances(self, context: Context, output: AbstractValue):
         q = self._configuration_input.Eval(context)
         field = self._current_field(context)
-        payload = value_or_none(self._payload_input, context)
+        payload = payload_of(self._payload_input, context)
         robot = self._robot.holding(payload)
         if not np.isfinite(q).all():
             output.set_value(Clearances.unknown(len(robot.spheres)))

@@ -14,6 +14,7 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.load import EMPTY, Load
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task.advance_task import (
     Observation,
@@ -88,7 +89,7 @@ class TaskSystem(LeafSystem):
                 present,
             ),
             ("distance_field", Value[object](), self._calc_field, present),
-            ("payload", Value[object](), self._calc_payload, present),
+            ("payload", Value(EMPTY), self._calc_payload, present),
             ("hold", Value(False), self._calc_hold, present),
         ):
             self.DeclareAbstractOutputPort(name, model.Clone, calc, tickets)
@@ -158,7 +159,7 @@ class TaskSystem(LeafSystem):
         output.set_value(self._map.field(self.state(context)))
 
     def _calc_payload(self, context: Context, output: AbstractValue):
-        output.set_value(self.state(context).payload)
+        output.set_value(Load(self.state(context).payload))
 
     def _calc_hold(self, context: Context, output: AbstractValue):
         state = self.state(context)

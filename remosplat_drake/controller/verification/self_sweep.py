@@ -9,14 +9,12 @@ from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.controller.verification.kernels.verified import OwnArrays
 from remosplat_drake.robot.relative_motion import levers
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.robot.self_collision.pair_arrays import (
-    PairArrays,
-    ShapeArrays,
-)
+from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 from remosplat_drake.robot.self_collision.pairs import (
     SelfCollisionPairs,
     self_collision_pairs,
 )
+from remosplat_drake.robot.self_collision.shapes import CollisionShapes
 
 
 def no_own_arrays(robot: RobotModel) -> Packed[OwnArrays]:
@@ -25,11 +23,8 @@ def no_own_arrays(robot: RobotModel) -> Packed[OwnArrays]:
     Args:
         robot: The robot.
     """
-    no_index, no_point = np.zeros(0, np.int64), np.zeros((0, 3))
-    no_shapes = ShapeArrays(
-        *(no_point, np.zeros(1, np.int64), np.zeros(0)),
-        *(no_point, no_point, np.zeros(0), no_index),
-    )
+    no_index = np.zeros(0, np.int64)
+    no_shapes = CollisionShapes((), ()).arrays(no_index)
     no_boxes = np.zeros((0, 2), np.int64)
     pairs = PairArrays(
         *(no_index, no_index, np.zeros(1, np.int64), np.zeros(0)),

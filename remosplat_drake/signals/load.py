@@ -1,0 +1,40 @@
+"""`Load`: what a robot carries, as a value that crosses ports."""
+
+import dataclasses as dc
+
+from pydrake.systems.framework import Context, InputPort
+
+from remosplat_drake.robot.payload import Payload
+
+
+@dc.dataclass(frozen=True)
+class Load:
+    """What a robot carries; copying returns the object itself.
+
+    A value of a port cannot be None in every version of Drake.
+
+    Attributes:
+        payload: The payload; None for nothing.
+    """
+
+    payload: Payload | None = None
+
+    def __deepcopy__(self, memo) -> "Load":
+        return self
+
+
+EMPTY = Load()
+"""The load of a robot that carries nothing."""
+
+
+def payload_of(port: InputPort, context: Context) -> Payload | None:
+    """Reads what the robot carries.
+
+    Args:
+        port: An input port for a `Load`, which may be left unconnected.
+        context: The context of its system.
+
+    Returns:
+        The payload; None if the robot carries nothing.
+    """
+    return port.Eval(context).payload if port.HasValue(context) else None
