@@ -73,6 +73,7 @@ def compile_kernels(
         camera.latency = 0.0  # What they see counts within these few ticks.
     scenario.controller.guidance.asynchronous = False
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
+    scenario.tasks, scenario.objects = [], []
     scenario.targets = [TargetConfig(translation=(p_WE + _AWAY).tolist())]
     splat_W, truth = _obstacle(world)
     for field in _fields(scenario, world, live_map, splat_W, truth):
