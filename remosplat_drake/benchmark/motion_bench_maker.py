@@ -6,7 +6,7 @@ mount, and the goal is where one given configuration puts the end effector:
 other configurations that reach it count, too.
 
 At the goal the hand encloses an object. It is to be grasped, not to be kept
-away from: it is left out of the scene.
+away from: it is left out of the scene, or else the hand alone may touch it.
 """
 
 import dataclasses as dc
@@ -26,11 +26,15 @@ from remosplat_drake.generation.scene_families import draw_start
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.robot_description import load_robot_description
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.planning_scene import read_planning_scene
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SUITE = "MotionBenchMaker"
 """Name of the suite; titles go on with the robot."""
+
+GRASP_SUITE = f"{SUITE} with the object"
+"""Name of the suite in which the object to be grasped is there."""
 
 ROBOT = "panda"
 """Robot of the problems, if none is named."""
@@ -61,9 +65,16 @@ class MotionProblem(SceneCase):
         robot: Name or file of the robot. An arm on a fixed base stands where
             the problem has it; a mobile one is displaced, the same way each
             time.
+        with_object: Whether the object to be grasped is there.
     """
 
     robot: str = ROBOT
+    with_object: bool = False
+
+    def grasping(self) -> "MotionProblem":
+        """Returns the same problem with the object to be grasped."""
+        suite = self.suite.replace(SUITE, GRASP_SUITE, 1)
+        return dc.replace(self, suite=suite, with_object=True)
 
     def truth(self) -> PrimitiveScene:
         """Reads the scene without the object to be grasped, in W.
@@ -81,7 +92,7 @@ class MotionProblem(SceneCase):
         Raises:
             RemoSplatError: A file cannot be used, or does not fit the robot.
         """
-        return _read_problem(self.file, self.name, self.robot)
+        return _read_problem(self.file, self.name, self.robot, self.with_object)
 
 
 def motion_problems(
@@ -145,7 +156,9 @@ def _load_robot(name: str, spheres: str) -> RobotModel:
 
 
 @lru_cache(maxsize=16)
-def _read_problem(file: str, name: str, robot_name: str) -> ReachingTask:
+def _read_problem(
+    file: str, name: str, robot_name: str, with_object: bool = False
+) -> ReachingTask:
     sets = load_robot_description(robot_name).spheres
     known = next((s for s in GRASP_SPHERES if s in sets), next(iter(sets)))
     robot = _load_robot(robot_name, known)
@@ -175,11 +188,15 @@ def _read_problem(file: str, name: str, robot_name: str) -> ReachingTask:
             scene, X_WB_start=_displaced(robot, scene, start, file)
         )
     task = solid_task(scene)
+    things = _objects(grasped, placed) if with_object else ()
+    named = "".join(f"+{thing.name}" for thing in things)
     return dc.replace(
         task,
+        content_hash=task.content_hash + named,
         arm_start=tuple(start.tolist()),
         start_field="start_state.joint_state.position",
         arm_goal=None if robot.n_base else tuple(goal.tolist()),
+        grasped=things,
     )
 
 
@@ -248,6 +265,16 @@ def grasped_object(
     }
     name = min(distance, key=lambda name: distance[name], default=None)
     return name if name and distance[name] <= GRASP_DISTANCE else None
+
+
+def _objects(
+    name: str | None, placed: dict[str, PrimitiveScene]
+) -> tuple[SceneObject, ...]:
+    """The solids of the object to be grasped; none where there is none."""
+    solids = placed[name].primitives if name else ()
+    return tuple(
+        SceneObject(f"{name} {i + 1}", solid) for i, solid in enumerate(solids)
+    )
 
 
 def _size(scene: PrimitiveScene) -> float:

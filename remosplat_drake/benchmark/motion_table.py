@@ -45,7 +45,8 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
             for family in (*families, ALL)
         ),
         "The object that the hand encloses at the goal is left out of the"
-        " scene: neither the map nor the judge of collisions knows it."
+        " scene: neither the map nor the judge of collisions knows it. In"
+        " problems with the object, the hand alone may touch it."
         " Collisions are judged by the true geometry, at ticks and at four"
         " points between. Motion times are those of the problems that the row"
         " itself reaches; the straight path through joint space, at the"

@@ -9,10 +9,15 @@ import numpy as np
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.oracle.contact_rules import ContactRule, reliefs
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.task.carrying import hand_links
 
 TRAINED, SURFEL, NO_SPLAT = "trained", "surfel", "none"
 """Origins of a splat, as tables name them."""
@@ -34,6 +39,8 @@ class ReachingTask:
         start_field: Name of the start in the scene's file, for errors.
         arm_goal: Joint positions of an arm on a fixed base at the target
             [rad]; None where they are not given.
+        grasped: The object that the hand encloses at the target, which it
+            alone may touch; empty where there is none, or it is left out.
         further_targets: Target poses in W of the robot's further end
             effectors, in their order; empty where nothing is asked of them.
     """
@@ -46,6 +53,7 @@ class ReachingTask:
     arm_start: tuple[float, ...] | None = None
     start_field: str = "robot_base"
     arm_goal: tuple[float, ...] | None = None
+    grasped: tuple[SceneObject, ...] = ()
     further_targets: tuple[RigidTransform, ...] = ()
 
     @property
@@ -58,6 +66,22 @@ class ReachingTask:
     def truth_field(self) -> DistanceField:
         """The field of true distances, made on first access."""
         return self.measure_truth()
+
+    def with_grasped(
+        self, field: DistanceField, robot: RobotModel
+    ) -> DistanceField:
+        """Adds the object to a field, for all links but the hand's.
+
+        Args:
+            field: Distances to all else.
+            robot: The robot.
+        """
+        if not self.grasped:
+            return field
+        names, hand = [each.name for each in self.grasped], hand_links(robot)
+        rules = [ContactRule(name, hand) for name in names]
+        relief = reliefs(rules, robot.spheres.links, names, 0.0)
+        return with_objects(field, ObjectField(self.grasped, relief))
 
 
 def solid_task(scene: PrimitiveScene) -> ReachingTask:

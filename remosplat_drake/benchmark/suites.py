@@ -40,8 +40,9 @@ ROBOTS_METHOD = "robots-guided"
 MOVING_METHODS = "moving,drake-ik:movers-unknown"
 """The same where things move: ours, and Drake's, which knows none of them."""
 
-MBM = "mbm"
-"""Kind of the suite of MotionBenchMaker's problems."""
+MBM, MBM_GRASP = "mbm", "mbm-grasp"
+"""Kinds of suites of MotionBenchMaker's problems: without the object that the
+hand encloses at the goal, and with it, for the hand alone to touch."""
 
 
 def default_methods(name: str) -> str:
@@ -75,7 +76,8 @@ def suite_robots(name: str, robot: str = "") -> list[str]:
         )
     if kind == ROBOTS:
         return shipped_robots()
-    return [motion_bench_maker.ROBOT if kind == MBM else ""]
+    is_mbm = kind in (MBM, MBM_GRASP)
+    return [motion_bench_maker.ROBOT if is_mbm else ""]
 
 
 def interleave_families(
@@ -106,10 +108,10 @@ def load_cases(
     Args:
         name: "robots" or "robots:SCENE,..." for random targets
             (`robot_cases`), "scan:NAME" for
-            scanned scenes (`scan_cases`), "mbm:DIR" for MotionBenchMaker's
-            problems (`motion_problems`), "moving" or "moving:NAME" for the
-            generated scenes or others that `load_suite` takes, with movers,
-            else such a name.
+            scanned scenes (`scan_cases`), "mbm:DIR" or "mbm-grasp:DIR" for
+            MotionBenchMaker's problems (`motion_problems`), "moving" or
+            "moving:NAME" for the generated scenes or others that `load_suite`
+            takes, with movers, else such a name.
         count: How many scenes of each family; scanned scenes are all taken.
         splat_folders: Folders of trained splats; scanned scenes use those
             that their suite names.
@@ -137,10 +139,12 @@ def load_cases(
             drawing,
         )
         return [MovingCase.of(case) for case in cases]
-    if kind == MBM and place:
+    if kind in (MBM, MBM_GRASP) and place:
         robot = robot or motion_bench_maker.ROBOT
         problems = motion_problems(Path(place), count, robot)
         folders = tuple(str(folder) for folder in splat_folders)
+        if kind == MBM_GRASP:
+            problems = [problem.grasping() for problem in problems]
         return [dc.replace(p, splat_folders=folders) for p in problems]
     return load_suite(name, count, splat_folders, trained_only, jobs, drawing)
 
@@ -178,7 +182,7 @@ def load_suite(
         raise RemoSplatError(
             f"--suite: unknown suite {name!r}; valid: generated,"
             " generated:FAMILY,..., published:DIR, moving[:SUITE], mbm:DIR,"
-            " scan:NAME[:DATA], robots[:SCENE,...]"
+            " mbm-grasp:DIR, scan:NAME[:DATA], robots[:SCENE,...]"
         )
     folders = tuple(str(folder) for folder in splat_folders)
     chosen = []

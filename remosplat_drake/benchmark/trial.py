@@ -152,7 +152,8 @@ def run_trial(trial: Trial) -> TrialResult:
     if isinstance(trial.case, MovingCase):
         scenario.movers = list(trial.case.movers())
     world = _make_world(trial.method, scenario, task, splat_W)
-    problem = start_problem(world.robot, world.q0, task.truth_field)
+    truth = task.with_grasped(task.truth_field, world.robot)
+    problem = start_problem(world.robot, world.q0, truth)
     if problem:
         where = f"{trial.case.file or trial.case.name}: {task.start_field}"
         return dc.replace(describe(trial), problem=f"{where}: {problem}")
@@ -232,6 +233,7 @@ def _make_world(
     base = task.X_WB_start if robot.n_base else ()
     arm = task.arm_start or scenario.robot.arm or robot.home
     q0 = robot.rounded_into_limits(np.array([*base, *arm]))
+    field = task.with_grasped(field, robot)
     return World(robot, splat_W, task.solids, field, q0)
 
 

@@ -69,7 +69,7 @@ class RunJudge:
         self._robot, self._scenario = robot, scenario
         self._trajectory = trajectory
         self._errors = met.target_errors(robot, trajectory.q, task.X_WTs)
-        field = task.truth_field
+        field = task.with_grasped(task.truth_field, robot)
         self._at = met.minimum_clearances(robot, trajectory.q, field)
         self._between = self._clearances_between(field)
 

@@ -90,10 +90,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--suite",
         default="generated",
-        metavar="generated|published:DIR|moving[:SUITE]|mbm:DIR|scan:NAME"
-        "|robots[:SCENE,...]",
+        metavar="generated|published:DIR|moving[:SUITE]|mbm:DIR|mbm-grasp:DIR"
+        "|scan:NAME|robots[:SCENE,...]",
         help="our own scenes (default), the published ones in DIR, either with"
         " movers that cross the way, MotionBenchMaker's problems in DIR,"
+        " without or with the object to be grasped,"
         " targets in scans: scan:demo, scan:FILE.yaml, scan:redkitchen:DATA,"
         " or random targets for any robot: in clutter and a trained scene, or"
         " in the SCENEs clutter, trained, shelf, box, under_table",

@@ -21,6 +21,7 @@ from remosplat_drake.benchmark.suites import load_cases
 from remosplat_drake.benchmark.summary import gather
 from remosplat_drake.benchmark.trial import Trial, run_trial
 from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.robot.sphere_model import Spheres
 
 FOLDER = Path(__file__).resolve().parents[1] / "data" / "mbm"
 READY = [0, -0.785, 0, -2.356, 0, 1.571, 0.785]
@@ -201,3 +202,27 @@ def test_the_public_problems_can_be_used(shared_data, tmp_path):
         # Without the can the hand fits.
         spheres = panda.spheres_at(np.array(task.arm_goal))
         assert task.truth_field.clearances(spheres).minimum() > 0.0
+
+
+def test_the_object_to_be_grasped_is_for_the_hand_alone():
+    (problem,) = load_cases(f"mbm:{FOLDER}", 1)
+    (grasping,) = load_cases(f"mbm-grasp:{FOLDER}", 1)
+    assert grasping.suite == "MotionBenchMaker with the object, panda"
+    without, task = problem.task(), grasping.task()
+    assert task.content_hash != without.content_hash
+    robot, truth = load_robot("panda"), without.truth_field
+    assert without.with_grasped(truth, robot) is truth
+    field = task.with_grasped(task.truth_field, robot)
+    spheres = robot.spheres_at(np.array(task.arm_goal))
+    n, hand = (
+        len(spheres),
+        robot.spheres.on_links(
+            {"panda_hand", "panda_leftfinger", "panda_rightfinger"}
+        ),
+    )
+    with_it = field.clearances(spheres).per_sphere(n)
+    alone = truth.clearances(spheres).per_sphere(n)
+    np.testing.assert_array_equal(with_it[hand], alone[hand])
+    # Another link there would touch it.
+    can = task.grasped[0].X_WO.translation()
+    assert field.clearances(Spheres.at(can, 0.01)).minimum() < 0.0

@@ -1,9 +1,9 @@
 """The promise, with something in the hand, and pairs of their own distances.
 
 From any state in which nothing touches, and for any target: no pair of a sphere
-and a solid comes nearer than its own stopping distance, or than it was at the
-start; but for those that may touch. The distances here are those of each pair,
-computed without reliefs.
+and a solid comes nearer than its own stopping distance, less what the sphere
+lacks of that to anything at the start; but for those that may touch. The
+distances here are those of each pair, computed without reliefs.
 """
 
 import numpy as np
@@ -85,7 +85,8 @@ def drive(world, rng, ticks):
     law = ReactiveLaw.make(gain_set("tuned"), robot.holding(None), DT)
     law, before = law.holding(robot.payload), world.distances(q)
     kept = world.stopping(law.collision.stopping)
-    floor, u = np.minimum(kept, before), np.zeros(robot.n_u)
+    lacking = (kept - before).max(axis=1, keepdims=True).clip(min=0.0)
+    floor, u = kept - lacking, np.zeros(robot.n_u)
     R_WT = RotationMatrix(RollPitchYaw(rng.uniform(-3, 3, 3)))
     # Mostly to what may be touched.
     goal = world.objects[rng.integers(1, 3)].X_WO.translation()

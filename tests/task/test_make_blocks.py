@@ -98,7 +98,7 @@ def test_what_may_be_touched_is_named(shop, frankie):
         ([cfg.Pick(object="can")], r"tasks\[0\]\.grasps: give one at least"),
         (
             [cfg.Pick(object="can", grasps=[cfg.GraspConfig(width=0.1)])],
-            r"tasks\[0\]\.grasps\[0\]\.width: the hand opens to 0\.08 m at most",
+            r"tasks\[0\]\.grasps\[0\]\.width: the hand opens to 0\.08 m at",
         ),
         ([cfg.Open(width=0.2)], r"tasks\[0\]\.width: the hand opens to 0\.08"),
         ([PLACE], r"tasks\[0\]: nothing has been taken"),
