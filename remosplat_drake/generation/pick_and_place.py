@@ -25,8 +25,8 @@ from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 TARGET, SUPPORT, GOAL_SUPPORT = "target", "table", "shelf"
 """Names of the object to take, and of what it stands on before and after."""
 
-LEAST_GAP = 0.06
-"""Least gap between two objects, for a finger [m]."""
+LEAST_GAP = 0.09
+"""Least gap between two objects, for a finger and its distances [m]."""
 
 GRASPS = 12
 """Number of grasps of a problem."""
@@ -269,10 +269,11 @@ def _named(solid: Box, name: str) -> Box:
 
 
 def _table(rng: np.random.Generator, name: str) -> Family:
-    """A table top before the Panda, whose foot is at the origin."""
+    """A table top before the Panda, whose foot is at the origin, and a wall."""
     height = rng.uniform(0.02, 0.15)
     top = box([0.525, 0.0, height - 0.01], [0.275, 0.6, 0.01])
-    scene = PrimitiveScene(boxes=(_named(top, SUPPORT),), name=name)
+    wall = _named(box([-0.75, 0.0, 0.5], [0.02, 1.0, 0.5]), "wall")
+    scene = PrimitiveScene(boxes=(_named(top, SUPPORT), wall), name=name)
     lower, upper = np.array([0.4, -0.35]), np.array([0.62, 0.35])
     spot = Spot(
         SUPPORT, np.append(lower, height), np.append(upper, height), _DOWN

@@ -1,0 +1,1 @@
+"""Picks and places random objects, and counts what fails."""

@@ -1,0 +1,181 @@
+"""Picks and places random objects, and counts what fails, by cause.
+
+Each problem is a line of `problems.jsonl` in the output's folder; problems that
+have one are not run again. `--library` takes the folder
+`pybullet_data/random_urdfs` of PyBullet's unpacked wheel.
+"""
+
+import argparse
+import dataclasses as dc
+import json
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+from rich.console import Console
+from rich.table import Table
+
+from apps.studies.command_line import study_main
+from apps.studies.pick_and_place.problem_run import (
+    COMPLETE,
+    Outcome,
+    run_problem,
+)
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.benchmark.line_file import LineFile
+from remosplat_drake.generation.object_library import (
+    read_mesh_library,
+    standing,
+)
+from remosplat_drake.generation.pick_and_place import FAMILIES, pick_and_place
+from remosplat_drake.grasping.grasps import plan_grasps
+from remosplat_drake.grasping.gripper import ParallelGripper
+from remosplat_drake.grasping.surface import surface_of_solid
+from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.scene.objects.convex_hull import ConvexHull
+
+PROBLEMS = "problems.jsonl"
+"""Name of the file with a line for each problem."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the study's flags."""
+    parser.add_argument(
+        "--families",
+        nargs="+",
+        choices=list(FAMILIES),
+        default=list(FAMILIES),
+        help="families of problems (all)",
+    )
+    parser.add_argument(
+        "--first", type=int, default=0, help="the first seed (0)"
+    )
+    parser.add_argument(
+        "--count", type=int, default=5, help="seeds of each family (5)"
+    )
+    parser.add_argument(
+        "--library",
+        type=Path,
+        metavar="DIR",
+        help="folder of folders with a URDF file and a mesh each, for half of"
+        " the objects",
+    )
+    parser.add_argument(
+        "--fit",
+        action="store_true",
+        help="count the meshes of --library that fit the Panda's hand, and end",
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        default=Path("results/pick_and_place"),
+        metavar="DIR",
+        help=f"where {PROBLEMS} goes (results/pick_and_place)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Runs the problems that have no line yet, and prints the table."""
+    console = Console()
+    hulls = []
+    if arguments.library:
+        library = read_mesh_library(arguments.library)
+        if arguments.fit:
+            for name, count in fits(library.hulls).items():
+                console.print(f"{name}: {count}")
+            console.print(f"unreadable: {len(library.refused)}")
+            return 0
+        hulls = list(library.hulls.values())
+    path = arguments.output / PROBLEMS
+    done = read_outcomes(path)
+    robots = {FAMILIES[family][0] for family in arguments.families}
+    grippers = {x: ParallelGripper.of(load_robot(x)) for x in robots}
+    with LineFile(path) as file:
+        for family in arguments.families:
+            gripper = grippers[FAMILIES[family][0]]
+            for seed in range(
+                arguments.first, arguments.first + arguments.count
+            ):
+                name = f"{family}-{seed:04d}"
+                if name in done:
+                    continue
+                try:
+                    problem = pick_and_place(family, seed, gripper, hulls)
+                    outcome = run_problem(problem, gripper)
+                except RemoSplatError as error:
+                    outcome = Outcome(name, "", 0.0, "not built", str(error))
+                done[name] = outcome
+                file.append(json.dumps(dc.asdict(outcome)))
+                console.print(f"{name}: {outcome.cause}")
+    console.print(table_of(list(done.values())))
+    return 0
+
+
+def fits(hulls: dict[str, np.ndarray]) -> Counter[str]:
+    """Counts the hulls that the Panda's hand can take as they stand.
+
+    Args:
+        hulls: Vertices by name, shape (v, 3) each [m].
+    """
+    gripper = ParallelGripper.of(load_robot("panda"))
+    counts: Counter[str] = Counter()
+    for vertices in hulls.values():
+        stood = standing(vertices)
+        if stood is None:
+            counts["does not stand"] += 1
+            continue
+        rng = np.random.default_rng(0)
+        surface = surface_of_solid(ConvexHull(RigidTransform(), stood))
+        floor = np.stack(np.meshgrid(*[np.linspace(-0.2, 0.2, 20)] * 2), -1)
+        z = np.full((400, 1), stood[:, 2].min())
+        around = np.hstack([floor.reshape(-1, 2), z])
+        found = plan_grasps(surface, gripper, around=around, most=25, rng=rng)
+        counts["fits" if found else "does not fit the hand"] += 1
+    return counts
+
+
+def read_outcomes(path: Path) -> dict[str, Outcome]:
+    """Reads the outcomes of earlier runs by their names; none without file.
+
+    Args:
+        path: The file.
+    """
+    if not path.is_file():
+        return {}
+    lines = path.read_text().splitlines()
+    outcomes = [Outcome(**json.loads(line)) for line in lines]
+    return {outcome.name: outcome for outcome in outcomes}
+
+
+def table_of(outcomes: Sequence[Outcome]) -> Table:
+    """Makes a table of the causes by family.
+
+    Args:
+        outcomes: The outcomes.
+    """
+    table = Table("family", "cause", "problems", "share [%]")
+    families = Counter(each.name.partition("-")[0] for each in outcomes)
+    for family, total in families.items():
+        causes = Counter(
+            each.cause
+            for each in outcomes
+            if each.name.partition("-")[0] == family
+        )
+        order = sorted(causes, key=lambda x: (x != COMPLETE, -causes[x]))
+        for cause in order:
+            count = causes[cause]
+            share = f"{100 * count / total:.0f}"
+            table.add_row(family, cause, f"{count} of {total}", share)
+    return table
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the study from its command line."""
+    return study_main("pick_and_place", __doc__, add_arguments, run, argv)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,238 @@
+"""Runs one problem in simulation, and judges it by what truly happened."""
+
+import dataclasses as dc
+
+import numpy as np
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.framework import Context, EventStatus
+
+from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.scenario import RobotConfig, Scenario
+from remosplat_drake.app.simulation import simulator_config
+from remosplat_drake.app.world import World, make_field
+from remosplat_drake.base.pose_config import PoseConfig
+from remosplat_drake.generation.pick_and_place import TARGET, PickAndPlace
+from remosplat_drake.generation.primitive_surfels import surfel_splat
+from remosplat_drake.grasping.gripper import ParallelGripper
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
+from remosplat_drake.scene.objects.scene_object import SceneObject
+from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.station.contact_monitor import ContactReport
+from remosplat_drake.station.station_config import DynamicStation
+from remosplat_drake.task.step_configs import GraspConfig, Pick, Place
+from remosplat_drake.task.task import TaskState
+from remosplat_drake.task.task_system import TaskSystem
+
+TIME_LIMIT = 60.0
+"""Duration after which a problem has failed [s]."""
+
+FRICTION = 0.8
+"""Coefficient of friction by which the force of a grip is chosen: two thirds
+of what the station has between pads and objects."""
+
+SQUEEZE = 0.012
+"""How much narrower than the object the hand is told to be [m]."""
+
+OFF = 0.03
+"""Distance from its goal at which the object is at the wrong place [m]."""
+
+UPRIGHT = np.cos(np.radians(15.0))
+"""Least cosine of its tilt at which it stands."""
+
+COMPLETE = "complete"
+NO_GRASP = "no grasp fits the hand"
+
+
+@dc.dataclass(frozen=True)
+class Outcome:
+    """How a problem ended.
+
+    Attributes:
+        name: Family and seed.
+        solid: Kind of the target's shape.
+        mass: Its mass [kg].
+        cause: `COMPLETE`, or in a few words why it is not.
+        detail: The task's own words about its failures.
+        time: Simulated duration [s].
+        off: Distance of the target from its goal at the end [m].
+    """
+
+    name: str
+    solid: str
+    mass: float
+    cause: str
+    detail: str = ""
+    time: float = 0.0
+    off: float = 0.0
+
+
+def run_problem(problem: PickAndPlace, gripper: ParallelGripper) -> Outcome:
+    """Runs a problem in the dynamic station.
+
+    Args:
+        problem: The problem.
+        gripper: The gripper of its robot.
+
+    Raises:
+        RemoSplatError: The scenario cannot be built.
+    """
+    target = problem.objects[0]
+    kind, mass = target.solid.name, float(target.mass or 0.0)
+    if not problem.grasps:
+        return Outcome(problem.name, kind, mass, NO_GRASP)
+    application = build(*make_world(problem, gripper))
+    judge = Judge(problem, application)
+    simulator = Simulator(application.diagram)
+    ApplySimulatorConfig(simulator_config(application.scenario), simulator)
+    simulator.set_monitor(judge.look)
+    simulator.AdvanceTo(TIME_LIMIT)
+    time = simulator.get_context().get_time()
+    state = judge.state
+    detail = "; ".join(state.failures) if state else ""
+    cause, off = judge.cause()
+    return Outcome(problem.name, kind, mass, cause, detail, time, off)
+
+
+def make_world(
+    problem: PickAndPlace, gripper: ParallelGripper
+) -> tuple[Scenario, World]:
+    """Makes the scenario of a problem, and what its files would hold.
+
+    Args:
+        problem: The problem.
+        gripper: The gripper of its robot.
+    """
+    target, robot = problem.objects[0], gripper.robot
+    supports = {problem.pick.support, problem.place.support}
+    scene = problem.scene
+    stands = tuple(
+        SceneObject(each.name, each)
+        for each in scene.boxes
+        if each.name in supports
+    )
+    rest = dc.replace(
+        scene, boxes=tuple(x for x in scene.boxes if x.name not in supports)
+    )
+    scenario = Scenario(
+        robot=RobotConfig(model=problem.robot),
+        station=DynamicStation(time_step=0.002),
+        time_limit=TIME_LIMIT,
+        tasks=[
+            Pick(
+                object=TARGET,
+                support=problem.pick.support,
+                grasps=[
+                    GraspConfig(**_pose(g.X_OE), width=g.width)
+                    for g in problem.grasps
+                ],
+                squeeze=SQUEEZE,
+                force=max(10.0, gripper.force(target.mass or 0.0, FRICTION)),
+            ),
+            Place(
+                support=problem.place.support,
+                places=[PoseConfig(**_pose(problem.X_WO_goal.GetAsMatrix4()))],
+            ),
+        ],
+    )
+    scenario.source = problem.name
+    splat, objects = surfel_splat(rest), (*problem.objects, *stands)
+    scene_field = make_field(scenario.oracle, splat, rest, problem.name)
+    base = scene.X_WB_start if robot.n_base else ()
+    return scenario, World(
+        robot,
+        splat,
+        scene,
+        with_objects(scene_field, ObjectField(objects)),
+        np.array([*(base or ()), *robot.home]),
+        scene_field=scene_field,
+        objects=objects,
+    )
+
+
+def _pose(X: np.ndarray) -> dict[str, list]:
+    return {"translation": X[:3, 3].tolist(), "rotation": X[:3, :3].tolist()}
+
+
+class Judge:
+    """Looks at every step at what truly touches, and where the target is.
+
+    Attributes:
+        state: The latest state of the task; None before the first.
+        objects: The objects where they truly are.
+        touched: Pairs of names that touched and must not.
+    """
+
+    def __init__(self, problem: PickAndPlace, application: Application):
+        """Takes the ports of an application."""
+        self._problem, self._application = problem, application
+        assert isinstance(application.targets, TaskSystem)
+        self._task = application.targets
+        self._supports = {problem.pick.support, problem.place.support}
+        self.state: TaskState | None = None
+        self.objects = problem.objects
+        self.touched: set[tuple[str, str]] = set()
+
+    def look(self, root: Context) -> EventStatus:
+        """Is the simulator's monitor; it ends the run with the task."""
+        station = self._application.station
+        context = station.GetMyContextFromRoot(root)
+        report = station.GetOutputPort(ports.CHEAT_CONTACT).Eval(context)
+        self.touched |= forbidden(report, self._supports)
+        self.objects = station.GetOutputPort(ports.CHEAT_OBJECTS).Eval(context)
+        self.state = self._task.state(self._task.GetMyContextFromRoot(root))
+        if self.state.outcome != "running":
+            diagram = self._application.diagram
+            return EventStatus.ReachedTermination(diagram, "")
+        return EventStatus.DidNothing()
+
+    def cause(self) -> tuple[str, float]:
+        """Returns why the problem failed, and the target's error [m]."""
+        target = self.objects[0]
+        goal = self._problem.X_WO_goal
+        off = np.linalg.norm(target.X_WO.translation() - goal.translation())
+        tilt = (target.X_WO.rotation().matrix().T @ goal.rotation().matrix())[
+            2, 2
+        ]
+        off = float(off)
+        if self.state is None or self.state.outcome == "running":
+            return "time is up", off
+        if self.touched:
+            return "touched: " + _kinds(self.touched), off
+        if self.state.failures and self.state.outcome != "done":
+            return _last_words(self.state.failures[-1]), off
+        if off > OFF:
+            return "put down elsewhere", off
+        return (COMPLETE if tilt > UPRIGHT else "fell over"), off
+
+
+def forbidden(
+    report: ContactReport, supports: set[str]
+) -> set[tuple[str, str]]:
+    """Returns the contacts that no step of a task wants.
+
+    Links may touch the target, and the target what it stands on. Other objects
+    may touch what they like but the target and the robot.
+
+    Args:
+        report: What touches.
+        supports: Names of what the target stands on, before and after.
+    """
+    wanted = supports | {TARGET}
+    bad = set(report.robot)
+    bad |= {pair for pair in report.scene if pair[1] != "floor"}
+    bad |= {pair for pair in report.objects if pair[1] != TARGET}
+    return bad | {
+        pair
+        for pair in report.others
+        if TARGET in pair and not set(pair) <= wanted
+    }
+
+
+def _kinds(touched: set[tuple[str, str]]) -> str:
+    """The first pair, without numbers."""
+    one, other = sorted(touched)[0]
+    return f"{one.rstrip(' 0123456789')} and {other.rstrip(' 0123456789')}"
+
+
+def _last_words(failure: str) -> str:
+    return failure.rpartition(": ")[2]

@@ -1,0 +1,113 @@
+"""Objects of a scenario: what the map shows of them, and bad ones."""
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform
+
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.map_knowledge import MapError, map_error_gates
+from remosplat_drake.app.object_map import (
+    own_splats,
+    with_solids,
+    without_objects,
+)
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.world import load_world
+from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.oracle.object_field import ObjectField
+from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.objects.scene_object import SceneObject
+from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+
+CAN = SceneObject("can", Cylinder(RigidTransform([0, 0, 0.1]), 0.03, 0.1))
+
+
+def splat_at(*p_W) -> GaussianSplat:
+    n = len(p_W)
+    return GaussianSplat(
+        p_GK=np.array(p_W, np.float32),
+        quaternions=np.tile(np.array([1, 0, 0, 0], np.float32), (n, 1)),
+        scales=np.full((n, 2), 0.005, np.float32),
+        opacities=np.full(n, 0.9, np.float32),
+        colors=np.full((n, 3), 0.5, np.float32),
+    )
+
+
+def test_splats_near_its_surface_are_its_own_but_for_those_at_its_foot():
+    side, top = (0.031, 0, 0.1), (0, 0, 0.205)
+    foot, table, inside = (0.031, 0, 0.005), (0.2, 0, 0), (0, 0, 0.1)
+    splat_W = splat_at(side, top, foot, table, inside)
+    own = own_splats(splat_W, CAN, margin=0.01)
+    assert own.tolist() == [True, True, False, False, False]
+
+
+def test_the_true_scene_has_each_thing_once():
+    crate = Box(RigidTransform(), np.ones(3), "crate")
+    scene = PrimitiveScene(boxes=(crate,))
+    both = with_solids(scene, [CAN, SceneObject("crate", crate)])
+    assert len(both.boxes) == 1 and both.cylinders == (CAN.solid,)
+    assert with_solids(None, [CAN]) is None
+    named = SceneObject("crate", crate)
+    assert not len(without_objects(scene, [named]))
+
+
+def test_the_map_of_a_scenario_shows_an_object_by_its_shape():
+    world = load_world(load_scenario("TablePick"))
+    names = [each.name for each in world.objects]
+    assert names == ["middle can", "left can", "table", "tray"]
+    p_W = world.objects[0].X_WO.translation()
+    # In the middle of the can the splat's discs are a radius away.
+    found = world.field.clearances(Spheres.at(p_W))
+    assert found.minimum() == pytest.approx(-0.0298, abs=1e-9)
+    assert world.scene_field.clearances(Spheres.at(p_W)).minimum() > 0.05
+    assert world.field.thing_at(found.p_WC[0]).name == "the middle can"
+    alone = ObjectField(world.objects).clearances(Spheres.at(p_W))
+    assert alone.minimum() == found.minimum()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "{objects: [{name: cup, X_WO: {translation: [1.2, 0.8, 1]},"
+            " box: [0.1, 0.1, 0.1]}], tasks: []}",
+            r"objects\[0\]\.X_WO: the splat shows no cup there",
+        ),
+        (
+            "{objects: [{name: cup, box: [1, 1, 1]},"
+            " {name: cup, box: [1, 1, 1]}], tasks: []}",
+            r"objects\[1\]\.name: two objects are named 'cup'",
+        ),
+        (
+            "{objects: [{name: cup}], tasks: []}",
+            r"objects\[0\]: give one of box, cylinder, hull, got 0",
+        ),
+        (
+            "{objects: [{name: cup, hull: {file: no.obj}}], tasks: []}",
+            r"objects\[0\]: no\.obj: no such file",
+        ),
+        ("{tasks: [!Pick {object: cup}]}", "unknown object 'cup'"),
+        ("{tasks: [!Lift {by: [0, 0, 9]}]}", "by"),
+        (
+            "{targets: [{translation: [1, 0, 1]}]}",
+            "tasks: give `tasks` or `targets`, not both",
+        ),
+    ],
+)
+def test_bad_ones_end_in_one_line(text, message):
+    with pytest.raises(RemoSplatError, match=message) as error:
+        build(load_scenario("TablePick", text))
+    assert "\n" not in str(error.value)
+
+
+def test_a_real_robot_is_given_no_task():
+    with pytest.raises(FieldError, match="tasks: are led in simulation only"):
+        build(load_scenario("TablePick"), hardware=True)
+
+
+def test_a_pair_s_own_distance_exceeds_the_map_s_error():
+    scenario = load_scenario("TablePick")
+    assert not map_error_gates(scenario, MapError(0.0099))
+    (gate,) = map_error_gates(scenario, MapError(0.012))
+    assert "tasks[0].touch[0].stopping: 0.012 is too small" in gate.problem
