@@ -115,7 +115,7 @@ class MapCalls:
 
 
 def row_arrays(rows: Clearances) -> RowArrays:
-    """Returns clearances as kernels take them.
+    """Returns clearances packed for kernels.
 
     Args:
         rows: The clearances. Their arrays are copied, since numba compiles

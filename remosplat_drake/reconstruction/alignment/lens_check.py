@@ -15,7 +15,7 @@ equidistant fisheye lens has k_1 = -1/3."""
 def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:
     """Judges a lens whose views still disagree after they were refined.
 
-    Two coefficients describe a fisheye lens in the middle of its images only.
+    Two coefficients describe a fisheye lens only in the middle of its images.
 
     Args:
         wide: Comparison of the refined views.

@@ -129,7 +129,7 @@ class CollisionShapes:
         )
 
     def arrays(self, body: np.ndarray) -> ShapeArrays:
-        """Returns the shapes as kernels take them.
+        """Returns the shapes packed for kernels.
 
         Args:
             body: Body of the robot's tree that each is on, shape (s,).

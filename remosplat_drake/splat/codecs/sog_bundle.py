@@ -50,7 +50,7 @@ class SogBundle:
             try:
                 self._zip = zipfile.ZipFile(io.BytesIO(read_whole(path)))
             except ZIP_DAMAGES as error:
-                raise FileError(path, f"no SOG: {error}") from error
+                raise FileError(path, f"not an SOG file: {error}") from error
         self._meta = parse_json_object(
             self._read(META, _MAX_META), self._folder / META
         )

@@ -528,7 +528,7 @@ BAD = {
     "an element that moves others": (
         "arm.xml",
         body('<joint name="j"/><frame pos="0 0 1"><geom size="0.1"/></frame>'),
-        "<frame>: Drake passes over it; .*mj_saveLastXML",
+        "<frame>: Drake ignores it; .*mj_saveLastXML",
     ),
     "a missing include": (
         "arm.xml",
