@@ -35,7 +35,7 @@ _SHARE = 0.9
 left to get back to it."""
 
 _SHARP = 0.3
-"""Change of direction from which on a corner is no bend [rad]."""
+"""Least change of direction that makes a corner, not a bend [rad]."""
 
 
 @dc.dataclass(frozen=True)

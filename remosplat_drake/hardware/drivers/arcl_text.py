@@ -85,7 +85,7 @@ def with_line(state: ArclState, line: str, t: float) -> ArclState:
 
 
 def _share(percent: str) -> float:
-    """A charge in percent as a share; -1 where it is no number."""
+    """A charge in percent as a share; -1 where it is not a number."""
     try:
         charge = 0.01 * float(percent)
     except ValueError:

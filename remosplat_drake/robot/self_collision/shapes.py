@@ -155,7 +155,7 @@ def read_collision_shapes(
         spheres: Spheres of links without collision geometry.
 
     Raises:
-        FileError: The file is no model.
+        FileError: The file is not a model.
         FieldError: A shape of a link has no bounded hull.
     """
     plant, scene_graph = MultibodyPlant(0.0), SceneGraph()

@@ -80,8 +80,8 @@ def read_sections(path: Path) -> tuple[SpzHeader, list[bytes]]:
     """Reads the header and the six unpacked sections of an SPZ file.
 
     Raises:
-        FileError: The file is unreadable, no SPZ, damaged, truncated, or would
-            unpack to another size than its header declares.
+        FileError: The file is unreadable, not an SPZ, damaged, truncated, or
+            would unpack to another size than its header declares.
         MissingExtraError: Version 4 needs the package zstandard.
     """
     data = read_whole(path)
@@ -92,7 +92,9 @@ def read_sections(path: Path) -> tuple[SpzHeader, list[bytes]]:
     if data.startswith(SPZ_MAGIC):
         header = _parse_header(path, data, versions=(4,))
         return header, _unpack_streams(path, data, header)
-    raise FileError(path, "not an SPZ file: neither gzipped nor begun by NGSP")
+    raise FileError(
+        path, "not an SPZ file: neither gzipped nor starting with NGSP"
+    )
 
 
 def _parse_header(
