@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
             problem = f"must lie in [0.001, {_MOST:g}], got {size:g}"
             raise FieldError("large_splats", "--millions", problem)
     if arguments.folder is not None and not arguments.folder.is_dir():
-        raise FieldError("large_splats", "--folder", "is no folder")
+        raise FieldError("large_splats", "--folder", "is not a folder")
     console, rows = open_console(), []
     with TemporaryDirectory(dir=arguments.folder) as folder:
         # Hierarchies of these splats are of no use later, kernels are.

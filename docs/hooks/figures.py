@@ -32,7 +32,7 @@ _LITERAL = re.compile(
 """A figure, or a list or range of them, with a unit."""
 
 _CODE = re.compile(r"^```.*?^```|`[^`\n]+`|\]\([^)\s]*\)", re.M | re.S)
-_PLACE = re.compile(r"\{\{ *(\w+)(?:\.(\w+))? *\}\}")
+_PLACE = re.compile(r"\{\{\s*(\w+)(?:\.(\w+))?\s*\}\}")
 _MARKED = re.compile(r"<!-- (\w+)\.(\w+) -->(.*?)<!-- -->", re.S)
 
 
@@ -116,7 +116,10 @@ def with_figures(markdown: str, figures: Figures) -> str:
     Raises:
         PluginError: The page writes a figure itself, or names none.
     """
-    wrong = strays(_PLACE.sub(" ", markdown), figures.settings)
+    text = _PLACE.sub(" ", markdown)
+    if "{{" in text:
+        raise PluginError("a place for a figure that names none")
+    wrong = strays(text, figures.settings)
     if wrong:
         raise PluginError(
             f"figures that are neither measured nor settings: {wrong}"

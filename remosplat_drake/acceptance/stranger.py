@@ -36,7 +36,7 @@ STRANGERS = {
     COMMANDS: "drives the base and turns joint 1, a hundred times a second",
     ARM: "repeats the arm's statuses with joint 1 off by 0.6 rad",
     BASE: "repeats the base's statuses 0.3 m away",
-    GARBAGE: "sends bytes that are no message on every channel",
+    GARBAGE: "sends invalid bytes on every channel",
 }
 """The actions of a stranger, by name."""
 

@@ -49,7 +49,7 @@ class RecordedMovers(Config):
             folder: The folder that the file's name refers to.
 
         Raises:
-            RemoSplatError: The file is no recording, nothing moved in it, or
+            RemoSplatError: The file is not a recording, nothing moved in it, or
                 it is another robot's.
         """
         path = folder / self.file

@@ -142,7 +142,7 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
             that it needs cannot be read.
     """
     if not folder.is_dir():
-        problem = "is no folder" if folder.exists() else "does not exist"
+        problem = "is not a folder" if folder.exists() else "does not exist"
         raise FileError(folder, f"{problem}; give that of a session")
     session = Session.open(folder)
     run = find_run(folder, number)

@@ -58,7 +58,7 @@ class World:
     Attributes:
         robot: The robot, with its limits and kinematics.
         splat_W: The scene's splat in W, without the cropped part; None if there
-            is no splat.
+            is not a splat.
         cropped_W: The part of the splat that was cropped away, in W.
         truth: The scene's true geometry in W; None if it is unknown.
         field: The map that the oracle queries.

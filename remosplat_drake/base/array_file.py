@@ -189,7 +189,7 @@ def _read(path: Path) -> memoryview:
     try:
         # Pipes and devices may never end.
         if not path.is_file() and path.exists():
-            raise FileError(path, "is no file")
+            raise FileError(path, "is not a file")
         with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
             data = np.empty(size, np.uint8).data
@@ -219,10 +219,10 @@ def _map(path: Path) -> memoryview:
 
 def _header(path: Path, kind: FileKind, data: memoryview) -> memoryview:
     if len(data) < _PREFIX.size:
-        raise FileError(path, f"is no {kind.name}: it is too short")
+        raise FileError(path, f"is not a {kind.name}: it is too short")
     magic, version, size, end, digest = _PREFIX.unpack(data[: _PREFIX.size])
     if magic != kind.magic:
-        raise FileError(path, f"is no {kind.name} ({path.suffix})")
+        raise FileError(path, f"is not a {kind.name} ({path.suffix})")
     if version != kind.version:
         raise VersionError(
             path,

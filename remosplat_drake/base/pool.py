@@ -49,7 +49,7 @@ Results = Generator[Any, None, None]
 
 @dc.dataclass(frozen=True, eq=False)
 class Job:
-    """A function call that gives a result even where it fails.
+    """A function call; if it fails, its result is made from the error.
 
     Attributes:
         subject: Argument of the call; small, since it is sent to workers.

@@ -10,7 +10,7 @@ def is_free(host: str, port: int) -> bool:
     """Returns whether a TCP port is free.
 
     Args:
-        host: Network interface, as `--host` has it; "*" means all.
+        host: Network interface, in the format of `--host`; "*" means all.
         port: The TCP port; 0 means any.
 
     Raises:
@@ -35,8 +35,9 @@ def check_free(host: str, port: int | None) -> None:
     Commands that serve a page late check this before any other work.
 
     Args:
-        host: Network interface, as `--host` has it.
-        port: The TCP port, as `--port` has it; None for the first free one.
+        host: Network interface, in the format of `--host`.
+        port: The TCP port, in the format of `--port`; None for the first free
+            one.
 
     Raises:
         RemoSplatError: There is no such interface, or the port is taken.

@@ -9,7 +9,7 @@ cannot move sideways. It is used where the comparison is fair:
   twist is the paper's servo with the paper's gains.
 - Its plant's world frame is the robot's base frame B. The base's joints stay
   at zero, the scene is what moves, and of the base only x and yaw are active:
-  sideways motion is no degree of freedom, exactly and without projection.
+  sideways motion is not a degree of freedom, exactly and without projection.
 - Costs, constraints and the fallback to standing still are Drake's: least
   squares on the twist, the home posture in the null space, and collision rows
   that let a distance shrink to the stopping distance within one tick (the

@@ -16,7 +16,7 @@ RESAMPLING_PERIOD = 0.05
 """Sampling period of `resampled_acceleration` [s]."""
 
 FAR = 0.1
-"""Distance of the robot from itself beyond which more does not matter [m]."""
+"""Self-distance beyond which larger values are not distinguished [m]."""
 
 JACOBIAN_STEP = 1e-5
 """Half step of the central difference of a Jacobian in time [s]."""

@@ -224,7 +224,9 @@ def _draw(wish: _Wish) -> RobotCase:
     if scene not in KINDS:
         q = _held(robot, _scene(wish.robot, scene, 0), rng, _DRAWS)
         if q is None:
-            raise RemoSplatError(f"{name} can hold no goal in {scene}")
+            raise RemoSplatError(
+                f"no goal found in {scene} that {name} can hold"
+            )
         return RobotCase(wish.robot, scene, number, name, tuple(q.tolist()))
     for attempt in range(_PIECES):
         piece = number + attempt * 1_000_000
@@ -233,7 +235,7 @@ def _draw(wish: _Wish) -> RobotCase:
         if q is not None:
             goal = tuple(q.tolist())
             return RobotCase(wish.robot, scene, number, name, goal, piece)
-    raise RemoSplatError(f"{name} can hold no goal in a {scene}")
+    raise RemoSplatError(f"no goal found in a {scene} that {name} can hold")
 
 
 @lru_cache(maxsize=16)

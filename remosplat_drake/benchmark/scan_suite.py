@@ -185,7 +185,7 @@ class ScanCase:
             raise FieldError(
                 self._where,
                 field,
-                f"{error} in {data}; another folder is given as"
+                f"{error} in {data}; set another folder by"
                 " --suite scan:NAME:FOLDER",
             ) from error
 

@@ -92,7 +92,7 @@ class Look:
             put it.
         state: The robot's state, in words, and the possible buttons.
         held_link: Name of the link that is held; empty if none is.
-        p_WHeld: Where it is held, shape (3,) [m]; None if that is no place.
+        p_WHeld: Where it is held, shape (3,) [m]; None if that is not a place.
         target: The target's state, in words.
         map: The map's state, in words.
         trouble: The fault of the cockpit; empty if there is none.

@@ -119,7 +119,7 @@ def _material(colour: tuple) -> trimesh.visual.TextureVisuals:
 
 
 def wxyz_position(X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Splits a pose as viser has it.
+    """Splits a pose into the parts that viser uses.
 
     Args:
         X: The pose, shape (4, 4).

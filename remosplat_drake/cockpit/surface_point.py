@@ -48,7 +48,7 @@ def find_surface(
 
     Returns:
         The point; None if there is no surface within `FARTHEST`, or if the
-        ray is no ray.
+        ray has no direction.
     """
     length = float(np.linalg.norm(direction_W))
     if not (np.isfinite(p_W).all() and np.isfinite(length) and length > 0):

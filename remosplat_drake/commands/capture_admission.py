@@ -138,7 +138,7 @@ def _otherwise(result: Repair, tried: bool) -> str:
     if tried:
         return f"--repair knows no remedy; {anyway}"
     if any(f.mend and f.severity == DEFECT for f in result.inspection.findings):
-        return f"--repair undoes it if it can; {anyway}"
+        return f"--repair corrects it if possible; {anyway}"
     return f"only a better capture helps; {anyway}"
 
 

@@ -163,7 +163,9 @@ def _configuration(
     ticks = len(trajectory.q)
     if trajectory.q.shape[1] != n_q:
         raise FieldError(
-            "inspect", "--trajectory", f"is of a robot without {n_q} joints"
+            "inspect",
+            "--trajectory",
+            f"is of a robot that does not have {n_q} joints",
         )
     if not -ticks <= arguments.tick < ticks:
         raise FieldError("inspect", "--tick", f"there are {ticks} ticks")

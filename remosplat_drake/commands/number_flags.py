@@ -8,7 +8,7 @@ def number(text: str) -> float:
     """Parses a number, which may be infinite or NaN.
 
     Raises:
-        ArgumentTypeError: The text is no number.
+        ArgumentTypeError: The text is not a number.
     """
     try:
         return float(text)
@@ -20,7 +20,7 @@ def whole_number(text: str) -> int:
     """Parses a whole number.
 
     Raises:
-        ArgumentTypeError: The text is no whole number.
+        ArgumentTypeError: The text is not a whole number.
     """
     try:
         return int(text)
@@ -34,7 +34,7 @@ def positive(text: str) -> float:
     """Parses a positive, finite number.
 
     Raises:
-        ArgumentTypeError: The text is no positive, finite number.
+        ArgumentTypeError: The text is not a positive, finite number.
     """
     value = number(text)
     if not (math.isfinite(value) and value > 0):

@@ -39,7 +39,7 @@ remosplat replay sessions/monday --save-html replay.html --figure figure.png
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
     parser.add_argument(
-        "session", type=Path, help="folder that `remosplat teleop` has made"
+        "session", type=Path, help="session folder of `remosplat teleop`"
     )
     parser.add_argument(
         "--run", dest="number", type=int, metavar="N", help="default: the last"

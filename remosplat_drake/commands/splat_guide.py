@@ -130,7 +130,7 @@ def _best_floor(
         raise FieldError(
             "convert",
             "--guide",
-            f"{problem}; --align-points tells three points on the floor",
+            f"{problem}; --align-points defines the floor by three points",
         )
     floors.sort(key=lambda floor: floor.beneath - floor.share)
     return floors[0], [_up(floor) for floor in floors[1:]]

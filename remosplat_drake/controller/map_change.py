@@ -1,9 +1,9 @@
 """Checks that a moving robot may go over to another map or pose in it.
 
-A command was verified in the map that counted when it was computed. Between
-two ticks, while it is being executed, another map may take that one's place if
-the rest of the command and its braking ramp are allowed there, too: then the
-next tick finds a ramp that has been verified, as `verify` wants it.
+A command was verified in the map that counted when it was computed. Between two
+ticks, while it is being executed, another map may take that one's place if the
+rest of the command and its braking ramp are allowed there, too: then the next
+tick finds a ramp that has been verified by `verify`.
 """
 
 import numpy as np

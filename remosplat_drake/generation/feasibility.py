@@ -92,7 +92,7 @@ def passes(
 def hand_fits(
     robot: RobotModel, scene: PrimitiveScene, criteria: FeasibilityFilter
 ) -> bool:
-    """Whether the spheres fixed to the end effector could be clear at the goal.
+    """Whether the spheres fixed to the end effector are clear at the goal.
 
     The test is quick, and certain where it fails: within the tolerances a
     sphere moves, and so gains clearance, by no more than the position's

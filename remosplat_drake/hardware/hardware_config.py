@@ -265,7 +265,7 @@ def check_lcm_url(url: str) -> None:
             messages within one object.
 
     Raises:
-        RemoSplatError: It is no multicast address with a port.
+        RemoSplatError: It is not a multicast address with a port.
     """
     if url.startswith("memq://"):
         return

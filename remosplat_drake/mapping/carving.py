@@ -15,8 +15,8 @@ _AROUND = 0.1
 """Distance from vanished discs within which the rest of the thing is [m]."""
 
 _PAST = 0.01
-"""Least distance that views see past a disc around a vanished thing to remove
-it, too [m]."""
+"""A disc near a vanished thing is removed, too, if views see past it by this
+distance [m]."""
 
 _NEIGHBORS = 8
 _MOST = 0.6

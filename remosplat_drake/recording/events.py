@@ -85,7 +85,7 @@ def read_events(path: Path) -> list[Event]:
 
     Raises:
         FileError: The file cannot be read, or holds something else.
-        FieldError: The time of an event is no number.
+        FieldError: The time of an event is not a number.
     """
     try:
         text = path.read_text("utf-8")

@@ -233,7 +233,7 @@ def read_log(path: Path) -> RunLog:
         path: The file.
 
     Raises:
-        FileError: The file cannot be read, is no log, or is damaged.
+        FileError: The file cannot be read, is not a log, or is damaged.
         FieldError: A field of its header is unusable.
     """
     try:

@@ -18,7 +18,7 @@ def step(v, target, dt, time_constant, acceleration, dead_band):
         dt: Length of the step [s].
         time_constant: Time constant of a first-order lag [s]; 0 for none.
         acceleration: Bound on the rate of change of the velocity where there
-            is no lag; infinite for none [rad/s^2, m/s^2].
+            is not a lag; infinite for none [rad/s^2, m/s^2].
         dead_band: Least command that moves the axis [rad/s, m/s].
 
     Returns:

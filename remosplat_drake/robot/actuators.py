@@ -121,8 +121,8 @@ class ActuatorModel:
                 start, shape (k, n_u) [s].
 
         Returns:
-            The ways since the start, and the velocities, at these times, shape
-            (k, n_u) each [rad, m; rad/s, m/s].
+            The distances since the start, and the velocities, at these times,
+            shape (k, n_u) each [rad, m; rad/s, m/s].
         """
         return respond(self.parameters, sent, u, start, v, until)
 

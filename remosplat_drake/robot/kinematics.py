@@ -72,7 +72,7 @@ class KinematicTree:
 
     @cached_property
     def arrays(self) -> Packed["TreeArrays"]:
-        """The tree as kernels take it."""
+        """The tree packed for kernels."""
         names = TreeArrays._fields
         return Packed(TreeArrays(*[getattr(self, name) for name in names]))
 
@@ -124,7 +124,7 @@ class KinematicTree:
 
 
 class TreeArrays(NamedTuple):
-    """A `KinematicTree`, as kernels take it."""
+    """A `KinematicTree`, packed for kernels."""
 
     parent: np.ndarray
     kind: np.ndarray

@@ -1,4 +1,4 @@
-"""A robot, and where it is, as kernels take them."""
+"""A robot, and where it is, packed for kernels."""
 
 from typing import NamedTuple
 

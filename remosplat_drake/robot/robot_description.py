@@ -213,7 +213,7 @@ def shipped_robots() -> list[str]:
 
 
 MODEL_SUFFIXES = (".urdf", ".xacro", ".sdf", ".xml", ".mjcf")
-"""Endings of models of robots, which are no descriptions."""
+"""Endings of models of robots, which are not descriptions."""
 
 
 def _is_a_model(path: Path) -> str:

@@ -572,7 +572,7 @@ class RobotModel:
 
     @cached_property
     def arrays(self) -> Packed[RobotArrays]:
-        """The robot as kernels take it."""
+        """The robot packed for kernels."""
         values = RobotArrays(
             self.tree.arrays.values,
             self._body_S,

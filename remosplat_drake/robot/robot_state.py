@@ -16,9 +16,9 @@ class RobotState:
     """All kinematic quantities of one configuration, computed together.
 
     Attributes:
-        arrays: Most of them, as kernels take them.
+        arrays: Most of them, packed for kernels.
         spheres: The robot's spheres in W.
-        robot: The robot, as kernels take it.
+        robot: The robot, packed for kernels.
     """
 
     arrays: StateArrays

@@ -16,15 +16,15 @@ def read_disabled_collisions(path: Path) -> list[tuple[str, str]]:
             `<disable_collisions link1="a" link2="b" reason="Never"/>`.
 
     Raises:
-        FileError: The file cannot be read, is no SRDF, or an element lacks a
-            link.
+        FileError: The file cannot be read, is not an SRDF, or an element
+            lacks a link.
     """
     try:
         root = ET.fromstring(Path(path).read_bytes())
     except (OSError, ET.ParseError, ValueError) as error:
-        raise FileError(path, f"is no SRDF file: {error}") from error
+        raise FileError(path, f"is not an SRDF file: {error}") from error
     if root.tag != "robot":
-        problem = f"is no SRDF file: its root is <{root.tag}>, not <robot>"
+        problem = f"is not an SRDF file: its root is <{root.tag}>, not <robot>"
         raise FileError(path, problem)
     pairs = []
     for i, element in enumerate(root.iter("disable_collisions"), start=1):

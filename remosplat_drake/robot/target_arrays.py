@@ -1,4 +1,4 @@
-"""Targets as kernels take them: errors, and the place of a tool on a line."""
+"""Targets packed for kernels: errors, and the place of a tool on a line."""
 
 import math
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from remosplat_drake.robot.pose_error import error_arrays, rotation_vector
 
 
 class TargetArrays(NamedTuple):
-    """A `Target`, as kernels take it.
+    """A `Target`, packed for kernels.
 
     Attributes:
         X_WT: `Target.X_WT`, shape (4, 4).
@@ -30,7 +30,7 @@ class TargetArrays(NamedTuple):
 
 
 class AimArrays(NamedTuple):
-    """An `Aim` with k targets, as kernels take it.
+    """An `Aim` with k targets, packed for kernels.
 
     Attributes:
         effector: Index of the end effector of each target, shape (k,).

@@ -103,7 +103,7 @@ class Track:
 
     @property
     def face_W(self) -> np.ndarray:
-        """All points of it that are or were seen, shape (n, 3) [m]."""
+        """All points of the thing that are or were seen, shape (n, 3) [m]."""
         return np.concatenate([self.shown.face_W, self.hidden.face_W])
 
     @property

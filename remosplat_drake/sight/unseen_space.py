@@ -105,7 +105,7 @@ class UnseenSpace:
             images: The cameras' latest images.
             spheres: The robot's spheres in W at the newest of them.
             scene: The map.
-            config: How fast something may come out of hiding.
+            config: Speeds of things that may come out of unseen space.
         """
         speed = config.unseen_speed
         time = max(image.time for image in images)
@@ -146,7 +146,7 @@ class UnseenSpace:
 
         Args:
             time: The time of the movers [s].
-            config: How fast something may come out of hiding.
+            config: Speeds of things that may come out of unseen space.
         """
         speed = config.unseen_speed
         return [

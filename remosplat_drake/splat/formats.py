@@ -201,7 +201,7 @@ def format_of_file(path: Path) -> SplatFormat:
     folder = path.parent if path.name == META else path
     if folder.is_dir():
         if not (folder / META).is_file():
-            raise FileError(path, f"a folder without {META} is no SOG")
+            raise FileError(path, f"a folder without {META} is not an SOG")
         return SOG
     try:
         with path.open("rb") as stream:

@@ -61,7 +61,7 @@ def _Stack(
     base: str,
     arm: str,
 ) -> OutputPort:
-    """The base's measurement above the arm's, or the arm's alone."""
+    """The base's measurement followed by the arm's, or the arm's alone."""
     names = [base, arm] if robot.n_base else [arm]
     measured = [station.GetOutputPort(name) for name in names]
     multiplexer = builder.AddNamedSystem(

@@ -187,7 +187,7 @@ def pull(mover: Mover, X_WB: RigidTransform, V_WB: SpatialVelocity):
     """Returns the force on a body that brings it to its mover.
 
     Args:
-        mover: Where it is to be, and how it moves there.
+        mover: The mover: the desired pose and velocity of the body.
         X_WB: Pose of the body in W.
         V_WB: Spatial velocity of the body in W.
     """

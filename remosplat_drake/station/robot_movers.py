@@ -1,4 +1,4 @@
-"""`RobotMovers`: a robot as movers around another one."""
+"""`RobotMovers`: represents a robot as movers for another robot."""
 
 import dataclasses as dc
 

@@ -176,7 +176,7 @@ def make_drawn_plant(
 def _show_collision_geometry(
     plant: MultibodyPlant, scene_graph: SceneGraph, colours: dict[str, Rgba]
 ):
-    """Makes the primitives of links without any other look visible."""
+    """Shows the primitives of links that have no other appearance."""
     for i in range(plant.num_bodies()):
         body = plant.get_body(BodyIndex(i))
         if plant.GetVisualGeometriesForBody(body):

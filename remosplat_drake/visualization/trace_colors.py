@@ -18,7 +18,7 @@ def trace_colors(effectors: Sequence[str]) -> dict[str, str]:
     """Names the colour of each end effector's trace.
 
     Args:
-        effectors: Names of the end effectors; after four, colours come again.
+        effectors: Names of the end effectors; colours repeat after four.
     """
     return dict(zip(effectors, cycle(HEX), strict=False))
 

@@ -118,7 +118,10 @@ BAD_SEVEN_SCENES = [
     (replace("camera-intrinsics.txt", b"\xff\xfe\x00"), "unreadable text"),
 ]
 BAD_TUM = [
-    (replace("rgb.txt", ""), r"rgb\.txt: expected lines of a time and a file"),
+    (
+        replace("rgb.txt", ""),
+        r"rgb\.txt: expected a time and a file in each line",
+    ),
     (replace("depth.txt", "1.0"), r"depth\.txt: expected lines"),
     (replace("depth.txt", "x a.png"), r"depth\.txt: expected numbers"),
     (replace("depth.txt", "9e9 a.png"), "no colour, depth and pose within"),

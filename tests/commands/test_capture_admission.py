@@ -47,7 +47,7 @@ def test_inverted_poses_are_refused_in_one_line(
     assert main(["reconstruct", folder, "-o", str(output), *QUICK]) == 2
     error = refusal(capsys)
     assert f"{folder}: poses look like world-to-camera" in error
-    assert "--repair undoes it if it can" in error
+    assert "--repair corrects it if possible" in error
     assert "--accept poses" in error
     assert not output.exists()
 

@@ -94,7 +94,7 @@ def test_a_checkpoint_s_model_may_be_told(tmp_path, capfd):
     [
         ("discs.ply", "b.obj", [], "b.obj: unknown suffix"),
         ("nowhere.ply", "b.ply", [], "nowhere.ply: no such file"),
-        ("bad.spz", "b.ply", [], "bad.spz: no SPZ"),
+        ("bad.spz", "b.ply", [], "bad.spz: not an SPZ"),
         ("discs.ply", ".", [], "unknown suffix"),
         ("discs.ply", "discs.ply/b.ply", [], "b.ply: "),
         (

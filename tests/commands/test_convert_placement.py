@@ -139,7 +139,7 @@ def test_without_a_clear_floor_people_are_asked(dots, capfd):
         ("--align-points 0 0 0 1 0 0 0 0 0", "two of the three points are"),
         ("--align-points 0 0 0 1 0 0 0 nan 0", "--align-points: must be"),
         ("--align floor", "--align: no floor: there are only 4 splats"),
-        ("--up 0 0 1", "--up: says what --align floor shall take for up"),
+        ("--up 0 0 1", "--up: gives the upward direction to --align floor"),
         ("--align floor --up 0 0 0", "--up: must have a length > 0"),
         ("--align floor --up 0 1e-300 0", "--up: must have a length > 0"),
         ("--align floor --up 0 1e300 0", "--up: must be 1e+09 at most"),

@@ -247,7 +247,7 @@ def test_a_folder_with_something_else_is_left_alone(session, capsys):
     [
         (lambda document: "{", "session.json: "),
         (lambda document: "[]", "session.json: "),
-        (lambda document: document | {"format": "cake"}, "is no 'remosplat"),
+        (lambda document: document | {"format": "cake"}, "is not a 'remosplat"),
         (lambda document: document | {"head": 3}, "head: there is no map 3"),
         (
             lambda document: document | {"versions": [{}]},

@@ -27,7 +27,7 @@ MISTAKES = {
     "run kitchen.yaml:Kichen": "kitchen.yaml: unknown scenario 'Kichen' (did"
     " you mean 'Kitchen'?); valid: Kitchen",
     "run photos": "photos: is a folder, and neither a scenario (.yaml, .yml)"
-    " nor a splat (a folder without meta.json is no SOG)",
+    " nor a splat (a folder without meta.json is not an SOG)",
     "run mesh.ply": "mesh.ply: no Gaussian splat: property",
     "run TableReach --headless --recrod a.mcap": "run: unknown flag"
     " '--recrod' (did you mean '--record'?); valid: --record,",

@@ -61,14 +61,21 @@ def test_a_measurement_has_date_commit_and_machine(page):
 
 
 def test_tables_and_values_come_with_their_origin():
-    page = with_figures("{{ tick }}\nIn {{ tick.start }}.", FIGURES)
+    page = with_figures("{{ tick }}\nIn {{\ntick.start }}.", FIGURES)
     assert "| tick | 0.53 / 0.70 |" in page
     assert "In 1.5 s." in page
     assert "Recorded 5 November 2026, commit 0123abc; machine: one core" in page
 
 
 @pytest.mark.parametrize(
-    "text", ["It takes 12 ms.", "All but 3 %.", "{{ tock }}", "{{ tick.end }}"]
+    "text",
+    [
+        "It takes 12 ms.",
+        "All but 3 %.",
+        "{{ tock }}",
+        "{{ tick.end }}",
+        "{{ tick.start",
+    ],
 )
 def test_what_no_results_file_has_ends_the_build(text):
     with pytest.raises(PluginError):

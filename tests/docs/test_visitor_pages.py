@@ -92,9 +92,9 @@ def test_the_front_page_offers_three_paths_and_a_moving_picture():
 
 
 def test_figures_of_others_are_marked_as_published():
-    page = (DOCS / "comparison.md").read_text()
+    page = " ".join((DOCS / "comparison.md").read_text().split())
     assert "*published*" in page
-    without = re.sub(r"(?<!\*)\*[^*\n]+\*(?!\*)", "", page)
+    without = re.sub(r"(?<!\*)\*[^*]+\*(?!\*)", "", page)
     assert re.findall(r"\d+ ?(?:µs|ms|s|mm|%)(?!\w)", without) == []
 
 

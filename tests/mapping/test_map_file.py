@@ -209,7 +209,7 @@ def test_a_missing_or_foreign_file_is_refused(path):
     path.write_bytes(b"ply")
     assert "too short" in refusal(path)
     path.write_bytes(b"ply\n" + bytes(1000))
-    assert "is no map" in refusal(path)
+    assert "is not a map" in refusal(path)
     path.unlink()
     path.mkdir()
     assert refusal(path)
@@ -217,7 +217,7 @@ def test_a_missing_or_foreign_file_is_refused(path):
 
 def test_a_fifo_is_refused(path):
     os.mkfifo(path)
-    assert "is no file" in refusal(path)
+    assert "is not a file" in refusal(path)
 
 
 def test_a_file_of_another_format_is_refused(path):

@@ -43,8 +43,8 @@ def signalling_nan():
         ({"quats": torch.ones(4, 3)}, r"quats has shape \(4, 3\); expected"),
         ({"scales": torch.ones(3, 3)}, r"\(4, 2\) or \(4, 3\)"),
         ({"shN": torch.ones(4, 3)}, "shN has shape"),
-        ({"opacities": torch.zeros(4).int()}, "opacities is no tensor"),
-        ({"opacities": [0.0] * 4}, "opacities is no tensor"),
+        ({"opacities": torch.zeros(4).int()}, "opacities is not a tensor"),
+        ({"opacities": [0.0] * 4}, "opacities is not a tensor"),
         ({"means": torch.zeros(0, 3)}, "holds no splats"),
         ({"means": torch.full((4, 3), torch.nan)}, "p_GK of splat 0"),
         ({"sh0": signalling_nan()}, "colors of splat 0"),
@@ -52,10 +52,13 @@ def signalling_nan():
         ({"means": torch.zeros(1).expand(10**9, 3)}, "larger than the file"),
         ({"means": torch.tensor(1.0)}, r"means has shape \(\); expected"),
         ({"shN": torch.tensor(1.0)}, r"shN has shape \(\); expected"),
-        ({"means": torch.zeros(4, 3).to_sparse()}, "means is no tensor"),
-        ({"quats": torch.ones(4, 4).to_sparse_csr()}, "quats is no tensor"),
-        ({"scales": torch.zeros(4, 3, device="meta")}, "scales is no tensor"),
-        ({"sh0": nested_tensor()}, "sh0 is no tensor"),
+        ({"means": torch.zeros(4, 3).to_sparse()}, "means is not a tensor"),
+        ({"quats": torch.ones(4, 4).to_sparse_csr()}, "quats is not a tensor"),
+        (
+            {"scales": torch.zeros(4, 3, device="meta")},
+            "scales is not a tensor",
+        ),
+        ({"sh0": nested_tensor()}, "sh0 is not a tensor"),
     ],
 )
 def test_checkpoint_tensors(tmp_path, changes, problem):

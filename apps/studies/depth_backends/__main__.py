@@ -188,7 +188,7 @@ def read_states(path: Path) -> list[Spheres]:
         with np.load(path) as file:
             arrays = [file[name].astype(float) for name in _ARRAYS]
     except (OSError, ValueError, KeyError) as error:
-        raise FileError(path, "is no file of --write-states") from error
+        raise FileError(path, "is not a file of --write-states") from error
     return [Spheres(*each) for each in zip(*arrays, strict=True)]
 
 

@@ -23,7 +23,8 @@ _LEAST = 0.015
 
 _BASE = Actuator(tube=0.01, noise=0.02)
 _ARM = Actuator(delay=0.005, tube=0.01, noise=0.003)
-"""About the bounds that `remosplat identify` finds besides the delay."""
+"""Approximately the bounds that `remosplat identify` finds, except the
+delay."""
 
 
 def _base(delay: float) -> list[Actuator]:

@@ -18,7 +18,7 @@ _TOUR = "time_limit: 600\ntargets:" + 20 * (
     "\n- {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}"
     "\n- {translation: [0.95, 0.45, 0.95], rpy_deg: [180, 0, 0]}"
 )
-"""Up and down, for longer than another process takes to start."""
+"""Targets for a motion up and down that outlasts the start of a process."""
 
 
 def _stranger(name: str, what: str, reason: str) -> FaultCase:

@@ -59,8 +59,8 @@ def judge_groups(capture: Capture, pairs: np.ndarray) -> list[Finding]:
     if not joints:
         return []
     problem = (
-        "parts of the capture are joined by single frames, and a wrong pose"
-        f" there moves all behind it: {list_frames(joints, capture)}"
+        "single frames connect parts of the capture; a wrong pose of one"
+        f" displaces a whole part: {list_frames(joints, capture)}"
     )
     return [Finding(ONE_JOINT, problem, WARNING, frames=tuple(joints))]
 

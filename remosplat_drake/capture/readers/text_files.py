@@ -61,7 +61,7 @@ def as_matrix(path: Path, rows: object, shape: tuple[int, int]) -> np.ndarray:
     """Converts rows of words or numbers to a matrix.
 
     Raises:
-        FileError: They are no matrix of this shape; the error names `path`.
+        FileError: They are not a matrix of this shape; the error names `path`.
     """
     try:
         matrix = np.array(rows, float)

@@ -183,7 +183,7 @@ def _read_list(path: Path) -> tuple[np.ndarray, list[str]]:
     """Times (n,) and names of the images that a file lists, in order."""
     rows = read_rows(path)
     if not rows or any(len(row) != 2 for row in rows):
-        raise FileError(path, "expected lines of a time and a file")
+        raise FileError(path, "expected a time and a file in each line")
     times = as_matrix(path, [row[:1] for row in rows], (len(rows), 1))[:, 0]
     if not np.isfinite(times).all():
         raise FileError(path, "times must be finite")

@@ -41,7 +41,7 @@ class ActiveCollisionCost(CompiledIngredient):
     Args:
         config: Gain of the cost, and how far ahead it looks.
         damper: The collision damper's distances d_i and d_s.
-        movers: Those of the damper before movers; None takes its defaults.
+        movers: Those of the damper for movers; None takes its defaults.
     """
 
     term = "active collision"

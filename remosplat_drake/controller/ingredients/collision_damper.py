@@ -1,4 +1,4 @@
-"""Slow down before the scene: the paper's hard collision constraint."""
+"""Slow down near the scene: the paper's hard collision constraint."""
 
 import dataclasses as dc
 import math
@@ -67,7 +67,7 @@ class CollisionDamperConfig(Config):
 
 
 class CollisionDamper(CompiledIngredient):
-    """The collision constraint: a velocity damper before the scene.
+    """The collision constraint: a velocity damper for the scene.
 
     `add_collision_damper` computes its rows.
 
@@ -116,7 +116,7 @@ def approach_speed(own, scale, stopping, margin):
 
 @kernel(returns=NOTHING)
 def add_collision_damper(own, k, tick, program):
-    """Adds a velocity damper before the scene: a row for every clearance.
+    """Adds a velocity damper for the scene: a row for every clearance.
 
     For every clearance d within the influence distance d_i [m],
 

@@ -1,4 +1,4 @@
-"""Slow down before movers, and retreat from those that come too fast."""
+"""Slow down near movers, and retreat from those that come too fast."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -45,7 +45,7 @@ class MoverDamperConfig(Config):
 
 
 class MoverDamper(CompiledIngredient):
-    """A velocity damper before movers.
+    """A velocity damper for movers.
 
     `add_mover_damper` computes its rows.
 
@@ -83,7 +83,7 @@ class MoverSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_mover_damper(own, k, tick, program):
-    """Adds a velocity damper before movers.
+    """Adds a velocity damper for movers.
 
     For every sphere and mover whose distance d is within the influence
     distance d_i [m],

@@ -48,7 +48,7 @@ class FreeSpace:
         upper: Upper bounds of the joints, shape (n_q,) [rad, m].
         backing: Longest way that the base may drive backwards [m].
         checks: Number of configurations and motions that were looked at.
-        arrays: The space, as kernels take it.
+        arrays: The space, packed for kernels.
     """
 
     def __init__(

@@ -42,7 +42,7 @@ class StandingMovers:
 
     @property
     def arrays(self) -> MoverArrays:
-        """The movers, as kernels take them."""
+        """The movers, packed for kernels."""
         return self.movers.at(self.movers.stamp)
 
     def levels(self, spheres: Spheres) -> np.ndarray:

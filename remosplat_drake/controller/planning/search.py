@@ -19,7 +19,7 @@ from remosplat_drake.controller.planning.kernels.trees import (
 from remosplat_drake.controller.planning.tucked_arm import tucked_arm
 
 _DRAWS = 32
-"""Number of configurations that are drawn at a time, even."""
+"""Number of configurations that are drawn at a time; an even number."""
 
 _CHUNK = 128
 """Number of motions between two checks of the interruption."""

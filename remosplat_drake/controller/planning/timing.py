@@ -1,7 +1,7 @@
 """Speeds along a path: as fast as the arm allows, slower where room is small.
 
 The greatest speed at each place keeps the robot's limits of velocity,
-acceleration and torque, and the law of the damper before the scene, from there
+acceleration and torque, and the law of the damper for the scene, from there
 to the path's end. It depends on the place alone: a robot that is late or was
 pushed goes on from where it is.
 """
@@ -35,7 +35,7 @@ _SHARE = 0.9
 left to get back to it."""
 
 _SHARP = 0.3
-"""Change of direction from which on a corner is no bend [rad]."""
+"""Least change of direction that makes a corner, not a bend [rad]."""
 
 
 @dc.dataclass(frozen=True)
@@ -43,7 +43,7 @@ class TimingLimits:
     """Bounds of speeds along paths, besides the robot's own limits.
 
     Attributes:
-        damper: The damper before the scene.
+        damper: The damper for the scene.
         approach_scale: Factor on its gain on paths.
         dt: The control period [s].
     """

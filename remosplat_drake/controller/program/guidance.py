@@ -51,7 +51,7 @@ class Guidance:
 
     @cached_property
     def arrays(self) -> Packed[GuidanceArrays]:
-        """The guidance as kernels take it."""
+        """The guidance packed for kernels."""
         path, joint_stop = self.path, self.joint_stop
         arrays = GuidanceArrays(
             float(self.side),

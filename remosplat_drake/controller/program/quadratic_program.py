@@ -16,7 +16,7 @@ from remosplat_drake.controller.program.slack_form import SlackForm
 
 
 class QuadraticProgram:
-    """The finished program of a tick, as solvers take it.
+    """The finished program of a tick in the form for solvers.
 
     It minimises a quadratic cost of the command u and of the slack delta of the
     end effectors' twists, subject to linear rows and bounds.

@@ -266,7 +266,7 @@ class ReactiveProgram:
 
     @property
     def more(self) -> Packed[OutsideRows]:
-        """The rows and tracked twists, as kernels take them."""
+        """The rows and tracked twists, packed for kernels."""
         terms, n_u = self.terms, self.n_u
         if not (terms.rows or terms.trackings):
             return _no_rows(n_u)
@@ -285,14 +285,14 @@ class ReactiveProgram:
 
     @property
     def arrays(self) -> Packed[OutsideArrays]:
-        """All that has been added, as kernels take it."""
+        """All that has been added, packed for kernels."""
         bounds, costs = np.empty((4, self.n_u)), np.zeros((2, self.n_u))
         flags = np.zeros(2, bool)
         self.write(bounds, costs, flags)
         return Packed(OutsideArrays(bounds, costs, flags, self.more.values))
 
     def finished(self) -> QuadraticProgram:
-        """Returns the program of these terms alone, as solvers take it."""
+        """Returns the program of these terms alone in the form for solvers."""
         form = SlackForm(*slack_form_of_outside(self.arrays))
         return QuadraticProgram(form, self._drake)
 

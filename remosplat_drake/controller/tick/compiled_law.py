@@ -29,7 +29,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 class CompiledLaw:
-    """The ingredients of a law, as kernels take them.
+    """The ingredients of a law, packed for kernels.
 
     One kernel adds the library's own, and calls compiled ones from outside;
     those in Python add their terms afterwards. Settings are read when the law
@@ -98,7 +98,7 @@ class CompiledLaw:
 
     @property
     def parts(self) -> Packed[Parts]:
-        """The compiled ingredients, as kernels take them."""
+        """The compiled ingredients, packed for kernels."""
         return self._arrays
 
     @property

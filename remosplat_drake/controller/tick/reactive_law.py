@@ -212,7 +212,7 @@ class ReactiveLaw:
 
     @property
     def arrays(self) -> Packed[LawArrays]:
-        """The law as kernels take it."""
+        """The law packed for kernels."""
         if self._arrays is None:
             compiled, n_u = self.compiled, self.robot.n_u
             own = self._own

@@ -114,7 +114,7 @@ class MapCalls:
 
 
 def row_arrays(rows: Clearances) -> RowArrays:
-    """Returns clearances as kernels take them.
+    """Returns clearances packed for kernels.
 
     Args:
         rows: The clearances. Their arrays are copied, since numba compiles

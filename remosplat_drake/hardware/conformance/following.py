@@ -26,7 +26,7 @@ _MOVED = 0.02
 """Way that an axis must have come to be judged [rad, m]."""
 
 _HELD = 0.1
-"""Longest time for which a command counts [s], as drivers have it."""
+"""Longest time for which a command is valid, as in the drivers [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -105,7 +105,7 @@ def read_report(path: Path) -> DoctorReport:
     names = {field.name for field in dc.fields(Finding)}
     findings = document.get("findings")
     if not isinstance(findings, list):
-        raise FileError(path, "is no report of `remosplat doctor`")
+        raise FileError(path, "is not a report of `remosplat doctor`")
     is_report = all(
         isinstance(finding, dict)
         and finding.keys() == names
@@ -115,7 +115,7 @@ def read_report(path: Path) -> DoctorReport:
     if not is_report or document.keys() != {
         field.name for field in dc.fields(DoctorReport)
     }:
-        raise FileError(path, "is no report of `remosplat doctor`")
+        raise FileError(path, "is not a report of `remosplat doctor`")
     for field in ("host", "url"):
         if not isinstance(document[field], str):
             raise FieldError(str(path), field, "expected a text")

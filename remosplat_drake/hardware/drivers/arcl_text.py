@@ -46,8 +46,8 @@ class ArclState:
 
     Attributes:
         stops: The base's stops, by the latest line about them.
-        heard: Time of that line, by a clock that never jumps [s]; -inf before
-            the first one.
+        heard: Time of that line, by a monotonic clock [s]; -inf before the
+            first one.
     """
 
     stops: BaseStops = FREE
@@ -70,7 +70,7 @@ def with_line(state: ArclState, line: str, t: float) -> ArclState:
     Args:
         state: The state before.
         line: The line, without its end.
-        t: When it came, by a clock that never jumps [s].
+        t: When it came, by a monotonic clock [s].
     """
     words = line.strip().lower()
     for beginning, stops in _MOTORS.items():
@@ -85,7 +85,7 @@ def with_line(state: ArclState, line: str, t: float) -> ArclState:
 
 
 def _share(percent: str) -> float:
-    """A charge in percent as a share; -1 where it is no number."""
+    """A charge in percent as a share; -1 where it is not a number."""
     try:
         charge = 0.01 * float(percent)
     except ValueError:

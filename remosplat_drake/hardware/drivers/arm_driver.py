@@ -97,7 +97,7 @@ class ArmDriver:
 
         Args:
             now: Wall clock [us].
-            t: Time now, by a clock that never jumps [s].
+            t: Time now, by a monotonic clock [s].
 
         Returns:
             The arm's report, if it is new.

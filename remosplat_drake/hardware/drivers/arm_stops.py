@@ -37,7 +37,7 @@ class ArmStops:
         self._values = TopicValues[str](expiry_of(topics.stop_expiry))
 
     def put(self, field: str, value: bool | int | str, t: float) -> None:
-        """Keeps a value that came at a time t, by a clock that never jumps [s].
+        """Keeps a value that came at a time t, by a monotonic clock [s].
 
         Args:
             field: `EMERGENCY_STOP` or `MODE`.

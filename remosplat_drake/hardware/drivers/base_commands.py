@@ -108,7 +108,7 @@ class BaseCommands:
         Args:
             channel: The channel, `COMMAND_RAMP` or that of the commands.
             data: The encoded packet; a broken one is left aside.
-            time: Time now, by a clock that never jumps [s].
+            time: Time now, by a monotonic clock [s].
         """
         if channel == COMMAND_RAMP:
             self._ramp.receive(data)
@@ -120,7 +120,7 @@ class BaseCommands:
 
         Args:
             data: The encoded `base_command`.
-            time: Time now, by a clock that never jumps [s].
+            time: Time now, by a monotonic clock [s].
         """
         try:
             message = decode(base_command, data)

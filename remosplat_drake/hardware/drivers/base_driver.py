@@ -104,7 +104,7 @@ class StopFlags:
         self._values = TopicValues[bool](expiry_of(topics.stop_expiry))
 
     def put(self, field: str, value: bool, t: float) -> None:
-        """Keeps a value that came at a time t, by a clock that never jumps [s].
+        """Keeps a value that came at a time t, by a monotonic clock [s].
 
         Args:
             field: Name of the topic's field in `RosBase`.
@@ -159,7 +159,7 @@ class BaseDriver:
 
         Args:
             now: Wall clock [us].
-            t: Time now, by a clock that never jumps [s].
+            t: Time now, by a monotonic clock [s].
         """
         for channel, data in self._inbox.fetch():
             self._commands.hear(channel, data, t)

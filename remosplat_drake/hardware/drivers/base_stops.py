@@ -37,7 +37,7 @@ class StopSource(Protocol):
         """Returns its state.
 
         Args:
-            t: Time now, by a clock that never jumps [s].
+            t: Time now, by a monotonic clock [s].
         """
         ...
 

@@ -38,7 +38,7 @@ class Hold:
     Attributes:
         lease: The session's latest lease; None while there is none.
         sender: Address that its lease and its commands come from.
-        heard: Time of its last message, by a clock that never jumps [s].
+        heard: Time of its last message, by a monotonic clock [s].
     """
 
     lease: Lease | None = None
@@ -54,7 +54,7 @@ class Hold:
             lease: The lease.
             sender: Address that it came from.
             driver: The driver's own session.
-            now: Time now, by a clock that never jumps [s].
+            now: Time now, by a monotonic clock [s].
         """
         current = self.at(now).lease
         is_same = current is not None and current.identity == lease.identity
@@ -103,7 +103,7 @@ class LeasedInbox:
             open_channels: Channels that every program may use.
             on_news: Called with a message when the driver follows another
                 session, and when it first refuses one.
-            clock: A clock that never jumps [s].
+            clock: A monotonic clock [s].
 
         Raises:
             RemoSplatError: The wire has no addresses.

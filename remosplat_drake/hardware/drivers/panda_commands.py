@@ -5,7 +5,7 @@ within the expiry time of the driver's clock, into the past and into the
 future; without one that counts the arm is told to stand still. A command that
 came with a ramp is held for 1.5 control periods, and then the ramp leads to
 rest, as it was verified; it only has to count when it comes. A message
-that is no velocity command at all, at which drake-franka-driver exits, is
+that is not a velocity command at all, at which drake-franka-driver exits, is
 counted and left aside: a stray packet must not end a motion.
 """
 

@@ -1,6 +1,6 @@
 """`Ros1Link`: ROS 1 through rospy, as the lab of the paper runs it.
 
-rospy is no package of PyPI: it comes from Debian, or from a ROS installation
+rospy is not a package of PyPI: it comes from Debian, or from a ROS installation
 whose Python is this one.
 """
 

@@ -118,7 +118,7 @@ class TrajectoryStretch:
         Args:
             description: The robot.
             rows: The joints, by their places in the arm.
-            clock: A clock that never jumps [s].
+            clock: A monotonic clock [s].
         """
         n, clock_now = description.n_base, clock()
         rows = list(rows)

@@ -24,7 +24,7 @@ class TopicValues(Generic[Value]):
         self._values: dict[str, tuple[Value, float]] = {}
 
     def put(self, name: str, value: Value, t: float) -> None:
-        """Keeps a value that came at a time t, by a clock that never jumps [s].
+        """Keeps a value that came at a time t, by a monotonic clock [s].
 
         Args:
             name: Name of the topic.

@@ -116,7 +116,7 @@ def decode_lease(data: bytes) -> Lease:
     """Decodes a lease.
 
     Raises:
-        BrokenMessage: The packet is no lease.
+        BrokenMessage: The packet is not a lease.
     """
     message = decode(session_lease, data)
     return Lease(
@@ -142,7 +142,7 @@ def decode_report(data: bytes) -> Report:
     """Decodes a driver's report.
 
     Raises:
-        BrokenMessage: The packet is no report.
+        BrokenMessage: The packet is not a report.
     """
     message = decode(driver_report, data)
     return Report(
@@ -176,7 +176,7 @@ def decode_request(data: bytes, session: int, now: float) -> str | None:
         now: Our wall clock; a request that is stamped elsewhen is void [s].
 
     Raises:
-        BrokenMessage: The packet is no request.
+        BrokenMessage: The packet is not a request.
     """
     message = decode(operator_request, data)
     expired = is_expired(message.utime, to_utime(now), REQUEST_EXPIRY)

@@ -48,7 +48,7 @@ def decode_localization(data: bytes) -> BaseFix:
     """Decodes and checks a localisation of the base.
 
     Raises:
-        BrokenMessage: The packet is no localisation, or its covariance none.
+        BrokenMessage: The packet or its covariance is invalid.
     """
     message = decode(base_localization, data)
     P = finite_vector("covariance", message.covariance, 9).reshape(3, 3)

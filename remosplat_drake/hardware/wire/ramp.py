@@ -64,7 +64,7 @@ def decode_ramp(data: bytes) -> Ramp:
         data: The encoded packet.
 
     Raises:
-        BrokenMessage: The packet is no ramp.
+        BrokenMessage: The packet is not a ramp.
     """
     message = decode(command_ramp, data)
     period = finite_number("period", message.period)

@@ -291,19 +291,19 @@ def _splat(file: ArrayFile) -> GaussianSplat:
         return GaussianSplat.restored(arrays, head.text("content_hash"))
     for name, array in arrays.items():
         if array.dtype != np.float32 or not array.ndim:
-            raise FileError(file.path, f"splat.{name} is no table of <f4")
+            raise FileError(file.path, f"splat.{name} is not a table of <f4")
         if not (np.abs(array) <= _LARGEST).all():
             raise FileError(file.path, f"splat.{name} holds absurd numbers")
     unit = GaussianSplat(**arrays).quaternions
     if np.abs(unit - arrays["quaternions"]).max(initial=0) > 1e-6:
-        raise FileError(file.path, "splat.quaternions are no unit quaternions")
+        raise FileError(file.path, "splat.quaternions are not unit quaternions")
     return GaussianSplat.restored(arrays)
 
 
 def _coverage(file: ArrayFile) -> Coverage:
     head, state = file.document.inner("coverage"), file.array("coverage.state")
     if state.dtype != np.uint8 or state.ndim != 3 or not state.size:
-        raise FileError(file.path, "coverage.state is no grid of bytes")
+        raise FileError(file.path, "coverage.state is not a grid of bytes")
     if not file.is_sealed and state.max() > SURFACE:
         raise FileError(file.path, "coverage.state holds unknown states")
     lower = np.array(head.numbers("lower", 3))

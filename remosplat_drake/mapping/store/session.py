@@ -111,7 +111,7 @@ class Session:
         path = folder / SESSION_FILE
         document = parse_fields(read_text(path), str(path))
         if not document.has("format") or document.text("format") != FORMAT:
-            raise FileError(path, f"is no {FORMAT!r}")
+            raise FileError(path, f"is not a {FORMAT!r}")
         versions = []
         for entry in document.inners("versions"):
             versions.append(_version(entry, {v.version for v in versions}))

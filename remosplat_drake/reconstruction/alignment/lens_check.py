@@ -15,7 +15,7 @@ equidistant fisheye lens has k_1 = -1/3."""
 def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:
     """Judges a lens whose views still disagree after they were refined.
 
-    Two coefficients describe a fisheye lens in the middle of its images only.
+    Two coefficients describe a fisheye lens only in the middle of its images.
 
     Args:
         wide: Comparison of the refined views.
@@ -28,7 +28,7 @@ def judge_lens(wide: WideBaselines, undone: np.ndarray) -> list[Finding]:
     problem = (
         "the lens is not what the capture says: a radial distortion of k1"
         f" {undone[K1]:+.2f} and k2 {undone[K2]:+.2f} was undone, and still"
-        f" {found}; a fisheye lens is no pinhole: calibrate the camera, and"
+        f" {found}; a fisheye lens is not a pinhole: calibrate the camera, and"
         " undistort its images or give its coefficients"
     )
     return [Finding(LENS, problem, WARNING)]

@@ -123,7 +123,7 @@ def assess(
             workspace, or no view is to be compared.
     """
     if not len(compared):
-        raise RemoSplatError("no view of the capture is to be compared")
+        raise RemoSplatError("the capture has no view to compare")
     workspace = workspace or Workspace.of_capture(capture)
     box = workspace.lower, workspace.upper
     progress("collecting the measured surfaces")

@@ -242,7 +242,7 @@ def judge(report: QualityReport) -> str:
     )
     if report.uncertainty:
         verdict += (
-            "; where the data allow for more, splats say so, up to"
+            "; splats with less data state their own uncertainty, up to"
             f" {rounded_up(report.uncertainty)}, which oracles subtract"
         )
     verdict += f": stopping distances from {rounded_up(stop)} on are safe here"

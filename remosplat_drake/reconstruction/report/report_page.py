@@ -234,8 +234,9 @@ def _camera(report: QualityReport) -> str:
     return (
         "<h2>The camera</h2>\n"
         f"<p>{html.escape(alignment.words)}</p>\n{table.to_html()}"
-        "<p>What all images err by alike, with one standard deviation. What is"
-        " next to none is left as it is, and the splats' uncertainty has it."
+        "<p>Errors that all images share, with one standard deviation. Errors"
+        " close to zero are not corrected; the splats' uncertainty includes"
+        " them."
         "</p>"
     )
 

@@ -282,7 +282,7 @@ def _share(
     tolerance: float,
     *sums: np.ndarray,
 ):
-    """Lets threads gather, each the sums of other patches."""
+    """Computes the sums in threads, each for other patches."""
 
     def gather_piece(rows: slice):
         own = Patches(*(array[rows] for array in patches))

@@ -384,7 +384,7 @@ def _identity(
     config: TrainingConfig,
     held_out: np.ndarray,
 ) -> str:
-    """A digest of all that a training's course depends on."""
+    """A digest of everything that determines the course of a training."""
     digest = hashlib.sha256(repr(config).encode())
     arrays = [capture.X_WC, capture.K, capture.rgb, capture.depth]
     if capture.hidden is not None:

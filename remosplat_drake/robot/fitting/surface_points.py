@@ -48,7 +48,7 @@ class SurfacePoints:
 
     @cached_property
     def balls(self):
-        """The points as kernels take them."""
+        """The points packed for kernels."""
         return point_tree(self.tree.data)
 
 

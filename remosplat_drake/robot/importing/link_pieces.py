@@ -1,4 +1,4 @@
-"""The convex pieces of an imported robot, as true as its meshes."""
+"""The convex pieces of an imported robot, as accurate as its meshes."""
 
 from collections.abc import Callable, Mapping
 

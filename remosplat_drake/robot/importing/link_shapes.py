@@ -1,7 +1,7 @@
 """The meshes of a URDF's links, converted for Drake's drawing and collisions.
 
 Visual meshes become .gltf files, which carry their colours. Collision meshes
-become convex pieces, one a mesh at first: as Drake takes them.
+become convex pieces, one for each mesh at first, the form that Drake accepts.
 """
 
 import hashlib

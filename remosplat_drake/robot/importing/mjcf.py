@@ -67,7 +67,7 @@ def prepare_mjcf(
             raise FieldError(
                 str(path),
                 f"<{element.tag}>",
-                "Drake passes over it; load the model in MuJoCo and save it"
+                "Drake ignores it; load the model in MuJoCo and save it"
                 " with mj_saveLastXML, which writes such elements out",
             )
     write_out_defaults(path, root)

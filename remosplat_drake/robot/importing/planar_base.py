@@ -2,7 +2,7 @@
 
 Some files move the robot over the floor by joints at its root: slides along x
 and y and a hinge, or a hinge, a slide and another hinge. These stand for a base
-that drives, and are no part of the arm.
+that drives, and do not belong to the arm.
 """
 
 from xml.etree.ElementTree import tostring

@@ -107,13 +107,13 @@ def read_srdf(path: Path, urdf: Urdf) -> Srdf:
         urdf: The robot that it is about.
 
     Raises:
-        FileError: It cannot be read, or is no SRDF.
-        FieldError: A position is no number.
+        FileError: It cannot be read, or is not an SRDF.
+        FieldError: A position is not a number.
     """
     try:
         root = ElementTree.parse(path).getroot()
     except (OSError, ElementTree.ParseError) as error:
-        raise FileError(path, f"is no SRDF: {error}") from error
+        raise FileError(path, f"is not an SRDF: {error}") from error
     if root.tag != "robot":
         raise FileError(path, f"expected <robot>, got <{root.tag}>")
     states: dict[str, dict[str, float]] = {}

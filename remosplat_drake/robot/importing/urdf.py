@@ -124,7 +124,7 @@ class Urdf:
 
         Raises:
             FileError: It is not XML, or not a URDF.
-            FieldError: An element is unusable, or the links are no tree.
+            FieldError: An element is unusable, or the links are not a tree.
         """
         self.path = path
         self.dialect = dialect
@@ -269,7 +269,7 @@ class Urdf:
         if len(bases) > 1:
             raise self.fail(
                 f"link {bases[1]!r}",
-                f"hangs on no joint, as {bases[0]!r} does; join them by"
+                f"has no parent joint, and nor has {bases[0]!r}; join them by"
                 f" {self.dialect.weld} or remove one",
             )
         seen = set(bases)

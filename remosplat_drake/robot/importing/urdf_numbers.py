@@ -20,7 +20,7 @@ def check_numbers(urdf: Urdf) -> None:
         urdf: The robot.
 
     Raises:
-        FieldError: One is no number, is missing or cannot be; the text names
+        FieldError: One is not a number, is missing or cannot be; the text names
             link or joint and element.
     """
     for name, joint in urdf.joints.items():

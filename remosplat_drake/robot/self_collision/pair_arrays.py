@@ -1,4 +1,4 @@
-"""Convex shapes and pairs of them, as kernels take them."""
+"""Convex shapes and pairs of them, packed for kernels."""
 
 from typing import NamedTuple
 

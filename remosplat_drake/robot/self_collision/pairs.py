@@ -74,7 +74,7 @@ class SelfCollisionPairs:
 
     @cached_property
     def pair_arrays(self) -> Packed[PairArrays]:
-        """The pairs as kernels take them."""
+        """The pairs packed for kernels."""
         return self.pairs.arrays(self.allowance)
 
     def links(self, pair: int) -> tuple[str, str]:

@@ -33,7 +33,7 @@ class ShapePairs:
             (l + 1,).
         boxes: For each pair of links the two boxes that hold their shapes, as
             numbers of `link_boxes`, shape (l, 2).
-        shapes: The shapes as kernels take them.
+        shapes: The shapes packed for kernels.
         link_boxes: One box for each link, in the same way.
     """
 
@@ -82,7 +82,7 @@ class ShapePairs:
         return len(self.first)
 
     def arrays(self, allowance: np.ndarray) -> Packed[PairArrays]:
-        """Returns the pairs as kernels take them.
+        """Returns the pairs packed for kernels.
 
         Args:
             allowance: By how much each pair's distance is counted too large,

@@ -134,7 +134,7 @@ class CollisionShapes:
         )
 
     def arrays(self, body: np.ndarray) -> ShapeArrays:
-        """Returns the shapes as kernels take them.
+        """Returns the shapes packed for kernels.
 
         Args:
             body: Body of the robot's tree that each is on, shape (s,).
@@ -162,7 +162,7 @@ def read_collision_shapes(
         spheres: Spheres of links without collision geometry.
 
     Raises:
-        FileError: The file is no model.
+        FileError: The file is not a model.
         FieldError: A shape of a link has no bounded hull.
     """
     plant, scene_graph = MultibodyPlant(0.0), SceneGraph()

@@ -139,7 +139,7 @@ class MoverTrack:
         )
 
     def movers(self, time: float) -> list[Mover]:
-        """Returns the mover as the only one, as `Track` requires.
+        """Returns a tuple of this mover only, as `Track` requires.
 
         Args:
             time: Time since the run began [s].

@@ -158,7 +158,7 @@ def _array(path: Path, key: str, tensor: Any, file_size: int) -> np.ndarray:
         or tensor.device.type != "cpu"
     ):
         raise FileError(
-            path, f"{key} is no tensor of rows of floating-point numbers"
+            path, f"{key} is not a tensor of rows of floating-point numbers"
         )
     # A tensor may repeat one number by a stride of zero.
     if tensor.numel() * tensor.element_size() > 2 * file_size:

@@ -50,7 +50,7 @@ class SogBundle:
             try:
                 self._zip = zipfile.ZipFile(io.BytesIO(read_whole(path)))
             except ZIP_DAMAGES as error:
-                raise FileError(path, f"no SOG: {error}") from error
+                raise FileError(path, f"not an SOG file: {error}") from error
         self._meta = parse_json_object(
             self._read(META, _MAX_META), self._folder / META
         )
@@ -75,7 +75,9 @@ class SogBundle:
         """
         value = self._field(field)
         if not isinstance(value, int) or isinstance(value, bool):
-            raise FileError(self._path, f"{META}: {field} is no whole number")
+            raise FileError(
+                self._path, f"{META}: {field} is not a whole number"
+            )
         return value
 
     def numbers(self, field: str, n: int) -> np.ndarray:
@@ -91,7 +93,8 @@ class SogBundle:
             numbers = np.empty(0)
         if numbers.shape != (n,) or not np.isfinite(numbers).all():
             raise FileError(
-                self._path, f"{META}: {field} is no list of {n} finite numbers"
+                self._path,
+                f"{META}: {field} is not a list of {n} finite numbers",
             )
         return numbers
 
@@ -133,7 +136,7 @@ class SogBundle:
             or not all(isinstance(x, str) and Path(x).name == x for x in names)
         ):
             raise FileError(
-                self._path, f"{META}: {part}.files is no list of {n} names"
+                self._path, f"{META}: {part}.files is not a list of {n} names"
             )
         return names
 
@@ -193,7 +196,7 @@ class SogBundle:
             image_module.DecompressionBombError,
         ) as error:
             raise FileError(
-                self._path, f"{name} is no WebP picture, or damaged"
+                self._path, f"{name} is not a WebP picture, or damaged"
             ) from error
 
 

@@ -54,8 +54,8 @@ def read_spz(path: Path) -> GaussianSplat:
     """Reads an SPZ file of version 1 to 4; it always holds three scales.
 
     Raises:
-        FileError: The file is unreadable, no SPZ, damaged, truncated, or would
-            unpack to more than it declares or than fits into memory.
+        FileError: The file is unreadable, not an SPZ, damaged, truncated, or
+            would unpack to more than it declares or than fits into memory.
         MissingExtraError: Version 4 needs the package zstandard.
     """
     header, sections = read_sections(path)

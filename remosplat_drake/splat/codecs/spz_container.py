@@ -80,8 +80,8 @@ def read_sections(path: Path) -> tuple[SpzHeader, list[bytes]]:
     """Reads the header and the six unpacked sections of an SPZ file.
 
     Raises:
-        FileError: The file is unreadable, no SPZ, damaged, truncated, or would
-            unpack to another size than its header declares.
+        FileError: The file is unreadable, not an SPZ, damaged, truncated, or
+            would unpack to another size than its header declares.
         MissingExtraError: Version 4 needs the package zstandard.
     """
     data = read_whole(path)
@@ -92,7 +92,9 @@ def read_sections(path: Path) -> tuple[SpzHeader, list[bytes]]:
     if data.startswith(SPZ_MAGIC):
         header = _parse_header(path, data, versions=(4,))
         return header, _unpack_streams(path, data, header)
-    raise FileError(path, "no SPZ: it is neither gzipped nor starts with NGSP")
+    raise FileError(
+        path, "not an SPZ file: neither gzipped nor starting with NGSP"
+    )
 
 
 def _parse_header(
@@ -102,7 +104,7 @@ def _parse_header(
         raise FileError(path, "truncated: it ends within the header")
     magic, *fields = _COMMON.unpack_from(data)
     if magic != SPZ_MAGIC:
-        raise FileError(path, "no SPZ: gzipped, but not of splats")
+        raise FileError(path, "not an SPZ file: gzipped, but not of splats")
     header = SpzHeader(*fields)
     if header.version not in versions:
         raise FileError(

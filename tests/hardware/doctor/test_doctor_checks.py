@@ -272,5 +272,5 @@ def test_no_report_and_another_file_are_told(tmp_path):
     with pytest.raises(RemoSplatError, match="no report on robot and wire"):
         check_doctor(path, URL, 0.0, [])
     path.write_text("{}")
-    with pytest.raises(RemoSplatError, match="is no report"):
+    with pytest.raises(RemoSplatError, match="is not a report"):
         check_doctor(path, URL, 0.0, [])

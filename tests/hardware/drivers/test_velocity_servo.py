@@ -60,7 +60,7 @@ phases = st.lists(
 @settings(max_examples=30)
 @given(phases=phases)
 def test_the_robot_takes_every_command_until_it_ends(phases):
-    """Jumps, old setpoints, what is no number, lost packets: no abort.
+    """Jumps, old setpoints, what is not a number, lost packets: no abort.
 
     Extrapolation over many lost packets may itself leave the limits on
     velocity; the driver is not asked then.

@@ -432,7 +432,7 @@ BAD = {
     "two roots": (
         "arm.sdf",
         sdf(LINKS, joint("j", "ab")),
-        "link 'c': hangs on no joint, as 'a' does; join them by a <joint",
+        "link 'c': has no parent joint, and nor has 'a'; join them by a <joint",
     ),
     "a ball joint": (
         "arm.sdf",
@@ -528,7 +528,7 @@ BAD = {
     "an element that moves others": (
         "arm.xml",
         body('<joint name="j"/><frame pos="0 0 1"><geom size="0.1"/></frame>'),
-        "<frame>: Drake passes over it; .*mj_saveLastXML",
+        "<frame>: Drake ignores it; .*mj_saveLastXML",
     ),
     "a missing include": (
         "arm.xml",
@@ -567,7 +567,7 @@ BAD = {
         "directives:\n"
         "- add_model: {name: a, file: ../crane.sdf}\n"
         "- add_model: {name: b, file: ../cart.urdf}",
-        "link 'plate': hangs on no joint, as 'foot' does; .* add_weld",
+        "link 'plate': has no parent joint, and nor has 'foot'; .* add_weld",
     ),
     "a weld of nothing": (
         "shop/robots/two.dmd.yaml",

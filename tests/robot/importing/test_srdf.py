@@ -45,7 +45,7 @@ def test_what_is_about_the_robot_is_read(tmp_path, urdf):
 @pytest.mark.parametrize(
     ("old", "new", "error", "message"),
     [
-        ("</robot>", "", FileError, "toy.srdf: is no SRDF"),
+        ("</robot>", "", FileError, "toy.srdf: is not an SRDF"),
         ("robot", "group", FileError, "expected <robot>, got <group>"),
         ('"0.5"', '"half"', FieldError, "joint 'joint_1': expected a finite"),
     ],

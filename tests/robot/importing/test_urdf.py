@@ -45,7 +45,7 @@ BAD = {
         '<link name="a"/><link name="a"/>',
         "link 'a': is there twice",
     ),
-    "two roots": (LINKS, "link 'b': hangs on no joint, as 'a' does"),
+    "two roots": (LINKS, "link 'b': has no parent joint, and nor has 'a'"),
     "two parents": (
         LINKS
         + joint("j", "a", "b")
@@ -79,7 +79,7 @@ BAD = {
         LINKS + joint("j", "a", "bb"),
         "joint 'j' <child>: unknown link 'bb'",
     ),
-    "a limit that is no number": (
+    "a limit that is not a number": (
         LINKS + joint("j", "a", "b", inner='<limit lower="low"/>'),
         "joint 'j' <limit> lower: expected a finite number, got 'low'",
     ),

@@ -99,7 +99,7 @@ def test_who_allows_what_is_none_is_told_so_in_one_line(
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("<robot><disable", "is no SRDF file"),
+        ("<robot><disable", "is not an SRDF file"),
         ("<model/>", "its root is <model>, not <robot>"),
         (
             '<robot><disable_collisions link1="a"/></robot>',

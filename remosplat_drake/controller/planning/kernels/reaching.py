@@ -1,4 +1,4 @@
-"""Configurations that reach an aim and are free, from draws.
+"""Searches random draws for free configurations that reach an aim.
 
 Cheap checks come first: the parts that carry the arms and that the arms cannot
 move, before inverse kinematics; the whole robot only if the aim is reached.

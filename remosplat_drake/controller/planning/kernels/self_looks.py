@@ -132,7 +132,7 @@ def _link_room(space, link, row):
 
 @helper
 def _keeps_apart(space, q, u, link, step, count):
-    """Returns whether two links keep apart, from coarse looks to fine ones.
+    """Returns whether two links keep their distance, by coarse checks first.
 
     Args:
         space: The `SpaceArrays`.

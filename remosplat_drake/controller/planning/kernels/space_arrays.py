@@ -1,4 +1,4 @@
-"""`SpaceArrays`: the free space of a robot, as kernels take it."""
+"""`SpaceArrays`: the free space of a robot, packed for kernels."""
 
 from typing import Any, NamedTuple
 

@@ -31,7 +31,7 @@ from remosplat_drake.scene.kernels.mover_reach import (
 
 
 class GuidanceArrays(NamedTuple):
-    """A `Guidance`, as kernels take it.
+    """A `Guidance`, packed for kernels.
 
     Attributes:
         side: `Guidance.side`.
@@ -76,7 +76,7 @@ class NearQuestion(NamedTuple):
 
 
 class NearArrays(NamedTuple):
-    """Nearest points of m pairs of links, as kernels take them.
+    """Nearest points of m pairs of links, packed for kernels.
 
     Attributes:
         pair: The pair of shapes of each, shape (m,).
@@ -131,7 +131,7 @@ class OutsideArrays(NamedTuple):
 
 
 class TickArrays(NamedTuple):
-    """A `Tick`, as kernels take it.
+    """A `Tick`, packed for kernels.
 
     Attributes:
         robot: The robot.

@@ -67,7 +67,7 @@ SCENE = PARTS.index(CollisionDamper)
 
 
 class LawArrays(NamedTuple):
-    """A law, as kernels take it.
+    """A law, packed for kernels.
 
     Attributes:
         parts: The compiled ingredients.

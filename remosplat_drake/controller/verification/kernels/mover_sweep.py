@@ -1,9 +1,9 @@
 """Checks that spheres keep off movers, all along a path to a standstill.
 
-A sphere that moves must be clear of all places of movers by then, or move
-away from all of it. One that rests may be touched: it is not the robot that
-touches. So a path is checked until its end, and spheres that it does not move
-are not looked at.
+A moving sphere must be clear of all positions that movers may have reached by
+then, or move away from all of them. A sphere at rest may be touched, since then
+the mover causes the contact. So a path is checked until its end, and spheres
+that do not move along it are not checked.
 """
 
 import math

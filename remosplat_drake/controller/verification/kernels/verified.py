@@ -52,7 +52,7 @@ VERDICT = several(reals(1), REAL, WHOLE)
 
 
 class OwnArrays(NamedTuple):
-    """A `SelfClearance`, as kernels take it.
+    """A `SelfClearance`, packed for kernels.
 
     Attributes:
         pairs: The pairs of shapes.
