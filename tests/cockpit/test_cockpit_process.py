@@ -76,6 +76,7 @@ def test_a_port_that_is_taken_is_named():
             Rig(port=port)
 
 
+@pytest.mark.slow
 def test_an_interface_that_is_not_there_is_named():
     with pytest.raises(RemoSplatError, match=r"--host 192\.0\.2\.1"):
         Rig(host="192.0.2.1")
