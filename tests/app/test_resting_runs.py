@@ -1,6 +1,7 @@
 """A robot that holds a reached target stands still."""
 
 import numpy as np
+from effort import effort
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.diagram import build
@@ -37,7 +38,7 @@ def moved(q: np.ndarray) -> float:
 
 
 def test_a_held_target_is_held_still(frankie, tmp_path):
-    q = held(tmp_path, frankie, 30.0)
+    q = held(tmp_path, frankie, effort(10.0, 30.0))
     settled = round(3.0 / DT)
     assert moved(q[:settled]) > 0  # It settles first.
     np.testing.assert_array_equal(
@@ -46,7 +47,6 @@ def test_a_held_target_is_held_still(frankie, tmp_path):
 
 
 def test_self_motion_can_be_had(frankie, tmp_path):
-    q = held(
-        tmp_path, frankie, 30.0, "  controller: {rest: {enabled: false}}\n"
-    )
+    rest = "  controller: {rest: {enabled: false}}\n"
+    q = held(tmp_path, frankie, effort(10.0, 30.0), rest)
     assert moved(q[round(3.0 / DT) :]) > 0.01

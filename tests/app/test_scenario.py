@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from effort import effort
 from pydrake.math import RigidTransform
 
 from remosplat_drake.app.scenario import (
@@ -78,7 +79,7 @@ def test_shipped_scenarios_are_found_by_name():
         pytest.skip("no scenario files are installed")
     assert DEFAULT_SCENARIO in shipped
     assert load_scenario().source.endswith(f":{DEFAULT_SCENARIO}")
-    for name, path in shipped.items():
+    for name, path in list(shipped.items())[:: effort(4, 1)]:
         assert load_scenario(name).source == f"{path}:{name}"
 
 

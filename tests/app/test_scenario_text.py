@@ -3,12 +3,13 @@
 import dataclasses as dc
 
 import pytest
+from effort import effort
 
 from remosplat_drake.app.scenario import load_scenario, shipped_scenarios
 from remosplat_drake.app.scenario_text import scenario_text
 
 
-@pytest.mark.parametrize("name", shipped_scenarios())
+@pytest.mark.parametrize("name", list(shipped_scenarios())[:: effort(4, 1)])
 def test_what_is_read_is_what_was_written(name, tmp_path):
     scenario = load_scenario(name)
     path = tmp_path / "copy.yaml"

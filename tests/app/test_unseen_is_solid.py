@@ -87,7 +87,10 @@ def test_the_robot_may_stand_where_it_starts(table):
 def test_what_is_hidden_stops_the_robot(table):
     """A slab of air before the table is enough."""
     hide(table, [0.9, -1.0, 0.1], [1.0, 1.0, 1.3])
-    text = "{scene: {unknown: obstacle}, time_limit: 4}"
+    text = (
+        "{scene: {unknown: obstacle}, time_limit: 4,"
+        " controller: {guidance: {enabled: false}}}"
+    )
     application = build(load_scenario(str(table), text))
     stopped = run(application)
     assert stopped.outcome != REACHED

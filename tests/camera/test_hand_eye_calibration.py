@@ -36,7 +36,7 @@ def arc(scene):
             upright
             @ RigidTransform(RotationMatrix.MakeZRotation(roll), [0, 0, 0])
         )
-    return render_capture(scene, poses, 160, 120)
+    return render_capture(scene, poses, 120, 90)
 
 
 def misplaced(capture):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -50,7 +51,7 @@ def reference(spheres, K, X_WC, depth, margin):
     return hidden
 
 
-@settings(max_examples=25)
+@settings(max_examples=effort(10, 25))
 @given(st.integers(0, 10**6))
 def test_the_mask_equals_its_reference(seed):
     rng = np.random.default_rng(seed)
@@ -140,7 +141,7 @@ def test_no_pixel_of_the_robot_survives(frankie, scene, translation, rpy_deg):
         ("ur5e", "tool0"),
         ("fetch", "gripper_link"),
         ("ridgeback_panda", "wrist_camera"),
-        ("two_pandas", "left_wrist_camera"),
+        pytest.param("two_pandas", "left_wrist_camera", marks=pytest.mark.slow),
     ],
 )
 def test_other_robots_are_hidden_by_their_own_shapes(name, frame, scene):

@@ -126,14 +126,8 @@ def shown_plots(tab: CockpitTab) -> list[str]:
 @pytest.mark.skipif(
     find_chromium() is None, reason="needs chromium on the PATH"
 )
-@pytest.mark.parametrize(
-    "size",
-    [
-        (390, 844),
-        pytest.param((844, 390), marks=pytest.mark.slow),
-        pytest.param((1280, 800), marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(390, 844), (844, 390), (1280, 800)])
 def test_a_watcher_unfolds_the_plots_and_keeps_stop_in_sight(rig, size):
     with open_cockpit(rig.url, size) as watcher:
         watcher.tab.show_as(*size, mobile=size[0] < 1000)

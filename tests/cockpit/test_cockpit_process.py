@@ -21,8 +21,17 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.cockpit.cockpit_process import DIED, SILENT
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def rig():
+    """A cockpit that outlives each test."""
+    rig = Rig()
+    yield rig
+    rig.process.close()
+
+
+@pytest.fixture
+def mortal():
+    """A cockpit that a test may end."""
     rig = Rig()
     yield rig
     rig.process.close()
@@ -37,10 +46,10 @@ def test_no_other_computer_reaches_it_unless_asked(rig):
     assert f"00000000:{port:04X}" not in listening
 
 
-def test_when_it_dies_the_robot_stops(rig):
-    assert rig.process.trouble == ""
-    os.kill(rig.process.process.pid, signal.SIGKILL)
-    rig.until(lambda: rig.process.trouble == DIED)
+def test_when_it_dies_the_robot_stops(mortal):
+    assert mortal.process.trouble == ""
+    os.kill(mortal.process.process.pid, signal.SIGKILL)
+    mortal.until(lambda: mortal.process.trouble == DIED)
 
 
 def test_when_it_hangs_the_robot_stops_and_stays(rig):
@@ -51,9 +60,9 @@ def test_when_it_hangs_the_robot_stops_and_stays(rig):
     rig.until(lambda: rig.process.trouble == "")
 
 
-def test_it_leaves_with_its_parent(rig):
-    process = rig.process.process
-    rig.process.close()
+def test_it_leaves_with_its_parent(mortal):
+    process = mortal.process.process
+    mortal.process.close()
     end = time.monotonic() + PATIENCE
     while process.is_alive():
         assert time.monotonic() < end
@@ -67,6 +76,7 @@ def test_a_port_that_is_taken_is_named():
             Rig(port=port)
 
 
+@pytest.mark.slow
 def test_an_interface_that_is_not_there_is_named():
     with pytest.raises(RemoSplatError, match=r"--host 192\.0\.2\.1"):
         Rig(host="192.0.2.1")

@@ -45,6 +45,7 @@ def test_each_hand_has_its_target(server, job):
     np.testing.assert_allclose(drawn, X_WTs[:, :3, 3])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("job", ["TableTeleop"], indirect=True)
 def test_an_only_hand_has_one(server, job):
     robot = job.robot

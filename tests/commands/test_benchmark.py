@@ -110,7 +110,8 @@ def test_mistakes_are_named_in_one_line(scenes, capsys, arguments, message):
 
 def test_a_crash_is_reported_and_ends_with_one(scenes, capsys):
     impossible = "{time_limit: 0.2, wrist_camera: {frame: nowhere}}"
-    assert benchmark(scenes, "--scenario-text", impossible) == 1
+    methods = "--methods", "sdf-hard"
+    assert benchmark(scenes, *methods, "--scenario-text", impossible) == 1
     assert "crashed:" in capsys.readouterr().err
 
 

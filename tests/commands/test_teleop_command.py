@@ -184,6 +184,7 @@ def test_a_bad_script_begins_no_session(
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.slow
 def test_a_script_moves_one_hand_after_the_other(session, script):
     path = script(
         {"time": 0.0, "translation": [0.5, 0.25, 0.4]},

@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from effort import effort
 from programs import program_of
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform
@@ -26,16 +27,17 @@ from remosplat_drake.signals.binding import MOVER
 from remosplat_drake.signals.distance_field import Clearances
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(effort(2, 6)))
 def test_the_robot_touches_nothing(three_link, seed):
-    assert wander_about(three_link, seed, 1500).towards == 0
+    wandered = wander_about(three_link, seed, 1500)
+    assert wandered.towards == 0
+    assert wandered.travelled > 0.5
 
 
 def test_a_robot_that_sees_nothing_touches_it(three_link):
-    """So the test above can fail, and it moves, too."""
+    """So the test above can fail."""
     blind = wander_about(three_link, 0, 1500, blind=True)
     assert blind.towards > 20
-    assert wander_about(three_link, 0, 1500).travelled > 0.5
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
@@ -76,7 +77,7 @@ def kitchen(*, wall: float) -> GaussianSplat:
 angle = st.floats(-np.pi, np.pi)
 
 
-@settings(max_examples=15)
+@settings(max_examples=effort(5, 15))
 @given(rpy=st.tuples(angle, angle, angle), exponent=st.floats(-2, 2))
 def test_a_floor_is_found_in_any_frame_and_unit(rpy, exponent):
     scale = 10**exponent

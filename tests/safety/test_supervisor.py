@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from supervised import (
@@ -513,7 +514,7 @@ histories = st.lists(
 
 
 @given(histories)
-@settings(max_examples=200)
+@settings(max_examples=effort(60, 200))
 def test_whatever_happens(history):
     law = make_law()
     drive = Drive(law)

@@ -19,6 +19,7 @@ controller: {guidance: {enabled: false}}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("open3d")
 def test_map_and_base_stay_where_they_are(tmp_path: Path):
     scenario = drifting(QUICKLY)

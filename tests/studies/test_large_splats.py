@@ -5,6 +5,7 @@ import pytest
 from apps.studies import large_splats
 
 
+@pytest.mark.slow
 def test_a_small_hall_is_measured(capsys, tmp_path):
     arguments = ["--millions", "0.05", "--folder", str(tmp_path)]
     assert large_splats.main(arguments) == 0

@@ -19,6 +19,7 @@ def push(folder, *arguments: str, script: str = SCRIPT) -> int:
     return study.main([*where, *arguments])
 
 
+@pytest.mark.slow
 def test_figure_and_numbers_are_written_and_a_run_that_is_there_is_kept(
     tmp_path, capfd, monkeypatch
 ):

@@ -5,6 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
+from effort import effort
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
@@ -81,9 +82,9 @@ def some_places(
     return HandPlaces(field, hand, lower, upper, HEIGHTS, 0.05, 0.12)
 
 
-@pytest.mark.parametrize("at_once", [1, 300, 20_000])
+@pytest.mark.parametrize("at_once", effort([1, 300], [1, 300, 20_000]))
 @pytest.mark.parametrize("make", [tables, discs])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(effort(2, 4)))
 def test_they_are_those_of_the_whole_grid(make, seed, at_once, monkeypatch):
     monkeypatch.setattr(hand_places, "_AT_ONCE", at_once)
     rng = np.random.default_rng(seed)

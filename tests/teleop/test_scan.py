@@ -84,6 +84,7 @@ def test_the_camera_stays_in_its_place(count, yaw):
         assert np.linalg.norm(X[:3, 3] - X_WE[:3, 3]) <= 0.2 + 1e-12
 
 
+@pytest.mark.slow
 def test_frankie_scans_the_table():
     """All views are reached, far from everything, and show more than one."""
     operated = Operated("TableReach", TeleopConfig())

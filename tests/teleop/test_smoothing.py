@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
@@ -17,7 +18,7 @@ from remosplat_drake.teleop.smoothing import (
 )
 
 DT = 0.01
-tries = settings(max_examples=25)
+tries = settings(max_examples=effort(8, 25))
 vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array)
 angles = st.tuples(*[st.floats(-3, 3)] * 3)
 

@@ -4,6 +4,7 @@ import dataclasses as dc
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -33,7 +34,7 @@ CONFIG = TeleopConfig(
     poses={"shelf": SavedPose([0.5, 0.5, 0.5], [0, 0, 90])},
     scan=ScanConfig(dwell=0.1, timeout=2.0),
 )
-tries = settings(max_examples=15)
+tries = settings(max_examples=effort(6, 15))
 points = st.tuples(*[st.floats(-2, 2)] * 3)
 
 

@@ -26,9 +26,8 @@ STATES = (
 @pytest.mark.skipif(
     find_chromium() is None, reason="needs chromium on the PATH"
 )
-@pytest.mark.parametrize(
-    "size", [(390, 844), pytest.param((844, 390), marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(390, 844), (844, 390)])
 def test_a_long_sentence_is_shown_whole(page, size):
     with open_browser() as tab:
         tab.draw_nothing()

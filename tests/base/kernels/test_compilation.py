@@ -66,6 +66,7 @@ def test_kernels_that_say_what_they_return_may_be_compiled_beside(tmp_path):
     assert mean == "False"  # Its caller needs to know what it returns.
 
 
+@pytest.mark.slow
 def test_one_process_is_enough(tmp_path):
     answer = printed(tmp_path, REMOSPLAT_COMPILERS="0")
     assert answer == ["4", "4", "False", "False"]

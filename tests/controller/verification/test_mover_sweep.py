@@ -3,6 +3,7 @@
 import mover_sweep_reference
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.math import RigidTransform, RotationMatrix
@@ -129,7 +130,7 @@ def draw(rng, robot: RobotModel):
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=300)
+@settings(max_examples=effort(60, 300))
 def test_what_passes_is_clear_or_retreats_at_all_times(three_link, seed):
     """Seen in steps of a millisecond, along the path as it is executed."""
     robot, rng = three_link, np.random.default_rng(seed)
@@ -157,7 +158,7 @@ def test_what_passes_is_clear_or_retreats_at_all_times(three_link, seed):
 
 
 @given(seed=st.integers(0, 2**32 - 1), age=st.floats(0.0, 0.2))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=effort(25, 100), deadline=None)
 def test_the_kernel_decides_as_its_reference(three_link, seed, age):
     q, u, movers = draw(np.random.default_rng(seed), three_link)
     path, field = make_path(three_link, q, u), Movers(0.0, movers)
