@@ -1,4 +1,4 @@
-"""How much a test tries: little by default, more with `make test-all`."""
+"""The effort of a test: little by default, more with `make test-all`."""
 
 import os
 from typing import TypeVar

@@ -1,4 +1,4 @@
-"""`Load`: what a robot carries, as a value that crosses ports."""
+"""`Load`: the payload of a robot as a value that crosses ports."""
 
 import dataclasses as dc
 

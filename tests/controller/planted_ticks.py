@@ -28,7 +28,18 @@ from remosplat_drake.controller.verification.kernels import verified
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.robot.robot_model import load_robot
+from remosplat_drake.robot.self_collision.kernels import support
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+
+
+def highest(blocks, span, x, y, z):
+    """Does without lanes, which only compiled code has."""
+    heights = np.einsum("ick,c->ik", blocks[span[0] : span[1]], [x, y, z])
+    block, place = np.unravel_index(heights.argmax(), heights.shape)
+    return span[0] + block, place
+
+
+support._highest = highest
 
 ROBOT = load_robot(Path(__file__).parents[1] / "data" / "three_link.yaml")
 # Only compiled code can ask other maps along a path.

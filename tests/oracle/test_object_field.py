@@ -1,4 +1,4 @@
-"""Objects as a map: distances, and who may come nearer than others."""
+"""Objects as a map: distances, and links that may come nearer than others."""
 
 import pickle
 
