@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ from remosplat_drake.commands.main import COMMANDS, main
 from remosplat_drake.hardware.hardware_config import check_lcm_url
 from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.task.step_configs import AnyStep
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = (
@@ -279,6 +281,10 @@ def test_every_tag_is_one_of_a_scenario(document):
             scenario = load_scenario(override=f"{{movers: [!{tag} {{}}]}}")
             assert [type(m).__name__ for m in scenario.movers] == [tag]
             continue
+        elif tag in STEPS:
+            scenario = load_scenario(override=f"{{tasks: [!{tag} {{}}]}}")
+            assert [type(step).__name__ for step in scenario.tasks] == [tag]
+            continue
         text = f"{{{field}: !{tag} {content}}}"
         scenario = load_scenario(override=text)
         assert type(getattr(scenario, field)).__name__ == tag
@@ -291,6 +297,9 @@ DRIVERS = {
     "Ros2Base": ("base_driver", "{}"),
 }
 """Tags of drivers: their field of `hardware`, and what they need."""
+
+STEPS = {step.__name__ for step in get_args(AnyStep)}
+"""Tags of a task's steps."""
 
 MOVERS = ("Person", "SwingingDoor", "RecordedMovers", "OtherRobot")
 """Tags of things that move."""
