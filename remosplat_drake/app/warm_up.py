@@ -21,6 +21,7 @@ from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.controller.verification.map_calls import is_pythons
 from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.object_field import ObjectField, with_objects
 from remosplat_drake.oracle.oracle_config import make_field
 from remosplat_drake.oracle.unknown_space import UnknownSpaceField
 from remosplat_drake.robot.robot_model import RobotModel
@@ -75,6 +76,7 @@ def compile_kernels(
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
     scenario.tasks, scenario.objects = [], []
     scenario.targets = [TargetConfig(translation=(p_WE + _AWAY).tolist())]
+    scenario.tasks, scenario.objects = [], []
     splat_W, truth = _obstacle(world)
     for field in _fields(scenario, world, live_map, splat_W, truth):
         beside = World(world.robot, splat_W, truth, field, world.q0)
@@ -104,10 +106,13 @@ def _fields(
     around = UnknownSpaceField(unseen, p_WE - 0.5 * _ROOM, 1.0)
     both = CompositeDistanceField([known, around])
     first = known
-    if isinstance(world.field, CompositeDistanceField):
+    scene = world.scene_field or world.field
+    if isinstance(scene, CompositeDistanceField):
         first = both
     elif live_map and not world.splat_W:
         first = around  # Nothing has been seen yet.
+    if world.objects:
+        first = with_objects(first, ObjectField(()))
     fields = [first]
     if live_map:
         later = both if scenario.scene.unknown == OBSTACLE else known

@@ -209,8 +209,8 @@ def scenario_targets(
 ) -> dict[str, list[Target]]:
     """Returns the targets of a scenario, or else that of its true scene.
 
-    There are none where the scenario has a system of its own that hands out
-    targets during the run.
+    There are none where the scenario has tasks, or a system of its own that
+    hands out targets during the run.
 
     Args:
         scenario: The scenario.
@@ -225,7 +225,7 @@ def scenario_targets(
         FieldError: A target is unusable.
     """
     found: dict[str, list[Target]] = {name: [] for name in effectors}
-    if not isinstance(scenario.targets, list):
+    if scenario.tasks or not isinstance(scenario.targets, list):
         return found
     if not scenario.targets and truth is not None and truth.X_WE_target:
         found[effectors[0]].append(Target.of(truth.X_WE_target))

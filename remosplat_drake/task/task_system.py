@@ -42,15 +42,17 @@ class TaskSystem(LeafSystem):
         - distance_field
         - payload
         - hold
+        - objects
         - hand_command
         - task
 
     `advance_task` decides. `aim`, `target` and `progress` are those of a
     `TargetSequence`; blocks are counted. `distance_field` is the map with the
     objects that stand in it and the contact rules of the present step,
-    `payload` what is carried, and `hold` whether the arm shall stand still: map
-    and payload change only while it does. `hand_command` is the hand's width
-    and force [m, N], `task` the `TaskState`.
+    `payload` what is carried, `objects` all objects where they stand, and
+    `hold` whether the arm shall stand still: map and payload change only while
+    it does. `hand_command` is the hand's width and force [m, N], `task` the
+    `TaskState`.
 
     Args:
         task: The task.
@@ -89,6 +91,7 @@ class TaskSystem(LeafSystem):
             ),
             ("distance_field", Value[object](), self._calc_field, present),
             ("payload", Value[object](), self._calc_payload, present),
+            ("objects", Value[object](), self._calc_objects, present),
             ("hold", Value(False), self._calc_hold, present),
         ):
             self.DeclareAbstractOutputPort(name, model.Clone, calc, tickets)
@@ -159,6 +162,9 @@ class TaskSystem(LeafSystem):
 
     def _calc_payload(self, context: Context, output: AbstractValue):
         output.set_value(self.state(context).payload)
+
+    def _calc_objects(self, context: Context, output: AbstractValue):
+        output.set_value(self.state(context).objects)
 
     def _calc_hold(self, context: Context, output: AbstractValue):
         state = self.state(context)

@@ -98,7 +98,7 @@ class RunView(LeafSystem):
         if report is not self._report:
             self._report = report
             self._draw_report(report, time)
-        self._spheres.update(q, report.clearances, time)
+        self._spheres.update(q, report, time)
 
     def draw_targets(self, aim: Aim, time: float):
         """Draws the targets of the end effectors.

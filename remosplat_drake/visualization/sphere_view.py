@@ -5,7 +5,7 @@ from pydrake.geometry import Rgba, Sphere
 from pydrake.math import RigidTransform
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.scene_look import ROOT
 from remosplat_drake.visualization.toggle import on_off
@@ -48,20 +48,22 @@ class SphereView:
             meshcat.SetTransform(path, RigidTransform(model.p_LS[i]))
         page.add_toggle(on_off("Robot spheres", "2", SPHERES, shown=False))
 
-    def update(self, q: np.ndarray, clearances: Clearances, time: float):
-        """Moves and colours the spheres.
+    def update(self, q: np.ndarray, report: TickReport, time: float):
+        """Moves and colours the spheres; those of a payload are not drawn.
 
         Args:
             q: Measured configuration, shape (n_q,).
-            clearances: Clearances of the last tick; spheres without one are
-                far from the scene.
+            report: The last tick; spheres without a clearance in it are far
+                from the scene.
             time: Time of the step in a recording [s].
         """
         X_WL = self._robot.body_poses(q)
         for link, body in zip(self._links, self._body, strict=True):
             X = RigidTransform(X_WL[body])
             self._scene.move(f"{SPHERES}/{link}", X, time)
-        distance = clearances.per_sphere(len(self._paths))
+        held = self._robot.holding(report.payload)
+        distance = report.clearances.per_sphere(len(held.spheres))
+        distance = distance[: len(self._paths)]
         fraction = np.clip(distance / _FAR, 0.0, 1.0)
         shade = np.rint((_STEPS - 1) * fraction).astype(int)
         for i in np.flatnonzero(shade != self._shade):

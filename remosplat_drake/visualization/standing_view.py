@@ -81,6 +81,8 @@ class StandingView(LeafSystem):
     def _light_up(self, standing: Standing, q: np.ndarray, time: float):
         is_held = standing.kind == HELD
         link = standing.link if is_held else ""
+        # A carried object is no link of the robot that is drawn.
+        link = link if link in self._robot.tree.names else ""
         if link and link not in self._links:
             self._add_glow(link)
         X_WL = self._robot.body_poses(q)

@@ -7,6 +7,7 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.visualization.guidance_view import GuidanceView
 from remosplat_drake.visualization.mover_view import MoverView
+from remosplat_drake.visualization.object_view import ObjectView
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import AddRobotView
 from remosplat_drake.visualization.run_view import RunView
@@ -27,6 +28,7 @@ def AddViews(
     truth: PrimitiveScene | None = None,
     selection: OutputPort | None = None,
     movers: OutputPort | None = None,
+    objects: OutputPort | None = None,
 ) -> None:
     """Draws the scene, and adds the systems that draw robot and control.
 
@@ -42,6 +44,7 @@ def AddViews(
         selection: Output port of the guidance selector's `Selection`; None
             without one.
         movers: Output port of the `Movers`; None if nothing moves.
+        objects: Output port of the objects of a task; None without one.
 
     Example:
         >>> import remosplat_drake as rs
@@ -64,6 +67,11 @@ def AddViews(
     if movers is not None:
         mover_view = MoverView.AddToBuilder(builder, page=page)
         builder.Connect(movers, mover_view.GetInputPort("movers"))
+    if objects is not None:
+        view = ObjectView.AddToBuilder(builder, page=page, robot=robot)
+        builder.Connect(configuration, view.GetInputPort("configuration"))
+        builder.Connect(report, view.GetInputPort("report"))
+        builder.Connect(objects, view.GetInputPort("objects"))
     robot_input = AddRobotView(builder, robot, page)
     builder.Connect(configuration, robot_input)
     if truth is not None:

@@ -67,6 +67,20 @@ SENTENCES = {
     "moving to the target, 12 deg away": Situation(
         error(0.0, 12), Target(np.eye(4)).without("x", "y", "z")
     ),
+    "job 2 of 3: robot lifts the can, 0.52 m away": dc.replace(
+        FAR, progress=TargetProgress(1, 3, "lifts the can")
+    ),
+    "job 2 of 3: robot opens its hand": Situation(
+        error(0.0),
+        is_there=True,
+        progress=TargetProgress(1, 3, "opens its hand"),
+    ),
+    "gave up: lifts the can: too near": dc.replace(
+        FAR,
+        progress=TargetProgress(
+            1, 3, "lifts the can", "lifts the can: too near"
+        ),
+    ),
     "reached": dc.replace(FAR, progress=TargetProgress(1, 1)),
     "reached all 2": dc.replace(FAR, progress=TargetProgress(2, 2)),
     "at the target": Situation(error(0.004), is_there=True),

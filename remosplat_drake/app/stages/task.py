@@ -84,6 +84,17 @@ def hand_port(targets: Targets) -> OutputPort | None:
     return targets.GetOutputPort("hand_command")
 
 
+def objects_port(targets: Targets) -> OutputPort | None:
+    """Returns the port with the objects of a task; None without a task.
+
+    Args:
+        targets: The system that says where the end effector shall go.
+    """
+    if not isinstance(targets, TaskSystem):
+        return None
+    return targets.GetOutputPort("objects")
+
+
 def ConnectTask(
     builder: DiagramBuilder,
     targets: Targets,

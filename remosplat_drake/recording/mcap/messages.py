@@ -127,6 +127,7 @@ def _joints(record: TickRecord, robot: RobotModel) -> list[dict]:
 def _clearances(record: TickRecord, robot: RobotModel) -> dict:
     """The smallest clearance of each link that is near to something."""
     links: dict[str, float] = {}
+    robot = robot.holding(record.payload)
     for sphere, distance in zip(
         record.sphere.tolist(), record.distance.tolist(), strict=True
     ):

@@ -80,6 +80,7 @@ class Ros2View:
             for i, target in record.aim.items
             if target.is_known
         ]
+        robot = robot.holding(record.payload)
         p_WSs = robot.spheres_at(record.q).p_WS
         nearest: dict[str, int] = {}
         for row in np.argsort(record.distance)[::-1].tolist():

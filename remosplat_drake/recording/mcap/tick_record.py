@@ -6,6 +6,7 @@ import numpy as np
 
 from remosplat_drake.recording.events import Event
 from remosplat_drake.recording.tick_events import LoggedSignals
+from remosplat_drake.robot.payload import Payload
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.signals.tick_report import TickReport
@@ -31,6 +32,7 @@ class TickRecord:
         stop_reason: Why the supervisor stopped the robot.
         station: Status of the station; None if none is connected.
         events: What happened since the tick before.
+        payload: What the robot carried, whose spheres are the last.
     """
 
     time: float
@@ -48,6 +50,7 @@ class TickRecord:
     stop_reason: str
     station: StationStatus | None
     events: tuple[Event, ...]
+    payload: Payload | None = None
 
     @staticmethod
     def of(
@@ -81,4 +84,5 @@ class TickRecord:
             stop_reason="" if supervision is None else supervision.reason,
             station=signals.station,
             events=events,
+            payload=report.payload,
         )

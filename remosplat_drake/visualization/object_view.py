@@ -1,0 +1,87 @@
+"""`ObjectView`: objects where they stand, and in the hand."""
+
+from pydrake.common.value import Value
+from pydrake.geometry import Box as DrakeBox
+from pydrake.geometry import Convex, Rgba, Shape
+from pydrake.geometry import Cylinder as DrakeCylinder
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
+from remosplat_drake.scene.primitive_scene import Box, Cylinder
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
+from remosplat_drake.visualization.scene_look import ROOT
+
+OBJECTS = f"{ROOT}/objects"
+
+_COLOR = Rgba(0.55, 0.35, 0.75, 0.6)
+
+
+class ObjectView(LeafSystem):
+    """Draws the objects of a task.
+
+    .. pydrake_system::
+
+        name: ObjectView
+        input_ports:
+        - configuration
+        - report
+        - objects
+
+    `objects` are the `SceneObject`s where they stand; what the `TickReport`
+    says is carried is drawn in the hand.
+
+    Args:
+        page: The page to draw on.
+        robot: The robot that carries them.
+    """
+
+    def __init__(self, *, page: MeshcatPage, robot: RobotModel):
+        super().__init__()
+        self._scene, self._meshcat = page.scene, page.meshcat
+        self._robot = robot
+        self._drawn: set[str] = set()
+        self._configuration_input = self.DeclareVectorInputPort(
+            "configuration", robot.n_q
+        )
+        self._report_input = self.DeclareAbstractInputPort(
+            "report", Value[object]()
+        )
+        self._objects_input = self.DeclareAbstractInputPort(
+            "objects", Value[object]()
+        )
+        self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
+        self.DeclareForcedPublishEvent(self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        builder: DiagramBuilder, *, page: MeshcatPage, robot: RobotModel
+    ) -> "ObjectView":
+        """Adds a view to a diagram; the caller connects its ports."""
+        view = ObjectView(page=page, robot=robot)
+        return builder.AddNamedSystem("object_view", view)
+
+    def _publish(self, context: Context):
+        q = self._configuration_input.Eval(context)
+        payload = self._report_input.Eval(context).payload
+        objects: tuple[SceneObject, ...] = self._objects_input.Eval(context)
+        for thing in objects:
+            X_WO, path = thing.X_WO, f"{OBJECTS}/{thing.name}"
+            if payload is not None and payload.name == thing.name:
+                body = self._robot.tree.index(payload.link)
+                X_WL = self._robot.body_poses(q)[body]
+                X_WO = RigidTransform(X_WL @ payload.X_LO)
+            if thing.name not in self._drawn:
+                self._meshcat.SetObject(path, _shape(thing.solid), _COLOR)
+                self._drawn.add(thing.name)
+            self._scene.move(path, X_WO, context.get_time())
+
+
+def _shape(solid: Solid) -> Shape:
+    if isinstance(solid, Box):
+        return DrakeBox(*(2.0 * solid.half_extents))
+    if isinstance(solid, Cylinder):
+        return DrakeCylinder(solid.radius, 2.0 * solid.half_height)
+    return Convex(solid.vertices.T, "hull")
