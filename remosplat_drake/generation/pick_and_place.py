@@ -35,6 +35,10 @@ LEAST_GAP = 0.09
 GRASPS = 12
 """Number of grasps of a problem."""
 
+_FRICTION = 0.2
+"""Coefficient of friction of the grasps: faces are parallel to 11 degrees, so
+that no hand slides off a bottle's shoulder."""
+
 _LOOKS = 25
 """Number of points of an object from which grasps are looked for."""
 
@@ -215,6 +219,7 @@ def _grasps(
         gripper,
         approach_O=X_WO.rotation().matrix().T @ approach_W,
         around=around,
+        friction=_FRICTION,
         most=_LOOKS,
         rng=rng,
     )
