@@ -74,7 +74,6 @@ def compile_kernels(
         camera.latency = 0.0  # What they see counts within these few ticks.
     scenario.controller.guidance.asynchronous = False
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
-    scenario.tasks, scenario.objects = [], []
     scenario.targets = [TargetConfig(translation=(p_WE + _AWAY).tolist())]
     scenario.tasks, scenario.objects = [], []
     splat_W, truth = _obstacle(world)

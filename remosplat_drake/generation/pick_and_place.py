@@ -14,13 +14,17 @@ from remosplat_drake.generation.object_library import (
 )
 from remosplat_drake.generation.room import room
 from remosplat_drake.generation.scene_families import box
-from remosplat_drake.grasping.grasps import ENOUGH, Grasp, plan_grasps
+from remosplat_drake.grasping.grasps import Grasp, plan_grasps
 from remosplat_drake.grasping.gripper import ParallelGripper
-from remosplat_drake.grasping.kernels.hand_clearance import hand_clearances
 from remosplat_drake.grasping.surface import Surface, surface_of_solid
+from remosplat_drake.oracle.composite import CompositeDistanceField
+from remosplat_drake.oracle.object_field import ObjectField
+from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.convex_hull import ConvexHull
 from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
+from remosplat_drake.signals.distance_field import DistanceField
 
 TARGET, SUPPORT, GOAL_SUPPORT = "target", "table", "shelf"
 """Names of the object to take, and of what it stands on before and after."""
@@ -31,11 +35,16 @@ LEAST_GAP = 0.09
 GRASPS = 12
 """Number of grasps of a problem."""
 
+_FRICTION = 0.2
+"""Coefficient of friction of the grasps: faces are parallel to 11 degrees, so
+that no hand slides off a bottle's shoulder."""
+
 _LOOKS = 25
 """Number of points of an object from which grasps are looked for."""
 
-_HAND = 0.01
-"""Least clearance of the open hand from all but its object [m]."""
+_KEPT = 0.025
+"""Least distance of the hand's spheres from all but the target [m]: what
+controllers keep, and some more."""
 
 _TRIES = 200
 """Number of places that are drawn for an object."""
@@ -203,7 +212,6 @@ def _grasps(
     others = [each.solid for each in objects[1:]]
     solids = [*scene.primitives, *others]
     around = points_near(solids, X_WO)
-    at_goal = points_near(solids, X_WO_goal)
     approach_W = pick.approach_W + place.approach_W
     approach_W = approach_W / np.linalg.norm(approach_W)
     grasps = plan_grasps(
@@ -211,21 +219,62 @@ def _grasps(
         gripper,
         approach_O=X_WO.rotation().matrix().T @ approach_W,
         around=around,
+        friction=_FRICTION,
         most=_LOOKS,
         rng=rng,
     )
+    hand = HandSpheres.of(gripper)
+    rest = SignedDistanceField(scene)
+    if others:
+        rest = CompositeDistanceField([rest, ObjectField(objects[1:])])
     suiting = []
     for grasp in grasps:
-        pieces, poses = gripper.pieces(grasp.opening), grasp.X_OE[None]
-        room_left = min(
-            hand_clearances(*pieces, poses, points, ENOUGH)[0]
-            for points in (around, at_goal)
-        )
-        if room_left > _HAND:
+        if all(
+            hand.keeps(rest, X_WX @ grasp.X_OE, _KEPT)
+            for X_WX in (X_WO.GetAsMatrix4(), X_WO_goal.GetAsMatrix4())
+        ):
             suiting.append(grasp)
         if len(suiting) == GRASPS:
             break
     return suiting
+
+
+@dc.dataclass(frozen=True, eq=False)
+class HandSpheres:
+    """The spheres of an open hand in its end effector's frame E.
+
+    Attributes:
+        p_ES: Their centres, shape (n, 3) [m].
+        radius: Their radii, shape (n,) [m].
+    """
+
+    p_ES: np.ndarray
+    radius: np.ndarray
+
+    @staticmethod
+    def of(gripper: ParallelGripper) -> "HandSpheres":
+        """Reads the spheres of a gripper that is open as far as it goes."""
+        robot = gripper.robot.with_hand_width(gripper.max_width)
+        hand = robot.leading_spheres
+        spheres = robot.spheres_at(robot.q_home).select(hand)
+        X_WE = robot.end_effector_pose(robot.q_home)
+        p_ES = (spheres.p_WS - X_WE[:3, 3]) @ X_WE[:3, :3]
+        return HandSpheres(p_ES, spheres.radius)
+
+    def keeps(
+        self, field: DistanceField, X_WE: np.ndarray, distance: float
+    ) -> bool:
+        """Returns whether the hand keeps a distance from all that is mapped.
+
+        Args:
+            field: Distances to what is mapped.
+            X_WE: Pose of the end effector, shape (4, 4).
+            distance: The distance [m].
+        """
+        p_WS = self.p_ES @ X_WE[:3, :3].T + X_WE[:3, 3]
+        spheres = Spheres.at(p_WS, self.radius)
+        found = field.clearances(spheres, distance + 0.01)
+        return bool(found.minimum() > distance)
 
 
 def points_near(solids: Sequence[Solid], X_WO: RigidTransform) -> np.ndarray:

@@ -25,8 +25,15 @@ def grippers() -> dict[str, ParallelGripper]:
     }
 
 
+@pytest.fixture(scope="module")
+def table(grippers):
+    return pick_and_place("table", 1, grippers["panda"])
+
+
 @pytest.fixture(scope="module", params=list(FAMILIES))
-def problem(request, grippers):
+def problem(request, grippers, table):
+    if request.param == "table":
+        return table
     robot, _ = FAMILIES[request.param]
     return pick_and_place(request.param, 1, grippers[robot])
 
@@ -67,11 +74,11 @@ def test_grasps_suit_both_places(problem, grippers):
             assert hand_clearances(*pieces, poses, points, ENOUGH)[0] > 0.005
 
 
-def test_a_seed_gives_one_problem(grippers):
-    first, again, other = (
-        pick_and_place("table", seed, grippers["panda"]) for seed in (3, 3, 4)
-    )
-    assert first.name == "table-0003"
+def test_a_seed_gives_one_problem(grippers, table):
+    first, gripper = table, grippers["panda"]
+    again = pick_and_place("table", 1, gripper)
+    other = pick_and_place("table", 2, gripper)
+    assert first.name == "table-0001"
     for a, b in zip(first.objects, again.objects, strict=True):
         assert (a.name, a.mass) == (b.name, b.mass)
         assert a.X_WO.IsExactlyEqualTo(b.X_WO)

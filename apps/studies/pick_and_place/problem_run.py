@@ -3,6 +3,7 @@
 import dataclasses as dc
 
 import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
@@ -10,25 +11,53 @@ from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import RobotConfig, Scenario
 from remosplat_drake.app.simulation import simulator_config
 from remosplat_drake.app.world import World, make_field
-from remosplat_drake.base.pose_config import PoseConfig
+from remosplat_drake.base.pose_config import PoseConfig, make_transform
+from remosplat_drake.controller.planning.free_space import FreeSpace
+from remosplat_drake.controller.planning.goal_configurations import (
+    goal_configurations,
+)
 from remosplat_drake.generation.pick_and_place import TARGET, PickAndPlace
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.grasping.gripper import ParallelGripper
 from remosplat_drake.oracle.object_field import ObjectField, with_objects
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals import station_ports as ports
+from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.station.contact_monitor import ContactReport
 from remosplat_drake.station.station_config import DynamicStation
 from remosplat_drake.task.step_configs import GraspConfig, Pick, Place
 from remosplat_drake.task.task import TaskState
 from remosplat_drake.task.task_system import TaskSystem
 
-TIME_LIMIT = 60.0
+TIME_LIMIT = 90.0
 """Duration after which a problem has failed [s]."""
+
+ARRIVED = 0.008
+"""Distance at which the hand has arrived [m]."""
+
+PATIENCE = 8.0
+"""Duration after which a step has failed [s]."""
+
+STOPPING = 0.025
+"""Distance that goal configurations keep: the controller's, and some more [m].
+"""
+
+SEEDS = 30
+"""Configurations from which each pose is searched."""
+
+ENOUGH = 3
+"""Number of grasps that are tried."""
+
+TURNS = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
+"""Turns of the target about the vertical with which it may be put down [rad].
+"""
 
 FRICTION = 0.8
 """Coefficient of friction by which the force of a grip is chosen: two thirds
 of what the station has between pads and objects."""
+
+LEAST_FORCE = 30.0
+"""Least force of a grip [N]: arms carry so fast that 200 g slip at 10 N."""
 
 SQUEEZE = 0.012
 """How much narrower than the object the hand is told to be [m]."""
@@ -41,6 +70,7 @@ UPRIGHT = np.cos(np.radians(15.0))
 
 COMPLETE = "complete"
 NO_GRASP = "no grasp fits the hand"
+NO_REACH = "no grasp is in reach at both places"
 
 
 @dc.dataclass(frozen=True)
@@ -80,7 +110,10 @@ def run_problem(problem: PickAndPlace, gripper: ParallelGripper) -> Outcome:
     kind, mass = target.solid.name, float(target.mass or 0.0)
     if not problem.grasps:
         return Outcome(problem.name, kind, mass, NO_GRASP)
-    application = build(*make_world(problem, gripper))
+    scenario, world = make_world(problem, gripper)
+    if not keep_reachable(scenario, world, gripper):
+        return Outcome(problem.name, kind, mass, NO_REACH)
+    application = build(scenario, world)
     judge = Judge(problem, application)
     simulator = Simulator(application.diagram)
     ApplySimulatorConfig(simulator_config(application.scenario), simulator)
@@ -126,11 +159,17 @@ def make_world(
                     for g in problem.grasps
                 ],
                 squeeze=SQUEEZE,
-                force=max(10.0, gripper.force(target.mass or 0.0, FRICTION)),
+                position=ARRIVED,
+                patience=PATIENCE,
+                force=max(
+                    LEAST_FORCE, gripper.force(target.mass or 0.0, FRICTION)
+                ),
             ),
             Place(
                 support=problem.place.support,
-                places=[PoseConfig(**_pose(problem.X_WO_goal.GetAsMatrix4()))],
+                places=[PoseConfig(**_pose(X)) for X in turned(problem)],
+                position=ARRIVED,
+                patience=PATIENCE,
             ),
         ],
     )
@@ -147,6 +186,88 @@ def make_world(
         scene_field=scene_field,
         objects=objects,
     )
+
+
+def keep_reachable(
+    scenario: Scenario, world: World, gripper: ParallelGripper
+) -> bool:
+    """Leaves those grasps and places of a scenario that the robot reaches.
+
+    A grasp counts if the arm keeps its distances with the hand before the
+    target, around it, and at one of the places at least.
+
+    Args:
+        scenario: The scenario of a problem, which is changed.
+        world: Its world.
+        gripper: The gripper of its robot.
+
+    Returns:
+        Whether any grasp and place are left.
+    """
+    pick, place = scenario.tasks
+    assert isinstance(pick, Pick)
+    assert isinstance(place, Place)
+    target, others = world.objects[0], world.objects[1:]
+    assert world.scene_field is not None
+    beside = with_objects(world.scene_field, ObjectField(others))
+    X_WO = target.X_WO.GetAsMatrix4()
+    back = np.eye(4)
+    back[:3, 3] = -pick.approach * gripper.approach_E
+
+    def reaches(field: DistanceField, X_WE: np.ndarray) -> bool:
+        robot = world.robot
+        bounds = robot.position_lower, robot.position_upper
+        if robot.n_base:
+            room = np.array([2.0, 2.0, 4.0])
+            p = np.array([*X_WE[:2, 3], 0.0])
+            bounds = bounds[0].copy(), bounds[1].copy()
+            bounds[0][:3], bounds[1][:3] = p - room, p + room
+        space = FreeSpace(robot, field, STOPPING, None, bounds, world.q0)
+        rng = np.random.default_rng(0)
+        found = goal_configurations(
+            space, X_WE, world.q0, seeds=SEEDS, most=1, rng=rng
+        )
+        return len(found.q) > 0
+
+    grasps, places = [], []
+    for grasp in pick.grasps:
+        X_OE = make_transform(grasp, scenario.source, "grasps").GetAsMatrix4()
+        if not reaches(beside, X_WO @ X_OE):
+            continue
+        if not reaches(world.field, X_WO @ X_OE @ back):
+            continue
+        at = [
+            each
+            for each in place.places
+            if reaches(
+                beside,
+                make_transform(each, scenario.source, "places").GetAsMatrix4()
+                @ X_OE,
+            )
+        ]
+        if at:
+            grasps.append(grasp)
+            places += [each for each in at if each not in places]
+        if len(grasps) == ENOUGH:
+            break
+    pick.grasps, place.places = grasps, places
+    return bool(grasps)
+
+
+def turned(problem: PickAndPlace) -> list[np.ndarray]:
+    """Returns the poses at which the target may be put down, (4, 4) each.
+
+    Args:
+        problem: The problem.
+    """
+    goal = problem.X_WO_goal
+    return [
+        RigidTransform(
+            RotationMatrix.MakeZRotation(turn) @ goal.rotation(),
+            goal.translation(),
+        ).GetAsMatrix4()
+        for turn in TURNS
+    ]
 
 
 def _pose(X: np.ndarray) -> dict[str, list]:
@@ -190,9 +311,7 @@ class Judge:
         target = self.objects[0]
         goal = self._problem.X_WO_goal
         off = np.linalg.norm(target.X_WO.translation() - goal.translation())
-        tilt = (target.X_WO.rotation().matrix().T @ goal.rotation().matrix())[
-            2, 2
-        ]
+        tilt = target.X_WO.rotation().matrix()[2, 2]
         off = float(off)
         if self.state is None or self.state.outcome == "running":
             return "time is up", off

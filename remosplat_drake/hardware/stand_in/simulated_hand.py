@@ -50,4 +50,5 @@ class SimulatedHand:
         if t < self._next_status:
             return None
         self._next_status += PERIOD
-        return hand_status(*state, now)
+        width, rate, force = map(float, state)
+        return hand_status(width, rate, force, now)
