@@ -101,11 +101,13 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
         "{station: !DynamicStation {}, movers: [{}, !OtherRobot {}],"
         " mover_sensing: !StandingMovers {}}",
     )
+    picking = load_scenario("TablePick", "{station: !DynamicStation {}}")
     stream = PoseStreamConfig(lcm_url="memq://")
     axes = ActuatorModel.make([Actuator()] * 9)
     roots = [
         operated.diagram,
         build(dynamic, world).diagram,
+        build(picking, load_world(picking)).diagram,
         HardwareStation(
             config=HardwareConfig(
                 lcm_url="memq://", movers=MoverSensingConfig()

@@ -196,11 +196,11 @@ def _of_clearance(
     if clearances.minimum() >= least:
         return
     row = int(clearances.distance.argmin())
-    who = mover_at(now.movers, now.time, clearances.p_WC[row])
-    if who:
+    mover = mover_at(now.movers, now.time, clearances.p_WC[row])
+    if mover:
         yield Symptom(
             "clearance",
-            f"{who} came nearer than {1e3 * least:.1f} mm:"
+            f"{mover} came nearer than {1e3 * least:.1f} mm:"
             f" {1e3 * clearances.minimum():.1f} mm",
             law.config.clearance_dwell,
         )

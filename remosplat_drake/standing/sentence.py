@@ -228,12 +228,12 @@ def _gap(clearance: float) -> str:
 def _on_the_way(now: Situation) -> str:
     if now.progress is not None and now.progress.doing:
         return _doing(now.progress)
-    target, who = now.target, now.effector and f"{now.effector} "
+    target, prefix = now.target, now.effector and f"{now.effector} "
     if target is not None and target.line is not None:
-        return f"{who}on the line to {_target(now)}"
+        return f"{prefix}on the line to {_target(now)}"
     if target is not None and target.passed_within is not None:
-        return f"{who}moving past {_target(now)}"
-    return f"{who}moving to {_target(now)}"
+        return f"{prefix}moving past {_target(now)}"
+    return f"{prefix}moving to {_target(now)}"
 
 
 def _doing(progress: TargetProgress) -> str:

@@ -148,7 +148,7 @@ def _ring(center: np.ndarray, away: float) -> Movers:
         along = np.array([-np.sin(angle), np.cos(angle), 0.0])
         X_WM = RigidTransform(center + away * outwards)
         people.append(
-            Mover.capsule("somebody", X_WM, 0.4, _STOUT, v_WM=_SPEED * along)
+            Mover.capsule("person", X_WM, 0.4, _STOUT, v_WM=_SPEED * along)
         )
     return Movers(0.0, people)
 

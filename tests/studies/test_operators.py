@@ -89,7 +89,7 @@ class Person:
     """A random operator who looks at a robot far from everything."""
 
     def __init__(self, seed: int):
-        self.who = RandomOperator(seed, ["left"], (WALL, BLOCKED))
+        self.operator = RandomOperator(seed, ["left"], (WALL, BLOCKED))
         self.time = 0.0
         self.now = Look(0.0, 0.0, False, None, Spheres.at(np.zeros(3), 0.1))
 
@@ -97,16 +97,16 @@ class Person:
         self.now = dc.replace(self.now, **changes)
         for _ in range(round(duration / 0.1)):
             self.time += 0.1
-            self.who.look(dc.replace(self.now, time=self.time))
+            self.operator.look(dc.replace(self.now, time=self.time))
 
 
 def test_an_operator_watches_the_first_scan_and_then_wants_anything():
     person = Person(3)
     person.watch(20.0)
-    assert person.who.command.scans == 1
-    assert person.who.command.moves == 0
+    assert person.operator.command.scans == 1
+    assert person.operator.command.moves == 0
     person.watch(600.0, parent=1)
-    command, requests = person.who.command, person.who.map_requests
+    command, requests = person.operator.command, person.operator.map_requests
     for name in ("moves", "poses", "holds", "homes", "scans"):
         assert getattr(command, name) > 1
     for name in ("frames", "refines", "undos"):
@@ -118,23 +118,27 @@ def test_a_helpless_operator_tries_another_frame_or_another_map():
     person = Person(0)
     person.watch(1.0)
     person.watch(3.0, parent=1, stopped=3.0)
-    assert person.who.map_requests.frames == 0
+    assert person.operator.map_requests.frames == 0
     for seconds in range(3, 40):
         person.watch(1.0, stopped=float(seconds))
-    requests = person.who.map_requests
+    requests = person.operator.map_requests
     assert requests.frames > 0
     assert requests.undos > 0
-    assert person.who.command.moves == 0
+    assert person.operator.command.moves == 0
 
 
 def test_equal_seeds_want_the_same():
     one, same, other = Person(5), Person(5), Person(6)
     for person in (one, same, other):
         person.watch(60.0, parent=1)
-    assert one.who.map_requests == same.who.map_requests
-    np.testing.assert_array_equal(one.who.command.X_WT, same.who.command.X_WT)
-    assert one.who.command.moves == same.who.command.moves
-    assert not np.array_equal(one.who.command.X_WT, other.who.command.X_WT)
+    assert one.operator.map_requests == same.operator.map_requests
+    np.testing.assert_array_equal(
+        one.operator.command.X_WT, same.operator.command.X_WT
+    )
+    assert one.operator.command.moves == same.operator.command.moves
+    assert not np.array_equal(
+        one.operator.command.X_WT, other.operator.command.X_WT
+    )
 
 
 def test_no_operator_puts_a_thing_into_a_robot():
@@ -142,7 +146,7 @@ def test_no_operator_puts_a_thing_into_a_robot():
     person.watch(1.0)
     spheres = Spheres.at(np.array([0, 0, 0.55]), 0.1)
     person.watch(900.0, parent=1, spheres=spheres)
-    assert person.who.map_requests.scene is None
+    assert person.operator.map_requests.scene is None
 
 
 def touch(what: str) -> Touch:

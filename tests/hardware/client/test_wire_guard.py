@@ -44,12 +44,12 @@ def watch(*packets: tuple[str, bytes, str]) -> Watch:
     return made
 
 
-def report(who: Identity, sender: str) -> tuple[str, bytes, str]:
-    return DRIVER_REPORT, encode_report(Report(who)), sender
+def report(identity: Identity, sender: str) -> tuple[str, bytes, str]:
+    return DRIVER_REPORT, encode_report(Report(identity)), sender
 
 
-def lease_of(who: Identity, sender: str, *drivers: int):
-    return SESSION_LEASE, encode_lease(Lease(who, drivers=drivers)), sender
+def lease_of(identity: Identity, sender: str, *drivers: int):
+    return SESSION_LEASE, encode_lease(Lease(identity, drivers=drivers)), sender
 
 
 def test_alone_with_a_robot_nothing_is_wrong():
@@ -117,11 +117,11 @@ def test_a_driver_is_known_after_many_restarts():
     guard = watch()
     for k in range(300):
         now, address = 61.0 * k, f"c:{1000 + k}"
-        who = Identity(1000 + k, 50, "rt", "panda-driver")
+        identity = Identity(1000 + k, 50, "rt", "panda-driver")
         guard.hear(Packet(STATUS, b"", address), now)
-        guard.hear(Packet(*report(who, address)), now)
+        guard.hear(Packet(*report(identity, address)), now)
         guard.tidy(now)
-        assert guard.drivers(now) == (who.session,)
+        assert guard.drivers(now) == (identity.session,)
 
 
 def test_a_shadow_minds_two_robots_only():
