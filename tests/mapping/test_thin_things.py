@@ -178,6 +178,7 @@ def test_frames_from_afar_take_nothing_away_that_near_ones_saw():
     check_that_all_rods_are_there(a_map(joined(views(NEAR), views(AFAR))))
 
 
+@pytest.mark.slow
 def test_nor_do_they_from_a_splat_and_what_its_capture_saw():
     near = near_map()
     dut = a_map(views(AFAR), base=near.splat_W, base_seen=near.coverage)
