@@ -1,4 +1,4 @@
-"""Numbers of examples, seeds and ticks: few by default, many by `make test-all`."""
+"""Numbers of examples and ticks: few by default, many by `make test-all`."""
 
 import os
 from typing import TypeVar

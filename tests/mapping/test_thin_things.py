@@ -185,6 +185,7 @@ def test_nor_do_they_from_a_splat_and_what_its_capture_saw():
     check_that_all_rods_are_there(dut)
 
 
+@pytest.mark.slow
 def test_near_frames_take_away_what_has_gone():
     near = near_map()
     gone = a_map(
