@@ -47,23 +47,23 @@ _SCENE = PrimitiveScene(
 
 
 LONGEST = (
-    "commands/test_reconstruct.py",
-    "app/test_hardware_run.py",
     "docs/test_documents.py",
-    "app/test_extensions.py",
-    "fuzz/test_campaign.py",
-    "controller/guidance/test_look_ahead_process.py",
-    "studies/test_live_map_study.py",
-    "commands/test_capture_admission.py",
-    "test_processes.py",
-    "test_trained_splats.py",
-    "studies/test_operators.py",
+    "app/test_hardware_run.py",
     "commands/test_teleop_command.py",
-    "test_examples.py",
-    "test_shipped_scenarios.py",
-    "reconstruction/test_training.py",
-    "benchmark/test_runner.py",
     "mapping/test_mapping_process.py",
+    "mapping/test_map_builder.py",
+    "mapping/test_camera_suspicion.py",
+    "reconstruction/test_alignment.py",
+    "studies/test_true_maps.py",
+    "commands/test_refined_cameras.py",
+    "test_shipped_scenarios.py",
+    "commands/test_reconstruct.py",
+    "test_face.py",
+    "recording/test_mcap.py",
+    "mapping/test_live_map.py",
+    "cockpit/test_cockpit_page.py",
+    "test_wheel.py",
+    "fuzz/test_campaign.py",
 )
 """Files that take longest. They come first: a worker that gets one does all of
 it, and the others would have nothing left to do beside it."""

@@ -1,4 +1,4 @@
-"""The effort of a test: little by default, more with `make test-all`."""
+"""Numbers of examples and ticks: few by default, many by `make test-all`."""
 
 import os
 from typing import TypeVar
@@ -7,5 +7,5 @@ T = TypeVar("T")
 
 
 def effort(few: T, many: T) -> T:
-    """Examples, seeds, ticks or seconds: many where THOROUGH=1 is set."""
+    """Returns `many` where the environment has THOROUGH=1, else `few`."""
     return many if os.environ.get("THOROUGH") == "1" else few

@@ -64,6 +64,7 @@ def read(terminal: int, done: Callable[[bytes], bool]) -> bytes:
     return text
 
 
+@pytest.mark.slow
 def test_a_confirmed_run_is_driven_and_kept(wire, scenario, tmp_path):
     url, output = free_url(), tmp_path / "out"
     flags = (

@@ -193,6 +193,7 @@ def test_a_long_run_does_not_keep_its_reports(robot):
     assert max(alive) - min(alive) < 10
 
 
+@pytest.mark.slow
 def test_a_shadow_computes_everything_and_sends_nothing(robot, tmp_path):
     url, client = robot
     with commands_heard(url) as heard:
@@ -251,6 +252,7 @@ def test_a_command_beyond_the_bases_limits_stops_the_robot(robot):
     )
 
 
+@pytest.mark.slow
 def test_an_exception_leaves_the_robot_at_rest(robot):
     url, client = robot
     application = make_application(url)

@@ -26,7 +26,7 @@ def test_up_is_found_in_any_world_frame(scene_capture):
     assert up_axis(y_up) == (1, 1.0)
 
 
-@pytest.mark.parametrize("count", [1, 7])
+@pytest.mark.parametrize("count", [1, pytest.param(7, marks=pytest.mark.slow)])
 def test_few_frames_and_no_depth(scene_capture, count):
     few = scene_capture.select(np.arange(count))
     blind = dc.replace(few, depth=np.zeros_like(few.depth))

@@ -52,6 +52,7 @@ def test_inverted_poses_are_refused_in_one_line(
     assert not output.exists()
 
 
+@pytest.mark.slow
 def test_a_repair_tells_what_it_did_and_makes_the_same_splat(
     scene_capture, tmp_path, capsys
 ):

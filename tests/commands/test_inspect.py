@@ -100,6 +100,7 @@ def test_other_configurations_are_looked_from(folder, capfd):
     assert clearance(*flags, "--tick", "1") == pytest.approx(here - 100, abs=5)
 
 
+@pytest.mark.slow
 def test_the_page_shows_the_rays(folder):
     page = folder / "page.html"
     assert inspect(folder, "--save-html", str(page)) == 0

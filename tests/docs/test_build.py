@@ -56,9 +56,15 @@ def test_a_page_without_faults_is_built(tmp_path):
     ("pages", "culprit"),
     [
         ({"index": "[Gone](gone.md)"}, "gone.md"),
-        ({"index": "[Gone](#gone)"}, "#gone"),
+        pytest.param(
+            {"index": "[Gone](#gone)"}, "#gone", marks=pytest.mark.slow
+        ),
         ({"index": "Text.\n\n[^a]: Never used."}, "#fnref:a"),
-        ({"index": "Text.", "left_out": "Text."}, "left_out.md"),
+        pytest.param(
+            {"index": "Text.", "left_out": "Text."},
+            "left_out.md",
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["link", "anchor", "footnote", "navigation"],
 )

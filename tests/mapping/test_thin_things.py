@@ -178,12 +178,14 @@ def test_frames_from_afar_take_nothing_away_that_near_ones_saw():
     check_that_all_rods_are_there(a_map(joined(views(NEAR), views(AFAR))))
 
 
+@pytest.mark.slow
 def test_nor_do_they_from_a_splat_and_what_its_capture_saw():
     near = near_map()
     dut = a_map(views(AFAR), base=near.splat_W, base_seen=near.coverage)
     check_that_all_rods_are_there(dut)
 
 
+@pytest.mark.slow
 def test_near_frames_take_away_what_has_gone():
     near = near_map()
     gone = a_map(

@@ -184,6 +184,7 @@ def through_a_lens(capture: Capture, lens: Distortion) -> Capture:
     return dc.replace(capture, depth=depth)
 
 
+@pytest.mark.slow
 def test_the_distortion_of_a_lens_is_found(orbit):
     few = orbit.select(np.arange(8))
     result = align(through_a_lens(few, Distortion(k1=0.05)))

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from effort import effort
 from pydrake.common.value import Value
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
@@ -89,8 +90,15 @@ class Stepper:
         self.supervisor.request_release(self.context)
 
 
-@pytest.mark.parametrize("gains", ["tuned", "paper"])
-@pytest.mark.parametrize("station", ["!KinematicStation", "!DynamicStation"])
+@pytest.mark.parametrize(
+    ("gains", "station"),
+    [
+        ("tuned", "!DynamicStation"),
+        ("paper", "!KinematicStation"),
+        pytest.param("tuned", "!KinematicStation", marks=pytest.mark.slow),
+        pytest.param("paper", "!DynamicStation", marks=pytest.mark.slow),
+    ],
+)
 def test_a_supervised_run_is_the_same_to_the_last_bit(folder, gains, station):
     text = f"controller: {{gains: {gains}}}, station: {station} {{}}"
     with_it, without = (
@@ -121,7 +129,7 @@ def test_a_command_acts_from_the_tick_that_decided_it(folder):
     assert dut.state.mode == RUNNING
 
 
-@pytest.mark.parametrize("tick", [15, 40, 65, 90])
+@pytest.mark.parametrize("tick", effort([15, 65], [15, 40, 65, 90]))
 def test_a_stop_at_any_tick_keeps_the_clearance(folder, tick):
     """The ramp is the one that verification has checked."""
     application = make_application(folder)

@@ -36,6 +36,7 @@ def session(scenario: Scenario, folder: Path) -> LiveSession:
     return LiveSession(scenario, load_world(scenario, blank=True), folder)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("open3d")
 def test_by_the_clock_every_kind_of_map_is_made(tmp_path):
     scenario, folder = live_scenario(), tmp_path / "session"

@@ -184,6 +184,7 @@ def test_they_take_turns():
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("rendering")
 def test_an_operator_touches_nothing_that_was_mapped(tmp_path):
     trial = OperatorTrial(

@@ -377,6 +377,7 @@ def test_a_robot_in_a_board_is_found_out_and_one_on_the_floor_is_not():
     assert clearance < -0.02 and 0 < depth <= -clearance
 
 
+@pytest.mark.slow
 def test_places_are_sought_where_the_map_is_wrong():
     sight = board_sight()
     low = splat_of_board(sunk=0.008)

@@ -7,8 +7,8 @@ import pytest
 from remosplat_drake.commands.bench import GROUPS
 from remosplat_drake.timing.measuring import measure
 
-LONG = {"depth", "files", "planning"}
-"""Groups whose scenes take seconds to make."""
+LONG = {"depth", "files", "oracle", "planning", "solvers"}
+"""Groups whose scenes or programs take seconds to make."""
 
 
 @pytest.mark.parametrize(

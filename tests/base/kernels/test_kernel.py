@@ -190,6 +190,7 @@ print(sorted(answers))
 """
 
 
+@pytest.mark.slow
 def test_no_thread_calls_one_before_all_that_it_calls_is_there(tmp_path):
     (tmp_path / "kernels_of_threads.py").write_text(
         "from remosplat_drake.base.kernels import kernel\n"

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,7 +44,7 @@ def least_clearance(maze, a, b) -> float:
 
 
 @pytest.mark.parametrize("kind", [None, OnlyPython])
-@settings(max_examples=60)
+@settings(max_examples=effort(15, 60))
 @given(a=JOINTS, b=JOINTS)
 def test_motions_are_judged_as_by_looking_very_often(maze, kind, a, b):
     a, b = np.array(a), np.array(b)
@@ -72,7 +73,7 @@ def test_joint_limits_bound_the_space(maze):
     assert not space.is_free_between(maze.q, beyond)
 
 
-@settings(max_examples=20)
+@settings(max_examples=effort(6, 20))
 @given(arm=st.tuples(*7 * [st.floats(-1.0, 1.0)]))
 def test_a_robot_keeps_off_itself_on_its_way(frankie, empty, arm):
     own = SelfClearance.make(frankie, 0.01)

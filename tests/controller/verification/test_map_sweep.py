@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from asked_in_python import AskedInPython
+from effort import effort
 from pydrake.math import RigidTransform
 from scene_sweep_reference import sweeps_clear as sweeps_clear_of_any
 from verified_commands import Around, make_path
@@ -78,7 +79,7 @@ MAPS = {
 def test_it_decides_as_the_sweep_of_any_map(frankie, kind):
     rng = np.random.default_rng(5)
     decided, field = [], MAPS[kind](rng)
-    for trial in range(400):
+    for trial in range(effort(100, 400)):
         if trial % 20 == 0:
             field = MAPS[kind](rng)
         arm = rng.uniform(

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
+from effort import effort
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -105,8 +106,10 @@ def test_a_stop_is_found_within_its_delay_and_three_tenths(speed, delay):
 
 
 def test_noisy_driving_raises_no_alarm():
-    """Six minutes; `apps.studies.base_stops` drives for ten hours."""
-    assert false_alarms(np.random.default_rng(1), 0.1) == (0, 6)
+    """Some minutes; `apps.studies.base_stops` drives for ten hours."""
+    minutes = effort(3, 6)
+    random = np.random.default_rng(1)
+    assert false_alarms(random, minutes / 60) == (0, minutes)
 
 
 def test_the_station_asks_as_the_study_does():

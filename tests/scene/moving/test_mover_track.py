@@ -50,7 +50,7 @@ def test_velocities_are_those_of_the_motion(time):
 
 
 def test_no_point_exceeds_its_bounds():
-    track, h = MoverTrack(DOOR), 1e-4
+    track, h = MoverTrack(DOOR), 1e-3
     corners = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
     times = np.arange(0.9, 4.1, h)
     corner = np.array(corners) * DOOR.half_extents

@@ -85,7 +85,7 @@ def test_velocities_are_those_of_the_motion(track):
 
 
 def test_no_part_exceeds_its_bounds(track):
-    h = 1e-3
+    h = 2e-3
     times = np.arange(0.0, 8.0, h)
     ends_W = np.array(
         [[m.X_WM @ m.half_extents for m in track.movers(t)] for t in times]
