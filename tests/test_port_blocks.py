@@ -107,7 +107,7 @@ def systems(tmp_path_factory) -> Iterator[dict[str, System]]:
     roots = [
         operated.diagram,
         build(dynamic, world).diagram,
-        build(picking, load_world(picking)).diagram,
+        build(picking, load_world(picking), MeshcatPage()).diagram,
         HardwareStation(
             config=HardwareConfig(
                 lcm_url="memq://", movers=MoverSensingConfig()
