@@ -38,7 +38,7 @@ def test_a_problem_becomes_a_scenario_and_its_world(problem, gripper):
     pick, place = scenario.tasks
     assert (pick.object, pick.support) == (TARGET, SUPPORT)
     assert len(pick.grasps) == len(problem.grasps)
-    assert 30.0 <= pick.force <= gripper.max_force
+    assert 10.0 <= pick.force <= gripper.max_force
     X = problem.X_WO_goal
     assert place.places[0].translation == X.translation().tolist()
     names = [thing.name for thing in world.objects]

@@ -56,9 +56,6 @@ FRICTION = 0.8
 """Coefficient of friction by which the force of a grip is chosen: two thirds
 of what the station has between pads and objects."""
 
-LEAST_FORCE = 30.0
-"""Least force of a grip [N]: arms carry so fast that 200 g slip at 10 N."""
-
 SQUEEZE = 0.012
 """How much narrower than the object the hand is told to be [m]."""
 
@@ -161,9 +158,7 @@ def make_world(
                 squeeze=SQUEEZE,
                 position=ARRIVED,
                 patience=PATIENCE,
-                force=max(
-                    LEAST_FORCE, gripper.force(target.mass or 0.0, FRICTION)
-                ),
+                force=max(10.0, gripper.force(target.mass or 0.0, FRICTION)),
             ),
             Place(
                 support=problem.place.support,
