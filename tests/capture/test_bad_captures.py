@@ -122,7 +122,7 @@ BAD_TUM = [
         replace("rgb.txt", ""),
         r"rgb\.txt: expected a time and a file in each line",
     ),
-    (replace("depth.txt", "1.0"), r"depth\.txt: expected lines"),
+    (replace("depth.txt", "1.0"), r"depth\.txt: expected a time"),
     (replace("depth.txt", "x a.png"), r"depth\.txt: expected numbers"),
     (replace("depth.txt", "9e9 a.png"), "no colour, depth and pose within"),
     (replace("rgb.txt", "100 no.png"), r"no\.png: no such file"),

@@ -272,7 +272,7 @@ LIES = [
     (("arrays", "splat.p_GK", "shape"), [2**52, 3], "is too large"),
     (("arrays", "splat.p_GK", "shape"), [1] * 99, "too many dimensions"),
     (("arrays", "splat.p_GK", "shape"), [400, 3], "its arrays end at"),
-    (("arrays", "coverage.state", "shape"), [60], "no grid of bytes"),
+    (("arrays", "coverage.state", "shape"), [60], "not a grid of bytes"),
 ]
 
 
