@@ -119,7 +119,8 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
         payload = make_payload(task.robot, thing, spheres, now.q, step.effector)
         X_WO = thing.X_WO.GetAsMatrix4()
         X_OE = np.linalg.solve(X_WO, X_WE[step.effector])
-        grip = step.grip
+        # Pads give way: the hand's own width tells whether the object slips.
+        grip = None if step.grip is None else now.width
         changed = dc.replace(changed, payload=payload, grip=grip, X_OE=X_OE)
     elif step.action == RELEASE:
         if state.X_OE is None:
