@@ -299,11 +299,12 @@ def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
         report: The measurements of the map.
         oracle: The oracle that looks at it.
     """
-    subtracts = getattr(oracle, "uncertainty", "") == "subtract"
-    if not (report.uncertainty and subtracts):
-        return report.map_error
     looks = isinstance(oracle, DepthRasterization)
-    return remaining_of(report, DEPTH_VIEWS if looks else ELLIPSOIDS)
+    remaining = remaining_of(report, DEPTH_VIEWS if looks else ELLIPSOIDS)
+    subtracts = getattr(oracle, "uncertainty", "") == "subtract"
+    if report.uncertainty and subtracts:
+        return remaining
+    return max(report.map_error, remaining)
 
 
 def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
