@@ -428,7 +428,15 @@ class RobotModel:
 
     def body_poses(self, q: np.ndarray) -> np.ndarray:
         """Computes the poses X_WL of all bodies of `tree`, shape (b, 4, 4)."""
-        return kin.body_poses(self.tree.arrays, np.array(q, float))[0]
+        return kin.body_poses(self.tree.arrays, self._whole(q))[0]
+
+    def _whole(self, q: np.ndarray) -> np.ndarray:
+        """Copies a configuration; kernels would read beyond a shorter one."""
+        q = np.array(q, float)
+        if q.shape != (self.n_q,):
+            problem = f"a configuration has shape ({self.n_q},), not {q.shape}"
+            raise ValueError(problem)
+        return q
 
     def end_effector_pose(self, q: np.ndarray, effector: int = 0) -> np.ndarray:
         """Computes the end-effector pose X_WE, shape (4, 4).
@@ -454,7 +462,7 @@ class RobotModel:
 
     def state(self, q: np.ndarray) -> RobotState:
         """Computes all kinematic quantities at configuration q, (n_q,)."""
-        return self.state_of(state_arrays(self.arrays, np.array(q, float)))
+        return self.state_of(state_arrays(self.arrays, self._whole(q)))
 
     def state_of(self, arrays: StateArrays) -> RobotState:
         """Returns the values that kernels have computed already.

@@ -27,7 +27,7 @@ def rehearse(robot: RobotModel, known: KnownScene, config: SightConfig) -> None:
         config: Errors, margins and bounds.
     """
     known.distances(known.lower[None])
-    spheres = robot.spheres_at(robot.home)
+    spheres = robot.spheres_at(robot.q_home)
     nothing, sight = KnownScene(None, config), Sight()
     X_WC = np.eye(4)
     X_WC[:3, :3] = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]  # It looks along x.

@@ -187,7 +187,7 @@ def test_each_place_must_know_something():
     places = Place("the start", 10), Place("target 1", 0)
     (gate,) = coverage_gates(dc.replace(SOUND, places=places))
     assert gate.name == EMPTY_MAP
-    assert "nothing within 1.5 m of target 1" in gate.problem
+    assert "has no data within 1.5 m of target 1" in gate.problem
     assert "the start" not in gate.problem
 
 

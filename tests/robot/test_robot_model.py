@@ -338,3 +338,10 @@ def test_rounding_beyond_a_limit_is_on_it(three_link):
     # More than that is no rounding, and stays for an error.
     q[0] += 1e-2
     np.testing.assert_array_equal(three_link.rounded_into_limits(q), q)
+
+
+def test_a_configuration_of_another_length_is_refused(frankie):
+    """Kernels would read what lies behind it in memory."""
+    for ask in (frankie.body_poses, frankie.spheres_at, frankie.state):
+        with pytest.raises(ValueError, match=r"shape \(10,\), not \(7,\)"):
+            ask(frankie.home)

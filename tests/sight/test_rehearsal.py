@@ -14,7 +14,7 @@ from remosplat_drake.sight.sight import Sight, look
 robot, config = load_robot("frankie"), dc.replace(CONFIG, unseen_speed=1.0)
 known = known_room(config)
 rehearse(robot, known, config)
-spheres = robot.spheres_at(robot.home)
+spheres = robot.spheres_at(robot.q_home)
 watch = Watch([LEFT, RIGHT], known, config, spheres)
 shots = []
 goal = spheres.p_WS[spheres.p_WS[:, 2].argmax()]
@@ -25,7 +25,7 @@ for i in range(60):
 work = NumbaWork()
 sight, seen = Sight(), 0
 for shot in shots:
-    spheres = robot.spheres_at(robot.home)
+    spheres = robot.spheres_at(robot.q_home)
     sight = look(sight, shot.image, spheres, known, config)
     sight.movers(config)
     seen = max(seen, len(sight.tracks))

@@ -123,5 +123,7 @@ def test_degrees_by_their_number_of_coefficients(coefficients, degree):
 
 
 def test_half_a_degree_is_refused():
-    with pytest.raises(RemoSplatError, match="5 higher harmonics do not fill"):
+    with pytest.raises(
+        RemoSplatError, match="5 higher harmonics match no degree"
+    ):
         last_degree(5)

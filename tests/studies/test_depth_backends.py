@@ -58,7 +58,7 @@ def test_states_survive_a_file(tmp_path):
 def test_a_file_that_holds_no_states(tmp_path, capsys):
     path = tmp_path / "states.npz"
     path.write_text("nothing")
-    with pytest.raises(FileError, match="no file of --write-states"):
+    with pytest.raises(FileError, match="not a file of --write-states"):
         read_states(path)
     assert main(["--states", str(path)]) == 2
     assert "states.npz" in capsys.readouterr().err

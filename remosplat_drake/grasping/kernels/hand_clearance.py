@@ -17,8 +17,9 @@ def hand_clearances(
 ) -> np.ndarray:
     """Computes the clearance of a hand at each of several poses.
 
-    The largest signed distance of a point from the planes of a convex piece is
-    a lower bound of its distance from the piece, and negative inside.
+    The largest signed distance of a point from the planes of a convex piece,
+    and of the box around all pieces, is a lower bound of its distance from the
+    piece, and negative inside.
 
     Args:
         planes: Planes (a, b) of all pieces in E, with unit normals a, shape
@@ -51,7 +52,7 @@ def hand_clearances(
             if outside >= least:
                 continue
             for s in range(len(first) - 1):
-                away = -np.inf
+                away = outside
                 for h in range(first[s], first[s + 1]):
                     a = planes[h]
                     away = max(away, a[0] * x + a[1] * y + a[2] * z + a[3])
