@@ -7,7 +7,7 @@ from remosplat_drake.hardware.wire.movers import decode_movers
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.scene.mover import Movers
 
-NONE_HEARD = Movers(0.0, problem="no message has told what moves")
+NONE_HEARD = Movers(0.0, problem="no message about movers has come")
 """Before the first message: so old that no supervisor lets a robot move."""
 
 
