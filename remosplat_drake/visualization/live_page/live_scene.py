@@ -7,7 +7,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.visualization.live_page.newest import Newest
 
 POSE, PROPERTY = "pose", "property"
-"""Kinds of movers: poses of paths, and their other properties."""
+"""Kinds of values: the pose of a path in the scene tree, and a property."""
 
 Property = bool | float | list[float]
 """Value of a property."""
@@ -42,7 +42,7 @@ class LiveScene:
         self._is_recording = True
 
     def pause(self) -> None:
-        """Records no more."""
+        """Stops recording."""
         self._meshcat.StopRecording()
         self._is_recording = False
 
