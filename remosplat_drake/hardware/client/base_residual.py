@@ -274,7 +274,7 @@ def speed_problem(samples: BaseSamples, share: float = SHARE) -> str:
         return ""
     driven, moved, seconds = found
     return (
-        f"it moved by {moved} in {seconds:.1f} s, not by {driven} by its speeds"
+        f"it moved by {moved} in {seconds:.1f} s; its speeds amount to {driven}"
     )
 
 
@@ -305,7 +305,7 @@ def follow_problem(
         return ""
     moved, told, seconds = found
     return (
-        f"it moved by {moved} in {seconds:.1f} s, not by {told} by its commands"
+        f"it moved by {moved} in {seconds:.1f} s; its commands amount to {told}"
     )
 
 
