@@ -210,7 +210,7 @@ class RobotModel:
     def _with_hand_width(self, width: float) -> "RobotModel":
         hand = self.description.hand
         if hand is None:
-            raise RemoSplatError("the robot has no hand, and so no width of it")
+            raise RemoSplatError("the robot has no hand whose width can be set")
         lower, upper = self._finger_limits[:, 0], self._finger_limits[:, 1]
         each = width / len(hand.joints)
         if not (lower - ROUNDING <= each).all() or (each > upper).any():
