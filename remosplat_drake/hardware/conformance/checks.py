@@ -32,12 +32,14 @@ _OTHER = 0.1
 """Greatest gain of an axis by the commands of another one."""
 
 _VELOCITY = 0.3
-"""Permitted difference of a velocity from that by positions, as a share."""
+"""Permitted deviation of the ratio of the velocities from 1."""
 
 _RESOLUTION = 0.005
 """Resolution of delays [s]."""
 
-_MODE_WORDS = "a mode in which it obeys, and another one while it is stopped"
+_MODE_WORDS = (
+    "a mode in which the part moves, and another one while it is stopped"
+)
 
 
 def judge(
@@ -243,8 +245,8 @@ def _axes(
             found=f"{1e3 * (late + told):.0f} ms",
             wanted=f"at most {1e3 * (told + tube):.0f} ms, as described",
             source="commands and stamps",
-            mend="`remosplat identify` measures what there is; less of it is a"
-            " matter of driver and network",
+            mend="measure it with `remosplat identify`; if it is long, look at"
+            " driver and network",
         )
 
 
