@@ -29,10 +29,10 @@ _FIRST_PORT = 7000
 class MeshcatPage:
     """A page that shows a scene of Meshcat's, with a bar, a panel and a player.
 
-    The bar says the robot's state. Meshcat's server sends the shapes of the
-    scene, and hears the buttons. A server of our own has the page itself, and
-    the newest of what moves and of what is said: a browser that draws slowly
-    skips some of it, and is never late.
+    The bar shows the robot's state. Meshcat's server sends the shapes of the
+    scene, and receives the buttons. A server of our own has the page itself,
+    and the newest poses and texts: a browser that draws slowly skips older
+    ones, and is never late.
 
     Args:
         port: TCP port; None takes the first free one from 7000 on. Meshcat's

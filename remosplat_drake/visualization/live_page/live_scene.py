@@ -107,7 +107,7 @@ class LiveScene:
             self._newest.drop((kind, path))
 
     def settle(self) -> None:
-        """Tells Meshcat where everything is now, for pages that are saved."""
+        """Sends Meshcat the present pose of everything, for saved pages."""
         for (_, path), pose in self._newest.of_kind(POSE).items():
             matrix = np.frombuffer(pose).reshape(4, 4).T
             self._meshcat.SetTransform(path, matrix)
