@@ -246,7 +246,7 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
 
 
 def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
-    """Finds whether the robot may come nearer than its map is accurate.
+    """Finds stopping distances that are too small for the map's error.
 
     There is one rule for every stopping distance: it exceeds the map's error
     by `MAP_ERROR_MARGIN`. Distances below the usual one need a known error

@@ -22,7 +22,7 @@ from remosplat_drake.signals.target import (
 class TargetConfig(PoseConfig):
     """A pose of the end effector, its constrained directions, and the way."""
 
-    # Name of the end effector; empty for an only one, or the first. Each has
+    # Name of the end effector; empty for the first or only one. Each has
     # its own targets one after the other, and none waits for another.
     effector: str = ""
     # Directions that are free: `x`, `y`, `z` along the axes of the pose, and

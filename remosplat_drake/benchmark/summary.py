@@ -65,7 +65,7 @@ class Row:
         return np.array([t.success(rule) for t in self.trials], bool)
 
     def count(self, outcome: str, rule: str) -> int:
-        """Returns how many trials have an outcome by one of `RULES`."""
+        """Counts the trials with an outcome, as one of `RULES` defines it."""
         return sum(t.outcome(rule) == outcome for t in self.trials)
 
     def collisions(self) -> int:
@@ -134,7 +134,7 @@ class Comparison:
         return {} if ours or self.is_moving else PAPER_TABLE_I
 
     def common(self, rule: str) -> np.ndarray:
-        """Returns which scenes every row solves, shape (n,) bool."""
+        """Returns which scenes are solved in every row, shape (n,) bool."""
         return np.logical_and.reduce([r.successes(rule) for r in self.rows])
 
     @property
@@ -173,9 +173,9 @@ class Comparison:
 def gather(results: Sequence[TrialResult]) -> list[Comparison]:
     """Sorts results into rows, and rows into comparisons.
 
-    Of several results of a set-up in a scene, with other splats for example,
-    the last one counts. Otherwise the order does not matter: methods come as
-    in the shipped file, then others by name.
+    If a scene has several results for one set-up, for example from different
+    splats, the last one counts. Otherwise the order does not matter: methods
+    come as in the shipped file, then others by name.
     """
     by_setup = defaultdict(dict)
     for result in results:

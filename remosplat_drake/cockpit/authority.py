@@ -11,7 +11,7 @@ _GROUPS, _LENGTH = 2, 4
 """A code is two groups of four: 6.6e11 of them."""
 
 MOST_TRIES = 5
-"""Number of wrong codes after which a client is not listened to any more."""
+"""Number of wrong codes after which the codes of a client are ignored."""
 
 
 def new_code() -> str:
@@ -57,7 +57,10 @@ class Authority:
         if self.operator == client:
             return ""
         if self.operator is not None:
-            return "another client operates; the terminal will show a new code"
+            return (
+                "another client operates; when it hands over, the terminal"
+                " shows a new code"
+            )
         if self._tries[client] >= MOST_TRIES:
             return f"{MOST_TRIES} wrong codes: load the page again"
         if not hmac.compare_digest(_plain(typed), _plain(self.code)):
@@ -75,7 +78,7 @@ class Authority:
         return self.operator == client
 
     def leave(self, client: int) -> bool:
-        """Lets a client go that hands over, or has closed its page.
+        """Removes a client that hands over or has closed its page.
 
         Args:
             client: Number of the client.

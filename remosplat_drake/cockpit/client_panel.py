@@ -28,11 +28,12 @@ _COLOURS = {
 _GREY = "#495057"
 
 _SLOW = 0.85
-"""Share of real time below which the page states it."""
+"""Real-time factor below which the page shows it."""
 
 _UNSEEN = (
-    "Where no camera has looked, the robot does not go. The inside of things"
-    " stays unseen: look at what is near to the target, from its side."
+    "The robot does not go where no camera has looked. Point the camera at the"
+    " surroundings of the target, from the side from which the hand will come."
+    " The inside of things always stays unseen."
 )
 
 _STYLE = """<style>
@@ -65,7 +66,7 @@ class Crew(Protocol):
         ...
 
     def admit(self, panel: "ClientPanel", code: str) -> str:
-        """Lets a client operate, or says why not."""
+        """Lets a client operate, or returns why not."""
         ...
 
     def show_unseen(self, shown: bool) -> None:
@@ -86,7 +87,8 @@ class ClientPanel:
 
     Attributes:
         client: The client.
-        operator: The controls of an operator; None while the client is none.
+        operator: The controls of an operator; None while the client is not the
+            operator.
     """
 
     def __init__(

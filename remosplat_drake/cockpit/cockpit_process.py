@@ -25,10 +25,12 @@ START_TIME = 120.0
 """Time that the process may take to serve its page [s]."""
 
 PATIENCE = 3.0
-"""Time without a sign of life after which STOP counts as unheard [s]."""
+"""Time without a sign of life after which STOP counts as broken [s]."""
 
-DIED = "the cockpit has died: the robot could not be stopped there"
-SILENT = f"the cockpit has not answered for {PATIENCE:g} s: STOP is not heard"
+DIED = "the cockpit's process has died: its STOP does not work"
+SILENT = (
+    f"the cockpit has not answered for {PATIENCE:g} s: its STOP does not work"
+)
 
 _NICENESS = 0
 """Niceness of the process: STOP must work on a busy computer, too."""
@@ -39,8 +41,8 @@ _log = logging.getLogger(__name__)
 class CockpitProcess:
     """Serves the cockpit's page in a separate process.
 
-    Nothing here waits for that process once its page is there. A thread passes
-    on what it shows, and leaves out moments that come too fast; another one
+    Once the page can be opened, no method waits for that process. One thread
+    sends the moments to show, and skips those that come too fast; another one
     reads requests.
 
     Attributes:

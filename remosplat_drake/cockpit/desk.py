@@ -59,7 +59,7 @@ class Desk:
     def choose(self, effector: str) -> None:
         """Wishes to move another end effector from now on.
 
-        The pose that was wished for of the one before is forgotten.
+        The pose that was wished for the previous one is forgotten.
 
         Args:
             effector: Its name.

@@ -19,7 +19,7 @@ COLOURS = {
     UNSEEN_THERE: (135, 95, 215),
     OUT_OF_REACH: (73, 80, 87),
 }
-"""Colours by verdict; out of reach there is a target and no ghost."""
+"""Colours by verdict. If the target is out of reach, no ghost is drawn."""
 
 _OPACITY = 0.4
 _TARGET = 0.025
@@ -63,7 +63,7 @@ class Ghost:
         """Draws the answer to whether a target can be reached.
 
         Args:
-            reach: The answer; without a configuration there is no ghost.
+            reach: The answer; without a configuration no ghost is drawn.
             X_WT: The target, shape (4, 4).
         """
         self._target.position = X_WT[:3, 3]

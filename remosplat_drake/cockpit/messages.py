@@ -61,7 +61,7 @@ class CockpitJob:
 
 @dc.dataclass(frozen=True, eq=False)
 class MapPicture:
-    """A map, as the cockpit draws it and looks for ways in it.
+    """A map that the cockpit draws, and in which it tests targets.
 
     Attributes:
         field: The distance field.
@@ -87,20 +87,21 @@ class Look:
         q: The measured configuration, shape (n_q,).
         X_WE: Pose of the end effector that the operator moves, shape (4, 4).
         X_WB: Pose of the base, shape (4, 4).
-        X_WT: Pose of that one's target, shape (4, 4).
+        X_WT: Pose of the target of that end effector, shape (4, 4).
         is_followed: Whether the target moves to where the operator's page has
             put it.
         state: The robot's state, in words, and the possible buttons.
         held_link: Name of the link that is held; empty if none is.
-        p_WHeld: Where it is held, shape (3,) [m]; None if that is not a place.
+        p_WHeld: Point at which that link is held, shape (3,) [m]; None if there
+            is none.
         target: The target's state, in words.
         map: The map's state, in words.
         trouble: The fault of the cockpit; empty if there is none.
-        worst: The worst of the control ticks since the moment before; None if
-            there were none.
+        worst: The worst of the control ticks since the previous moment; None
+            if there were none.
         effector: Index of the end effector that the operator moves.
         X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
-            None of an only one.
+            None for a single one.
     """
 
     time: float
@@ -125,7 +126,7 @@ class Look:
         """Returns this moment with the ticks of a moment that was skipped.
 
         Args:
-            earlier: The moment before; None if it has been shown.
+            earlier: The previous moment; None if it has been shown.
         """
         if earlier is None or earlier.worst is None:
             return self

@@ -179,7 +179,7 @@ class OperatorPanel:
         return hand
 
     def _choose(self, effector: int) -> None:
-        """Chooses a hand; of a number beyond the last the first."""
+        """Chooses a hand; after the last one comes the first."""
         names = self._job.robot.effectors
         effector %= len(names)
         if effector != self._chosen:
@@ -188,7 +188,7 @@ class OperatorPanel:
             self._show_hand(effector)
 
     def _show_hand(self, effector: int) -> None:
-        """Has all controls be about a hand that was chosen."""
+        """Switches all controls to the chosen hand."""
         self._chosen = effector
         self._drop()
         self._coordinates = self._coordinates_of(effector)
@@ -348,7 +348,7 @@ class OperatorPanel:
 
     @property
     def question(self) -> np.ndarray | None:
-        """The target that the operator wonders about, shape (4, 4), or None."""
+        """The target whose reach is shown, shape (4, 4); None for none."""
         if self._proposal is not None:
             return self._proposal
         X_WT, p_WE = self._wished(), self._look.X_WE[:3, 3]

@@ -19,7 +19,7 @@ REACHABLE = "reachable"
 BLOCKED = "blocked"
 """Verdict: configurations reach it, and all are too near to something."""
 UNSEEN_THERE = "unseen"
-"""Verdict: the best of those is held by space that no camera has seen."""
+"""Verdict: the best of those is too near to space that no camera has seen."""
 OUT_OF_REACH = "out of reach"
 """Verdict: no configuration that reaches it was found."""
 
@@ -52,7 +52,7 @@ def find_reach(
 ) -> Reach:
     """Looks for a configuration at a target; equal calls give equal answers.
 
-    That there is one does not mean that there is a way to it.
+    There need not be a path to this configuration.
 
     Args:
         planner: Contains the robot, and its self-distances.
@@ -71,9 +71,11 @@ def find_reach(
         rng=np.random.default_rng(1),
     )
     if len(goals.q):
-        return Reach(REACHABLE, "it can stand as the ghost does", goals.q[0])
+        return Reach(
+            REACHABLE, "the robot reaches it in the ghost's posture", goals.q[0]
+        )
     if goals.cramped is None:
-        return Reach(OUT_OF_REACH, "no way to stand there was found")
+        return Reach(OUT_OF_REACH, "no posture that reaches it was found")
     return _blocked(planner, field, stopping, goals, goals.cramped)
 
 

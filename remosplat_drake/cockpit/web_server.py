@@ -14,7 +14,7 @@ _FIRST_PORT = 8080
 
 
 def open_server(job: CockpitJob) -> viser.ViserServer:
-    """Opens the page's server, and keeps it from telling so itself.
+    """Opens the page's server, and suppresses what viser prints.
 
     Args:
         job: Contains the address and the title of the page.
@@ -47,7 +47,7 @@ def _free_port(host: str, port: int | None) -> int:
 
 
 def _offer_no_tunnel(server: viser.ViserServer) -> None:
-    """Lets no browser open viser's tunnel, which would let strangers in."""
+    """Keeps browsers from opening viser's tunnel to the public internet."""
     connection = server._websock_server
     for message in (ShareUrlRequest, ShareUrlDisconnect):
         connection.unregister_handler(message)

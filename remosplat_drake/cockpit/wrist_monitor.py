@@ -6,10 +6,11 @@ import viser
 from remosplat_drake.capture.frames import Frame
 
 _ARM = 0.06
-"""Length of the crosshair's arms, in heights of the picture."""
+"""Length of the crosshair's arms, as a fraction of the picture's height."""
 
 _PATCH = 0.02
-"""Half the side of the central area whose distance is shown, in heights."""
+"""Half the side of the central area whose distance is shown, as a fraction of
+the picture's height."""
 
 
 class WristMonitor:

@@ -1,4 +1,4 @@
-"""`remosplat arm`: let a real robot go that waits for an operator."""
+"""`remosplat arm`: arms a real robot that waits for an operator."""
 
 import argparse
 

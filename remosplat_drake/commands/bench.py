@@ -70,8 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         choices=[*GROUPS, *ON_A_WIRE],
         help="only this group of cases (default: all that are timed);"
-        " hardware drives the stand-in robot by the clock, sight does so before"
-        " cameras that see a person move, faults lets things go wrong with it",
+        " hardware drives the stand-in robot in real time, sight does so with"
+        " cameras that see a person move, faults injects faults into it",
     )
     parser.add_argument(
         "--scenario", help="scenario of whose run tick and solvers are"
@@ -80,7 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--case",
         metavar="TEXT",
         default="",
-        help="with faults: only those whose names have this in them",
+        help="with faults: only faults whose names contain this text",
     )
     parser.add_argument(
         "--json",

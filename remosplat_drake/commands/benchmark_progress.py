@@ -13,7 +13,7 @@ class BenchmarkProgress(Progress):
     _succeeded = 0
 
     def start_splats(self, count: int) -> None:
-        """Tells how many splats are to be made."""
+        """Sets the number of splats to make."""
         self._splats = Stage("splats", total=count)
         if count:
             self.show(self._splats)
@@ -23,7 +23,7 @@ class BenchmarkProgress(Progress):
         self._splats.done += 1
 
     def start_trials(self, count: int) -> None:
-        """Tells how many trials are to be run."""
+        """Sets the number of trials to run."""
         self._trials = Stage("running", total=count)
         self.show(self._trials)
 

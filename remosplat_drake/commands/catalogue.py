@@ -56,7 +56,7 @@ GROUPS = (
         {
             "doctor": "check robot, wire and computer before the robot moves",
             "driver-check": "check that a robot's drivers keep to the rules",
-            "arm": "let a real robot go that waits for an operator",
+            "arm": "arm a real robot that waits for an operator",
             "identify": "measure how the axes of the real robot follow"
             " commands",
             "calibrate-hand-eye": "find the camera's pose on the robot",
@@ -114,7 +114,7 @@ def overview() -> str:
         ]
         parts.append("\n".join(lines) + "\n")
     parts.append(
-        "`remosplat COMMAND --help` tells of one command, with examples;\n"
+        "`remosplat COMMAND --help` explains one command, with examples;\n"
         "`remosplat --version` is the version.\n"
     )
     return "\n".join(parts)

@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
     if slower > 1:
         console.print(
             f"at {config.arm_status_rate:g} Hz a silent arm is noticed"
-            f" {slower:.0f} ms later than at 1 kHz: it runs on as long"
+            f" {slower:.0f} ms later than at 1 kHz: it moves on until then"
         )
     if arguments.json:
         print_json(findings)

@@ -152,7 +152,7 @@ def strangers(application: Application) -> str:
 
 
 def progress_line(t: float, standing: Standing, report: TickReport) -> Text:
-    """Says the robot's state, and below it the tick in numbers.
+    """Returns the robot's state, and below it the tick in numbers.
 
     Args:
         t: Time since the start of the run [s].

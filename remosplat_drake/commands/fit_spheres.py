@@ -115,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _options(args: argparse.Namespace) -> tuple[Path, SurfaceOptions]:
-    """Tells a robot description from a bare model file."""
+    """Returns the model file, and the options of its surfaces."""
     floor_links, visuals = (), None
     bare = args.model.endswith((".urdf", ".sdf", ".xml", ".dmd.yaml"))
     if bare:

@@ -78,7 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--held-out",
         type=int,
         metavar="N",
-        help="training did without every N-th view; images of these are"
+        help="every N-th view was left out of training, and its image is"
         f" compared (default: every {COMPARED}th, used by training or not)",
     )
     parser.add_argument(

@@ -127,7 +127,7 @@ def _draw(recorded: RecordedRun, page: MeshcatPage, console: Console) -> None:
 
 
 def _account(recorded: RecordedRun) -> Account:
-    """Returns the page's account of the run, by the clock of its replay."""
+    """Returns the facts about the run, with times on the replay's clock."""
     rows = recorded.log.rows
     first, last = float(rows["time"][0]), float(rows["time"][-1])
     collision = recorded.scenario.controller.collision

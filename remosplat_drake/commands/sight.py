@@ -111,7 +111,7 @@ def _watch(sight: WireSight, console: Console, request: StopRequest) -> None:
         if sight.missing != missing and (missing := sight.missing):
             console.print(f"waits for {', '.join(missing)}")
         if sight.map_in_use != map_in_use and (map_in_use := sight.map_in_use):
-            console.print(f"goes by {map_in_use}", highlight=False)
+            console.print(f"uses {map_in_use}", highlight=False)
         for name, problem in sight.problems.items():
             if problem.split(" for ")[0] != problems.get(name, ""):
                 problems[name] = problem.split(" for ")[0]
@@ -131,6 +131,6 @@ def _report(sight: WireSight, latency: list[float], console: Console) -> None:
     moving = sum(track.is_trusted for track in sight.sight.tracks)
     console.print(
         f"{len(latency) / _REPORT:.0f} images a second, {moving} things;"
-        f" told after {1e3 * middle:.0f} ms, 99 % within {1e3 * late:.0f} ms",
+        f" sent after {1e3 * middle:.0f} ms, 99 % within {1e3 * late:.0f} ms",
         highlight=False,
     )

@@ -65,9 +65,9 @@ class Ros2ArmTopics(Config):
     # velocities lag by 1 / (2 pi cutoff) and half a period of the statuses.
     differentiate: Annotated[float, Interval(ge=1, le=200)] | None = None
     # Topic of std_msgs/Bool: whether an emergency stop is latched; empty:
-    # nothing tells.
+    # not known.
     emergency_stop: str = ""
-    # Topic that says in which mode the arm is; empty: nothing tells.
+    # Topic that says in which mode the arm is; empty: not known.
     mode: str = ""
     # Its messages in std_msgs: `String`, `Int32` or `Bool`.
     mode_type: Annotated[str, OneOf(MODE_TYPES)] = STRING
@@ -120,12 +120,12 @@ class RosBase(Config):
     # Standard deviation of the heading that /tf tells [deg].
     transform_turn_deg: Annotated[float, Interval(gt=0, le=45)] = 2.0
     # Topic of std_msgs/Bool: whether an emergency stop is latched; empty:
-    # nothing tells.
+    # not known.
     emergency_stop: str = ""
     # Topic of std_msgs/Bool: whether the scanner holds the base; empty:
-    # nothing tells.
+    # not known.
     protective_stop: str = ""
-    # Topic of std_msgs/Bool: whether the motors are on; empty: nothing tells.
+    # Topic of std_msgs/Bool: whether the motors are on; empty: not known.
     motors_on: str = ""
     # Silence after which these three count as a stop [s]; null for topics that
     # tell changes only.

@@ -40,7 +40,7 @@ class RunMetrics:
         statuses: Number of ticks by the name of their status.
         scaled_ticks: Number of ticks whose command verification reduced.
         effector_paths: Lengths of the paths of several end effectors by name
-            [m]; none for an only one.
+            [m]; none for a single one.
         line_deviation_max: Largest deviation of the end effector from the lines
             of targets [m]; None without lines.
         line_deviation_mean: The same, as the mean over the ticks on lines [m].

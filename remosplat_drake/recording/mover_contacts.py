@@ -171,7 +171,17 @@ class _Judge:
     def fill(
         self, ticks: np.ndarray, q: np.ndarray, k: int, before: _Look
     ) -> list[_Look]:
-        """Looks at the end of tick k, and in between where it must be."""
+        """Looks at the end of tick k, and within it until no contact is missed.
+
+        Args:
+            ticks: Times of the ticks, shape (T,) [s].
+            q: Configurations at the ticks, shape (T, n_q).
+            k: Index of the tick's beginning.
+            before: The look at the tick's beginning.
+
+        Returns:
+            The looks after `before`, in the order of their times.
+        """
 
         def at(time: float) -> _Look:
             x = (time - ticks[k]) / (ticks[k + 1] - ticks[k])
@@ -183,7 +193,7 @@ class _Judge:
 def _between(
     before: _Look, after: _Look, at: Callable[[float], _Look]
 ) -> list[_Look]:
-    """The looks after the first one, up to and with the second one."""
+    """The looks after `before`, up to `after`; halves spans that are open."""
     if after.time - before.time <= SHORTEST or _is_known(before, after):
         return [after]
     middle = at(0.5 * (before.time + after.time))

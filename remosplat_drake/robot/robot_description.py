@@ -131,7 +131,7 @@ class RobotDescription(Config):
 
     @property
     def effector_frames(self) -> dict[str, str]:
-        """Frames of the end effectors by name; an only one has none."""
+        """Frames of the end effectors by name; a single one has no name."""
         return self.end_effectors or {"": self.end_effector_frame}
 
     @property
@@ -196,7 +196,7 @@ def unknown_effector(name: str, effectors: Iterable[str]) -> str:
 
     Args:
         name: The name that was given.
-        effectors: Those of the robot's end effectors; an only one has none.
+        effectors: Those of the robot's end effectors; a single one has none.
     """
     if any(effectors):
         return unknown_name("end effector", name, effectors)

@@ -66,7 +66,7 @@ class RobotModel:
         n_u: Number of commanded velocities (9 for Frankie).
         n_base: Number of base commands: 3 (omnidirectional), 2 (differential)
             or 0 (fixed).
-        effectors: Names of the end effectors; that of an only one is empty.
+        effectors: Names of the end effectors; that of a single one is empty.
         velocity_limit: Symmetric bounds on u, shape (n_u,) [m/s, rad/s].
         acceleration_limit: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
         jerk_limit: Bounds on |d2u/dt2|, shape (n_u,) [m/s^3, rad/s^3]; infinite
@@ -210,7 +210,7 @@ class RobotModel:
     def _with_hand_width(self, width: float) -> "RobotModel":
         hand = self.description.hand
         if hand is None:
-            raise RemoSplatError("the robot has no hand, and so no width of it")
+            raise RemoSplatError("the robot has no hand whose width can be set")
         lower, upper = self._finger_limits[:, 0], self._finger_limits[:, 1]
         each = width / len(hand.joints)
         if not (lower - ROUNDING <= each).all() or (each > upper).any():

@@ -26,8 +26,8 @@ UNSEEN_SPACE = "unseen-space"
 GATES = {
     CAPTURE_WARNINGS: "the capture that the map was made of is doubtful",
     EMPTY_MAP: "the map has no data where the robot starts or moves",
-    IGNORED_SPLATS: "most of the splat there is too faint or cropped away",
-    MAP_ERROR: "the robot may come nearer than the map is accurate",
+    IGNORED_SPLATS: "most splats within reach are too faint or cropped away",
+    MAP_ERROR: "a stopping distance is too small for the map's error",
     NO_WAY_OUT: "no motion is found that leads out of the start",
     START_BEYOND_LIMITS: "a joint starts beyond its limits",
     START_TOO_NEAR: "the robot starts too near to itself or to the scene",

@@ -28,8 +28,8 @@ class SupervisorLaw:
             it started there and comes no nearer.
         strict: Whether a command beyond the bounds on |u| and |du/dt| stops
             the robot instead of being passed on.
-        obeyed: Whether the robot gets the commands; it need not follow those
-            of a shadow.
+        obeyed: Whether the robot gets the commands; in shadow mode it does not,
+            and need not follow them.
     """
 
     config: SupervisorConfig
@@ -44,7 +44,7 @@ class SupervisorLaw:
         """Returns the time from one tick to the next, in whole periods [s].
 
         Args:
-            before: Time of the tick before [s]; NaN for none.
+            before: Time of the previous tick [s]; NaN for none.
             now: Time of the tick [s].
         """
         return self.dt * periods_between(before, now, self.dt)

@@ -50,7 +50,7 @@ def supervise(
 
     Args:
         law: The thresholds and limits.
-        state: The supervisor after the tick before.
+        state: The supervisor's state after the previous tick.
         now: The observation of this tick.
 
     Returns:

@@ -51,7 +51,7 @@ class _Memory:
     """State between two ticks; copying returns the object itself.
 
     Attributes:
-        before: The supervisor after the tick before.
+        before: The supervisor's state after the previous tick.
         sample: The findings of the present tick; None before the first one.
         stop: Why a program requests a stop at the next tick.
         release: Whether a program releases the stop at the next tick.
@@ -95,10 +95,10 @@ class SafetySupervisor(LeafSystem):
     `velocity_commanded` is the command u on both sides, shape (n_u,) [m/s,
     rad/s]; `report` takes the controller's `TickReport`, `status` the
     `StationStatus`, `velocity_measured` the measured u, `motion` what a robot
-    that does not execute commands at once is about to do, `operator` the
-    `OperatorRequests` of a stop button, which stops the robot where it cannot
-    be heard, `map_age` seconds and `map_hold` why a new map waits for the robot
-    to stop, empty if none does. `movers` are the `Movers`, which must be new.
+    that does not execute commands at once is about to do, `map_age` seconds and
+    `map_hold` why a new map waits for the robot to stop, empty if none does.
+    `operator` takes the `OperatorRequests` of a stop button; one that does not
+    work stops the robot, too. `movers` are the `Movers`, which must be new.
     `supervision` gives the `SupervisorState`. A stop is latched until it is
     released.
 

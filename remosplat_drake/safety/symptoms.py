@@ -55,8 +55,8 @@ def symptoms(
 
     Args:
         law: The thresholds and limits.
-        state: The supervisor after the tick before; its command is the one
-            that is being executed.
+        state: The supervisor's state after the previous tick; its command is
+            the one that is being executed.
         now: The observation of this tick.
     """
     return [
@@ -234,7 +234,7 @@ def kept_clearance(state: SupervisorState, now: Observation) -> float:
     another one: its payload may be as near to the scene as it was before.
 
     Args:
-        state: The supervisor after the tick before.
+        state: The supervisor's state after the previous tick.
         now: The observation of this tick.
     """
     present = now.report.clearances.minimum()
@@ -268,7 +268,7 @@ def _of_movers(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
     movers, longest = now.movers, law.config.max_movers_age
     if not abs(now.time - movers.stamp) <= longest:
         cause = movers.problem or "nothing newer came"
-        yield Symptom("movers_age", f"what moves is not known: {cause}")
+        yield Symptom("movers_age", f"movers are not known: {cause}")
     for camera in movers.cameras:
         age = now.time - camera.seen
         if not abs(age) <= longest:

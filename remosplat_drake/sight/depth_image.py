@@ -41,7 +41,10 @@ class DepthImage:
 
     def __post_init__(self):
         if not np.isfinite(self.time):
-            raise RemoSplatError(f"{self.camera}: its stamp is {self.time}")
+            raise RemoSplatError(
+                f"{self.camera}: the image's time must be finite,"
+                f" got {self.time}"
+            )
         depth = np.asarray(self.depth)
         if depth.ndim != 2 or not depth.size:
             raise RemoSplatError(

@@ -47,7 +47,7 @@ class TargetState:
             followed or will follow; one less when a scan is aborted.
         effector: Index of the end effector that the operator moves.
         X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
-            None of an only one. The others are held where they were left.
+            None for a single one. The others are held where they were left.
     """
 
     mode: str

@@ -52,8 +52,8 @@ class Situation:
     Attributes:
         error: The error from the end effector to the present target; of
             several, the largest error.
-        target: That target; None: a pose.
-        effector: Name of that end effector; empty for an only one.
+        target: The present target; None stands for a pose.
+        effector: Name of that end effector; empty if the robot has only one.
         beside_line: How far the end effector is beside the target's line [m];
             NaN without one.
         is_there: Whether the end effector has arrived at the target.
@@ -279,4 +279,4 @@ def _way(selection: Selection | None) -> str:
         return f"guidance does not look ahead: {selection.missing}"
     if selection.unreachable:
         return selection.unreachable
-    return "guidance knows no way" if selection.is_hopeless else ""
+    return "guidance has found no way" if selection.is_hopeless else ""

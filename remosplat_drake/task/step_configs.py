@@ -41,7 +41,7 @@ class Touch(Config):
 class StepConfig(Config):
     """What all steps have."""
 
-    # Name of the end effector; empty for an only one, or the first.
+    # Name of the end effector; empty for the first or only one.
     effector: str = ""
     # What may come nearer than the stopping distance while the step lasts.
     touch: Annotated[list[Touch], Len(0, 100)] = dc.field(default_factory=list)

@@ -1,4 +1,4 @@
-"""`ClearanceLines`: lines to the scene points that the controller minds."""
+"""`ClearanceLines`: lines to the scene points that limit the robot."""
 
 import numpy as np
 from pydrake.geometry import Rgba, Sphere

@@ -13,9 +13,9 @@ class DeadMan:
 
     It listens for a pulse that the page sends while the button is held.
 
-    Meshcat tells of a gamepad when it changes, and only then: a page that is
-    closed, hidden or hangs with the button held would leave it pressed for
-    ever. So the page clicks a hidden button again and again while it is held
+    Meshcat reports a gamepad only when its state changes: if a page is closed,
+    hidden or hangs with the button held, the button would stay pressed. So the
+    page clicks a hidden button again and again while it is held
     (`web/live.js`).
 
     Args:

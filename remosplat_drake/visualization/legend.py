@@ -12,7 +12,7 @@ FUTURE = Rgba(0.55, 0.20, 0.85)
 
 _COMMON = (
     (BASE_PATH, "path of the base"),
-    (HOLDS_BACK, "what holds the robot back"),
+    (HOLDS_BACK, "obstacles that hold the robot back"),
     (FUTURE, "futures that guidance has simulated"),
 )
 
@@ -21,7 +21,8 @@ def legend(effectors: Sequence[str]) -> list[tuple[str, str]]:
     """Returns the colours as HTML colour codes, each with its meaning.
 
     Args:
-        effectors: Names of the end effectors; one without a name is the only.
+        effectors: Names of the end effectors; the name of a single one is
+            empty.
     """
     hands = [
         (HEX[color], f"path of {name or 'the end effector'}")

@@ -40,10 +40,11 @@ class LivePlots(LeafSystem):
         - report
         - executed
 
-    Above the smallest clearance that the controller saw, below how far the
-    end effector's velocity is from straight to the target. `report` is the
-    controller's `TickReport`, `executed` the velocity u that the station
-    gets. Every tick counts: a point of a curve is the worst of 0.1 s.
+    The upper plot shows the smallest clearance in the controller's reports. The
+    lower one shows how far the end effector's velocity differs from the one
+    that the servo wants. `report` is the controller's `TickReport`, `executed`
+    the velocity u that the station gets. Every tick counts: a point of a curve
+    is the worst of 0.1 s.
 
     Args:
         page: The page to draw on.

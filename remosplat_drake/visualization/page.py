@@ -29,10 +29,10 @@ _FIRST_PORT = 7000
 class MeshcatPage:
     """A page that shows a scene of Meshcat's, with a bar, a panel and a player.
 
-    The bar says the robot's state. Meshcat's server sends the shapes of the
-    scene, and hears the buttons. A server of our own has the page itself, and
-    the newest of what moves and of what is said: a browser that draws slowly
-    skips some of it, and is never late.
+    The bar shows the robot's state. Meshcat's server sends the shapes of the
+    scene, and receives the buttons. A server of our own has the page itself,
+    and the newest poses and texts: a browser that draws slowly skips older
+    ones, and is never late.
 
     Args:
         port: TCP port; None takes the first free one from 7000 on. Meshcat's
@@ -190,7 +190,7 @@ class MeshcatPage:
         Args:
             grade: One of `map_grade`'s, which gives it a colour.
             title: The verdict in a word or two.
-            text: What it rests on.
+            text: The evidence for it.
         """
         badge = {"grade": grade, "title": title, "text": text}
         self._newest.put(("badge",), badge)
@@ -207,7 +207,7 @@ class MeshcatPage:
     def set_places(
         self, hand: np.ndarray, base: np.ndarray, target: np.ndarray | None
     ):
-        """Tells where things are that people look at.
+        """Sets the positions of things that people look at.
 
         Args:
             hand: Position of the first end effector in W, shape (3,) [m].
@@ -254,7 +254,7 @@ class MeshcatPage:
         self.scene.record(start)
 
     def pause_recording(self):
-        """Records no more: what a replay holds is in memory."""
+        """Stops recording, since a recording grows in memory."""
         self.scene.pause()
 
     def finish_recording(self):
@@ -271,8 +271,8 @@ class MeshcatPage:
         """Writes the page as one file that needs neither server nor network.
 
         The file is written atomically, compressed, and carries a player with
-        a time line. What was said of the run while it went on is not part of
-        it: that is what the account is for.
+        a time line. It does not contain the sentences about the running robot;
+        the account replaces them.
 
         Args:
             path: The HTML file.

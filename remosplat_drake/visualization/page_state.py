@@ -1,8 +1,7 @@
 """`PageState`: the state of a run, as the page says it, and its buttons.
 
-A page is never allowed to look alive when nothing behind it is. Everything
-that it says about the run as a whole, and every button that acts on the
-robot, comes from here.
+A page must not look live when the program behind it has stopped. Its texts
+about the run as a whole, and its buttons that act on the robot, come from here.
 """
 
 import dataclasses as dc
@@ -116,7 +115,7 @@ def unsupervised(standing: Standing = NOT_STARTED) -> PageState:
         standing: The robot's state.
     """
     if standing.kind == stands.WAITING:
-        text = "without a supervisor: nothing stops here"
+        text = "no supervisor: the page cannot stop this run"
         return PageState(LIVE, "Live", text)
     return _alive(standing, ())
 

@@ -39,7 +39,7 @@ fewer frames a second."""
 
 @dc.dataclass(frozen=True, eq=False)
 class ReplayedMap:
-    """A version of the map for a replay; what of it is lost is None.
+    """A version of the map for a replay; parts that are lost are None.
 
     Attributes:
         field: Distance field that finds the closest scene points.

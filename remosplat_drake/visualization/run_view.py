@@ -41,11 +41,11 @@ class RunView(LeafSystem):
         - report
 
     `configuration` is the measured q, `report` the `TickReport` that the
-    controller exports: looking on asks no oracle and costs the controller
-    nothing. Red lines go from sphere surfaces to their closest scene points,
+    controller exports: the view queries no oracle and does not delay the
+    controller. Red lines go from sphere surfaces to their closest scene points,
     pale for rows that could bind and strong for rows that do. The end
     effector leaves a yellow trace, the base a blue one; both start again when
-    time runs backwards. Of several end effectors each has a colour, which the
+    time runs backwards. Each of several end effectors has a colour, which the
     page's legend names.
 
     Args:

@@ -42,9 +42,9 @@ class SafetyPanel(LeafSystem):
 
     `report` takes the controller's `TickReport`, `status` the `StationStatus`,
     `supervision` the `SupervisorState`, `standing` the `Standing`; `operator`
-    gives the `OperatorRequests` so far. The page's bar says the robot's state,
-    and why the supervisor stopped; a line of text, the arm's mode with the
-    largest ages of measurements and commands in the last half second.
+    gives the `OperatorRequests` so far. The page's bar shows the robot's state,
+    and why the supervisor stopped it. A line of text shows the arm's mode, and
+    the largest ages of measurements and commands in the last half second.
 
     Args:
         page: The page that gets bar and buttons.

@@ -1,4 +1,4 @@
-"""`StandingView`: the link that is held, and the place, light up."""
+"""`StandingView`: highlights the held link and the place that holds it."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -24,7 +24,7 @@ _RING, _TUBE = 0.05, 0.006  # Radii of the ring about the place [m].
 
 
 class StandingView(LeafSystem):
-    """Lights up what is held, and where; says the robot's state.
+    """Highlights the held link and the place; shows the robot's state.
 
     .. pydrake_system::
 
@@ -35,8 +35,8 @@ class StandingView(LeafSystem):
 
     `configuration` takes the measured q, `standing` the `Standing`. The link
     that is held glows, and a ring lies about the place that holds it, also in
-    a replay. Where there is no supervisor the page's bar says the sentence
-    from here; elsewhere it is the `SafetyPanel` that does.
+    a replay. In a run without a supervisor, this view sends the sentence to the
+    page's bar; otherwise the `SafetyPanel` does.
 
     Args:
         page: The page to draw on.

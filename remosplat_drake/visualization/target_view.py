@@ -19,11 +19,11 @@ _ROD = 0.6  # Length of the rod along a way that is free [m].
 
 
 class TargetView:
-    """Draws a target: its axes, and what it leaves free in yellow.
+    """Draws a target: its axes, and in yellow the directions that are free.
 
-    A ring lies about an axis about which the tool may turn, a ball where it
-    may turn as it likes, a rod along a way that is free, a pale ball round a
-    target that is passed, and an orange line to one that is reached on a line.
+    A ring marks an axis about which the tool may turn, a ball a free
+    orientation, a rod a free direction, a pale ball a target that is passed,
+    and an orange line the line on which a target is reached.
 
     Args:
         page: The page to draw on.

@@ -63,8 +63,8 @@ class TeleopPanel(LeafSystem):
             of the angles are zero there.
         mapping: Whether there is a live map, which needs buttons.
         scenes: The scenes that a simulated camera is shown in turns, one
-            after each press of a button, that of the start first; fewer than
-            two make no button.
+            after each press of a button, that of the start first; with
+            fewer than two there is no button.
         effectors: Names of the robot's end effectors.
     """
 

@@ -39,7 +39,7 @@ def show_unseen_space(
     *,
     shown: bool,
 ) -> None:
-    """Draws where what a capture has seen ends, with a button.
+    """Draws the boundary of the space that a capture has seen, with a button.
 
     Args:
         page: The page to draw on.

@@ -52,9 +52,9 @@ def test_what_is_news_lets_it_go_on(movers):
 @pytest.mark.parametrize(
     ("movers", "reason"),
     [
-        (Movers(NOW - 0.3), "what moves is not known: nothing newer came"),
-        (Movers(NOW + 0.3), "what moves is not known: nothing newer came"),
-        (Movers(0.0, problem="MOVERS lies"), "what moves is not known: MOVERS"),
+        (Movers(NOW - 0.3), "movers are not known: nothing newer came"),
+        (Movers(NOW + 0.3), "movers are not known: nothing newer came"),
+        (Movers(0.0, problem="MOVERS lies"), "movers are not known: MOVERS"),
         (
             Movers(NOW, cameras=[camera(NOW), camera(NOW - 0.5, "it is dark")]),
             "room has seen nothing for 0.5 s: it is dark",
@@ -77,6 +77,6 @@ def test_nothing_resumes_by_itself():
     old = Movers(state.time - 1.0)
     refused = tick(old, state, release=True)
     assert refused.mode == STOPPED
-    assert "what moves is not known" in refused.refusal
+    assert "movers are not known" in refused.refusal
     news = Movers(state.time + DT)
     assert tick(news, state, release=True).mode == STARTING

@@ -166,7 +166,7 @@ SENTENCES = {
         selection=Selection(DIRECT, unreachable="no path found"),
     ),
     "hand held 21 mm from the can, 0.52 m from the target: move or turn the"
-    " target; guidance knows no way": held(
+    " target; guidance has found no way": held(
         things.SOLID,
         "the can",
         HAND,

@@ -90,7 +90,7 @@ def fit_axis(
     acceleration: float,
     crawls: Sequence[float],
 ) -> Fit:
-    """Fits one axis: a dead time with a lag, or with a ramp, and a dead band.
+    """Fits one axis: a dead time, either a lag or a ramp, and a dead band.
 
     Args:
         recording: Commands to this axis and its measurements.

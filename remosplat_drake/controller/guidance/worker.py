@@ -1,8 +1,8 @@
 """Looking ahead in a separate process: the code that runs inside it.
 
-It receives a map whenever that changes, and the robot's states. It answers
-every state within a budget of wall-clock time, by the decisions since the last
-one.
+It receives each new version of the map, and the robot's states. It answers
+every state within a budget of wall-clock time, with the selection if that has
+changed since the previous answer.
 """
 
 import dataclasses as dc

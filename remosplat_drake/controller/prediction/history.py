@@ -31,11 +31,12 @@ class History:
         sent: When commands were sent, ascending, shape (h,) [s].
         u: The commands, shape (h, n_u) [m/s, rad/s].
         v: Velocities of the model, shape (h, n_u) [m/s, rad/s].
-        way: Ways of the model since the beginning, shape (h, n_u) [m, rad].
-        drift: Measured ways less those of the model, as far as was known
+        way: How far the model has moved since the start of the history, shape
+            (h, n_u) [m, rad].
+        drift: Measured motion less that of the model, as far as was known
             when the command was sent, shape (h, n_u) [m, rad].
         pose: Pose of the base that was measured last, shape (3,) or (0,).
-        measured: Ways that have been measured, shape (n_u,) [m, rad]; NaN
+        measured: Motion that has been measured, shape (n_u,) [m, rad]; NaN
             before the first measurement.
     """
 

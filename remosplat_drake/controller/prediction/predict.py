@@ -62,12 +62,14 @@ def predict(
 def modelled_way(
     model: ActuatorModel, history: History, stamp: np.ndarray
 ) -> np.ndarray:
-    """Returns the model's ways since the beginning at some times, (n_u,).
+    """Returns how far each axis of the model has moved, (n_u,) [m, rad].
+
+    It is counted from the start of the history.
 
     Args:
         model: How the axes follow their commands.
         history: The commands that were sent.
-        stamp: A time for each axis, shape (n_u,) [s].
+        stamp: The time of each axis, shape (n_u,) [s].
     """
     row = np.maximum(np.searchsorted(history.sent, stamp, side="right") - 1, 0)
     axis = np.arange(len(stamp))

@@ -76,7 +76,7 @@ def tracking_name(term: str, effector: str) -> str:
 
     Args:
         term: Name of the term that tracks it.
-        effector: Name of the end effector; an only one has none.
+        effector: Name of the end effector; a single one has none.
     """
     return f"{term} {effector}".rstrip()
 

@@ -32,7 +32,7 @@ def servo_twist(
         error: The pose error from the end effector E to the target T.
         gain: The paper's proportional gain beta [1/s].
         max_speed: Bound on the translational speed [m/s].
-        onward: How much way there is behind the target, for which the
+        onward: Length of the path behind the target, for which the
             translational part keeps its speed [m].
 
     Returns:
@@ -89,7 +89,7 @@ def servo_gains(p_ET_W, gain, max_speed, onward):
         p_ET_W: Translation to the target, shape (3,) [m].
         gain: The gain without a bound [1/s].
         max_speed: Bound on the translational speed [m/s].
-        onward: How much way there is behind the target [m].
+        onward: Length of the path behind the target [m].
     """
     slowed = servo_speed(p_ET_W, gain, max_speed)
     if onward == 0.0:
@@ -129,8 +129,9 @@ def line_twist(X_WE, target, gain, max_speed):
 def error_scale(p_ET_E, target) -> float:
     """Computes the paper's error e, which costs divide by [m].
 
-    It is the L1 distance to the target and on to the next one, and at least a
-    millimetre: the costs stay finite at the target.
+    It is the L1 distance to the target plus the length of the path behind the
+    target. It is at least a millimetre, so that the costs stay finite at the
+    target. On a line it is `LINE_SCALE`.
 
     Args:
         p_ET_E: Translation to the target in E, shape (3,) [m].

@@ -152,9 +152,9 @@ def _drake_solver(maker: type[SolverInterface]) -> DrakeSolver:
 class ActiveSetSolver:
     """The library's own dual active-set solver, on the dense program.
 
-    It finds the same optimum ten times as fast, which rollouts need. Clarabel
-    takes over where rounding leaves it undecided, and where an ingredient has
-    used Drake's program.
+    It finds the same optimum as Clarabel in a tenth of the time, as rollouts
+    require. Clarabel takes over if rounding leaves it undecided, or if an
+    ingredient has used Drake's program.
     """
 
     def __init__(self):

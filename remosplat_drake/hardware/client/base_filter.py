@@ -137,9 +137,9 @@ def with_odometry(
     """Returns the filter after another odometry.
 
     Args:
-        known: The filter before.
-        stamp: When it was measured; not after the one before: it counts for
-            nothing [s].
+        known: The previous filter.
+        stamp: When it was measured [s]. Odometry that is not newer than the
+            previous one is ignored.
         X_OB: The base's x, y, yaw by its wheels, shape (3,) [m, m, rad].
     """
     if len(known.stamp) and not stamp > known.stamp[-1]:

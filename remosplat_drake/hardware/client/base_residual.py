@@ -1,12 +1,12 @@
-"""Detects a base that does not follow its commands, by its way.
+"""Detects a base that does not follow its commands, by its displacement.
 
 A base that stops by itself does not say so on ROS. Its speed tells little: at
 0.05 m/s it differs from a standstill by less than it does from its command
-while the base speeds up. How far it came over a while tells much: the errors of
-speed even out, and a base that stands falls behind by 5 cm a second.
+while the base speeds up. Its displacement over a while tells much: the errors
+of speed even out, and a base that stands falls behind by 5 cm a second.
 
-The same goes for the speeds that the base measures itself: a pose that drifts
-leaves them behind.
+Its measured speeds are compared with its pose in the same way, which detects a
+pose that drifts.
 
 Its expected motion is that of the commands, some delay ago. That delay is known
 roughly: the delay counts, of all up to the longest, with which the motion fits
@@ -274,7 +274,7 @@ def speed_problem(samples: BaseSamples, share: float = SHARE) -> str:
         return ""
     driven, moved, seconds = found
     return (
-        f"it moved by {moved} in {seconds:.1f} s, not by {driven} by its speeds"
+        f"it moved by {moved} in {seconds:.1f} s; its speeds amount to {driven}"
     )
 
 
@@ -305,7 +305,7 @@ def follow_problem(
         return ""
     moved, told, seconds = found
     return (
-        f"it moved by {moved} in {seconds:.1f} s, not by {told} by its commands"
+        f"it moved by {moved} in {seconds:.1f} s; its commands amount to {told}"
     )
 
 

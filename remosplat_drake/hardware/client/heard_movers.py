@@ -7,7 +7,7 @@ from remosplat_drake.hardware.wire.movers import decode_movers
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.scene.mover import Movers
 
-NONE_HEARD = Movers(0.0, problem="no message has told what moves")
+NONE_HEARD = Movers(0.0, problem="no message about movers has come")
 """Before the first message: so old that no supervisor lets a robot move."""
 
 
@@ -15,9 +15,9 @@ NONE_HEARD = Movers(0.0, problem="no message has told what moves")
 class HeardMovers:
     """The latest valid movers; copying returns the object itself.
 
-    A message that cannot be used changes nothing of what was known before,
-    which grows older: the robot keeps off wherever those movers can have come
-    by now. When that is too long ago, the supervisor stops the robot, and the
+    A message that cannot be used leaves the previous movers in place. These
+    grow older, and the robot keeps away from all positions that they can have
+    reached. When they are too old, the supervisor stops the robot, and the
     problem is the reason.
 
     Attributes:

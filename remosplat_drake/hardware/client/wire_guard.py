@@ -288,7 +288,7 @@ class WireGuard:
     def _objection(self) -> str:
         self.listen()
         if not self._shadow and not self._watch.own:
-            return "hears nothing of what it sends: is multicast set up?"
+            return "does not receive its own packets; is multicast set up?"
         return self.problem()
 
     def problem(self) -> str:

@@ -32,12 +32,14 @@ _OTHER = 0.1
 """Greatest gain of an axis by the commands of another one."""
 
 _VELOCITY = 0.3
-"""Permitted difference of a velocity from that by positions, as a share."""
+"""Permitted deviation of the ratio of the velocities from 1."""
 
 _RESOLUTION = 0.005
 """Resolution of delays [s]."""
 
-_MODE_WORDS = "a mode in which it obeys, and another one while it is stopped"
+_MODE_WORDS = (
+    "a mode in which the part moves, and another one while it is stopped"
+)
 
 
 def judge(
@@ -182,8 +184,8 @@ def _gaps(part: PartRecord, config: HardwareConfig) -> Finding:
         wanted=f"at most {1e3 * limit:.0f} ms, after which the robot is"
         " stopped",
         source=f"arrivals on {part.channel}",
-        mend="raise the driver's priority; leave its computer alone; but for a"
-        " restart while this was heard",
+        mend="raise the driver's priority; run nothing else on its computer; a"
+        " restart of the driver causes silence, too",
     )
 
 
@@ -222,17 +224,17 @@ def _axes(
             name,
             _is_right(following, i),
             found=_words(following, i, part.axes),
-            wanted="the way that it was told, in rad or m, and no other's",
+            wanted="motion as commanded, in rad or m, and only of this axis",
             source=f"commands, and positions in {part.channel}",
             mend="look at the driver's order of axes, signs and units",
         )
         yield judged(
             f"{name}: velocity",
             abs(velocity - 1.0) <= _VELOCITY,
-            found=f"{velocity:.2f} of that by positions",
+            found=f"{velocity:.2f} times the change of position per time",
             wanted=f"{1 - _VELOCITY:.1f} to {1 + _VELOCITY:.1f}",
             source=part.channel,
-            mend="let the source tell velocities, or the driver differentiate",
+            mend="let the source report velocities, or the driver compute them",
         )
         tube = actuators[i].tube + _RESOLUTION
         late = following.late[i]
@@ -243,8 +245,8 @@ def _axes(
             found=f"{1e3 * (late + told):.0f} ms",
             wanted=f"at most {1e3 * (told + tube):.0f} ms, as described",
             source="commands and stamps",
-            mend="`remosplat identify` measures what there is; less of it is a"
-            " matter of driver and network",
+            mend="measure it with `remosplat identify`; if it is long, look at"
+            " driver and network",
         )
 
 
@@ -261,10 +263,8 @@ def _words(following: Following, axis: int, axes: Sequence[str]) -> str:
     row = following.gains[axis]
     strongest = int(np.abs(row).argmax())
     if strongest != axis and abs(row[strongest]) > _OTHER:
-        return (
-            f"moves by {row[strongest]:.2f} of what {axes[strongest]} is told"
-        )
-    return f"moves by {row[axis]:.2f} of what it is told"
+        return f"moves by {row[strongest]:.2f} of {axes[strongest]}'s commands"
+    return f"moves by {row[axis]:.2f} of its commands"
 
 
 def _restart(record: RobotRecord) -> Finding:

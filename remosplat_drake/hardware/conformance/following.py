@@ -36,11 +36,11 @@ class Following:
     Attributes:
         moved: Whether each was commanded to move so far that it can be judged,
             shape (n,).
-        gains: Way of axis i for that which commands of axis j should make,
-            shape (n, n); zero where j has not moved.
-        late: How much later than its model each follows, shape (n,) [s].
-        velocity: Told velocity of each for that by its positions, shape (n,);
-            NaN where it has not moved.
+        gains: Travel of axis i per travel that the commands of axis j should
+            cause, shape (n, n); zero where j has not moved.
+        late: Delay of each axis beyond that of its model, shape (n,) [s].
+        velocity: Reported velocity of each axis over the change of its position
+            per time, shape (n,); NaN where it has not moved.
     """
 
     moved: np.ndarray
@@ -118,7 +118,10 @@ def _model(
 
 
 def _velocity_share(stamp: np.ndarray, way: np.ndarray, v: np.ndarray) -> float:
-    """Share of a reported velocity in that by positions; NaN at rest."""
+    """Reported velocity over the change of position per time; NaN at rest.
+
+    The ratio is fitted by least squares over the whole motion.
+    """
     mean = 0.5 * (v[1:] + v[:-1])
     step = np.diff(stamp)
     by_way = np.diff(way) / step

@@ -213,7 +213,7 @@ def _decoded(kind, data: bytes):
 
 
 def _read(statuses: list[Heard], read):
-    """Reads statuses; returns rows, modes and the problems of broken ones."""
+    """Returns rows, modes, and counts of the faults of malformed statuses."""
     rows, modes, broken = [], {}, collections.Counter()
     for packet in statuses:
         try:

@@ -227,13 +227,13 @@ def drill_stop(
             mend="a driver that does not report stops needs a topic for them,"
             " or an ARCL connection",
         )
-    say(f"{found}; now reset it and start what has ended again")
-    _wait(robot, lambda: "" if stopped() else "it is back", patience)
+    say(f"{found}; now reset the stop, and restart a driver that has ended")
+    _wait(robot, lambda: "" if stopped() else "reset", patience)
     moved = _watch_rest(robot)
     return judged(
         name,
         not stopped() and moved < _STANDING,
-        found=f"{found}; afterwards it "
+        found=f"{found}; afterwards the {part} "
         + ("is still stopped" if stopped() else f"moved at {moved:.3f}"),
         wanted=wanted,
         source=source,
@@ -274,7 +274,7 @@ def check_actuators(robot: RobotModel) -> Finding:
         "actuators",
         measured,
         found="measured" if measured else "cautious defaults",
-        wanted="the robot's own, which let it go faster near things",
+        wanted="measured ones, with which the robot is faster near obstacles",
         source=f"actuators in {Path(robot.description.source).name}",
         mend="remosplat identify, once the robot moves",
         otherwise=ADVICE,

@@ -67,13 +67,11 @@ class Ros2ArmLink:
         self._waits = False
         self._q: np.ndarray | None = None
         if not config.emergency_stop:
-            tell(
-                "no `emergency_stop`: nothing tells of the arm's emergency stop"
-            )
+            tell("no `emergency_stop`: the arm's emergency stop is not known")
         if not config.mode:
             tell(
-                "no `mode`: nothing tells whether the arm obeys; it is taken to"
-                " be `move`"
+                "no `mode`: the arm's mode is not known, and assumed to be"
+                " `move`"
             )
 
     def command(self, velocity: np.ndarray) -> None:

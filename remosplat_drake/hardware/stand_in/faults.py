@@ -24,8 +24,7 @@ RECOVER = "recover"
 
 FAULTS = {
     "status-stops": "the arm's statuses stop; the arm goes on",
-    "status-delay": "the arm's statuses are told VALUE seconds late (default"
-    " 0.1)",
+    "status-delay": "the arm's statuses come VALUE seconds late (default 0.1)",
     "status-freezes": "the arm's statuses repeat the last one, with new stamps",
     "status-nan": "one joint position of the arm's statuses is not a number",
     "status-joints": "the arm's statuses have VALUE joints (default 6)",
@@ -37,17 +36,19 @@ FAULTS = {
     "base-protective-stop": "the base stops, and returns after 2 s",
     "base-emergency-stop": "the base stops until `recover`",
     "base-command-delay": "the base obeys VALUE seconds late (default 0.15)",
-    "base-status-delay": "the base's statuses are told VALUE seconds late"
+    "base-status-delay": "the base's statuses come VALUE seconds late"
     " (default 0.05)",
     "panda-py": "the arm follows by panda-py's IntegratedVelocity, which lags",
     "base-mute": "the base's statuses tell of no stop, as odometry on ROS does",
     "base-clock": "the base's stamps are VALUE seconds ahead (default -0.2)",
     "base-jump": "the base's odometry jumps by VALUE metres (default 0.3)",
-    "base-drift": "it drifts by VALUE metres a second (default 0.02)",
+    "base-drift": "the base's odometry drifts by VALUE m/s (default 0.02)",
     "localization-stops": "the base's localisation falls silent",
-    "localization-frame": "it tells the pose in another frame",
-    "localization-jump": "it jumps by VALUE metres (default 0.3)",
-    "localization-drift": "it drifts by VALUE metres a second (default 0.02)",
+    "localization-frame": "the base's localisation uses another frame",
+    "localization-jump": "the base's localisation jumps by VALUE metres"
+    " (default 0.3)",
+    "localization-drift": "the base's localisation drifts by VALUE m/s"
+    " (default 0.02)",
     RECOVER: "ends every fault and releases every stop",
 }
 """Names of all faults, and their effects, in words for `--help`."""

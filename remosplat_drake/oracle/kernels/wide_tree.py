@@ -16,7 +16,8 @@ MOST_WAITING = MAX_DEPTH * (WIDTH - 1) + 1
 """Largest number of queued nodes in a query."""
 
 ROWS = 7
-"""Numbers of a child: lower corner, upper corner, and height."""
+"""Numbers of a child: lower corner, upper corner, and greatest z of a box
+centre."""
 
 
 @kernel
@@ -29,10 +30,11 @@ def widen(nodes, links, leaf_size):
         leaf_size: Largest number of boxes in a leaf; below 16.
 
     Returns:
-        For each of the nodes the lower and the upper corners of its children's
-        boxes, and the greatest height below each, shape (m, 7, 8) [m], NaN for
-        missing children; and the children's numbers, or links for leaves, shape
-        (m, 8). The root is node 0.
+        Two arrays, whose row i is node i; the root is node 0. The first one has
+        for each child the lower and the upper corner of its box, and the
+        greatest z of a box centre in its subtree, shape (m, 7, 8) [m]; NaN for
+        missing children. The second one has the number of each child, or its
+        link if it is a leaf, shape (m, 8).
     """
     # The usual number: allocating much more would be expensive.
     wide, children = _make_nodes(len(nodes) // 3 + 1)

@@ -112,8 +112,8 @@ def bound_splat(
     Args:
         capture: The posed RGB-D images that the splat was made of.
         splat_W: Discs, in W.
-        errors: Draws of the errors of poses and of the depth's scale; None
-            assumes that they are exact.
+        errors: Samples of the errors of the poses and of the depth's scale;
+            None takes poses and scale as exact.
     """
     noise = estimate_noise(capture, splat_W)
     measured = measured_voxels(capture, noise)

@@ -1,4 +1,4 @@
-"""`ConversionError`: changes of a splat by writing and reading it."""
+"""`ConversionError`: the change of a splat that is written and read."""
 
 import dataclasses as dc
 

@@ -7,7 +7,7 @@ from pydrake.math import RigidTransform
 from remosplat_drake.visualization.live_page.newest import Newest
 
 POSE, PROPERTY = "pose", "property"
-"""Kinds of movers: poses of paths, and their other properties."""
+"""Kinds of values: the pose of a path in the scene tree, and a property."""
 
 Property = bool | float | list[float]
 """Value of a property."""
@@ -42,7 +42,7 @@ class LiveScene:
         self._is_recording = True
 
     def pause(self) -> None:
-        """Records no more."""
+        """Stops recording."""
         self._meshcat.StopRecording()
         self._is_recording = False
 
@@ -107,7 +107,7 @@ class LiveScene:
             self._newest.drop((kind, path))
 
     def settle(self) -> None:
-        """Tells Meshcat where everything is now, for pages that are saved."""
+        """Sends Meshcat the present pose of everything, for saved pages."""
         for (_, path), pose in self._newest.of_kind(POSE).items():
             matrix = np.frombuffer(pose).reshape(4, 4).T
             self._meshcat.SetTransform(path, matrix)

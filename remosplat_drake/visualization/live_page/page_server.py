@@ -36,10 +36,10 @@ _SETTLE = 0.01
 class PageServer:
     """A web server in threads of its own.
 
-    A page says by a websocket up to which change it has drawn everything. The
-    answer, in JSON, has the newest values of all that has changed after that,
-    and the number of the latest change. So at most one answer is under way to
-    a page, and that is the newest.
+    A page sends, by a websocket, the number of the last change that it has
+    drawn. The answer, in JSON, has the newest values of all that has changed
+    since, and the number of the latest change. So at most one answer is under
+    way to a page, and it has the newest values.
 
     Args:
         host: Network interface to listen on; "*" means all.

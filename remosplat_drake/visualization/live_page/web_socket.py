@@ -6,7 +6,7 @@ from email.message import Message
 from io import BufferedIOBase
 
 _GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
-"""Appended to a client's key, by section 1.3."""
+"""Appended to a client's key (RFC 6455, section 1.3)."""
 
 _TEXT, _CLOSE = 0x1, 0x8
 _LAST, _MASKED = 0x80, 0x80

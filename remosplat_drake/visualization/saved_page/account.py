@@ -12,9 +12,9 @@ from remosplat_drake.visualization.page_state import PageState
 _STILL = 0.002
 """Speed of a joint below which it stands still [rad/s, m/s]."""
 _IDLE = 3.0
-"""Time after which standing still is passed over [s]."""
+"""Longest standstill that is shown in full [s]."""
 _LEAD = 0.5
-"""Time that is shown of standing still, before and after [s]."""
+"""How much of a skipped standstill is shown, before and after motion [s]."""
 _POINTS = 380
 """Greatest number of points of a curve: one for a pixel."""
 
@@ -24,7 +24,7 @@ class Moment:
     """Something that happened.
 
     Attributes:
-        time: When, by the clock of the replay [s].
+        time: When it happened, on the replay's clock [s].
         text: What happened, in words for a person.
     """
 
@@ -34,7 +34,7 @@ class Moment:
 
 @dc.dataclass(frozen=True, eq=False)
 class Account:
-    """The account of a run, by the clock of its replay.
+    """The facts about a run, with times on the replay's clock.
 
     Attributes:
         state: How it ended.
@@ -67,9 +67,9 @@ class Account:
         return idle[0][1] if at_start else float(self.time[0])
 
     def idle(self) -> list[tuple[float, float]]:
-        """Returns from when to when nothing moves, long enough to be skipped.
+        """Returns beginning and end of the standstills that are skipped [s].
 
-        A run that never moves has no such time.
+        A run that never moves has none.
         """
         speed = np.abs(np.diff(self.q, axis=0)).max(axis=1, initial=0.0)
         moves = speed > _STILL * np.diff(self.time)
@@ -85,7 +85,7 @@ class Account:
         return spans
 
     def closest(self) -> Moment | None:
-        """Returns when the robot was nearest to the scene, if it ever was."""
+        """Returns the moment of the smallest clearance; None if unknown."""
         if not np.isfinite(self.clearance).any():
             return None
         k = int(np.nanargmin(self.clearance))
@@ -120,7 +120,7 @@ def thinned(
     worst: Callable[[np.ndarray], float],
     most: int = _POINTS,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Thins a curve out, so that what is worst of it stays.
+    """Thins a curve out, and keeps its worst values.
 
     Args:
         time: Times, increasing, shape (T,) [s].

@@ -27,8 +27,8 @@ def pack(page: str, title: str) -> str:
     """Compresses a page of Meshcat into one that inflates itself.
 
     What Meshcat has written as text is kept as bytes, and numbers byte by
-    byte: all of their first bytes, then all of their second ones. That is what
-    compression likes. Meshcat's commands run one after the other.
+    byte: all of their first bytes, then all of their second ones. Such groups
+    compress better. Meshcat's commands run one after the other.
 
     Args:
         page: The page, as `Meshcat.StaticHtml` has made it, or more.
@@ -66,8 +66,8 @@ def compressed(parts: Sequence[bytes]) -> bytes:
         parts: The parts.
 
     Returns:
-        What inflates to the length of an index, the index in JSON with size
-        and stride of each part, and the parts.
+        Bytes that inflate to the length of an index, the index in JSON with
+        size and stride of each part, and the parts.
     """
     index, spread = [], []
     for part in parts:

@@ -61,7 +61,7 @@
       : lost
         ? `no connection: as of ${age().toFixed(0)} s ago`
         : deaf
-          ? "no connection for buttons and shapes"
+          ? "second port not connected: buttons do not work, shapes are old"
           : old > OLD
             ? `${old.toFixed(1)} s old`
             : "";

@@ -67,7 +67,8 @@ def least_distance(shapes, X_WL, p_WC, i, j):
 def _to_box(X_WL, body, half, i, x, y, z):
     """Signed distance from a box, whose axes are its link's, to a point [m].
 
-    The vector x, y, z leads from the centre of the box to the point, or back.
+    x, y, z is the vector from the centre of the box to the point; its sign does
+    not matter.
     """
     square, inside = 0.0, -math.inf
     for c in range(3):
