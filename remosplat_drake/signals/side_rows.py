@@ -13,8 +13,9 @@ from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.base.kernels.returns import reals, several, wholes
 from remosplat_drake.base.vectors import across, dot
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals.compiled_map import RowArrays, ask
+from remosplat_drake.signals.compiled_map import ask
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.row_arrays import row_arrays
 
 _STEP = 0.005
 """How far to the side the map is queried [m]: farther than a robot that leaves
@@ -52,20 +53,16 @@ def with_side_rows(
     if maps is None or not (is_near and np.isfinite(q).all()):
         return near
     spheres = robot.spheres_at(q)
-    rows = side_rows(
+    sphere, distance, direction_W, p_WC = side_rows(
         maps,
-        Packed(RowArrays(*(np.array(x) for x in _columns(near)))),
+        Packed(row_arrays(near)),
         np.array(spheres.p_WS),
         np.array(spheres.radius),
         np.array(spheres.ignore_below),
         np.array(spheres.index, np.int64),
         float(below),
     )
-    return Clearances(*rows, near.revision)
-
-
-def _columns(near: Clearances) -> tuple[np.ndarray, ...]:
-    return near.sphere, near.distance, near.direction_W, near.p_WC
+    return Clearances(sphere, distance, direction_W, p_WC, near.revision)
 
 
 @kernel(returns=_ROWS)

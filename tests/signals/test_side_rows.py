@@ -9,8 +9,8 @@ from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
-from remosplat_drake.signals.compiled_map import RowArrays
 from remosplat_drake.signals.distance_field import Clearances
+from remosplat_drake.signals.row_arrays import row_arrays
 from remosplat_drake.signals.side_rows import side_rows
 
 RADIUS = 0.05
@@ -23,15 +23,9 @@ def rows_of(boxes, below) -> tuple[Clearances, Clearances]:
     """The rows of a ball at the origin, without and with those beside."""
     field = SignedDistanceField(PrimitiveScene(tuple(boxes)))
     near = field.clearances(BALL)
-    arrays = RowArrays(
-        near.sphere.copy(),
-        near.distance.copy(),
-        near.direction_W.copy(),
-        near.p_WC.copy(),
-    )
     more = side_rows(
         field.compiled_rows,
-        Packed(arrays),
+        Packed(row_arrays(near)),
         BALL.p_WS.copy(),
         BALL.radius.copy(),
         BALL.ignore_below.copy(),

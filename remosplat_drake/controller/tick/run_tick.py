@@ -18,10 +18,7 @@ from remosplat_drake.controller.tick.tick_calls import TickCalls
 from remosplat_drake.controller.tick.tick_inputs import TickInputs
 from remosplat_drake.controller.tick.tick_program import RowNames
 from remosplat_drake.controller.verification.kernels.verified import OBJECTIONS
-from remosplat_drake.controller.verification.map_calls import (
-    map_for_kernels,
-    row_arrays,
-)
+from remosplat_drake.controller.verification.map_calls import map_for_kernels
 from remosplat_drake.controller.verification.protective_separation import (
     Monitoring,
     least_separation,
@@ -38,6 +35,7 @@ from remosplat_drake.signals.binding import (
 )
 from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.motion import Motion, prompt_motion
+from remosplat_drake.signals.row_arrays import row_arrays
 from remosplat_drake.signals.separation import Separation
 from remosplat_drake.signals.side_rows import with_side_rows
 from remosplat_drake.signals.target import Target

@@ -12,7 +12,8 @@ from remosplat_drake.signals.compiled_map import (
     PythonMap,
     RowArrays,
 )
-from remosplat_drake.signals.distance_field import Clearances, DistanceField
+from remosplat_drake.signals.distance_field import DistanceField
+from remosplat_drake.signals.row_arrays import row_arrays
 
 
 def map_for_kernels(field: DistanceField) -> tuple[Packed, Misplacement]:
@@ -111,18 +112,3 @@ class MapCalls:
         spheres = self._robot.placed(every, p_WS, R_WL)
         rows = self._field.clearances(spheres, within)
         return self._calls.handed(Packed(row_arrays(rows)))
-
-
-def row_arrays(rows: Clearances) -> RowArrays:
-    """Returns clearances packed for kernels.
-
-    Args:
-        rows: The clearances. Their arrays are copied, since numba compiles
-            anew for arrays that may not be written.
-    """
-    return RowArrays(
-        np.array(rows.sphere, np.int64),
-        np.array(rows.distance, float),
-        np.array(rows.direction_W, float),
-        np.array(rows.p_WC, float),
-    )
