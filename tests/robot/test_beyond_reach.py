@@ -14,7 +14,7 @@ from remosplat_drake.robot.robot_model import load_robot
 @pytest.mark.parametrize("model", ["panda", "frankie"])
 def test_a_point_straight_above_is_out_of_reach_by_what_is_lacking(model):
     robot = load_robot(model)
-    q = np.array([*[0.0] * robot.n_base, *robot.home])
+    q = robot.q_home
     far = shoulder(robot, q)
     far[2] += end_effector_reach(robot) + 0.3
     assert beyond_reach(robot, q, far) == pytest.approx(0.3)
