@@ -4,24 +4,17 @@ from collections.abc import Sequence
 
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
-from pydrake.geometry import Box as BoxShape
-from pydrake.geometry import Convex, Shape
-from pydrake.geometry import Cylinder as CylinderShape
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import (
-    CalcSpatialInertia,
-    RigidBody,
-    SpatialInertia,
-)
+from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
-from remosplat_drake.scene.objects.scene_object import (
-    SceneObject,
-    Solid,
-    check_names,
+from remosplat_drake.scene.objects.drake_shapes import (
+    drake_shape,
+    object_inertia,
 )
-from remosplat_drake.scene.primitive_scene import Box, Cylinder
+from remosplat_drake.scene.objects.scene_object import SceneObject, check_names
+from remosplat_drake.scene.primitive_scene import Cylinder
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.contact_materials import (
     object_material,
@@ -57,7 +50,7 @@ def add_object_bodies(
     bodies = []
     for thing in objects:
         body = plant.AddRigidBody(thing.name, instance, object_inertia(thing))
-        shape, radius = object_shape(thing.solid), 0.05
+        shape, radius = drake_shape(thing.solid), 0.05
         if isinstance(thing.solid, Cylinder):
             radius = thing.solid.radius
         if thing.mass is None:
@@ -74,26 +67,6 @@ def add_object_bodies(
         )
         bodies.append(body)
     return bodies
-
-
-def object_inertia(thing: SceneObject) -> SpatialInertia:
-    """Returns the inertia of an object of even density, about O in O.
-
-    Args:
-        thing: The object; one of unknown mass counts as of 1 kg.
-    """
-    unit = CalcSpatialInertia(object_shape(thing.solid), 1.0)
-    mass = 1.0 if thing.mass is None else thing.mass
-    return SpatialInertia(mass, unit.get_com(), unit.get_unit_inertia())
-
-
-def object_shape(solid: Solid) -> Shape:
-    """Returns Drake's shape of an object's solid, placed at its frame."""
-    if isinstance(solid, Box):
-        return BoxShape(*(2.0 * solid.half_extents))
-    if isinstance(solid, Cylinder):
-        return CylinderShape(solid.radius, 2.0 * solid.half_height)
-    return Convex(solid.vertices.T, solid.name or "hull")
 
 
 class ObjectReader(LeafSystem):

@@ -1,17 +1,17 @@
 """Makes payloads of objects: their links, pieces and masses."""
 
 import numpy as np
-import scipy
 
 from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
 from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.robot.self_collision.shapes import convex_core
+from remosplat_drake.scene.objects.drake_shapes import (
+    drake_shape,
+    object_inertia,
+)
 from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
-from remosplat_drake.scene.primitive_scene import Box, Cylinder
-
-_SIDES = 32
-"""Sides of the prism around a cylinder, which is 0.5 % wider."""
 
 
 def hull_pieces(solid: Solid) -> tuple[np.ndarray, ...]:
@@ -20,16 +20,9 @@ def hull_pieces(solid: Solid) -> tuple[np.ndarray, ...]:
     Args:
         solid: The solid.
     """
-    if isinstance(solid, Box):
-        signs = np.array(list(np.ndindex(2, 2, 2))) * 2.0 - 1.0
-        return (signs * solid.half_extents,)
-    if isinstance(solid, Cylinder):
-        angle = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
-        radius = solid.radius / np.cos(np.pi / _SIDES)
-        rim = radius * np.column_stack([np.cos(angle), np.sin(angle)])
-        ends = (-solid.half_height, solid.half_height)
-        return (np.vstack([np.insert(rim, 2, z, axis=1) for z in ends]),)
-    return (solid.vertices,)
+    core = convex_core(drake_shape(solid))
+    assert core is not None
+    return (core.vertices,)
 
 
 def make_payload(
@@ -50,8 +43,9 @@ def make_payload(
     """
     body = int(robot.arrays.values.body_E[effector])
     X_WL, X_WO = robot.body_poses(q)[body], thing.X_WO.GetAsMatrix4()
-    mass = thing.mass or 0.0
-    center, inertia = _unit_inertia(thing.solid)
+    mass, inertia = thing.mass or 0.0, object_inertia(thing)
+    p_OOcm = inertia.get_com()
+    unit = inertia.Shift(p_OOcm).get_unit_inertia().CopyToFullMatrix3()
     return Payload(
         name=thing.name,
         link=robot.tree.names[body],
@@ -59,8 +53,8 @@ def make_payload(
         spheres=spheres,
         pieces=hull_pieces(thing.solid),
         mass=mass,
-        p_OOcm=center,
-        I_OOcm=mass * inertia,
+        p_OOcm=p_OOcm,
+        I_OOcm=mass * unit,
         holders=hand_links(robot, effector),
     )
 
@@ -88,20 +82,3 @@ def hand_links(robot: RobotModel, effector: int = 0) -> frozenset[str]:
     ]
     links = {*fingers, *(int(tree.parent[body]) for body in fingers)} or {end}
     return frozenset(tree.names[body] for body in links)
-
-
-def _unit_inertia(solid: Solid) -> tuple[np.ndarray, np.ndarray]:
-    """Centre of mass in O [m], and inertia about it per mass [m^2]."""
-    if isinstance(solid, Cylinder):
-        r2, h2 = solid.radius**2, (2.0 * solid.half_height) ** 2
-        across = (3.0 * r2 + h2) / 12.0
-        return np.zeros(3), np.diag([across, across, r2 / 2.0])
-    if isinstance(solid, Box):
-        center, sides = np.zeros(3), 2.0 * solid.half_extents
-    else:
-        # Of equal mass at every corner: no more than a box around them.
-        hull = scipy.spatial.ConvexHull(solid.vertices)
-        center = solid.vertices[hull.vertices].mean(axis=0)
-        sides = np.ptp(solid.vertices, axis=0)
-    squares = sides**2
-    return center, np.diag(squares.sum() - squares) / 12.0

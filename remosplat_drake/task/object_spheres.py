@@ -1,9 +1,6 @@
 """Fits spheres around objects, as `robot/fitting` does around links."""
 
 import numpy as np
-from pydrake.geometry import Box as DrakeBox
-from pydrake.geometry import Convex, Shape
-from pydrake.geometry import Cylinder as DrakeCylinder
 
 from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
 from remosplat_drake.robot.fitting.link_surface import sample_shape
@@ -13,8 +10,8 @@ from remosplat_drake.robot.fitting.sphere_fitting import (
     make_link_surface,
     voxel_pitch,
 )
-from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
-from remosplat_drake.scene.primitive_scene import Box, Cylinder
+from remosplat_drake.scene.objects.drake_shapes import drake_shape
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.task.carrying import hull_pieces
 
 BULGE = 0.005
@@ -38,7 +35,7 @@ def fit_object(thing: SceneObject) -> LinkSpheres:
     spacing = voxel_pitch(np.ptp(thing.corners, axis=0)) / POINTS_PER_VOXEL
     points = np.concatenate(
         [
-            sample_shape(_shape(thing.solid), spacing, rng),
+            sample_shape(drake_shape(thing.solid), spacing, rng),
             *hull_pieces(thing.solid),
         ]
     )
@@ -63,11 +60,3 @@ def overhang(thing: SceneObject, spheres: LinkSpheres) -> float:
     below = lower - (spheres.p_LS - spheres.radius[:, None])
     above = spheres.p_LS + spheres.radius[:, None] - upper
     return float(max(below.max(), above.max(), 0.0))
-
-
-def _shape(solid: Solid) -> Shape:
-    if isinstance(solid, Box):
-        return DrakeBox(*(2.0 * solid.half_extents))
-    if isinstance(solid, Cylinder):
-        return DrakeCylinder(solid.radius, 2.0 * solid.half_height)
-    return Convex(solid.vertices.T, "hull")

@@ -1,15 +1,13 @@
 """`ObjectView`: objects where they stand, and in the hand."""
 
 from pydrake.common.value import Value
-from pydrake.geometry import Box as DrakeBox
-from pydrake.geometry import Convex, Rgba, Shape
-from pydrake.geometry import Cylinder as DrakeCylinder
+from pydrake.geometry import Rgba
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
-from remosplat_drake.scene.primitive_scene import Box, Cylinder
+from remosplat_drake.scene.objects.drake_shapes import drake_shape
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 from remosplat_drake.visualization.scene_look import ROOT
@@ -74,14 +72,6 @@ class ObjectView(LeafSystem):
                 X_WL = self._robot.body_poses(q)[body]
                 X_WO = RigidTransform(X_WL @ payload.X_LO)
             if thing.name not in self._drawn:
-                self._meshcat.SetObject(path, _shape(thing.solid), _COLOR)
+                self._meshcat.SetObject(path, drake_shape(thing.solid), _COLOR)
                 self._drawn.add(thing.name)
             self._scene.move(path, X_WO, context.get_time())
-
-
-def _shape(solid: Solid) -> Shape:
-    if isinstance(solid, Box):
-        return DrakeBox(*(2.0 * solid.half_extents))
-    if isinstance(solid, Cylinder):
-        return DrakeCylinder(solid.radius, 2.0 * solid.half_height)
-    return Convex(solid.vertices.T, "hull")

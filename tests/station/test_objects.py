@@ -11,6 +11,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.objects.convex_hull import ConvexHull
+from remosplat_drake.scene.objects.drake_shapes import object_inertia
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.signals.hand_reading import (
@@ -19,7 +20,6 @@ from remosplat_drake.signals.hand_reading import (
     grips,
     slipped,
 )
-from remosplat_drake.station.object_bodies import object_inertia
 from remosplat_drake.station.simulated_station import MakeSimulatedStation
 from remosplat_drake.station.station_config import (
     DynamicStation,

@@ -192,7 +192,7 @@ def _shape(
 ) -> ConvexShape:
     """The convex shape of one geometry in its link's frame."""
     shape = inspector.GetShape(geometry)
-    core = _core(shape)
+    core = convex_core(shape)
     if core is None:
         problem = f"link {link!r} collides as a {type(shape).__name__}, which"
         problem += " has no bounded hull; use a box, mesh, cylinder or capsule"
@@ -202,8 +202,17 @@ def _shape(
     return ConvexShape(np.ascontiguousarray(p_LV), core.radius)
 
 
-def _core(shape: Shape) -> ConvexShape | None:
-    """The convex shape of a geometry in its own frame; None if unbounded."""
+def convex_core(shape: Shape) -> ConvexShape | None:
+    """Returns the convex shape of a geometry in its own frame.
+
+    Cylinders and ellipsoids are enclosed by polyhedra.
+
+    Args:
+        shape: The geometry's shape.
+
+    Returns:
+        The convex shape; None if the geometry is unbounded.
+    """
     if isinstance(shape, Sphere):
         return ConvexShape(np.zeros((1, 3)), shape.radius())
     if isinstance(shape, Capsule):
