@@ -8,6 +8,7 @@ from remosplat_drake.reconstruction.surfels.surfels import (
     splat_of_surfels,
 )
 from remosplat_drake.robot.sphere_model import Spheres
+from remosplat_drake.scene.box_surface import box_surface, cell_centers
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
@@ -53,27 +54,11 @@ def _sample(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Samples points (n, 3) and outward normals (n, 3) on a surface."""
     if isinstance(primitive, Box):
-        p_PK, normal_P = _box_samples(primitive.half_extents, spacing)
+        p_PK, normal_P = box_surface(primitive.half_extents, spacing)
     else:
         p_PK, normal_P = _cylinder_samples(primitive, spacing)
     X_WP = primitive.X_WP.GetAsMatrix4()
     return p_PK @ X_WP[:3, :3].T + X_WP[:3, 3], normal_P @ X_WP[:3, :3].T
-
-
-def _box_samples(
-    half: np.ndarray, spacing: float
-) -> tuple[np.ndarray, np.ndarray]:
-    points, normals = [], []
-    for axis in range(3):
-        a, b = (axis + 1) % 3, (axis + 2) % 3
-        A, B = np.meshgrid(_line(half[a], spacing), _line(half[b], spacing))
-        for side in (-1.0, 1.0):
-            face = np.zeros((A.size, 3))
-            face[:, a], face[:, b] = A.ravel(), B.ravel()
-            face[:, axis] = side * half[axis]
-            points.append(face)
-            normals.append(np.tile(side * np.eye(3)[axis], (A.size, 1)))
-    return np.concatenate(points), np.concatenate(normals)
 
 
 def _cylinder_samples(
@@ -81,11 +66,11 @@ def _cylinder_samples(
 ) -> tuple[np.ndarray, np.ndarray]:
     radius, half = cylinder.radius, cylinder.half_height
     angles = _circle(radius, spacing)
-    A, Z = (x.ravel() for x in np.meshgrid(angles, _line(half, spacing)))
+    A, Z = (x.ravel() for x in np.meshgrid(angles, cell_centers(half, spacing)))
     outward = np.stack([np.cos(A), np.sin(A), np.zeros_like(A)], axis=1)
     points = [radius * outward + Z[:, None] * [0, 0, 1]]
     normals = [outward]
-    rings = _line(radius / 2, spacing) + radius / 2
+    rings = cell_centers(radius / 2, spacing) + radius / 2
     disc = np.concatenate(
         [
             r * np.stack([np.cos(a), np.sin(a), 0 * a], axis=1)
@@ -97,12 +82,6 @@ def _cylinder_samples(
         points.append(disc + np.array([0, 0, side * half]))
         normals.append(np.tile([0, 0, side], (len(disc), 1)))
     return np.concatenate(points), np.concatenate(normals)
-
-
-def _line(half: float, spacing: float) -> np.ndarray:
-    """Returns the middles of equal parts of [-half, half], spacing at most."""
-    n = max(1, int(np.ceil(2 * half / spacing)))
-    return half * (2 * np.arange(n) + 1 - n) / n
 
 
 def _circle(radius: float, spacing: float) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 import scipy
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.scene.box_surface import box_surface, cell_centers
 from remosplat_drake.scene.objects.scene_object import Solid
 from remosplat_drake.scene.primitive_scene import Box, Cylinder
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
@@ -38,7 +39,7 @@ def surface_of_solid(solid: Solid, spacing: float = 0.004) -> Surface:
         spacing: Greatest distance of neighbouring points [m].
     """
     if isinstance(solid, Box):
-        return _surface_of_box(solid.half_extents, spacing)
+        return Surface(*box_surface(solid.half_extents, spacing), spacing)
     if isinstance(solid, Cylinder):
         return _surface_of_cylinder(solid.radius, solid.half_height, spacing)
     hull = scipy.spatial.ConvexHull(solid.vertices)
@@ -109,22 +110,6 @@ def surface_of_splat(splat: GaussianSplat, spacing: float = 0.004) -> Surface:
     return Surface(p_OK[kept], normals[kept], spacing)
 
 
-def _surface_of_box(half: np.ndarray, spacing: float) -> Surface:
-    points, normals = [], []
-    for axis in range(3):
-        first, second = (axis + 1) % 3, (axis + 2) % 3
-        u, v = np.meshgrid(
-            _centres(half[first], spacing), _centres(half[second], spacing)
-        )
-        for side in (-1.0, 1.0):
-            face = np.zeros((u.size, 3))
-            face[:, first], face[:, second] = u.ravel(), v.ravel()
-            face[:, axis] = side * half[axis]
-            points.append(face)
-            normals.append(np.tile(side * np.eye(3)[axis], (u.size, 1)))
-    return Surface(np.concatenate(points), np.concatenate(normals), spacing)
-
-
 def _surface_of_cylinder(
     radius: float, half_height: float, spacing: float
 ) -> Surface:
@@ -132,11 +117,11 @@ def _surface_of_cylinder(
     n = 2 * int(np.ceil(np.pi * radius / spacing))
     angle = 2.0 * np.pi * np.arange(n) / n
     ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(n)])
-    heights = _centres(half_height, spacing)
+    heights = cell_centers(half_height, spacing)
     up = np.array([0.0, 0.0, 1.0])
     points = [radius * ring + z * up for z in heights]
     normals = [ring] * len(heights)
-    grid = _centres(radius, spacing)
+    grid = cell_centers(radius, spacing)
     x, y = (values.ravel() for values in np.meshgrid(grid, grid))
     inside = x**2 + y**2 < radius**2
     cap = np.column_stack([x, y, np.zeros(x.size)])[inside]
@@ -144,9 +129,3 @@ def _surface_of_cylinder(
         points.append(cap + side * half_height * up)
         normals.append(np.tile(side * up, (len(cap), 1)))
     return Surface(np.concatenate(points), np.concatenate(normals), spacing)
-
-
-def _centres(half: float, spacing: float) -> np.ndarray:
-    """Centres of the cells that divide the interval from -half to half."""
-    n = max(int(np.ceil(2.0 * half / spacing)), 1)
-    return half * (2.0 * np.arange(n) + 1.0 - n) / n
