@@ -32,7 +32,7 @@ from remosplat_drake.app.stages.station import (
     MakeStation,
 )
 from remosplat_drake.app.stages.supervision import AddSupervisor
-from remosplat_drake.app.stages.task import ConnectTask, hand_port
+from remosplat_drake.app.stages.task import ConnectTask, task_port
 from remosplat_drake.app.world import World
 from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
@@ -248,7 +248,11 @@ def _Close(
     if not hardware:
         carried_out = AddActuators(builder, scenario, robot, executed)
     ConnectCommand(
-        builder, robot, carried_out, loop.station, hand_port(loop.targets)
+        builder,
+        robot,
+        carried_out,
+        loop.station,
+        task_port(loop.targets, "hand_command"),
     )
     ConnectTask(
         builder,

@@ -19,7 +19,7 @@ from remosplat_drake.app.stages.log import AddLog
 from remosplat_drake.app.stages.records import AddRecorder
 from remosplat_drake.app.stages.supervision import AddPanel
 from remosplat_drake.app.stages.targets import AddTargets
-from remosplat_drake.app.stages.task import objects_port
+from remosplat_drake.app.stages.task import task_port
 from remosplat_drake.app.world import World, load_world
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.ranges import check_ranges
@@ -218,7 +218,7 @@ def _AddWorldViews(
         standing=loop.standing.GetOutputPort("standing"),
         selection=selector and selector.GetOutputPort("selection"),
         movers=loop.movers,
-        objects=objects_port(loop.targets),
+        objects=task_port(loop.targets, "objects"),
     )
     if world.seen is not None and live_map is None:
         show_unseen_space(

@@ -14,8 +14,11 @@ from remosplat_drake.oracle.composite import CompositeDistanceField
 from remosplat_drake.oracle.question import asked_in_one
 from remosplat_drake.oracle.signed_distance import (
     Primitives,
+    in_primitive,
+    in_world,
     primitive_arrays,
     primitive_distance,
+    write_answer,
 )
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.convex_hull import ConvexHull
@@ -125,24 +128,15 @@ def with_objects(
 @helper
 def _hull_distance(p_WS, solids, j, planes):
     """Largest signed distance to planes of object j, and its gradient in W."""
-    R_WP, p_WP = solids.R_WP[j], solids.p_WP[j]
-    x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
-    px = R_WP[0, 0] * x + R_WP[1, 0] * y + R_WP[2, 0] * z
-    py = R_WP[0, 1] * x + R_WP[1, 1] * y + R_WP[2, 1] * z
-    pz = R_WP[0, 2] * x + R_WP[1, 2] * y + R_WP[2, 2] * z
+    px, py, pz = in_primitive(p_WS, solids, j)
     most, at = -np.inf, 0
     for k in range(len(planes)):
         n = planes[k]
         d = n[0] * px + n[1] * py + n[2] * pz + n[3]
         if d > most:
             most, at = d, k
-    gx, gy, gz = planes[at, 0], planes[at, 1], planes[at, 2]
-    return (
-        most,
-        R_WP[0, 0] * gx + R_WP[0, 1] * gy + R_WP[0, 2] * gz,
-        R_WP[1, 0] * gx + R_WP[1, 1] * gy + R_WP[1, 2] * gz,
-        R_WP[2, 0] * gx + R_WP[2, 1] * gy + R_WP[2, 2] * gz,
-    )
+    n = planes[at]
+    return most, *in_world(solids, j, n[0], n[1], n[2])
 
 
 @helper
@@ -185,11 +179,8 @@ def query(objects, spheres, answer):
             reported = d + relief[row, j]
             if reported < least:
                 least = reported
-                answer[i, 0], answer[i, 1] = j, reported
-                answer[i, 2] = spheres[i, 0] - d * gx
-                answer[i, 3] = spheres[i, 1] - d * gy
-                answer[i, 4] = spheres[i, 2] - d * gz
-                answer[i, 5], answer[i, 6], answer[i, 7] = -gx, -gy, -gz
+                point = spheres[i]
+                write_answer(answer[i], j, reported, point, d, gx, gy, gz)
 
 
 answers(ObjectArrays, query)

@@ -141,21 +141,56 @@ def primitive_distance(p_WS, primitives, j):
     Returns:
         The distance [m], and the three entries of its gradient in W.
     """
-    R_WP, p_WP = primitives.R_WP[j], primitives.p_WP[j]
-    x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
-    px = R_WP[0, 0] * x + R_WP[1, 0] * y + R_WP[2, 0] * z
-    py = R_WP[0, 1] * x + R_WP[1, 1] * y + R_WP[2, 1] * z
-    pz = R_WP[0, 2] * x + R_WP[1, 2] * y + R_WP[2, 2] * z
+    px, py, pz = in_primitive(p_WS, primitives, j)
     if primitives.is_box[j]:
         d, gx, gy, gz = box_distance(px, py, pz, primitives.size[j])
     else:
         d, gx, gy, gz = cylinder_distance(px, py, pz, primitives.size[j])
+    return d, *in_world(primitives, j, gx, gy, gz)
+
+
+@helper
+def in_primitive(p_WS, primitives, j):
+    """Returns a point's three coordinates in the frame P of primitive j [m]."""
+    R_WP, p_WP = primitives.R_WP[j], primitives.p_WP[j]
+    x, y, z = p_WS[0] - p_WP[0], p_WS[1] - p_WP[1], p_WS[2] - p_WP[2]
     return (
-        d,
-        R_WP[0, 0] * gx + R_WP[0, 1] * gy + R_WP[0, 2] * gz,
-        R_WP[1, 0] * gx + R_WP[1, 1] * gy + R_WP[1, 2] * gz,
-        R_WP[2, 0] * gx + R_WP[2, 1] * gy + R_WP[2, 2] * gz,
+        R_WP[0, 0] * x + R_WP[1, 0] * y + R_WP[2, 0] * z,
+        R_WP[0, 1] * x + R_WP[1, 1] * y + R_WP[2, 1] * z,
+        R_WP[0, 2] * x + R_WP[1, 2] * y + R_WP[2, 2] * z,
     )
+
+
+@helper
+def in_world(primitives, j, x, y, z):
+    """Returns the entries in W of a vector in the frame P of primitive j."""
+    R_WP = primitives.R_WP[j]
+    return (
+        R_WP[0, 0] * x + R_WP[0, 1] * y + R_WP[0, 2] * z,
+        R_WP[1, 0] * x + R_WP[1, 1] * y + R_WP[1, 2] * z,
+        R_WP[2, 0] * x + R_WP[2, 1] * y + R_WP[2, 2] * z,
+    )
+
+
+@helper
+def write_answer(answer, number, distance, p_WS, d, gx, gy, gz):
+    """Writes the answer of a map to a query; see `compiled_map.ask`.
+
+    Args:
+        answer: Filled, shape (8,).
+        number: Number of the nearest primitive.
+        distance: The signed distance that is reported [m].
+        p_WS: The point in W; further entries are not read.
+        d: Its signed distance from the primitive [m].
+        gx: The entries of the gradient of that in W, with `gy` and `gz`.
+        gy: See above.
+        gz: See above.
+    """
+    answer[0], answer[1] = number, distance
+    answer[2] = p_WS[0] - d * gx
+    answer[3] = p_WS[1] - d * gy
+    answer[4] = p_WS[2] - d * gz
+    answer[5], answer[6], answer[7] = -gx, -gy, -gz
 
 
 @kernel
@@ -179,11 +214,7 @@ def query(primitives, spheres, answer):
             d, gx, gy, gz = primitive_distance(spheres[i], primitives, j)
             if d < least:
                 least = d
-                answer[i, 0], answer[i, 1] = j, d
-                answer[i, 2] = spheres[i, 0] - d * gx
-                answer[i, 3] = spheres[i, 1] - d * gy
-                answer[i, 4] = spheres[i, 2] - d * gz
-                answer[i, 5], answer[i, 6], answer[i, 7] = -gx, -gy, -gz
+                write_answer(answer[i], j, d, spheres[i], d, gx, gy, gz)
 
 
 answers(Primitives, query)

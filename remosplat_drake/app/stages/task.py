@@ -73,26 +73,16 @@ def AddTask(
     return system
 
 
-def hand_port(targets: Targets) -> OutputPort | None:
-    """Returns the port that leads the hand; None where nothing does.
+def task_port(targets: Targets, name: str) -> OutputPort | None:
+    """Returns an output port of a task; None without a task.
 
     Args:
         targets: The system that says where the end effector shall go.
+        name: Name of the port.
     """
     if not isinstance(targets, TaskSystem):
         return None
-    return targets.GetOutputPort("hand_command")
-
-
-def objects_port(targets: Targets) -> OutputPort | None:
-    """Returns the port with the objects of a task; None without a task.
-
-    Args:
-        targets: The system that says where the end effector shall go.
-    """
-    if not isinstance(targets, TaskSystem):
-        return None
-    return targets.GetOutputPort("objects")
+    return targets.GetOutputPort(name)
 
 
 def ConnectTask(
