@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task.carrying import make_payload
 from remosplat_drake.task.step import (
@@ -31,9 +32,6 @@ from remosplat_drake.task.task import DONE, FAILED, RUNNING, Task, TaskState
 WIDTH = 0.001
 """Greatest difference between a hand's width and the one it is told [m]."""
 
-_SETTLED = 0.002
-"""Speed of its width below which a hand stands still [m/s]."""
-
 SLIP = 0.005
 """How much narrower than around an object a hand may be that holds it [m]."""
 
@@ -49,15 +47,18 @@ class Observation:
         time: Time of the tick [s].
         q: The measured configuration, shape (n_q,) [rad, m].
         u: The command that is being executed, shape (n_u,).
-        width: Opening of the hand [m]; NaN for a robot without one.
-        rate: How fast that grows [m/s].
+        hand: The reading of its hand; None for a robot without one.
     """
 
     time: float
     q: np.ndarray
     u: np.ndarray
-    width: float = float("nan")
-    rate: float = 0.0
+    hand: HandReading | None = None
+
+    @property
+    def width(self) -> float:
+        """Opening of the hand [m]; NaN for a robot without one."""
+        return math.nan if self.hand is None else self.hand.width
 
 
 def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
@@ -165,12 +166,12 @@ def _is_done(
         error = error_to(state, step, X_WE)
         if not (error.distance < step.position and error.angle < step.angle):
             return False
-    if step.width is None or np.isnan(now.width):
+    if step.width is None or now.hand is None:
         return True
     is_there = abs(now.width - step.width) < WIDTH
     # A hand that closes on something stands still before it is there.
     is_late = now.time - state.since > 0.5
-    return is_there or (is_late and abs(now.rate) < _SETTLED)
+    return is_there or (is_late and now.hand.at_rest)
 
 
 def _next(task: Task, state: TaskState) -> TaskState:

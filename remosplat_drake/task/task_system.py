@@ -1,7 +1,5 @@
 """`TaskSystem`: takes a task on, and tells the others what has changed."""
 
-import dataclasses as dc
-
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
@@ -14,6 +12,7 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.aim import Aim
+from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.load import EMPTY, Load
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task.advance_task import (
@@ -179,14 +178,15 @@ class TaskSystem(LeafSystem):
 
     def _judge(self, context: Context, state: State):
         before = self.state(context)
+        hand = None
+        if self._hand_input.HasValue(context):
+            hand = HandReading.of(self._hand_input.Eval(context))
         now = Observation(
             context.get_time(),
             np.array(self._configuration_input.Eval(context)),
             np.array(self._executed_input.Eval(context)),
+            hand,
         )
-        if self._hand_input.HasValue(context):
-            width, rate, _ = self._hand_input.Eval(context)
-            now = dc.replace(now, width=float(width), rate=float(rate))
         after = advance_task(self._task, before, now)
         if after is not before:
             cell = int(self._state_index)

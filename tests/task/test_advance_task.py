@@ -8,6 +8,7 @@ from carried import around_can, board, can_at
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.oracle.contact_rules import ContactRule
+from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.task.advance_task import Observation, advance_task
 from remosplat_drake.task.step import (
     AT,
@@ -44,9 +45,10 @@ class Stage:
         self.state = TaskState(self.task.objects, since=-np.inf)
         self.time, self.q = 0.0, robot.q_home
 
-    def tick(self, u=0.0, width=float("nan"), rate=0.0):
+    def tick(self, u=0.0, width=None, rate=0.0):
         n_u = self.task.robot.n_u
-        now = Observation(self.time, self.q, np.full(n_u, u), width, rate)
+        hand = None if width is None else HandReading(width, rate, 0.0)
+        now = Observation(self.time, self.q, np.full(n_u, u), hand)
         self.state = advance_task(self.task, self.state, now)
         self.time += DT
         return self.state
