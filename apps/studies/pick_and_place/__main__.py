@@ -6,8 +6,6 @@ have one are not run again. `--library` takes the folder
 """
 
 import argparse
-import dataclasses as dc
-import json
 import sys
 from collections import Counter
 from collections.abc import Sequence
@@ -19,18 +17,21 @@ from rich.console import Console
 from rich.table import Table
 
 from apps.studies.command_line import study_main
-from apps.studies.pick_and_place.problem_run import (
-    COMPLETE,
-    Outcome,
-    run_problem,
+from apps.studies.kept_trials import run_missing
+from apps.studies.pick_and_place.problem_run import COMPLETE, Outcome
+from apps.studies.pick_and_place.trial import (
+    Trial,
+    failed,
+    restored,
+    run_trial,
 )
-from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.benchmark.line_file import LineFile
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.pool import Job
 from remosplat_drake.generation.object_library import (
     read_mesh_library,
     standing,
 )
-from remosplat_drake.generation.pick_and_place import FAMILIES, pick_and_place
+from remosplat_drake.generation.pick_and_place import FAMILIES
 from remosplat_drake.grasping.grasps import plan_grasps
 from remosplat_drake.grasping.gripper import ParallelGripper
 from remosplat_drake.grasping.surface import surface_of_solid
@@ -69,6 +70,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="count the meshes of --library that fit the Panda's hand, and end",
     )
     parser.add_argument(
+        "--jobs", type=int, default=2, metavar="N", help="at a time (2)"
+    )
+    parser.add_argument(
         "--output",
         type=Path,
         default=Path("results/pick_and_place"),
@@ -79,38 +83,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the problems that have no line yet, and prints the table."""
-    console = Console()
-    hulls = []
-    if arguments.library:
-        library = read_mesh_library(arguments.library)
-        if arguments.fit:
-            for name, count in fits(library.hulls).items():
-                console.print(f"{name}: {count}")
-            console.print(f"unreadable: {len(library.refused)}")
-            return 0
-        hulls = list(library.hulls.values())
-    path = arguments.output / PROBLEMS
-    done = read_outcomes(path)
-    robots = {FAMILIES[family][0] for family in arguments.families}
-    grippers = {x: ParallelGripper.of(load_robot(x)) for x in robots}
-    with LineFile(path) as file:
-        for family in arguments.families:
-            gripper = grippers[FAMILIES[family][0]]
-            for seed in range(
-                arguments.first, arguments.first + arguments.count
-            ):
-                name = f"{family}-{seed:04d}"
-                if name in done:
-                    continue
-                try:
-                    problem = pick_and_place(family, seed, gripper, hulls)
-                    outcome = run_problem(problem, gripper)
-                except RemoSplatError as error:
-                    outcome = Outcome(name, "", 0.0, "not built", str(error))
-                done[name] = outcome
-                file.append(json.dumps(dc.asdict(outcome)))
-                console.print(f"{name}: {outcome.cause}")
-    console.print(table_of(list(done.values())))
+    for name, least in (("count", 1), ("first", 0), ("jobs", 0)):
+        if getattr(arguments, name) < least:
+            raise FieldError(
+                "pick_and_place", f"--{name}", f"must be at least {least}"
+            )
+    console, library = Console(), arguments.library
+    if library and arguments.fit:
+        meshes = read_mesh_library(library)
+        for name, count in fits(meshes.hulls).items():
+            console.print(f"{name}: {count}")
+        console.print(f"unreadable: {len(meshes.refused)}")
+        return 0
+    seeds = range(arguments.first, arguments.first + arguments.count)
+    trials = [
+        Trial(f, seed, library) for f in arguments.families for seed in seeds
+    ]
+    outcomes = run_missing(
+        [Job(trial, run_trial, failed) for trial in trials],
+        arguments.output / PROBLEMS,
+        restored,
+        arguments.jobs,
+        "picking and placing",
+    )
+    console.print(table_of(outcomes))
     return 0
 
 
@@ -137,19 +133,6 @@ def fits(hulls: dict[str, np.ndarray]) -> Counter[str]:
     return counts
 
 
-def read_outcomes(path: Path) -> dict[str, Outcome]:
-    """Reads the outcomes of earlier runs by their names; none without file.
-
-    Args:
-        path: The file.
-    """
-    if not path.is_file():
-        return {}
-    lines = path.read_text().splitlines()
-    outcomes = [Outcome(**json.loads(line)) for line in lines]
-    return {outcome.name: outcome for outcome in outcomes}
-
-
 def table_of(outcomes: Sequence[Outcome]) -> Table:
     """Makes a table of the causes by family.
 
@@ -157,12 +140,12 @@ def table_of(outcomes: Sequence[Outcome]) -> Table:
         outcomes: The outcomes.
     """
     table = Table("family", "cause", "problems", "share [%]")
-    families = Counter(each.name.partition("-")[0] for each in outcomes)
+    families = Counter(each.key.partition("-")[0] for each in outcomes)
     for family, total in families.items():
         causes = Counter(
             each.cause
             for each in outcomes
-            if each.name.partition("-")[0] == family
+            if each.key.partition("-")[0] == family
         )
         order = sorted(causes, key=lambda x: (x != COMPLETE, -causes[x]))
         for cause in order:

@@ -75,22 +75,24 @@ class Outcome:
     """How a problem ended.
 
     Attributes:
-        name: Family and seed.
+        key: Family and seed of the problem.
         solid: Kind of the target's shape.
         mass: Its mass [kg].
         cause: `COMPLETE`, or in a few words why it is not.
         detail: The task's own words about its failures.
         time: Simulated duration [s].
         off: Distance of the target from its goal at the end [m].
+        error: Text of the error that ended the run; empty for none.
     """
 
-    name: str
+    key: str
     solid: str
     mass: float
     cause: str
     detail: str = ""
     time: float = 0.0
     off: float = 0.0
+    error: str = ""
 
 
 def run_problem(problem: PickAndPlace, gripper: ParallelGripper) -> Outcome:
@@ -208,33 +210,18 @@ def keep_reachable(
     X_WO = target.X_WO.GetAsMatrix4()
     back = np.eye(4)
     back[:3, 3] = -pick.approach * gripper.approach_E
-
-    def reaches(field: DistanceField, X_WE: np.ndarray) -> bool:
-        robot = world.robot
-        bounds = robot.position_lower, robot.position_upper
-        if robot.n_base:
-            room = np.array([2.0, 2.0, 4.0])
-            p = np.array([*X_WE[:2, 3], 0.0])
-            bounds = bounds[0].copy(), bounds[1].copy()
-            bounds[0][:3], bounds[1][:3] = p - room, p + room
-        space = FreeSpace(robot, field, STOPPING, None, bounds, world.q0)
-        rng = np.random.default_rng(0)
-        found = goal_configurations(
-            space, X_WE, world.q0, seeds=SEEDS, most=1, rng=rng
-        )
-        return len(found.q) > 0
-
     grasps, places = [], []
     for grasp in pick.grasps:
         X_OE = make_transform(grasp, scenario.source, "grasps").GetAsMatrix4()
-        if not reaches(beside, X_WO @ X_OE):
+        if not _reaches(world, beside, X_WO @ X_OE):
             continue
-        if not reaches(world.field, X_WO @ X_OE @ back):
+        if not _reaches(world, world.field, X_WO @ X_OE @ back):
             continue
         at = [
             each
             for each in place.places
-            if reaches(
+            if _reaches(
+                world,
                 beside,
                 make_transform(each, scenario.source, "places").GetAsMatrix4()
                 @ X_OE,
@@ -247,6 +234,23 @@ def keep_reachable(
             break
     pick.grasps, place.places = grasps, places
     return bool(grasps)
+
+
+def _reaches(world: World, field: DistanceField, X_WE: np.ndarray) -> bool:
+    """Whether the robot has a configuration at a pose that keeps a map."""
+    robot = world.robot
+    bounds = robot.position_lower, robot.position_upper
+    if robot.n_base:
+        room = np.array([2.0, 2.0, 4.0])
+        p = np.array([*X_WE[:2, 3], 0.0])
+        bounds = bounds[0].copy(), bounds[1].copy()
+        bounds[0][:3], bounds[1][:3] = p - room, p + room
+    space = FreeSpace(robot, field, STOPPING, None, bounds, world.q0)
+    rng = np.random.default_rng(0)
+    found = goal_configurations(
+        space, X_WE, world.q0, seeds=SEEDS, most=1, rng=rng
+    )
+    return len(found.q) > 0
 
 
 def turned(problem: PickAndPlace) -> list[np.ndarray]:

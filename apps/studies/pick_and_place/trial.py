@@ -1,0 +1,81 @@
+"""A trial: a problem by family and seed, and its outcome."""
+
+import dataclasses as dc
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from apps.studies.pick_and_place.problem_run import Outcome, run_problem
+from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.generation.object_library import read_mesh_library
+from remosplat_drake.generation.pick_and_place import FAMILIES, pick_and_place
+from remosplat_drake.grasping.gripper import ParallelGripper
+from remosplat_drake.robot.robot_model import load_robot
+
+NOT_BUILT, CRASHED = "not built", "crashed"
+"""Causes of problems that were not run, or not to their end."""
+
+
+@dc.dataclass(frozen=True)
+class Trial:
+    """A problem that is drawn from a seed.
+
+    Attributes:
+        family: Family of the problem.
+        seed: Its seed.
+        library: Folder of meshes for half of the objects; None for none.
+    """
+
+    family: str
+    seed: int
+    library: Path | None = None
+
+    @property
+    def key(self) -> str:
+        """Name of the problem."""
+        return f"{self.family}-{self.seed:04d}"
+
+
+def run_trial(trial: Trial) -> Outcome:
+    """Draws a problem and runs it.
+
+    Args:
+        trial: The trial.
+    """
+    gripper = _gripper(FAMILIES[trial.family][0])
+    try:
+        problem = pick_and_place(
+            trial.family, trial.seed, gripper, _hulls(trial.library)
+        )
+        return run_problem(problem, gripper)
+    except RemoSplatError as error:
+        return Outcome(trial.key, "", 0.0, NOT_BUILT, str(error))
+
+
+def failed(trial: Trial, error: str) -> Outcome:
+    """Makes the outcome of a trial that crashed; it is tried again.
+
+    Args:
+        trial: The trial.
+        error: Text of the error.
+    """
+    return Outcome(trial.key, "", 0.0, CRASHED, error=error)
+
+
+def restored(fields: dict[str, Any]) -> Outcome:
+    """Makes an outcome of the fields that a file holds."""
+    return Outcome(**fields)
+
+
+@lru_cache
+def _gripper(robot: str) -> ParallelGripper:
+    return ParallelGripper.of(load_robot(robot))
+
+
+@lru_cache
+def _hulls(library: Path | None) -> list[np.ndarray]:
+    if library is None:
+        return []
+    return list(read_mesh_library(library).hulls.values())
