@@ -67,7 +67,7 @@ def simulated(
     """What a simulation's controller commands, told the same at that time."""
     given, report = tick
     context = controller.CreateDefaultContext()
-    for name, value in {
+    values = {
         "configuration": report.q,
         "clearances": Value(given["clearances"]),
         "distance_field": Value[object](given["field"]),
@@ -75,8 +75,10 @@ def simulated(
         "selection": Value(Selection(given["guidance"])),
         "velocity_executed": given["u_previous"],
         "motion": Value[object](given["motion"]),
-        "movers": Value[object](given["movers"]),
-    }.items():
+    }
+    if given["movers"] is not None:  # No Value holds None in Drake 1.58.
+        values["movers"] = Value[object](given["movers"])
+    for name, value in values.items():
         controller.GetInputPort(name).FixValue(context, value)
     context.SetTime(report.time - 0.5 * period)
     simulator = Simulator(controller, context)
