@@ -24,7 +24,11 @@ from remosplat_drake.recording.trajectory import Trajectory
 from remosplat_drake.recording.trajectory_log import TrajectoryLog
 from remosplat_drake.signals.map_status import MapStatus
 from remosplat_drake.signals.scene_map import SceneMap
-from remosplat_drake.station.connections import AddConfiguration, ConnectCommand
+from remosplat_drake.station.connections import (
+    AddConfiguration,
+    AddMeasuredVelocity,
+    ConnectCommand,
+)
 
 SWAP = 0.5
 """When the second map takes the place of the first [s]."""
@@ -124,7 +128,14 @@ def drive(
     )
     law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
     controller = AddController(builder, law, configuration, targets, oracle)
-    supervisor = AddSupervisor(builder, scenario, robot, controller, station)
+    supervisor = AddSupervisor(
+        builder,
+        scenario,
+        robot,
+        controller,
+        station,
+        AddMeasuredVelocity(builder, robot, station),
+    )
     assert supervisor is not None
     executed = supervisor.GetOutputPort("velocity_commanded")
     ConnectCommand(builder, robot, executed, station)

@@ -51,7 +51,11 @@ from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.standing.standing_system import StandingSystem
-from remosplat_drake.station.connections import AddConfiguration, ConnectCommand
+from remosplat_drake.station.connections import (
+    AddConfiguration,
+    AddMeasuredVelocity,
+    ConnectCommand,
+)
 from remosplat_drake.task.targets import Targets
 
 
@@ -65,6 +69,7 @@ class ControlLoop:
         station: The robot, simulated or real, as a system.
         odometry: The output port of the q that the station measures, n_q
             entries.
+        velocity: The output port of the measured u, n_u entries.
         localization: The system that corrects its base by the map; None if
             the odometry is trusted.
         configuration: The output port of q in W, n_q entries.
@@ -87,6 +92,7 @@ class ControlLoop:
     world: World
     station: Diagram
     odometry: OutputPort
+    velocity: OutputPort
     localization: BaseLocalization | None
     configuration: OutputPort
     targets: Targets
@@ -184,8 +190,9 @@ def AddControlLoop(
         builder, scenario, law, planned, targets, oracle, controller
     )
     armed = not hardware or scenario.hardware.shadow
+    velocity = AddMeasuredVelocity(builder, robot, station)
     supervisor = AddSupervisor(
-        builder, scenario, robot, controller, station, armed=armed
+        builder, scenario, robot, controller, station, velocity, armed=armed
     )
     executed = (supervisor or controller).GetOutputPort("velocity_commanded")
     true_movers = AddMovers(
@@ -219,6 +226,7 @@ def AddControlLoop(
         world=world,
         station=station,
         odometry=odometry,
+        velocity=velocity,
         localization=localization,
         configuration=configuration,
         targets=targets,
@@ -259,6 +267,7 @@ def _Close(
         loop.targets,
         robot,
         loop.station,
+        loop.velocity,
         executed,
         loop.oracle,
         loop.controller,

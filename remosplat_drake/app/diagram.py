@@ -21,7 +21,6 @@ from remosplat_drake.app.stages.supervision import AddPanel
 from remosplat_drake.app.stages.targets import AddTargets
 from remosplat_drake.app.stages.task import task_port
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.ranges import check_ranges
 from remosplat_drake.controller.program.ingredient import Ingredient
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
@@ -108,15 +107,14 @@ def build(
     """
     # A field may have been assigned since it was read.
     check_ranges(scenario, scenario.source)
-    if hardware and scenario.tasks:
-        problem = "are led in simulation only; give `targets` for a real robot"
-        raise FieldError(scenario.source, "tasks", problem)
     world = world or load_world(scenario)
     scenario = with_right_of_way(scenario)
     builder = DiagramBuilder()
     panel = AddPanel(builder, scenario, world.robot, page, hardware=hardware)
     operation = None
-    add_targets = partial(AddTargets, builder, scenario, world)
+    add_targets = partial(
+        AddTargets, builder, scenario, world, hardware=hardware
+    )
     if teleoperation is not None:
         from remosplat_drake.app.stages.operation import Operation
 

@@ -35,6 +35,7 @@ NARROWER = {
     "supervisor.max_movers_age": Interval(gt=0, le=0.5),
     "hardware.arm_status_expiry": Interval(gt=0, le=0.5),
     "hardware.base_status_expiry": Interval(gt=0, le=0.5),
+    "hardware.hand_status_expiry": Interval(gt=0, le=1),
     "hardware.base_delay": Interval(ge=0, le=0.5),
     "hardware.localization.expiry": Interval(gt=0, le=3),
     "hardware.localization.sigmas": Interval(ge=2, le=6),

@@ -79,14 +79,20 @@ class World:
     objects: tuple[SceneObject, ...] = ()
 
     @property
-    def truth_field(self) -> DistanceField | None:
-        """Distances to the true geometry; None if it is unknown.
+    def fixed_truth(self) -> PrimitiveScene | None:
+        """The true geometry without the objects; None if it is unknown.
 
-        Objects are not part of it: they may be moved, and be touched.
+        Objects may be moved, and be touched.
         """
         if self.truth is None:
             return None
-        return SignedDistanceField(without_objects(self.truth, self.objects))
+        return without_objects(self.truth, self.objects)
+
+    @property
+    def truth_field(self) -> DistanceField | None:
+        """Distances to `fixed_truth`; None if it is unknown."""
+        scene = self.fixed_truth
+        return None if scene is None else SignedDistanceField(scene)
 
 
 def load_world(scenario: Scenario, *, blank: bool = False) -> World:

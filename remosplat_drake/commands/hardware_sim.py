@@ -214,4 +214,6 @@ def _plant(scenario: Scenario, world: World) -> RobotPlant:
     config = scenario.station
     if not isinstance(config, DynamicStation):
         config = DynamicStation(time_step=PERIOD)
-    return RobotPlant(config, world.robot, world.truth, world.q0)
+    return RobotPlant(
+        config, world.robot, world.fixed_truth, world.q0, world.objects
+    )

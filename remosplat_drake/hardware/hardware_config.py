@@ -109,6 +109,11 @@ class HardwareConfig(Config):
     base_status_expiry: Annotated[float, Interval(gt=0, le=1)] = (
         wire.BASE_STATUS_EXPIRY
     )
+    # Age at which a status of the hand is stale: its width is unknown, and a
+    # task that carries something has failed [s].
+    hand_status_expiry: Annotated[float, Interval(gt=0, le=5)] = (
+        wire.HAND_STATUS_EXPIRY
+    )
     # Time after which a status whose content does not change while the robot
     # should be moving counts as frozen, and the robot is stopped [s].
     frozen_after: Annotated[float, Interval(gt=0, le=1)] = 0.2

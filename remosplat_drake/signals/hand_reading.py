@@ -1,17 +1,16 @@
-"""`HandReading`: width and force of a hand, and the state of its grip."""
+"""`HandReading`: width and force of a hand."""
 
 import dataclasses as dc
+import math
 
 import numpy as np
 
 STILL = 0.002
 """Rate of the width below which fingers are at rest [m/s]."""
 
-TOLERANCE = 0.002
-"""Difference of two widths that counts as none: reading and pads [m]."""
-
-FORCE_SHARE = 0.5
-"""Share of the commanded force that fingers feel at least if they grip."""
+SLIP = 0.005
+"""How much narrower or wider than around an object a hand may be that holds it
+[m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -19,9 +18,10 @@ class HandReading:
     """A reading of a station's port `HAND.state`.
 
     Attributes:
-        width: Opening of the fingers [m].
+        width: Opening of the fingers [m]; NaN if it is not known.
         rate: Rate of the opening; negative while they close [m/s].
-        force: Force with which each finger presses [N].
+        force: Force with which each finger presses [N]. Hands that do not
+            measure it report the commanded one while they hold something.
     """
 
     width: float
@@ -34,57 +34,29 @@ class HandReading:
         return HandReading(*map(float, values))
 
     @property
+    def is_known(self) -> bool:
+        """Whether the width is known."""
+        return math.isfinite(self.width)
+
+    @property
     def at_rest(self) -> bool:
         """Whether the fingers do not move."""
         return abs(self.rate) < STILL
 
+    def is_narrower(self, held: float) -> bool:
+        """Returns whether the hand is too narrow to hold something.
 
-def has_opened(reading: HandReading, width: float) -> bool:
-    """Returns whether a hand stands at the width that it was opened to.
+        Only the width counts, since many hands measure no force.
 
-    Args:
-        reading: Its reading.
-        width: Its commanded width [m].
-    """
-    return reading.at_rest and abs(reading.width - width) < TOLERANCE
+        Args:
+            held: Its width around the thing [m].
+        """
+        return self.width < held - SLIP
 
+    def has_let_go(self, held: float) -> bool:
+        """Returns whether the hand does not hold any more what it held.
 
-def grips(reading: HandReading, width: float, force: float) -> bool:
-    """Returns whether a closed hand has something between its fingers.
-
-    They rest before they have reached the commanded width, and feel force. So
-    the width of a grasp is commanded below that of the thing, by more than
-    `TOLERANCE`.
-
-    Args:
-        reading: The reading of the hand.
-        width: Its commanded width [m].
-        force: Its commanded force [N].
-    """
-    stopped = reading.at_rest and reading.width > width + TOLERANCE
-    return stopped and reading.force >= FORCE_SHARE * force
-
-
-def closed_on_nothing(reading: HandReading, width: float) -> bool:
-    """Returns whether a closed hand has reached its width, with nothing in it.
-
-    Args:
-        reading: The reading of the hand.
-        width: Its commanded width [m].
-    """
-    return reading.at_rest and reading.width <= width + TOLERANCE
-
-
-def slipped(reading: HandReading, held: float, force: float) -> bool:
-    """Returns whether a hand has lost what it held, or is about to.
-
-    Its fingers have come closer than they were around the thing, or feel no
-    force. It counts from when the hand has gripped on.
-
-    Args:
-        reading: The reading of the hand.
-        held: Its width when it gripped [m].
-        force: Its commanded force [N].
-    """
-    closer = reading.width < held - TOLERANCE
-    return closer or reading.force < FORCE_SHARE * force
+        Args:
+            held: Its width when it took the thing [m].
+        """
+        return self.is_narrower(held) or self.width > held + SLIP

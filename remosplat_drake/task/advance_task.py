@@ -32,8 +32,8 @@ from remosplat_drake.task.task import DONE, FAILED, RUNNING, Task, TaskState
 WIDTH = 0.001
 """Greatest difference between a hand's width and the one it is told [m]."""
 
-SLIP = 0.005
-"""How much narrower than around an object a hand may be that holds it [m]."""
+AT_REST = 0.02
+"""Measured speed of an axis below which the robot stands still [m/s, rad/s]."""
 
 _AROUND = 0.03
 """Greatest distance from the end effector to an object that it holds [m]."""
@@ -46,19 +46,21 @@ class Observation:
     Attributes:
         time: Time of the tick [s].
         q: The measured configuration, shape (n_q,) [rad, m].
-        u: The command that is being executed, shape (n_u,).
+        v: The measured velocity of the axes, shape (n_u,) [rad/s, m/s].
+        u: The command that is being executed, shape (n_u,) [rad/s, m/s].
         hand: The reading of its hand; None for a robot without one.
     """
 
     time: float
     q: np.ndarray
+    v: np.ndarray
     u: np.ndarray
     hand: HandReading | None = None
 
     @property
-    def width(self) -> float:
-        """Opening of the hand [m]; NaN for a robot without one."""
-        return math.nan if self.hand is None else self.hand.width
+    def stands_still(self) -> bool:
+        """Whether the robot is commanded to rest, and rests."""
+        return not self.u.any() and bool(np.abs(self.v).max() < AT_REST)
 
 
 def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
@@ -74,14 +76,14 @@ def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
     """
     if state.outcome != RUNNING or not np.isfinite(now.q).all():
         return state
-    if _is_narrower(now, state.grip):
-        lost = f"the {state.held} has slipped out of the hand"
+    lost = _lost(state, now)
+    if lost:
         failures = (*state.failures, lost)
         return dc.replace(state, failures=failures, outcome=FAILED)
     X_WE = task.robot.end_effector_poses(now.q)
     if not state.begun:
-        is_new = not now.time > state.since
-        return state if is_new or now.u.any() else _begun(task, state, now)
+        may_begin = now.time > state.since and now.stands_still
+        return _begun(task, state, now) if may_begin else state
     step = state.present(task)
     if _is_done(state, step, now, X_WE):
         return _next(task, dc.replace(state, begun=False, since=now.time))
@@ -120,8 +122,10 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
         payload = make_payload(task.robot, thing, spheres, now.q, step.effector)
         X_WO = thing.X_WO.GetAsMatrix4()
         X_OE = np.linalg.solve(X_WO, X_WE[step.effector])
-        # Pads give way: the hand's own width tells whether the object slips.
-        grip = None if step.grip is None else now.width
+        grip = None
+        if step.grip is not None and now.hand is not None:
+            # Pads give way: its own width tells whether the object slips.
+            grip = now.hand.width
         changed = dc.replace(changed, payload=payload, grip=grip, X_OE=X_OE)
     elif step.action == RELEASE:
         if state.X_OE is None:
@@ -168,7 +172,7 @@ def _is_done(
             return False
     if step.width is None or now.hand is None:
         return True
-    is_there = abs(now.width - step.width) < WIDTH
+    is_there = abs(now.hand.width - step.width) < WIDTH
     # A hand that closes on something stands still before it is there.
     is_late = now.time - state.since > 0.5
     return is_there or (is_late and now.hand.at_rest)
@@ -211,9 +215,16 @@ def _next_way(task: Task, state: TaskState) -> TaskState:
     return dc.replace(state, outcome=FAILED)
 
 
-def _is_narrower(now: Observation, grip: float | None) -> bool:
-    """Whether a hand is narrower than around what it should hold."""
-    return grip is not None and now.width < grip - SLIP
+def _lost(state: TaskState, now: Observation) -> str:
+    """Says why what is carried may be lost; empty if the hand holds it."""
+    hand, name = now.hand, state.held
+    if not name or hand is None:
+        return ""
+    if not hand.is_known:
+        return f"the hand reports nothing while it holds the {name}"
+    if state.grip is not None and hand.has_let_go(state.grip):
+        return f"the {name} has slipped out of the hand"
+    return ""
 
 
 def _off_the_hand(
@@ -222,7 +233,8 @@ def _off_the_hand(
     """Says why an object is not in a hand; empty if it is."""
     if state.held:
         return f"{step.text}: the hand holds the {state.held}"
-    if _is_narrower(now, step.grip):
+    hand = now.hand
+    if hand and step.grip is not None and hand.is_narrower(step.grip):
         return f"{step.text}: the hand has closed on nothing"
     thing = state.named(step.object)
     p_OE = thing.X_WO.inverse().multiply(X_WE[step.effector, :3, 3])

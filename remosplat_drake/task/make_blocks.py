@@ -40,6 +40,8 @@ class Workshop:
         overhang: How far the spheres of carried objects reach beyond them, by
             the objects' names [m].
         max_width: Greatest opening of the hand [m]; None for a robot without.
+        is_stopped: Whether what is between the fingers stops them, which it
+            does not on a kinematic station.
         where: The scenario that errors blame, as file and name.
     """
 
@@ -47,6 +49,7 @@ class Workshop:
     objects: tuple[str, ...]
     overhang: Mapping[str, float]
     max_width: float | None
+    is_stopped: bool
     where: str
 
     def error(self, field: str, problem: str) -> FieldError:
@@ -268,6 +271,7 @@ class _Maker:
         width = joined(self._field, f"{field}.width")
         closed = self._shop.width(grasp.width, width)
         opened = self._shop.width(None, width)
+        squeeze = config.squeeze if self._shop.is_stopped else 0.0
         X_OE = self._pose(grasp, field)
         before = X_OE @ _shift([0.0, 0.0, -config.approach])
         line = {"speed": config.speed}
@@ -294,8 +298,8 @@ class _Maker:
             self._step(
                 f"grasps the {name}",
                 touching,
-                width=max(closed - config.squeeze, 0.0),
-                force=config.force,
+                width=max(closed - squeeze, 0.0),
+                force=grasp.force or config.force,
                 undo=(leave,),
             ),
             self._step(

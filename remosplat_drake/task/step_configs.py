@@ -155,6 +155,8 @@ class GraspConfig(PoseConfig):
 
     # Opening of the hand around the object [m].
     width: Width = 0.04
+    # Force with which the hand holds it; absent: that of the step [N].
+    force: Force | None = None
 
 
 @dc.dataclass
@@ -169,9 +171,10 @@ class Pick(StepConfig):
     grasps: Annotated[list[GraspConfig], Len(0, 1000)] = dc.field(
         default_factory=list
     )
-    # How much narrower than the grasp the hand is told to be, so that it
-    # presses on what it holds; a kinematic station's goes where it is told [m].
-    squeeze: Width = 0.0
+    # How much narrower than the grasp the hand is commanded to be, so that it
+    # presses on what it holds. It does not count on a kinematic station, where
+    # nothing stops the fingers [m].
+    squeeze: Width = 0.01
     # Force with which the hand holds it [N].
     force: Force = 20.0
     # Length of the straight approach along the hand's z axis [m].

@@ -33,6 +33,7 @@ class TaskSystem(LeafSystem):
         name: TaskSystem
         input_ports:
         - configuration
+        - velocity_measured
         - velocity_executed
         - hand_state (optional)
         output_ports:
@@ -70,6 +71,9 @@ class TaskSystem(LeafSystem):
         robot = task.robot
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
+        )
+        self._velocity_input = self.DeclareVectorInputPort(
+            "velocity_measured", robot.n_u
         )
         self._executed_input = self.DeclareVectorInputPort(
             "velocity_executed", robot.n_u
@@ -184,6 +188,7 @@ class TaskSystem(LeafSystem):
         now = Observation(
             context.get_time(),
             np.array(self._configuration_input.Eval(context)),
+            np.array(self._velocity_input.Eval(context)),
             np.array(self._executed_input.Eval(context)),
             hand,
         )

@@ -1,50 +1,35 @@
-"""A hand's width and force tell whether it holds something."""
+"""A hand's width tells whether it may hold something."""
 
 import numpy as np
 import pytest
 
-from remosplat_drake.signals.hand_reading import (
-    HandReading,
-    closed_on_nothing,
-    grips,
-    has_opened,
-    slipped,
-)
+from remosplat_drake.signals.hand_reading import HandReading
 
-CLOSE, FORCE = 0.04, 20.0
-"""Command of a grasp of a can of 60 mm."""
+
+def reading(width=0.06, rate=0.0):
+    return HandReading.of(np.array([width, rate, 20.0]))
 
 
 @pytest.mark.parametrize(
-    ("width", "rate", "force", "grip", "nothing"),
+    ("width", "narrower", "let_go"),
     [
-        (0.07, -0.1, 2.0, False, False),  # It still closes.
-        (0.059, 0.0, 20.0, True, False),  # It presses on the can.
-        (0.059, 0.0, 3.0, False, False),  # It has stopped, and feels nothing.
-        (0.04, 0.0, 0.0, False, True),  # The can was not there.
-        (0.04, 0.0, 20.0, False, True),  # Fingers may press on each other.
+        (0.061, False, False),  # It was pushed apart.
+        (0.056, False, False),  # Its pads give way.
+        (0.054, True, True),  # A can of 60 mm has turned or is gone.
+        (0.066, False, True),  # The hand has opened.
+        (np.nan, False, False),  # The width is not known.
     ],
 )
-def test_a_hand_grips_what_stops_it(width, rate, force, grip, nothing):
-    reading = HandReading.of(np.array([width, rate, force]))
-    assert grips(reading, CLOSE, FORCE) == grip
-    assert closed_on_nothing(reading, CLOSE) == nothing
+def test_the_width_tells_whether_something_is_held(width, narrower, let_go):
+    assert reading(width).is_narrower(0.06) == narrower
+    assert reading(width).has_let_go(0.06) == let_go
 
 
-@pytest.mark.parametrize(
-    ("width", "force", "lost"),
-    [
-        (0.0588, 19.0, False),  # As it was.
-        (0.0560, 19.0, True),  # A can narrower than it was has turned.
-        (0.0590, 5.0, True),  # Nothing presses back.
-        (0.0610, 19.0, False),  # It was pushed apart, and still presses.
-    ],
-)
-def test_what_is_narrower_or_does_not_press_has_slipped(width, force, lost):
-    assert slipped(HandReading(width, 0.0, force), 0.059, FORCE) == lost
+def test_a_width_that_is_no_number_is_not_known():
+    assert reading().is_known
+    assert not reading(np.nan).is_known
 
 
-def test_a_hand_has_opened_when_it_rests_at_its_width():
-    assert has_opened(HandReading(0.079, 0.0, 0.0), 0.08)
-    assert not has_opened(HandReading(0.079, 0.1, 0.0), 0.08)
-    assert not has_opened(HandReading(0.05, 0.0, 0.0), 0.08)
+def test_fingers_rest_when_the_width_does_not_change():
+    assert reading(rate=0.001).at_rest
+    assert not reading(rate=-0.1).at_rest

@@ -45,10 +45,11 @@ class Stage:
         self.state = TaskState(self.task.objects, since=-np.inf)
         self.time, self.q = 0.0, robot.q_home
 
-    def tick(self, u=0.0, width=None, rate=0.0):
+    def tick(self, u=0.0, width=None, rate=0.0, v=0.0):
         n_u = self.task.robot.n_u
         hand = None if width is None else HandReading(width, rate, 0.0)
-        now = Observation(self.time, self.q, np.full(n_u, u), hand)
+        u, v = np.full(n_u, u), np.full(n_u, v)
+        now = Observation(self.time, self.q, v, u, hand)
         self.state = advance_task(self.task, self.state, now)
         self.time += DT
         return self.state
@@ -77,6 +78,13 @@ def test_a_step_begins_at_rest_and_ends_where_it_goes(frankie):
     assert stage.tick().begun
     assert stage.tick().outcome == DONE
     assert stage.tick() is stage.state
+
+
+def test_a_step_waits_for_a_robot_that_lags_behind_its_command(frankie):
+    stage = Stage(frankie, only(Step("reaches", goal=at_home(frankie))))
+    assert not stage.tick(v=-0.1).begun
+    assert not stage.tick(v=np.nan).begun
+    assert stage.tick(v=0.01).begun
 
 
 def test_an_end_effector_elsewhere_has_not_arrived(frankie):
@@ -203,6 +211,27 @@ def test_what_slips_out_of_the_hand_is_noticed(frankie):
     stage.tick(width=0.05)
     assert stage.state.outcome == FAILED
     assert stage.state.failures[-1] == "the can has slipped out of the hand"
+
+
+@pytest.mark.parametrize(
+    ("width", "reason"),
+    [
+        (0.08, "the can has slipped out of the hand"),
+        (np.nan, "the hand reports nothing while it holds the can"),
+    ],
+)
+def test_a_hand_that_opens_or_falls_silent_ends_the_task(
+    frankie, width, reason
+):
+    take = Step("takes the can", action=ATTACH, object="can", grip=0.06)
+    stage = Stage(frankie, only(take, Step("lifts", goal=at_home(frankie, 1))))
+    objects = stage.state.moved("can", stage.X_WE)
+    stage.state = dc.replace(stage.state, objects=objects)
+    stage.tick(width=0.06)
+    assert stage.state.held == "can"
+    stage.tick(width=width)
+    assert stage.state.outcome == FAILED
+    assert stage.state.failures == (reason,)
 
 
 def test_a_refusal_is_a_failure_and_changes_nothing(frankie):

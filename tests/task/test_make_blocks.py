@@ -1,5 +1,7 @@
 """From the steps of a scenario to those of a task."""
 
+import dataclasses as dc
+
 import numpy as np
 import pytest
 
@@ -22,7 +24,7 @@ PLACE = cfg.Place(support="board", places=[PoseConfig([0.5, 0, 0.4])])
 @pytest.fixture(scope="module")
 def shop(frankie):
     names = ("can", "board")
-    return Workshop(frankie, names, {"can": 0.008}, 0.08, "file:entry")
+    return Workshop(frankie, names, {"can": 0.008}, 0.08, False, "file:entry")
 
 
 def test_a_pick_has_a_way_for_each_grasp(shop, frankie):
@@ -129,9 +131,19 @@ def test_bad_steps_end_in_one_line(shop, steps, message):
 
 
 def test_a_robot_without_a_hand_grasps_nothing(three_link):
-    shop = Workshop(three_link, ("can",), {"can": 0.0}, None, "file")
+    shop = Workshop(three_link, ("can",), {"can": 0.0}, None, False, "file")
     with pytest.raises(FieldError, match="the robot has no hand"):
         make_blocks([cfg.Open()], shop)
+
+
+def test_a_hand_presses_where_something_stops_its_fingers(shop):
+    for is_stopped, width in ((False, 0.06), (True, 0.05)):
+        pick, _ = make_blocks(
+            [PICK, PLACE], dc.replace(shop, is_stopped=is_stopped)
+        )
+        grasps, takes = pick.ways[0][2:4]
+        assert grasps.width == pytest.approx(width)
+        assert takes.grip == 0.06
 
 
 def test_a_direction_is_one():

@@ -2,7 +2,6 @@
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
-from remosplat_drake.app.object_map import without_objects
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.stages.movers import tracks_of
 from remosplat_drake.app.world import World
@@ -42,8 +41,7 @@ def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
         scene, objects = world.truth, ()
         if isinstance(scenario.station, DynamicStation):
             # There they are bodies of their own, which may move.
-            objects = world.objects
-            scene = scene and without_objects(scene, objects)
+            scene, objects = world.fixed_truth, world.objects
         return MakeSimulatedStation(
             config=scenario.station,
             robot=world.robot,

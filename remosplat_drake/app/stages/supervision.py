@@ -2,7 +2,7 @@
 
 import dataclasses as dc
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.controller.reactive_controller import ReactiveController
@@ -11,7 +11,6 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.safety.supervision import SupervisorLaw
 from remosplat_drake.safety.supervisor_system import SafetySupervisor
 from remosplat_drake.signals import station_ports as ports
-from remosplat_drake.station.connections import AddMeasuredVelocity
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.safety_panel import SafetyPanel
 
@@ -22,6 +21,7 @@ def AddSupervisor(
     robot: RobotModel,
     controller: ReactiveController,
     station: Diagram,
+    velocity: OutputPort,
     *,
     armed: bool = True,
 ) -> SafetySupervisor | None:
@@ -33,6 +33,7 @@ def AddSupervisor(
         robot: The robot, for its limits.
         controller: The controller whose commands are supervised.
         station: The robot, simulated or real, as a system.
+        velocity: The output port of the measured u, n_u entries.
         armed: Whether the robot may start without an operator's consent.
 
     Returns:
@@ -60,10 +61,7 @@ def AddSupervisor(
         controller=controller,
         armed=armed,
     )
-    builder.Connect(
-        AddMeasuredVelocity(builder, robot, station),
-        supervisor.GetInputPort("velocity_measured"),
-    )
+    builder.Connect(velocity, supervisor.GetInputPort("velocity_measured"))
     builder.Connect(
         station.GetOutputPort(ports.STATUS), supervisor.GetInputPort("status")
     )

@@ -17,6 +17,8 @@ def AddTargets(
     scenario: Scenario,
     world: World,
     configuration: OutputPort,
+    *,
+    hardware: bool = False,
 ) -> Targets:
     """Adds the targets of the scenario, or else the target of its true scene.
 
@@ -25,6 +27,7 @@ def AddTargets(
         scenario: The scenario.
         world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
+        hardware: Whether the station is the real robot.
 
     Raises:
         RemoSplatError: There is no target, or the system that the scenario
@@ -36,7 +39,9 @@ def AddTargets(
         )
     robot = world.robot
     if scenario.tasks:
-        return AddTask(builder, scenario, world, configuration)
+        return AddTask(
+            builder, scenario, world, configuration, hardware=hardware
+        )
     listed = scenario_targets(scenario, world.truth, robot.effectors)
     if not any(listed.values()):
         raise FieldError(

@@ -12,6 +12,7 @@ from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.hand import HandGeometry, hand_geometry
+from remosplat_drake.station.station_config import KinematicStation
 from remosplat_drake.task.make_blocks import (
     Workshop,
     carried_objects,
@@ -28,6 +29,8 @@ def AddTask(
     scenario: Scenario,
     world: World,
     configuration: OutputPort,
+    *,
+    hardware: bool,
 ) -> TaskSystem:
     """Adds what leads the robot through the tasks of a scenario.
 
@@ -36,6 +39,7 @@ def AddTask(
         scenario: The scenario.
         world: What the scenario's files hold.
         configuration: The output port of the measured q, n_q entries.
+        hardware: Whether the station is the real robot.
 
     Raises:
         FieldError: A step is unusable.
@@ -53,6 +57,7 @@ def AddTask(
         names,
         {name: overhang(things[name], spheres[name]) for name in carried},
         hand.max_width if hand.joints else None,
+        hardware or not isinstance(scenario.station, KinematicStation),
         scenario.source,
     )
     blocks = make_blocks(scenario.tasks, shop)
@@ -90,6 +95,7 @@ def ConnectTask(
     targets: Targets,
     robot: RobotModel,
     station: Diagram,
+    velocity: OutputPort,
     executed: OutputPort,
     oracle: DistanceOracle,
     controller: ReactiveController,
@@ -102,12 +108,14 @@ def ConnectTask(
             is connected unless it leads through a task.
         robot: The robot.
         station: The robot as a system, simulated or real.
+        velocity: The output port of the measured u, n_u entries.
         executed: The output port of the command u that the station gets.
         oracle: The system that measures distances to the map.
         controller: The reactive controller.
     """
     if not isinstance(targets, TaskSystem):
         return
+    builder.Connect(velocity, targets.GetInputPort("velocity_measured"))
     builder.Connect(executed, targets.GetInputPort("velocity_executed"))
     if robot.description.hand:
         measured = station.GetOutputPort(ports.hand_state(robot.description))

@@ -56,6 +56,20 @@ class Measurement:
     def __deepcopy__(self, memo) -> "Measurement":
         return self
 
+    def hand_reading(self, now: float, expiry: float) -> np.ndarray:
+        """Returns opening, rate and force of the gripper, (3,) [m, m/s, N].
+
+        Args:
+            now: The time, by our wall clock [s].
+            expiry: Age at which its latest status is stale [s].
+
+        Returns:
+            The reading; NaN if there is none that is not stale.
+        """
+        if self.hand is None or now - self.hand.stamp > expiry:
+            return np.full(3, np.nan)
+        return self.hand.reading
+
 
 def with_arm_status(
     measurement: Measurement,

@@ -53,7 +53,8 @@ class RemoteRobot(LeafSystem):
     Names are those of `signals.station_ports`; a fixed robot has no `base`
     ports, one without a gripper no `hand` ports. `base.pose_measured` is the
     odometry, extrapolated to the context's time. Before the first status of
-    a part its outputs are NaN. A command that is not finite is replaced by
+    a part its outputs are NaN; those of a hand are NaN again when its latest
+    status is stale. A command that is not finite is replaced by
     zeros, one beyond the base's limits is scaled to them, and `status` says so.
     """
 
@@ -99,7 +100,7 @@ class RemoteRobot(LeafSystem):
             ]
         if description.hand:
             name = ports.hand_state(description)
-            outputs.append((name, 3, self._calc_hand, state))
+            outputs.append((name, 3, self._calc_hand, now))
         for name, size, calc, prerequisites in outputs:
             self.DeclareVectorOutputPort(name, size, calc, prerequisites)
         self.DeclareAbstractOutputPort(
@@ -168,8 +169,10 @@ class RemoteRobot(LeafSystem):
         )
 
     def _calc_hand(self, context: Context, output: BasicVector) -> None:
-        hand = self.measurement(context).hand
-        output.SetFromVector(hand.reading if hand else _unknown(output))
+        reading = self.measurement(context).hand_reading(
+            context.get_time(), self._config.hand_status_expiry
+        )
+        output.SetFromVector(reading)
 
     def _calc_status(self, context: Context, output: Value) -> None:
         command = self._commands.read(context)

@@ -43,6 +43,8 @@ FAULTS = {
     "base-clock": "the base's stamps are VALUE seconds ahead (default -0.2)",
     "base-jump": "the base's odometry jumps by VALUE metres (default 0.3)",
     "base-drift": "the base's odometry drifts by VALUE m/s (default 0.02)",
+    "hand-status-stops": "the hand's statuses stop; the hand goes on",
+    "hand-opens": "the hand opens, against its command",
     "localization-stops": "the base's localisation falls silent",
     "localization-frame": "the base's localisation uses another frame",
     "localization-jump": "the base's localisation jumps by VALUE metres"

@@ -167,7 +167,10 @@ class HardwareSim:
             velocity = self._axes.step(np.concatenate([base, arm]))
             base, arm = velocity[:n], velocity[n:]
         self._ticks += 1
-        self._plant.step(self.time, base, arm, self.hand.command)
+        hand = self.hand.command
+        if "hand-opens" in self._faults:
+            hand = np.array([np.inf, hand[1]])
+        self._plant.step(self.time, base, arm, hand)
         self._measured = self._plant.arm
         self._tell(self.time)
 
@@ -250,7 +253,7 @@ class HardwareSim:
             self._tell_of_base(now, t)
         if self._robot.description.hand:
             hand = self.hand.status(now, t, self._plant.hand)
-            if hand is not None:
+            if hand is not None and "hand-status-stops" not in self._faults:
                 self._lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
 
     def _tell_of_arm(self, now: int, t: float) -> None:

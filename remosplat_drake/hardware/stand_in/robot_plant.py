@@ -1,5 +1,7 @@
 """`RobotPlant`: the dynamic station's rigid bodies, stepped from outside."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.analysis import Simulator
@@ -7,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from remosplat_drake.hardware.stand_in.simulated_arm import ArmMeasurement
 from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.station.commands import StationCommand
@@ -49,6 +52,7 @@ class RobotPlant:
         robot: RobotModel,
         scene: PrimitiveScene | None,
         q0: np.ndarray,
+        objects: Sequence[SceneObject] = (),
     ):
         """Builds the bodies; the robot stands still.
 
@@ -57,9 +61,12 @@ class RobotPlant:
             robot: The robot.
             scene: The solids that the robot may bump into; None for none.
             q0: Configuration to start from, shape (n_q,).
+            objects: Objects that a hand may take, in their poses at the start.
         """
         builder = DiagramBuilder()
-        body = add_dynamic_body(builder, config, robot, scene, q0)
+        body = add_dynamic_body(
+            builder, config, robot, scene, q0, objects=objects
+        )
         plant = body.plant
         self.robot, self._body = robot, body
         self._hand_speed = config.hand_speed

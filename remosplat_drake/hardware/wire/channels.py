@@ -38,3 +38,5 @@ STATUS_EXPIRY = 0.05
 BASE_STATUS_EXPIRY = 0.25
 """Age of the base's status at which the station calls it stale [s]: its
 odometry may come at 10 Hz only, and one message may be lost."""
+HAND_STATUS_EXPIRY = 0.5
+"""Age at which a status of the hand says nothing any more [s]."""

@@ -226,6 +226,7 @@ def test_the_ports_tell_what_the_messages_told(url, frankie, drivers):
     drivers.tell_base(t - 0.1, pose=[1.0, 2.0, 0.0], yaw_rate=0.0)
     hand = lcmt_schunk_wsg_status()
     hand.actual_position_mm, hand.actual_force = 60.0, 15.0
+    hand.utime = round(1e6 * t)
     drivers.lcm.Publish(channels.PANDA_HAND_STATUS, hand.encode())
     take_in(link, drivers)
     # As if the packets had come when they were stamped.
@@ -245,6 +246,9 @@ def test_the_ports_tell_what_the_messages_told(url, frankie, drivers):
     )
     np.testing.assert_allclose(bench.eval("base.velocity_measured"), [0.3, 0])
     np.testing.assert_allclose(bench.eval("hand.state"), [0.06, 0, 15])
+    bench.context.SetTime(t + 0.6)
+    assert np.isnan(bench.eval("hand.state")).all()
+    bench.context.SetTime(t)
     assert bench.eval("status").mode == RUNNING
     bench.command(np.full(9, np.nan))
     assert "not finite" in bench.eval("status").stop_reason
