@@ -22,6 +22,7 @@ from remosplat_drake.oracle.object_field import ObjectField
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.convex_hull import ConvexHull
+from remosplat_drake.scene.objects.drake_shapes import object_inertia
 from remosplat_drake.scene.objects.scene_object import SceneObject, Solid
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
@@ -219,6 +220,7 @@ def _grasps(
         gripper,
         approach_O=X_WO.rotation().matrix().T @ approach_W,
         around=around,
+        p_OOcm=object_inertia(target).get_com(),
         friction=_FRICTION,
         most=_LOOKS,
         rng=rng,

@@ -19,11 +19,14 @@ LEAST_OPENING = 0.002
 APPROACHES = 12
 """Directions from which each pair of points is approached."""
 
-DEPTHS = (0.0, 0.005)
+DEPTHS = (-0.005, 0.0, 0.005)
 """By how much the points are in front of the end effector's frame [m]."""
 
 ENOUGH = 0.02
 """Clearance of the hand beyond which more is no better [m]."""
+
+GIVE = 0.001
+"""How far a pad gives way where it presses [m]."""
 
 LEVER = 0.05
 """Distance of the centre of mass from the closing axis that is too far [m]."""
@@ -40,6 +43,8 @@ class Grasp:
         clearance: Distance of the open hand from the object and from what is
             around it, at most `ENOUGH` [m].
         alignment: Cosine of the greatest angle between normals and axis.
+        bearing: Share of a pad that presses on the object, 0 to 1; of the two
+            pads the smaller.
         lever: Distance of the centre of mass from the closing axis [m].
         score: Its rank among others, 0 to 1; the best is the greatest.
     """
@@ -49,6 +54,7 @@ class Grasp:
     opening: float
     clearance: float
     alignment: float
+    bearing: float
     lever: float
     score: float = 0.0
 
@@ -73,13 +79,15 @@ class Weights:
         width: A narrow grasp, in which the fingers have way left.
         approach: The wanted direction of approach.
         alignment: Normals along the closing axis.
+        bearing: Much of the pads on the object.
         lever: The centre of mass near the closing axis.
     """
 
-    clearance: float = 0.3
-    width: float = 0.1
+    clearance: float = 0.2
+    width: float = 0.05
     approach: float = 0.2
-    alignment: float = 0.2
+    alignment: float = 0.1
+    bearing: float = 0.25
     lever: float = 0.2
 
 
@@ -128,10 +136,18 @@ def plan_grasps(
         clearances = hand_clearances(
             *gripper.pieces(opening), poses, solid, ENOUGH
         )
-        fixed = float(pairs.alignment[i]), _lever(pairs, i, middle)
+        alignment, lever = float(pairs.alignment[i]), _lever(pairs, i, middle)
         for X_OE, clearance in zip(poses, clearances, strict=True):
             if clearance > 0.0:
-                grasp = Grasp(X_OE, width, opening, float(clearance), *fixed)
+                grasp = Grasp(
+                    X_OE,
+                    width,
+                    opening,
+                    float(clearance),
+                    alignment,
+                    bearing(surface, gripper, X_OE, width),
+                    lever,
+                )
                 score = _score(grasp, gripper, approach_O, weights)
                 found.append(dc.replace(grasp, score=score))
     return sorted(found, key=lambda grasp: -grasp.score)
@@ -161,6 +177,40 @@ def grasp_poses(
             X_OE[:3, :3], X_OE[:3, 3] = R_OE, center - depth * approach
             poses.append(X_OE)
     return np.array(poses)
+
+
+def bearing(
+    surface: Surface, gripper: ParallelGripper, X_OE: np.ndarray, width: float
+) -> float:
+    """Returns the share of a pad that presses on an object, 0 to 1.
+
+    It is the share of a pad's cells, one and a half times as large as the
+    spacing of the surface's points, in which a point is within `GIVE` of the
+    pad's plane; of the two pads the smaller counts. A hand that holds an object
+    by the tips of its fingers, or by an edge, has little, and lets it turn.
+
+    Args:
+        surface: The object's surface.
+        gripper: The gripper.
+        X_OE: Pose of the end effector, shape (4, 4).
+        width: Distance of the pads [m].
+    """
+    p_E = (surface.points - X_OE[:3, 3]) @ X_OE[:3, :3]
+    lower, upper = gripper.pad
+    counts = np.ceil((upper - lower) / (1.5 * surface.spacing))
+    plane = p_E @ np.column_stack([gripper.approach_E, gripper.side_E])
+    cell = np.floor((plane - lower) / (upper - lower) * counts)
+    faces = ((cell >= 0) & (cell < counts)).all(axis=1)
+    across = p_E @ gripper.close_E
+    pressed = [
+        len(
+            np.unique(
+                cell[faces & (side * across > 0.5 * width - GIVE)], axis=0
+            )
+        )
+        for side in (-1.0, 1.0)
+    ]
+    return min(pressed) / float(np.prod(counts))
 
 
 Reach = Callable[[np.ndarray, Grasp], np.ndarray | None]
@@ -208,6 +258,7 @@ def _score(
         + weights.width * (1.0 - grasp.width / gripper.max_width)
         + weights.approach * wanted
         + weights.alignment * grasp.alignment
+        + weights.bearing * grasp.bearing
         + weights.lever * max(1.0 - grasp.lever / LEVER, 0.0)
     )
 

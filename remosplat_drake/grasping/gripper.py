@@ -22,6 +22,13 @@ from remosplat_drake.robot.self_collision.shapes import (
 GRAVITY = 9.81
 """Acceleration of free fall [m/s^2]."""
 
+PATCH = 0.005
+"""Radius of the patch on which a soft pad presses [m]: small, since objects are
+round and have edges."""
+
+_FLAT = 0.001
+"""How far a vertex of a finger is from its pad's plane at most [m]."""
+
 _DIRECTIONS = 60  # Of the polyhedron around a rounded shape, 6 % larger.
 
 
@@ -144,21 +151,64 @@ class ParallelGripper:
                 found.append((body, points, planes))
         return found
 
-    def force(self, mass: float, friction: float, factor: float = 2.5) -> float:
+    @cached_property
+    def pad(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rectangle in which the fingers meet: its lower and upper corner.
+
+        The corners are in (approach_E, side_E), where side_E = close_E x
+        approach_E, relative to the end effector, shape (2,) each [m].
+        """
+        tree, first = self.robot.tree, int(self.robot.fingers[0])
+        robot = self.robot.with_hand_width(0.0)
+        X_EW = np.linalg.inv(_tool(robot))
+        X_EL = X_EW @ robot.body_poses(robot.q_home)
+        p_E = np.concatenate(
+            [
+                points @ X_EL[link, :3, :3].T + X_EL[link, :3, 3]
+                for link, points, _ in self._pieces_L
+                if first in tree.chain(link)
+            ]
+        )
+        across = p_E @ self.close_E
+        inner = across - across[np.abs(across).argmin()]
+        met = p_E[np.abs(inner) < _FLAT]
+        plane = met @ np.column_stack([self.approach_E, self.side_E])
+        return plane.min(axis=0), plane.max(axis=0)
+
+    @property
+    def side_E(self) -> np.ndarray:
+        """Unit vector along the pads, across closing and approach, (3,)."""
+        return np.cross(self.close_E, self.approach_E)
+
+    def force(
+        self,
+        mass: float,
+        friction: float,
+        lever: float = 0.0,
+        factor: float = 2.5,
+    ) -> float:
         """Returns the force with which each finger shall press [N].
 
-        Two fingers carry the weight by friction; a factor stands for
-        accelerations and for friction that is less than assumed.
+        Two fingers carry the weight by friction. If the centre of mass is
+        beside the closing axis, they keep the object from turning about it,
+        too: force and torque of a soft finger lie in an ellipsoid (Howe and
+        Cutkosky, "Practical force-motion models for sliding manipulation",
+        IJRR 1996). A factor stands for accelerations and for friction that is
+        less than assumed.
 
         Args:
             mass: Mass of the object [kg].
             friction: Coefficient of friction.
+            lever: Distance of its centre of mass from the closing axis [m].
             factor: How many times the weight is to be carried.
 
         Raises:
             RemoSplatError: The hand is too weak.
         """
+        # The torque of pressure that is equal all over a round patch.
+        turning = lever / (2.0 / 3.0 * PATCH)
         needed = factor * mass * GRAVITY / (2.0 * friction)
+        needed *= float(np.hypot(1.0, turning))
         if needed > self.max_force:
             raise RemoSplatError(
                 f"{mass:g} kg take {needed:.0f} N of each finger, which has"

@@ -10,6 +10,7 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.grasping.grasps import (
     ENOUGH,
     Grasp,
+    bearing,
     grasp_poses,
     plan_grasps,
     reachable,
@@ -106,6 +107,22 @@ def test_a_can_is_taken_from_above_at_its_middle(gripper):
         assert clearance_reference(pieces, grasp.X_OE, around, ENOUGH) > 0
 
 
+def test_the_pads_of_a_panda_are_18_mm_squares_at_its_fingertips(gripper):
+    lower, upper = gripper.pad
+    np.testing.assert_allclose(upper - lower, 0.0176, atol=5e-4)
+    np.testing.assert_allclose(0.5 * (lower + upper), 0.0, atol=1e-3)
+
+
+@pytest.mark.parametrize(("shift", "share"), [(0.0, 1.0), (0.0088, 0.5)])
+def test_half_a_pad_beside_the_object_bears_half(gripper, shift, share):
+    """A hand from above: its pads overlap a box of 40 mm, or half of them."""
+    surface = surface_of_solid(Box(RigidTransform(), np.full(3, 0.02)), 5e-4)
+    X_OE = np.diag([1.0, -1.0, -1.0, 1.0])
+    X_OE[0, 3] = 0.02 - 0.0088 + shift
+    found = bearing(surface, gripper, X_OE, 0.04)
+    np.testing.assert_allclose(found, share, atol=0.06)
+
+
 def test_a_box_on_a_table_is_not_taken_from_below(gripper):
     box = Box(RigidTransform(), np.array([0.02, 0.06, 0.03]))
     table = surface_of_solid(
@@ -145,6 +162,9 @@ def test_the_whole_robot_decides(gripper):
 def test_the_force_carries_the_weight_and_more(gripper):
     """1 kg at mu = 0.5: 9.81 N of each finger, times 2.5."""
     np.testing.assert_allclose(gripper.force(1.0, 0.5), 24.525)
+    # 10 mm beside the axis, three times the arm at which a patch of 5 mm turns.
+    lever = gripper.force(0.2, 0.5, lever=0.01)
+    np.testing.assert_allclose(lever, 4.905 * 10**0.5)
     with pytest.raises(RemoSplatError, match="which has 70 N"):
         gripper.force(4.0, 0.5)
 

@@ -107,6 +107,8 @@ def run(arguments: argparse.Namespace) -> int:
         "picking and placing",
     )
     console.print(table_of(outcomes))
+    drawn = sum(outcome.draws for outcome in outcomes)
+    console.print(f"{len(outcomes)} problems, of {drawn} that were drawn")
     return 0
 
 

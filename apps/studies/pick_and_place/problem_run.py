@@ -11,6 +11,7 @@ from remosplat_drake.app.diagram import Application, build
 from remosplat_drake.app.scenario import RobotConfig, Scenario
 from remosplat_drake.app.simulation import simulator_config
 from remosplat_drake.app.world import World, make_field
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.pose_config import PoseConfig, make_transform
 from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.goal_configurations import (
@@ -20,23 +21,33 @@ from remosplat_drake.generation.pick_and_place import TARGET, PickAndPlace
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.grasping.gripper import ParallelGripper
 from remosplat_drake.oracle.object_field import ObjectField, with_objects
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.station.contact_monitor import ContactReport
 from remosplat_drake.station.station_config import DynamicStation
+from remosplat_drake.task.carrying import make_payload
+from remosplat_drake.task.object_spheres import fit_object
 from remosplat_drake.task.step_configs import GraspConfig, Pick, Place
 from remosplat_drake.task.task import TaskState
 from remosplat_drake.task.task_system import TaskSystem
 
-TIME_LIMIT = 90.0
+TIME_LIMIT = 150.0
 """Duration after which a problem has failed [s]."""
 
-ARRIVED = 0.008
-"""Distance at which the hand has arrived [m]."""
+ARRIVED = 0.004
+"""Distance at which the hand has arrived around the target [m]."""
 
-PATIENCE = 8.0
+PUT_DOWN = 0.008
+"""Distance from its place at which the target is put down: what has turned in
+the hand stands sooner [m]."""
+
+PATIENCE = 25.0
 """Duration after which a step has failed [s]."""
+
+LOWER = 0.06
+"""How far the target is lowered straight on its place [m]: bays are low."""
 
 STOPPING = 0.025
 """Distance that goal configurations keep: the controller's, and some more [m].
@@ -56,6 +67,9 @@ FRICTION = 0.8
 """Coefficient of friction by which the force of a grip is chosen: two thirds
 of what the station has between pads and objects."""
 
+LEAST_FORCE = 10.0
+"""Force with which a finger presses at least [N]."""
+
 SQUEEZE = 0.012
 """How much narrower than the object the hand is told to be [m]."""
 
@@ -67,7 +81,10 @@ UPRIGHT = np.cos(np.radians(15.0))
 
 COMPLETE = "complete"
 NO_GRASP = "no grasp fits the hand"
+TOO_HEAVY = "the hand is too weak for all grasps"
 NO_REACH = "no grasp is in reach at both places"
+UNSOLVABLE = (NO_GRASP, TOO_HEAVY, NO_REACH)
+"""Causes of problems that have no solution."""
 
 
 @dc.dataclass(frozen=True)
@@ -83,6 +100,7 @@ class Outcome:
         time: Simulated duration [s].
         off: Distance of the target from its goal at the end [m].
         error: Text of the error that ended the run; empty for none.
+        draws: How often a problem was drawn until it had a solution.
     """
 
     key: str
@@ -93,6 +111,7 @@ class Outcome:
     time: float = 0.0
     off: float = 0.0
     error: str = ""
+    draws: int = 1
 
 
 def run_problem(problem: PickAndPlace, gripper: ParallelGripper) -> Outcome:
@@ -109,6 +128,8 @@ def run_problem(problem: PickAndPlace, gripper: ParallelGripper) -> Outcome:
     kind, mass = target.solid.name, float(target.mass or 0.0)
     if not problem.grasps:
         return Outcome(problem.name, kind, mass, NO_GRASP)
+    if not strong_enough(problem, gripper):
+        return Outcome(problem.name, kind, mass, TOO_HEAVY)
     scenario, world = make_world(problem, gripper)
     if not keep_reachable(scenario, world, gripper):
         return Outcome(problem.name, kind, mass, NO_REACH)
@@ -134,7 +155,7 @@ def make_world(
         problem: The problem.
         gripper: The gripper of its robot.
     """
-    target, robot = problem.objects[0], gripper.robot
+    robot = gripper.robot
     supports = {problem.pick.support, problem.place.support}
     scene = problem.scene
     stands = tuple(
@@ -153,20 +174,17 @@ def make_world(
             Pick(
                 object=TARGET,
                 support=problem.pick.support,
-                grasps=[
-                    GraspConfig(**_pose(g.X_OE), width=g.width)
-                    for g in problem.grasps
-                ],
+                grasps=strong_enough(problem, gripper),
                 squeeze=SQUEEZE,
                 position=ARRIVED,
                 patience=PATIENCE,
-                force=max(10.0, gripper.force(target.mass or 0.0, FRICTION)),
             ),
             Place(
                 support=problem.place.support,
                 places=[PoseConfig(**_pose(X)) for X in turned(problem)],
-                position=ARRIVED,
+                position=PUT_DOWN,
                 patience=PATIENCE,
+                lower=LOWER,
             ),
         ],
     )
@@ -185,13 +203,40 @@ def make_world(
     )
 
 
+def strong_enough(
+    problem: PickAndPlace, gripper: ParallelGripper
+) -> list[GraspConfig]:
+    """Returns the grasps of a problem for which the hand has the force.
+
+    Args:
+        problem: The problem.
+        gripper: The gripper of its robot.
+    """
+    mass = problem.objects[0].mass or 0.0
+    found = []
+    for grasp in problem.grasps:
+        try:
+            force = gripper.force(mass, FRICTION, grasp.lever)
+        except RemoSplatError:
+            continue
+        found.append(
+            GraspConfig(
+                **_pose(grasp.X_OE),
+                width=grasp.width,
+                force=max(LEAST_FORCE, force),
+            )
+        )
+    return found
+
+
 def keep_reachable(
     scenario: Scenario, world: World, gripper: ParallelGripper
 ) -> bool:
     """Leaves those grasps and places of a scenario that the robot reaches.
 
     A grasp counts if the arm keeps its distances with the hand before the
-    target, around it, and at one of the places at least.
+    target, around it, and, with the target in the hand, above one of the places
+    and with the bare hand at it.
 
     Args:
         scenario: The scenario of a problem, which is changed.
@@ -207,26 +252,29 @@ def keep_reachable(
     target, others = world.objects[0], world.objects[1:]
     assert world.scene_field is not None
     beside = with_objects(world.scene_field, ObjectField(others))
-    X_WO = target.X_WO.GetAsMatrix4()
-    back = np.eye(4)
+    robot, q0, X_WO = world.robot, world.q0, target.X_WO.GetAsMatrix4()
+    spheres = fit_object(target)
+    back, above = np.eye(4), np.eye(4)
     back[:3, 3] = -pick.approach * gripper.approach_E
+    above[2, 3] = place.lower
     grasps, places = [], []
     for grasp in pick.grasps:
         X_OE = make_transform(grasp, scenario.source, "grasps").GetAsMatrix4()
-        if not _reaches(world, beside, X_WO @ X_OE):
+        if not _reaches(robot, beside, q0, X_WO @ X_OE):
             continue
-        if not _reaches(world, world.field, X_WO @ X_OE @ back):
+        if not _reaches(robot, world.field, q0, X_WO @ X_OE @ back):
             continue
-        at = [
-            each
-            for each in place.places
-            if _reaches(
-                world,
-                beside,
-                make_transform(each, scenario.source, "places").GetAsMatrix4()
-                @ X_OE,
-            )
-        ]
+        X_WO_held = robot.end_effector_pose(q0) @ np.linalg.inv(X_OE)
+        held = target.at(RigidTransform(X_WO_held))
+        carrying = robot.holding(make_payload(robot, held, spheres, q0))
+        at = []
+        for each in place.places:
+            X_WP = make_transform(each, scenario.source, "places")
+            X_WE = X_WP.GetAsMatrix4() @ X_OE
+            if _reaches(carrying, beside, q0, above @ X_WE) and _reaches(
+                robot, beside, q0, X_WE
+            ):
+                at.append(each)
         if at:
             grasps.append(grasp)
             places += [each for each in at if each not in places]
@@ -236,20 +284,19 @@ def keep_reachable(
     return bool(grasps)
 
 
-def _reaches(world: World, field: DistanceField, X_WE: np.ndarray) -> bool:
-    """Whether the robot has a configuration at a pose that keeps a map."""
-    robot = world.robot
+def _reaches(
+    robot: RobotModel, field: DistanceField, q0: np.ndarray, X_WE: np.ndarray
+) -> bool:
+    """Whether a robot has a configuration at a pose that keeps a map."""
     bounds = robot.position_lower, robot.position_upper
     if robot.n_base:
         room = np.array([2.0, 2.0, 4.0])
         p = np.array([*X_WE[:2, 3], 0.0])
         bounds = bounds[0].copy(), bounds[1].copy()
         bounds[0][:3], bounds[1][:3] = p - room, p + room
-    space = FreeSpace(robot, field, STOPPING, None, bounds, world.q0)
+    space = FreeSpace(robot, field, STOPPING, None, bounds, q0)
     rng = np.random.default_rng(0)
-    found = goal_configurations(
-        space, X_WE, world.q0, seeds=SEEDS, most=1, rng=rng
-    )
+    found = goal_configurations(space, X_WE, q0, seeds=SEEDS, most=1, rng=rng)
     return len(found.q) > 0
 
 

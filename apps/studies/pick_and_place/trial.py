@@ -7,7 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from apps.studies.pick_and_place.problem_run import Outcome, run_problem
+from apps.studies.pick_and_place.problem_run import (
+    UNSOLVABLE,
+    Outcome,
+    run_problem,
+)
 from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.generation.object_library import read_mesh_library
 from remosplat_drake.generation.pick_and_place import FAMILIES, pick_and_place
@@ -16,6 +20,11 @@ from remosplat_drake.robot.robot_model import load_robot
 
 NOT_BUILT, CRASHED = "not built", "crashed"
 """Causes of problems that were not run, or not to their end."""
+
+DRAWS = 20
+"""How often a problem is drawn at most until it has a solution."""
+
+_NEXT = 1_000_000  # From the seed of a draw to that of the next.
 
 
 @dc.dataclass(frozen=True)
@@ -41,17 +50,28 @@ class Trial:
 def run_trial(trial: Trial) -> Outcome:
     """Draws a problem and runs it.
 
+    A problem without a solution is drawn again: no grasp of it is found for
+    which the hand is wide and strong enough and which the arm reaches at both
+    places.
+
     Args:
         trial: The trial.
     """
     gripper = _gripper(FAMILIES[trial.family][0])
-    try:
-        problem = pick_and_place(
-            trial.family, trial.seed, gripper, _hulls(trial.library)
-        )
-        return run_problem(problem, gripper)
-    except RemoSplatError as error:
-        return Outcome(trial.key, "", 0.0, NOT_BUILT, str(error))
+    outcome = Outcome(trial.key, "", 0.0, NOT_BUILT)
+    for draw in range(DRAWS):
+        seed = trial.seed + draw * _NEXT
+        try:
+            problem = pick_and_place(
+                trial.family, seed, gripper, _hulls(trial.library)
+            )
+            outcome = run_problem(problem, gripper)
+        except RemoSplatError as error:
+            outcome = Outcome(trial.key, "", 0.0, NOT_BUILT, str(error))
+        outcome = dc.replace(outcome, key=trial.key, draws=draw + 1)
+        if outcome.cause not in (*UNSOLVABLE, NOT_BUILT):
+            break
+    return outcome
 
 
 def failed(trial: Trial, error: str) -> Outcome:
