@@ -219,7 +219,7 @@ def _report(
     for title, pairs in (
         ("found", findings.found),
         (
-            "guessed: look at these, and mend them in the description",
+            "guessed: check these, and correct them in the description",
             findings.guessed,
         ),
         ("doubtful: can this be?", findings.doubted),

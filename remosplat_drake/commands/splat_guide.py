@@ -174,6 +174,6 @@ def scaled_pose(X_FG: RigidTransform, scale: float) -> RigidTransform:
 
 
 def turn_in_words(X_FG: RigidTransform) -> str:
-    """Says how far A's z axis is turned."""
+    """Says how far the input's z axis is turned."""
     tilt = np.arccos(np.clip(X_FG.rotation().matrix()[2, 2], -1, 1))
-    return f"A's z axis is turned by {np.degrees(tilt):.1f} degrees"
+    return f"The input's z axis is turned by {np.degrees(tilt):.1f} degrees"

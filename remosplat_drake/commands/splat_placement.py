@@ -203,4 +203,4 @@ def _size(splat: GaussianSplat, scale: float) -> str:
     """How large the inner part of a splat is then."""
     lower, upper = np.quantile(splat.p_GK, (0.02, 0.98), axis=0)
     sides = " x ".join(f"{side:.2f}" for side in scale * (upper - lower))
-    return f"96 % of the splats now lie within {sides} m along A's axes"
+    return f"96 % of the splats now lie within {sides} m along the input's axes"

@@ -154,7 +154,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Teleoperates until Ctrl-C; returns 1 if the robot ended up stopped.
 
-    It is 1, too, if a log or a recording is incomplete.
+    It returns `INCOMPLETE` if it did not, and a log or a recording is
+    incomplete.
     """
     console = open_console(stderr=True)
     check_accepted(arguments)

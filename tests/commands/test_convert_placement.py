@@ -61,7 +61,8 @@ def test_points_are_those_of_the_file_and_crop_scale_align_in_turn(dots, capfd):
     flags += ["--scale", 2, "--crop", -9, -9, -9, 9, 1.5, 9]
     assert convert(dots, dots.parent / "b.ply", *flags) == 0
     said = capfd.readouterr().out
-    assert "A's z axis is turned by 90.0 degrees, onto the three points" in said
+    turned = "The input's z axis is turned by 90.0 degrees, onto the three"
+    assert f"{turned} points" in said
     splat = read_splat(dots.parent / "b.ply")
     expected = [[6, 0, 0], [6, 2, 0], [0, 0, 0]]
     np.testing.assert_allclose(splat.p_GK, expected, atol=1e-5)
@@ -92,8 +93,8 @@ def test_a_turned_scene_is_set_upright_on_its_floor(tmp_path, capfd, up):
         float,
         re.search(
             r"Floor: (\d+) % of the splat's surface, with ([\d.]+) % beneath"
-            r" it\. A's z axis is turned by ([\d.]+) degrees, and moved by"
-            r" (-?[\d.]+) m in height",
+            r" it\. The input's z axis is turned by ([\d.]+) degrees,"
+            r" and moved by (-?[\d.]+) m in height",
             said,
         ).groups(),
     )

@@ -131,7 +131,7 @@ def judge_exactness(capture: Capture, wide: WideBaselines) -> list[Finding]:
         too = "long" if wide.scale > 0 else "short"
         problem += (
             f"; depths look {100 * abs(wide.scale):.2f} % too {too} for the"
-            f" poses, without which {1e3 * left:.1f} mm are left"
+            f" poses; without this error, {1e3 * left:.1f} mm remain"
         )
     return [Finding(INEXACT, problem, WARNING)]
 

@@ -88,12 +88,12 @@ _KINDS = {
     K1: _Kind(
         "radial distortion k1", 1, "",
         "Images have a radial distortion k1 of {way}{size} that the capture"
-        " does not tell ({doubt}).", ("+", "-"),
+        " does not contain ({doubt}).", ("+", "-"),
     ),
     K2: _Kind(
         "radial distortion k2", 1, "",
         "Images have a radial distortion k2 of {way}{size} that the capture"
-        " does not tell ({doubt}).", ("+", "-"),
+        " does not contain ({doubt}).", ("+", "-"),
     ),
     DELAY: _Kind(
         "time from a pose to its image", 1e3, "ms",

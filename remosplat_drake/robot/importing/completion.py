@@ -129,7 +129,7 @@ def complete_limits(
     findings.guess(
         "acceleration limits",
         ", ".join(f"{limit.acceleration:g}" for limit in limits)
-        + f": full speed in {TO_FULL_SPEED:g} s; no model has them",
+        + f": full speed in {TO_FULL_SPEED:g} s; no model contains them",
     )
     return limits
 

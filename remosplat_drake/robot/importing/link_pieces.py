@@ -70,7 +70,7 @@ def fit_link_pieces(
     urdf.write(model)
     findings.find(
         "shapes",
-        f"{len(fitted)} convex pieces of {len(fitted.pieces)} links, looked at"
+        f"{len(fitted)} convex pieces of {len(fitted.pieces)} links, checked"
         f" in {len(truth.states)} postures",
     )
     for error in fitted.errors:

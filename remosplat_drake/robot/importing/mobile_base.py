@@ -52,7 +52,7 @@ def base_limits(base: str, findings: Findings) -> list[JointLimits]:
     findings.guess(
         "base",
         f"{SPEED:g} m/s and {YAW_RATE:g} rad/s, {ACCELERATION:g} m/s^2"
-        f" and {YAW_ACCELERATION:g} rad/s^2; no model has them",
+        f" and {YAW_ACCELERATION:g} rad/s^2; no model contains them",
     )
     drive = JointLimits(-ROAM, ROAM, SPEED, ACCELERATION, EFFORT)
     turn = JointLimits(

@@ -177,8 +177,8 @@ def import_robot(
     worst = max(covering.bulges, key=lambda link: covering.bulges[link].max)
     findings.find(
         "spheres",
-        f"{len(covering)}; farthest out is one on {worst}, by"
-        f" {1e3 * covering.bulges[worst].max:.0f} mm",
+        f"{len(covering)}; those of {worst} extend farthest beyond their link,"
+        f" by {1e3 * covering.bulges[worst].max:.0f} mm",
     )
     on_progress("looking for a home", 0, 1)
     path = Path(description.source)
@@ -197,7 +197,7 @@ def import_robot(
 def _judge_sizes(urdf: Urdf, robot: RobotModel, findings: Findings) -> None:
     """Doubts links and arms whose sizes look as if units were mixed up."""
     reach = arm_reach(robot)
-    findings.find("reach", f"{reach:.2f} m, were the arm laid out straight")
+    findings.find("reach", f"{reach:.2f} m with the arm stretched out")
     if not _SHORTEST < reach < _LONGEST:
         findings.doubt("reach", f"is {reach:.3g} m; {_UNITS}")
     for gap in find_link_gaps(urdf, robot):
@@ -226,15 +226,15 @@ def _srdf(
 def _guessed_base(urdf: Urdf, srdf: Srdf, findings: Findings) -> str:
     if srdf.is_planar:
         findings.guess(
-            "base", "omni, as its SRDF has it planar; --base says else"
+            "base", "omni, as its SRDF has it planar; --base sets another"
         )
         return OMNI
     if has_wheels(urdf):
         findings.guess(
-            "base", "differential, as it has wheels; --base says else"
+            "base", "differential, as it has wheels; --base sets another"
         )
         return DIFFERENTIAL
-    findings.guess("base", "fixed to the world; --base says else")
+    findings.guess("base", "fixed to the world; --base sets another")
     return FIXED
 
 
@@ -392,6 +392,6 @@ def _chosen_home(
     findings.guess(
         "home",
         listed([f"{x:g}" for x in guess], 12)
-        + ": clear of itself, away from limits",
+        + ": free of self-collision, away from limits",
     )
     return guess.tolist()
