@@ -13,8 +13,8 @@ LINE_WIDTH = 0.02
 [m]: it first comes back."""
 
 LINE_SCALE = 0.05
-"""The error e that costs divide by on a line [m]: as if the target were always
-so near."""
+"""Greatest error e that costs divide by on a line [m]: as if the target were
+never farther."""
 
 LINE_STIFFNESS = 50.0
 """Factor of the price of leaving a line over that of being too slow: beside an
@@ -131,13 +131,12 @@ def error_scale(p_ET_E, target) -> float:
 
     It is the L1 distance to the target plus the length of the path behind the
     target. It is at least a millimetre, so that the costs stay finite at the
-    target. On a line it is `LINE_SCALE`.
+    target. On a line it is `LINE_SCALE` at most.
 
     Args:
         p_ET_E: Translation to the target in E, shape (3,) [m].
         target: The `TargetArrays`.
     """
-    if target.speed > 0.0:
-        return LINE_SCALE
     left = abs(p_ET_E[0]) + abs(p_ET_E[1]) + abs(p_ET_E[2])
-    return max(left + target.onward, 1e-3)
+    scale = max(left + target.onward, 1e-3)
+    return min(scale, LINE_SCALE) if target.speed > 0.0 else scale
