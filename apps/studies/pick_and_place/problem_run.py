@@ -49,6 +49,9 @@ PATIENCE = 25.0
 LOWER = 0.06
 """How far the target is lowered straight on its place [m]: bays are low."""
 
+RETREAT = 0.06
+"""How far the hand retreats straight from it [m]."""
+
 STOPPING = 0.025
 """Distance that goal configurations keep: the controller's, and some more [m].
 """
@@ -185,6 +188,7 @@ def make_world(
                 position=PUT_DOWN,
                 patience=PATIENCE,
                 lower=LOWER,
+                retreat=RETREAT,
             ),
         ],
     )
@@ -235,8 +239,8 @@ def keep_reachable(
     """Leaves those grasps and places of a scenario that the robot reaches.
 
     A grasp counts if the arm keeps its distances with the hand before the
-    target, around it, and, with the target in the hand, above one of the places
-    and with the bare hand at it.
+    target and around it, with the target in the hand above one of the places,
+    and with the bare hand at this place and after its retreat.
 
     Args:
         scenario: The scenario of a problem, which is changed.
@@ -254,15 +258,16 @@ def keep_reachable(
     beside = with_objects(world.scene_field, ObjectField(others))
     robot, q0, X_WO = world.robot, world.q0, target.X_WO.GetAsMatrix4()
     spheres = fit_object(target)
-    back, above = np.eye(4), np.eye(4)
-    back[:3, 3] = -pick.approach * gripper.approach_E
+    before, after, above = np.eye(4), np.eye(4), np.eye(4)
+    before[:3, 3] = -pick.approach * gripper.approach_E
+    after[:3, 3] = -place.retreat * gripper.approach_E
     above[2, 3] = place.lower
     grasps, places = [], []
     for grasp in pick.grasps:
         X_OE = make_transform(grasp, scenario.source, "grasps").GetAsMatrix4()
         if not _reaches(robot, beside, q0, X_WO @ X_OE):
             continue
-        if not _reaches(robot, world.field, q0, X_WO @ X_OE @ back):
+        if not _reaches(robot, world.field, q0, X_WO @ X_OE @ before):
             continue
         X_WO_held = robot.end_effector_pose(q0) @ np.linalg.inv(X_OE)
         held = target.at(RigidTransform(X_WO_held))
@@ -271,8 +276,8 @@ def keep_reachable(
         for each in place.places:
             X_WP = make_transform(each, scenario.source, "places")
             X_WE = X_WP.GetAsMatrix4() @ X_OE
-            if _reaches(carrying, beside, q0, above @ X_WE) and _reaches(
-                robot, beside, q0, X_WE
+            if _reaches(carrying, beside, q0, above @ X_WE) and all(
+                _reaches(robot, beside, q0, X) for X in (X_WE, X_WE @ after)
             ):
                 at.append(each)
         if at:

@@ -116,7 +116,7 @@ def on_the_same_world(
     """
     known = selection.aim
     if known is None or not known.equals(aim):
-        guidance, reason = rule.start, "new target"
+        guidance, reason = rule.first(aim), "new target"
     elif selection.revision != revision:
         guidance, reason = selection.guidance, "new map"
     else:
@@ -129,7 +129,7 @@ def on_the_same_world(
         reason,
         effort=selection.effort,
         roadmap=roadmap,
-        around=NOTHING if guidance is rule.start else selection.around,
+        around=NOTHING if reason == "new target" else selection.around,
         revision=revision,
         aim=aim,
     )

@@ -51,6 +51,25 @@ class SelectionRule:
     start: Guidance = DIRECT
     motions: MotionPlanner | None = None
 
+    def first(self, aim: Aim) -> Guidance:
+        """Returns the guidance that is followed at first to an aim.
+
+        A line leads as near to joint limits as planned paths do. Otherwise, the
+        joint limits' damper would move the end effector back along the line.
+
+        Args:
+            aim: The targets of the end effectors.
+        """
+        if self.motions is None or not aim.has_line:
+            return self.start
+        config = self.motions.config
+        return dc.replace(
+            self.start,
+            name="line",
+            joint_stop=config.joint_stop,
+            slide_stop=config.slide_stop,
+        )
+
     def holding(self, payload: Payload | None) -> "SelectionRule":
         """Returns the rule of the robot with another payload.
 
