@@ -17,11 +17,11 @@ from remosplat_drake.controller.planning.free_space import FreeSpace
 from remosplat_drake.controller.planning.goal_configurations import (
     goal_configurations,
 )
+from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.generation.pick_and_place import TARGET, PickAndPlace
 from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.grasping.gripper import ParallelGripper
 from remosplat_drake.oracle.object_field import ObjectField, with_objects
-from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.distance_field import DistanceField
@@ -257,6 +257,7 @@ def keep_reachable(
     assert world.scene_field is not None
     beside = with_objects(world.scene_field, ObjectField(others))
     robot, q0, X_WO = world.robot, world.q0, target.X_WO.GetAsMatrix4()
+    law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
     spheres = fit_object(target)
     before, after, above = np.eye(4), np.eye(4), np.eye(4)
     before[:3, 3] = -pick.approach * gripper.approach_E
@@ -265,19 +266,19 @@ def keep_reachable(
     grasps, places = [], []
     for grasp in pick.grasps:
         X_OE = make_transform(grasp, scenario.source, "grasps").GetAsMatrix4()
-        if not _reaches(robot, beside, q0, X_WO @ X_OE):
+        if not _reaches(law, beside, q0, X_WO @ X_OE):
             continue
-        if not _reaches(robot, world.field, q0, X_WO @ X_OE @ before):
+        if not _reaches(law, world.field, q0, X_WO @ X_OE @ before):
             continue
         X_WO_held = robot.end_effector_pose(q0) @ np.linalg.inv(X_OE)
         held = target.at(RigidTransform(X_WO_held))
-        carrying = robot.holding(make_payload(robot, held, spheres, q0))
+        carrying = law.holding(make_payload(robot, held, spheres, q0))
         at = []
         for each in place.places:
             X_WP = make_transform(each, scenario.source, "places")
             X_WE = X_WP.GetAsMatrix4() @ X_OE
             if _reaches(carrying, beside, q0, above @ X_WE) and all(
-                _reaches(robot, beside, q0, X) for X in (X_WE, X_WE @ after)
+                _reaches(law, beside, q0, X) for X in (X_WE, X_WE @ after)
             ):
                 at.append(each)
         if at:
@@ -290,16 +291,17 @@ def keep_reachable(
 
 
 def _reaches(
-    robot: RobotModel, field: DistanceField, q0: np.ndarray, X_WE: np.ndarray
+    law: ReactiveLaw, field: DistanceField, q0: np.ndarray, X_WE: np.ndarray
 ) -> bool:
-    """Whether a robot has a configuration at a pose that keeps a map."""
+    """Whether some configuration at a pose keeps all distances."""
+    robot = law.robot
     bounds = robot.position_lower, robot.position_upper
     if robot.n_base:
         room = np.array([2.0, 2.0, 4.0])
         p = np.array([*X_WE[:2, 3], 0.0])
         bounds = bounds[0].copy(), bounds[1].copy()
         bounds[0][:3], bounds[1][:3] = p - room, p + room
-    space = FreeSpace(robot, field, STOPPING, None, bounds, q0)
+    space = FreeSpace(robot, field, STOPPING, law.self_clearance, bounds, q0)
     rng = np.random.default_rng(0)
     found = goal_configurations(space, X_WE, q0, seeds=SEEDS, most=1, rng=rng)
     return len(found.q) > 0
