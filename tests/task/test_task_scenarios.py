@@ -50,12 +50,18 @@ SHELF = Job(
     {},
     {"stool", "lower board"},
 )
+ROOM = Job(
+    "FetchAcrossTheRoom",
+    "can",
+    (-1.95, 0.6, 0.7186),
+    {},
+    {"table", "stool"},
+)
+LONG = [pytest.param(job, marks=pytest.mark.slow) for job in (SHELF, ROOM)]
 
 
 @pytest.fixture(
-    scope="module",
-    params=[TABLE, pytest.param(SHELF, marks=pytest.mark.slow)],
-    ids=lambda job: job.name,
+    scope="module", params=[TABLE, *LONG], ids=lambda job: job.name
 )
 def done(request):
     job = request.param
