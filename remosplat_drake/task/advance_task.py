@@ -12,13 +12,16 @@ import math
 
 import numpy as np
 
+from remosplat_drake.robot import planar_pose
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.target import Target
 from remosplat_drake.task.carrying import make_payload
 from remosplat_drake.task.step import (
     AT,
     ATTACH,
+    BASE_TO,
     BY_HAND,
     BY_WORLD,
     OBJECT_TO,
@@ -78,39 +81,48 @@ def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
         lost = f"the {state.held} has slipped out of the hand"
         failures = (*state.failures, lost)
         return dc.replace(state, failures=failures, outcome=FAILED)
-    X_WE = task.robot.end_effector_poses(now.q)
     if not state.begun:
         is_new = not now.time > state.since
         return state if is_new or now.u.any() else _begun(task, state, now)
     step = state.present(task)
-    if _is_done(state, step, now, X_WE):
+    if _is_done(task, state, step, now):
         return _next(task, dc.replace(state, begun=False, since=now.time))
     if now.time - state.since > step.patience:
         reason = f"{step.text}: not done within {step.patience:g} s"
         if step.goal is not None:
-            error = error_to(state, step, X_WE)
+            error = error_to(task, state, step, now.q)
             reason += f", {1e3 * error.distance:.0f} mm and"
             reason += f" {math.degrees(error.angle):.0f} deg away"
         return _failed(task, state, now, reason)
     return state
 
 
-def error_to(state: TaskState, step: Step, X_WE: np.ndarray) -> PoseError:
-    """Returns the error from a step's end effector to where it goes.
+def error_to(
+    task: Task, state: TaskState, step: Step, q: np.ndarray
+) -> PoseError:
+    """Returns the error from what a step moves to where that goes.
 
     Args:
-        state: How far the task is.
+        task: The task.
+        state: How far it is.
         step: The present step.
-        X_WE: Poses of all end effectors, shape (e, 4, 4).
+        q: The configuration, shape (n_q,) [rad, m].
     """
-    X_WT = X_WE[step.effector] if state.X_WT is None else state.X_WT
-    return Target(X_WT).error(X_WE[step.effector])
+    X_W = _moved(task.robot, step, q)
+    return Target(X_W if state.X_WT is None else state.X_WT).error(X_W)
+
+
+def _moved(robot: RobotModel, step: Step, q: np.ndarray) -> np.ndarray:
+    """The pose in W of what a step moves, shape (4, 4)."""
+    if step.drives:
+        return planar_pose.matrix(q[:3])
+    return robot.end_effector_poses(q)[step.effector]
 
 
 def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
     """Begins the present step, if the robot may stand where it is with it."""
     step, X_WE = state.present(task), task.robot.end_effector_poses(now.q)
-    changed = dc.replace(state, begun=True, since=now.time, X_WA=X_WE)
+    changed = dc.replace(state, begun=True, since=now.time, q_A=now.q)
     if step.action == ATTACH:
         reason = _off_the_hand(state, step, now, X_WE)
         if reason:
@@ -134,7 +146,7 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
         )
     if step.width is not None:
         changed = dc.replace(changed, width=step.width, force=step.force)
-    X_WT = X_WE[step.effector]
+    X_WT = _moved(task.robot, step, now.q)
     if step.goal is not None:
         X_WT = _place_of(state, step.goal, X_WT)
     changed = dc.replace(changed, X_WT=X_WT, rules=step.rules)
@@ -155,16 +167,20 @@ def _place_of(state: TaskState, goal: Goal, X_WE: np.ndarray) -> np.ndarray:
         return goal.X @ X_WE
     if goal.kind == BY_HAND:
         return X_WE @ goal.X
-    assert goal.kind == AT
+    assert goal.kind in (AT, BASE_TO)
     return goal.X
 
 
 def _is_done(
-    state: TaskState, step: Step, now: Observation, X_WE: np.ndarray
+    task: Task, state: TaskState, step: Step, now: Observation
 ) -> bool:
     if step.goal is not None:
-        error = error_to(state, step, X_WE)
-        if not (error.distance < step.position and error.angle < step.angle):
+        errors = [error_to(task, state, step, now.q)]
+        if step.drives:
+            errors += _arm_errors(task.robot, state, now.q)
+        if any(e.distance >= step.position for e in errors):
+            return False
+        if any(e.angle >= step.angle for e in errors):
             return False
     if step.width is None or now.hand is None:
         return True
@@ -172,6 +188,18 @@ def _is_done(
     # A hand that closes on something stands still before it is there.
     is_late = now.time - state.since > 0.5
     return is_there or (is_late and now.hand.at_rest)
+
+
+def _arm_errors(
+    robot: RobotModel, state: TaskState, q: np.ndarray
+) -> list[PoseError]:
+    """By how much end effectors have left their poses in the base."""
+    assert state.q_A is not None
+    X_BE = [
+        np.linalg.inv(planar_pose.matrix(x[:3])) @ robot.end_effector_poses(x)
+        for x in (q, state.q_A)
+    ]
+    return [Target(shall).error(now) for now, shall in zip(*X_BE, strict=True)]
 
 
 def _next(task: Task, state: TaskState) -> TaskState:

@@ -10,12 +10,14 @@ from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.base.pose_config import PoseConfig, make_transform
 from remosplat_drake.base.ranges import joined
 from remosplat_drake.oracle.contact_rules import ContactRule
+from remosplat_drake.robot import planar_pose
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.task import step_configs as cfg
 from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.step import (
     AT,
     ATTACH,
+    BASE_TO,
     BY_HAND,
     BY_WORLD,
     OBJECT_TO,
@@ -141,6 +143,7 @@ class _Maker:
             cfg.Approach: self._along,
             cfg.Retreat: self._along,
             cfg.Lift: self._lift,
+            cfg.DriveTo: self._drive,
             cfg.Open: self._open,
             cfg.Close: self._close,
             cfg.Attach: self._attach,
@@ -218,6 +221,13 @@ class _Maker:
         goal = Goal(BY_WORLD, _shift(config.by))
         text = f"lifts the {self.held}" if self.held else "lifts its hand"
         return _only(self._step(text, goal=goal, speed=config.speed))
+
+    def _drive(self, config: cfg.DriveTo) -> Block:
+        if not self._shop.robot.n_base:
+            problem = "the robot has no base that could drive"
+            raise self._shop.error(self._field, problem)
+        X_WB = planar_pose.matrix(np.array(config.base_pose))
+        return _only(self._step("drives", goal=Goal(BASE_TO, X_WB)))
 
     def _open(self, config: cfg.Open) -> Block:
         width = self._shop.width(config.width, joined(self._field, "width"))

@@ -7,7 +7,7 @@ from typing import Annotated
 from annotated_types import Interval, Len
 
 from remosplat_drake.base.pose_config import PoseConfig
-from remosplat_drake.base.ranges import Config, Unbounded
+from remosplat_drake.base.ranges import Config, Position, Unbounded
 
 Length = Annotated[float, Interval(gt=0, le=5)]
 """A distance along a straight line [m]."""
@@ -103,6 +103,19 @@ class Lift(StepConfig):
     by: Shift = dc.field(default_factory=lambda: [0.0, 0.0, 0.1])
     # Its speed [m/s].
     speed: Speed = 0.1
+
+
+@dc.dataclass
+class DriveTo(StepConfig):
+    """Brings the base to a pose, on a free way.
+
+    The arm may move on the way, and ends as it was.
+    """
+
+    # Pose x, y, yaw of the base in W [m, m, rad].
+    base_pose: Position = dc.field(default_factory=lambda: [0.0] * 3)
+    # Distance at which the base has arrived [m].
+    position: Annotated[float, Interval(gt=0, le=0.5)] = 0.02
 
 
 @dc.dataclass
@@ -205,6 +218,7 @@ AnyStep = (
     | Approach
     | Retreat
     | Lift
+    | DriveTo
     | Open
     | Close
     | Attach

@@ -56,8 +56,10 @@ class TaskState:
         begun: Whether the present step has begun; if not, the arm comes to a
             standstill before it does.
         since: Time since which that is so [s].
-        X_WT: Goal of the end effector, shape (4, 4); None before the first.
-        X_WA: Poses of all end effectors when the step began, shape (e, 4, 4).
+        X_WT: Goal of the end effector, or of the base if the step drives,
+            shape (4, 4); None before the first.
+        q_A: The configuration when the step began, shape (n_q,) [rad, m];
+            None before the first.
         rules: The contact rules that hold, those of the step that has begun
             last.
         payload: What is carried; None for nothing.
@@ -79,7 +81,7 @@ class TaskState:
     begun: bool = False
     since: float = 0.0
     X_WT: np.ndarray | None = None
-    X_WA: np.ndarray | None = None
+    q_A: np.ndarray | None = None
     rules: tuple[ContactRule, ...] = ()
     payload: Payload | None = None
     grip: float | None = None

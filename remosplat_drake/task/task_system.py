@@ -14,12 +14,12 @@ from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.load import EMPTY, Load
-from remosplat_drake.signals.target import Target
 from remosplat_drake.task.advance_task import (
     Observation,
     advance_task,
     error_to,
 )
+from remosplat_drake.task.step_aim import aim_of
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.task.task import DONE, FAILED, Task, TaskState
 from remosplat_drake.task.task_map import TaskMap
@@ -129,24 +129,12 @@ class TaskSystem(LeafSystem):
             context: The system's own context.
         """
         state = self.state(context)
-        return error_to(state, state.present(self._task), self._poses(context))
-
-    def _poses(self, context: Context) -> np.ndarray:
         q = self._configuration_input.Eval(context)
-        return self._task.robot.end_effector_poses(q)
+        return error_to(self._task, state, state.present(self._task), q)
 
     def _aim(self, context: Context) -> Aim:
-        """The goal of the present step; other end effectors stay."""
-        state = self.state(context)
-        step = state.present(self._task)
-        if state.X_WT is None or state.X_WA is None:
-            return Aim.of(self._poses(context)[step.effector])
-        targets: list[Target | None] = [Target(X) for X in state.X_WA]
-        target = Target(state.X_WT)
-        if step.goal is not None and step.speed is not None and state.begun:
-            target = target.on_line(state.X_WA[step.effector], step.speed)
-        targets[step.effector] = target
-        return Aim(tuple(targets))
+        q = self._configuration_input.Eval(context)
+        return aim_of(self._task, self.state(context), q)
 
     def _calc_aim(self, context: Context, output: AbstractValue):
         output.set_value(self._aim(context))

@@ -13,6 +13,7 @@ from remosplat_drake.task.advance_task import Observation, advance_task
 from remosplat_drake.task.step import (
     AT,
     ATTACH,
+    BASE_TO,
     BY_WORLD,
     OBJECT_TO,
     ON_OBJECT,
@@ -21,6 +22,7 @@ from remosplat_drake.task.step import (
     Goal,
     Step,
 )
+from remosplat_drake.task.step_aim import aim_of
 from remosplat_drake.task.task import DONE, FAILED, RUNNING, Task, TaskState
 
 DT = 0.1
@@ -48,7 +50,7 @@ class Stage:
     def tick(self, u=0.0, width=None, rate=0.0):
         n_u = self.task.robot.n_u
         hand = None if width is None else HandReading(width, rate, 0.0)
-        now = Observation(self.time, self.q, np.full(n_u, u), hand)
+        now = Observation(self.time, self.q.copy(), np.full(n_u, u), hand)
         self.state = advance_task(self.task, self.state, now)
         self.time += DT
         return self.state
@@ -169,6 +171,45 @@ def test_goals_are_relative_to_what_is_there_when_they_begin(frankie):
     stage.tick()
     lifted = shifted(z=0.2) @ stage.X_WE
     np.testing.assert_allclose(stage.state.X_WT, lifted, atol=1e-12)
+
+
+def driving(robot, x, yaw):
+    X_WB = RigidTransform(RollPitchYaw(0, 0, yaw), [x, 0, 0])
+    goal = Goal(BASE_TO, X_WB.GetAsMatrix4())
+    stage = Stage(robot, only(Step("drives", goal=goal, patience=1.0)))
+    stage.q[2] = 2.0 * np.pi  # Turned once, which is no difference.
+    stage.tick()
+    return stage
+
+
+def test_a_base_drives_with_the_arm_as_it_is(frankie):
+    stage = driving(frankie, 1.0, 0.5)
+    aim = aim_of(stage.task, stage.state, stage.q)
+    assert aim.q == pytest.approx([1.0, 0.0, 0.5, *frankie.home])
+    X_BE = frankie.end_effector_pose([0, 0, 0, *frankie.home])
+    X_WT = RigidTransform(RollPitchYaw(0, 0, 0.5), [1.0, 0, 0])
+    wanted = X_WT.GetAsMatrix4() @ X_BE
+    np.testing.assert_allclose(aim.first.X_WT, wanted, atol=1e-9)
+    stage.q[:3] = 1.004, 0.0, 0.51 - 2.0 * np.pi
+    assert stage.tick().outcome == DONE
+
+
+def test_a_base_elsewhere_has_not_arrived(frankie):
+    stage = driving(frankie, 1.0, 0.5)
+    stage.q[:3] = 1.004, 0.0, 0.53
+    while stage.tick().outcome == RUNNING:
+        pass
+    reason = "drives: not done within 1 s, 4 mm and 2 deg away"
+    assert stage.state.failures == (reason,)
+
+
+def test_a_base_has_not_arrived_before_the_arm_is_as_it_was(frankie):
+    stage = driving(frankie, 1.0, 0.5)
+    stage.q[:3] = 1.0, 0.0, 0.5
+    stage.q[3] += 0.05
+    assert stage.tick().outcome == RUNNING
+    stage.q[3] -= 0.05
+    assert stage.tick().outcome == DONE
 
 
 def test_a_can_elsewhere_is_not_taken(frankie):

@@ -12,7 +12,7 @@ from remosplat_drake.task.make_blocks import (
     carried_objects,
     make_blocks,
 )
-from remosplat_drake.task.step import ATTACH, RELEASE
+from remosplat_drake.task.step import ATTACH, BASE_TO, RELEASE
 
 GRASP = cfg.GraspConfig([0, 0, 0.05], width=0.06)
 PICK = cfg.Pick(object="can", support="board", grasps=[GRASP, GRASP])
@@ -78,6 +78,24 @@ def test_single_steps(shop):
     assert blocks[2].ways[0][0].goal.X[:3, 3] == pytest.approx([0, 0, 0.05])
     assert blocks[8].ways[0][0].goal.X[:3, 3] == pytest.approx([0, 0, -0.2])
     assert carried_objects(steps) == ("can",)
+
+
+def test_a_base_drives_to_a_pose(shop):
+    (block,) = make_blocks([cfg.DriveTo(base_pose=[1, 2, np.pi / 2])], shop)
+    ((step,),) = block.ways
+    assert step.goal is not None
+    assert step.drives and step.goal.kind == BASE_TO
+    wanted = [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1]]
+    np.testing.assert_allclose(step.goal.X, wanted, atol=1e-12)
+    with pytest.raises(FieldError, match="base_pose"):
+        cfg.DriveTo(base_pose=[1.0, 2.0])
+
+
+def test_a_robot_without_a_base_drives_nowhere(three_link):
+    shop = Workshop(three_link, (), {}, None, "file")
+    message = r"tasks\[0\]: the robot has no base that could drive"
+    with pytest.raises(FieldError, match=message):
+        make_blocks([cfg.DriveTo()], shop)
 
 
 def test_what_may_be_touched_is_named(shop, frankie):

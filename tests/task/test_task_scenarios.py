@@ -60,9 +60,7 @@ ROOM = Job(
 LONG = [pytest.param(job, marks=pytest.mark.slow) for job in (SHELF, ROOM)]
 
 
-@pytest.fixture(
-    scope="module", params=[TABLE, *LONG], ids=lambda job: job.name
-)
+@pytest.fixture(scope="module", params=[TABLE, *LONG], ids=lambda job: job.name)
 def done(request):
     job = request.param
     application = load_application(job.name)
