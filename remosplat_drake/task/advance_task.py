@@ -9,6 +9,7 @@ block is tried; where there is none, the task has failed.
 
 import dataclasses as dc
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.target import Target
-from remosplat_drake.task.carrying import make_payload
+from remosplat_drake.task.carrying import hand_links, make_payload
 from remosplat_drake.task.step import (
     AT,
     ATTACH,
@@ -50,18 +51,22 @@ class Observation:
         time: Time of the tick [s].
         q: The measured configuration, shape (n_q,) [rad, m].
         u: The command that is being executed, shape (n_u,).
-        hand: The reading of its hand; None for a robot without one.
+        hands: The readings of its hands by end effector.
     """
 
     time: float
     q: np.ndarray
     u: np.ndarray
-    hand: HandReading | None = None
+    hands: Mapping[int, HandReading] = dc.field(default_factory=dict)
 
-    @property
-    def width(self) -> float:
-        """Opening of the hand [m]; NaN for a robot without one."""
-        return math.nan if self.hand is None else self.hand.width
+    def width(self, effector: int) -> float:
+        """Returns the opening of a hand [m]; NaN for a robot without it.
+
+        Args:
+            effector: Index of its end effector.
+        """
+        hand = self.hands.get(effector)
+        return math.nan if hand is None else hand.width
 
 
 def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
@@ -77,7 +82,7 @@ def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
     """
     if state.outcome != RUNNING or not np.isfinite(now.q).all():
         return state
-    if _is_narrower(now, state.grip):
+    if _is_narrower(now, state.holder, state.grip):
         lost = f"the {state.held} has slipped out of the hand"
         failures = (*state.failures, lost)
         return dc.replace(state, failures=failures, outcome=FAILED)
@@ -122,30 +127,27 @@ def _moved(robot: RobotModel, step: Step, q: np.ndarray) -> np.ndarray:
 def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
     """Begins the present step, if the robot may stand where it is with it."""
     step, X_WE = state.present(task), task.robot.end_effector_poses(now.q)
+    state = _with_held_object(state, X_WE)
     changed = dc.replace(state, begun=True, since=now.time, q_A=now.q)
     if step.action == ATTACH:
         reason = _off_the_hand(state, step, now, X_WE)
         if reason:
             return _failed(task, state, now, reason)
-        thing = state.named(step.object)
-        spheres = task.spheres[step.object]
-        payload = make_payload(task.robot, thing, spheres, now.q, step.effector)
-        X_WO = thing.X_WO.GetAsMatrix4()
-        X_OE = np.linalg.solve(X_WO, X_WE[step.effector])
-        # Pads give way: the hand's own width tells whether the object slips.
-        grip = None if step.grip is None else now.width
-        changed = dc.replace(changed, payload=payload, grip=grip, X_OE=X_OE)
+        changed = _attached(task, changed, step, now, X_WE)
     elif step.action == RELEASE:
-        if state.X_OE is None:
+        if not state.held or step.effector != state.holder:
             reason = f"{step.text}: the hand holds nothing"
             return _failed(task, state, now, reason)
-        X_WO = X_WE[step.effector] @ np.linalg.inv(state.X_OE)
-        objects = state.moved(state.held, X_WO)
         changed = dc.replace(
-            changed, payload=None, grip=None, X_OE=None, objects=objects
+            changed, payload=None, giver=None, grip=None, X_OE=None
         )
+    if changed.payload is not None:
+        holders = _holders(task.robot, changed, step)
+        payload = dc.replace(changed.payload, holders=holders)
+        changed = dc.replace(changed, payload=payload)
     if step.width is not None:
-        changed = dc.replace(changed, width=step.width, force=step.force)
+        told = {**state.told, step.effector: (step.width, step.force)}
+        changed = dc.replace(changed, told=told)
     X_WT = _moved(task.robot, step, now.q)
     if step.goal is not None:
         X_WT = _place_of(state, step.goal, X_WT)
@@ -154,6 +156,47 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
     if reason:
         return _failed(task, state, now, f"{step.text}: {reason}")
     return changed
+
+
+def _with_held_object(state: TaskState, X_WE: np.ndarray) -> TaskState:
+    """The state with the carried object where it is now."""
+    if state.X_OE is None:
+        return state
+    X_WO = X_WE[state.holder] @ np.linalg.inv(state.X_OE)
+    return dc.replace(state, objects=state.moved(state.held, X_WO))
+
+
+def _attached(
+    task: Task,
+    state: TaskState,
+    step: Step,
+    now: Observation,
+    X_WE: np.ndarray,
+) -> TaskState:
+    """The state in which the step's end effector carries the object."""
+    thing, spheres = state.named(step.object), task.spheres[step.object]
+    payload = make_payload(task.robot, thing, spheres, now.q, step.effector)
+    X_WO = thing.X_WO.GetAsMatrix4()
+    return dc.replace(
+        state,
+        payload=payload,
+        holder=step.effector,
+        giver=state.holder if state.held else None,
+        # Pads give way: the hand's own width tells whether the object slips.
+        grip=None if step.grip is None else now.width(step.effector),
+        X_OE=np.linalg.solve(X_WO, X_WE[step.effector]),
+    )
+
+
+def _holders(robot: RobotModel, state: TaskState, step: Step) -> frozenset[str]:
+    """The links that may touch what is carried while a step lasts."""
+    holders = hand_links(robot, state.holder)
+    if state.giver is not None:
+        holders |= hand_links(robot, state.giver)
+    for rule in step.rules:
+        if rule.object == state.held:
+            holders |= rule.links
+    return holders
 
 
 def _place_of(state: TaskState, goal: Goal, X_WE: np.ndarray) -> np.ndarray:
@@ -182,12 +225,13 @@ def _is_done(
             return False
         if any(e.angle >= step.angle for e in errors):
             return False
-    if step.width is None or now.hand is None:
+    hand = now.hands.get(step.effector)
+    if step.width is None or hand is None:
         return True
-    is_there = abs(now.width - step.width) < WIDTH
+    is_there = abs(hand.width - step.width) < WIDTH
     # A hand that closes on something stands still before it is there.
     is_late = now.time - state.since > 0.5
-    return is_there or (is_late and now.hand.at_rest)
+    return is_there or (is_late and hand.at_rest)
 
 
 def _arm_errors(
@@ -204,6 +248,9 @@ def _arm_errors(
 
 def _next(task: Task, state: TaskState) -> TaskState:
     """Goes on to the next step, the next block, or the next way."""
+    done = state.present(task)
+    if done.goal is not None and done.effector == state.giver:
+        state = dc.replace(state, giver=None)
     if state.undoing:
         state = dc.replace(state, undoing=state.undoing[1:])
         return state if state.undoing else _next_way(task, state)
@@ -211,8 +258,8 @@ def _next(task: Task, state: TaskState) -> TaskState:
     if state.step + 1 < len(steps):
         return dc.replace(state, step=state.step + 1)
     if state.block + 1 < len(task.blocks):
-        held, block = state.held, state.block + 1
-        return dc.replace(state, block=block, way=0, step=0, carried=held)
+        load, block = state.load, state.block + 1
+        return dc.replace(state, block=block, way=0, step=0, carried=load)
     return dc.replace(state, outcome=DONE)
 
 
@@ -234,23 +281,24 @@ def _failed(
 def _next_way(task: Task, state: TaskState) -> TaskState:
     """Tries another way, which begins with what the block has begun with."""
     is_left = state.way + 1 < len(task.blocks[state.block].ways)
-    if is_left and state.held == state.carried:
+    if is_left and state.load == state.carried:
         return dc.replace(state, way=state.way + 1, step=0)
     return dc.replace(state, outcome=FAILED)
 
 
-def _is_narrower(now: Observation, grip: float | None) -> bool:
+def _is_narrower(now: Observation, effector: int, grip: float | None) -> bool:
     """Whether a hand is narrower than around what it should hold."""
-    return grip is not None and now.width < grip - SLIP
+    return grip is not None and now.width(effector) < grip - SLIP
 
 
 def _off_the_hand(
     state: TaskState, step: Step, now: Observation, X_WE: np.ndarray
 ) -> str:
     """Says why an object is not in a hand; empty if it is."""
-    if state.held:
+    is_given = state.held == step.object and step.effector != state.holder
+    if state.held and not is_given:
         return f"{step.text}: the hand holds the {state.held}"
-    if _is_narrower(now, step.grip):
+    if _is_narrower(now, step.effector, step.grip):
         return f"{step.text}: the hand has closed on nothing"
     thing = state.named(step.object)
     p_OE = thing.X_WO.inverse().multiply(X_WE[step.effector, :3, 3])

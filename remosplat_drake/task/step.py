@@ -14,6 +14,9 @@ BASE_TO = "base to"
 ATTACH, RELEASE = "attach", "release"
 """What a step may do to an object, besides motion."""
 
+FORCE = 20.0
+"""Force with which a hand closes that is told none [N]."""
+
 
 @dc.dataclass(frozen=True, eq=False)
 class Goal:
@@ -67,7 +70,7 @@ class Step:
     angle: float = 0.02
     rules: tuple[ContactRule, ...] = ()
     width: float | None = None
-    force: float = 20.0
+    force: float = FORCE
     action: str = ""
     object: str = ""
     grip: float | None = None

@@ -171,13 +171,11 @@ class GraspConfig(PoseConfig):
 
 
 @dc.dataclass
-class Pick(StepConfig):
-    """Takes an object: opens, reaches, approaches, closes, attaches, lifts."""
+class Grasping(StepConfig):
+    """What taking an object has, wherever it is."""
 
     # Name of the object.
     object: str = ""
-    # Object that it stands on; empty for none that is known.
-    support: str = ""
     # The grasps that are tried, one after the other.
     grasps: Annotated[list[GraspConfig], Len(0, 1000)] = dc.field(
         default_factory=list
@@ -189,10 +187,26 @@ class Pick(StepConfig):
     force: Force = 20.0
     # Length of the straight approach along the hand's z axis [m].
     approach: Length = 0.1
-    # How far it is lifted, along the axes of W [m].
-    lift: Shift = dc.field(default_factory=lambda: [0.0, 0.0, 0.1])
     # Speed on straight lines [m/s].
     speed: Speed = 0.1
+
+
+@dc.dataclass
+class Pick(Grasping):
+    """Takes an object: opens, reaches, approaches, closes, attaches, lifts."""
+
+    # Object that it stands on; empty for none that is known.
+    support: str = ""
+    # How far it is lifted, along the axes of W [m].
+    lift: Shift = dc.field(default_factory=lambda: [0.0, 0.0, 0.1])
+
+
+@dc.dataclass
+class TakeOver(Grasping):
+    """Takes an object out of another hand, which then opens and retreats."""
+
+    # How far the other hand retreats straight [m].
+    retreat: Length = 0.1
 
 
 @dc.dataclass
@@ -225,6 +239,7 @@ AnyStep = (
     | MoveTo
     | Release
     | Pick
+    | TakeOver
     | Place
 )
 """Any step of a task."""

@@ -63,12 +63,14 @@ class TaskState:
         rules: The contact rules that hold, those of the step that has begun
             last.
         payload: What is carried; None for nothing.
+        holder: Index of the end effector that carries it.
+        giver: Index of the one that it was taken over from, until that has
+            moved away; None otherwise.
         grip: Opening of the hand around it [m]; None where that is not looked
             at.
-        X_OE: The end effector in the carried object, shape (4, 4).
-        width: Opening that the hand is told [m]; None before the first.
-        force: Force that it is told [N].
-        carried: Name of what was carried when the block began; empty: nothing.
+        X_OE: The holder in the carried object, shape (4, 4).
+        told: Opening and force that hands are told, by end effector [m, N].
+        carried: What was carried when the block began, as `load`.
         failures: Why ways have failed, in words.
         outcome: `RUNNING`, `DONE` or `FAILED`.
     """
@@ -84,11 +86,12 @@ class TaskState:
     q_A: np.ndarray | None = None
     rules: tuple[ContactRule, ...] = ()
     payload: Payload | None = None
+    holder: int = 0
+    giver: int | None = None
     grip: float | None = None
     X_OE: np.ndarray | None = None
-    width: float | None = None
-    force: float = 20.0
-    carried: str = ""
+    told: Mapping[int, tuple[float, float]] = dc.field(default_factory=dict)
+    carried: tuple[str, int] = ("", 0)
     failures: tuple[str, ...] = ()
     outcome: str = RUNNING
 
@@ -111,6 +114,11 @@ class TaskState:
     def held(self) -> str:
         """Name of what is carried; empty for nothing."""
         return "" if self.payload is None else self.payload.name
+
+    @property
+    def load(self) -> tuple[str, int]:
+        """What is carried, and its holder; an empty name for nothing."""
+        return (self.held, self.holder) if self.held else ("", 0)
 
     @property
     def in_map(self) -> tuple[SceneObject, ...]:

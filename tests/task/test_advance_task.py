@@ -10,6 +10,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from remosplat_drake.oracle.contact_rules import ContactRule
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.task.advance_task import Observation, advance_task
+from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.step import (
     AT,
     ATTACH,
@@ -33,6 +34,9 @@ def shifted(x=0.0, y=0.0, z=0.0):
     return RigidTransform([x, y, z]).GetAsMatrix4()
 
 
+LEFT, RIGHT = 0, 1
+
+
 class Stage:
     """A robot that is always where its task wants it, unless it is held."""
 
@@ -47,10 +51,12 @@ class Stage:
         self.state = TaskState(self.task.objects, since=-np.inf)
         self.time, self.q = 0.0, robot.q_home
 
-    def tick(self, u=0.0, width=None, rate=0.0):
+    def tick(self, u=0.0, width=None, rate=0.0, right=None):
         n_u = self.task.robot.n_u
-        hand = None if width is None else HandReading(width, rate, 0.0)
-        now = Observation(self.time, self.q.copy(), np.full(n_u, u), hand)
+        hands = {} if width is None else {0: HandReading(width, rate, 0.0)}
+        if right is not None:
+            hands[RIGHT] = HandReading(right, rate, 0.0)
+        now = Observation(self.time, self.q.copy(), np.full(n_u, u), hands)
         self.state = advance_task(self.task, self.state, now)
         self.time += DT
         return self.state
@@ -108,7 +114,7 @@ def test_the_next_step_waits_for_a_standstill(frankie):
 def test_a_hand_is_done_when_it_is_as_wide_or_cannot_go_on(frankie):
     stage = Stage(frankie, only(Step("opens", width=0.08)))
     stage.tick(width=0.02)
-    assert stage.state.width == 0.08
+    assert stage.state.told == {0: (0.08, 20.0)}
     assert stage.tick(width=0.05, rate=0.1).outcome == RUNNING
     assert stage.tick(width=0.0799, rate=0.1).outcome == DONE
     stage = Stage(frankie, only(Step("closes", width=0.0)))
@@ -244,6 +250,97 @@ def test_what_slips_out_of_the_hand_is_noticed(frankie):
     stage.tick(width=0.05)
     assert stage.state.outcome == FAILED
     assert stage.state.failures[-1] == "the can has slipped out of the hand"
+
+
+def giving(two_pandas, *more, grip=None):
+    """The left hand has taken the can, and the right one is at it, too."""
+    take = Step("takes the can", action=ATTACH, object="can", grip=grip)
+    over = dc.replace(take, text="takes it over", effector=RIGHT)
+    stage = Stage(two_pandas, only(take, over, *more))
+    objects = stage.state.moved("can", stage.X_WE)
+    stage.state = dc.replace(stage.state, objects=objects)
+    stage.tick(width=0.06, right=0.08)
+    return stage
+
+
+def test_a_can_goes_from_hand_to_hand(two_pandas):
+    back = Step("retreats", goal=Goal(BY_WORLD, np.eye(4)))
+    rest = Step("stays", effector=RIGHT)
+    opens = Step("lets it go", width=0.08)
+    stage = giving(two_pandas, opens, back, rest)
+    left, right = hand_links(two_pandas), hand_links(two_pandas, RIGHT)
+    assert stage.state.payload.holders == left
+    assert stage.state.payload.link == "left_hand"
+    # Both arms turn to the middle, where the hands are at one place.
+    turn = np.arcsin(0.3 / stage.X_WE[0, 3])
+    stage.q[[0, 7]] = -turn, turn
+    X_WO = stage.X_WE
+    stage.tick(width=0.06, right=0.06)
+    stage.tick(width=0.06, right=0.06)
+    assert stage.step.text == "takes it over" and stage.state.begun
+    payload = stage.state.payload
+    # The can is where the left hand has brought it, and the right one's now.
+    assert (stage.state.load, payload.link) == (("can", RIGHT), "right_hand")
+    body = two_pandas.tree.index("right_hand")
+    X_WL = two_pandas.body_poses(stage.q)[body]
+    np.testing.assert_allclose(X_WL @ payload.X_LO, X_WO, atol=1e-9)
+    # The left hand may touch it until it has retreated.
+    holders = {}
+    while stage.tick(width=0.08, right=0.06).outcome == RUNNING:
+        holders.setdefault(stage.step.text, stage.state.payload.holders)
+    assert stage.state.outcome == DONE
+    assert holders["lets it go"] == holders["retreats"] == left | right
+    assert stage.state.payload.holders == right
+    assert stage.state.told == {LEFT: (0.08, 20.0)}
+
+
+def test_a_hand_far_away_takes_nothing_over(two_pandas):
+    stage = giving(two_pandas)
+    while stage.tick(width=0.06, right=0.06).outcome == RUNNING:
+        pass
+    (reason,) = stage.state.failures
+    assert reason.startswith("takes it over: the can is")
+    assert stage.state.load == ("can", LEFT)
+
+
+def test_the_width_of_the_hand_that_holds_is_watched(two_pandas):
+    stage = giving(two_pandas, grip=0.06)
+    assert stage.tick(width=0.06, right=0.0).outcome == RUNNING
+    stage.tick(width=0.05, right=0.06)
+    assert stage.state.failures[-1] == "the can has slipped out of the hand"
+
+
+def test_what_is_carried_may_be_touched_while_a_step_says_so(two_pandas):
+    right = hand_links(two_pandas, RIGHT)
+    rules = (ContactRule("can", right),)
+    near = Step("closes", effector=RIGHT, width=0.06, rules=rules)
+    away = Step("opens", effector=RIGHT, width=0.08)
+    take = Step("takes the can", action=ATTACH, object="can")
+    stage = Stage(two_pandas, only(take, near, away))
+    objects = stage.state.moved("can", stage.X_WE)
+    stage.state = dc.replace(stage.state, objects=objects)
+    holders = {}
+    while stage.tick(width=0.06, right=0.06).outcome == RUNNING:
+        holders[stage.step.text] = stage.state.payload.holders
+        if stage.step is away and stage.state.begun:
+            break
+    assert holders["closes"] == hand_links(two_pandas) | right
+    assert holders["opens"] == hand_links(two_pandas)
+
+
+def test_a_hand_reaches_for_what_another_one_carries(two_pandas):
+    goal = Goal(ON_OBJECT, shifted(z=0.1), "can")
+    reach = Step("reaches", effector=RIGHT, goal=goal)
+    take = Step("takes the can", action=ATTACH, object="can")
+    stage = Stage(two_pandas, only(take, reach))
+    objects = stage.state.moved("can", stage.X_WE)
+    stage.state = dc.replace(stage.state, objects=objects)
+    stage.tick()
+    stage.q[0] += 0.2
+    stage.tick()
+    stage.tick()
+    wanted = stage.X_WE @ shifted(z=0.1)
+    np.testing.assert_allclose(stage.state.X_WT, wanted, atol=1e-9)
 
 
 def test_a_refusal_is_a_failure_and_changes_nothing(frankie):
