@@ -43,6 +43,7 @@ class Workshop:
             the objects' names [m].
         max_widths: Greatest openings of the hands by end effector [m].
         where: The scenario that errors blame, as file and name.
+        plans: Whether paths are planned.
     """
 
     robot: RobotModel
@@ -50,6 +51,7 @@ class Workshop:
     overhang: Mapping[str, float]
     max_widths: Mapping[int, float]
     where: str
+    plans: bool = True
 
     def error(self, field: str, problem: str) -> FieldError:
         """Makes an error about a field of the scenario."""
@@ -251,6 +253,9 @@ class _Maker:
     def _drive(self, config: cfg.DriveTo) -> Block:
         if not self._shop.robot.n_base:
             problem = "the robot has no base that could drive"
+            raise self._shop.error(self._field, problem)
+        if not self._shop.plans:
+            problem = "needs the paths of controller.guidance.planning"
             raise self._shop.error(self._field, problem)
         X_WB = planar_pose.matrix(np.array(config.base_pose))
         return _only(self._step("drives", goal=Goal(BASE_TO, X_WB)))

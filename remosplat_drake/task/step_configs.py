@@ -1,6 +1,7 @@
 """The steps of a task, as a scenario has them."""
 
 import dataclasses as dc
+import math
 from collections.abc import Iterator
 from typing import Annotated
 
@@ -116,6 +117,17 @@ class DriveTo(StepConfig):
     base_pose: Position = dc.field(default_factory=lambda: [0.0] * 3)
     # Distance at which the base has arrived [m].
     position: Annotated[float, Interval(gt=0, le=0.5)] = 0.02
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Checks that the yaw is not in degrees.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
+        yield from super().check()
+        for yaw in self.base_pose[2:]:
+            if abs(yaw) > math.tau:
+                yield "base_pose", f"the yaw is in radians, got {yaw:g}"
 
 
 @dc.dataclass

@@ -1,5 +1,7 @@
 """From the steps of a scenario to those of a task."""
 
+import dataclasses as dc
+
 import numpy as np
 import pytest
 
@@ -163,6 +165,12 @@ def test_a_base_drives_to_a_pose(shop):
     np.testing.assert_allclose(step.goal.X, wanted, atol=1e-12)
     with pytest.raises(FieldError, match="base_pose"):
         cfg.DriveTo(base_pose=[1.0, 2.0])
+
+
+def test_without_paths_a_base_drives_nowhere(shop):
+    message = r"tasks\[0\]: needs the paths of controller\.guidance\.planning"
+    with pytest.raises(FieldError, match=message):
+        make_blocks([cfg.DriveTo()], dc.replace(shop, plans=False))
 
 
 def test_a_robot_without_a_base_drives_nowhere(three_link):

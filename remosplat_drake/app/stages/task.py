@@ -5,6 +5,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.world import World
+from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
@@ -54,6 +55,7 @@ def AddTask(
         {name: overhang(things[name], spheres[name]) for name in carried},
         {i: hand.max_width for i, hand in hands.items()},
         scenario.source,
+        _plans(scenario.controller.guidance),
     )
     blocks = make_blocks(scenario.tasks, shop)
     config = scenario.controller
@@ -120,6 +122,11 @@ def ConnectTask(
             builder.Connect(
                 targets.GetOutputPort(name), system.GetInputPort(name)
             )
+
+
+def _plans(guidance: GuidanceConfig) -> bool:
+    looks = guidance.asynchronous or guidance.budget > 0
+    return guidance.enabled and looks and guidance.planning.enabled
 
 
 def _hands(robot: RobotModel) -> dict[int, HandGeometry]:
