@@ -150,6 +150,12 @@ def lift_arm() -> RobotModel:
 
 
 @pytest.fixture(scope="session")
+def two_pandas() -> RobotModel:
+    """The shipped robot with two arms, and a hand on each."""
+    return load_robot("two_pandas")
+
+
+@pytest.fixture(scope="session")
 def two_arms() -> RobotModel:
     """Two arms of six joints on a torso that turns."""
     return load_robot(THREE_LINK.with_name("two_arms.yaml"))

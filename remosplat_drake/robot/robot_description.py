@@ -69,6 +69,9 @@ class RobotDescription(Config):
     arm: Arm = dc.field(default_factory=Arm)
     # The gripper; absent for an arm without one.
     hand: Hand | None = None
+    # The grippers of several end effectors by what these are called, in place
+    # of `hand`; each has a name of its own.
+    hands: dict[str, Hand] = dc.field(default_factory=dict)
     # Name of the frame E that the controller drives to the target.
     end_effector_frame: str = ""
     # Frames of several end effectors by what these are called, in place of
@@ -118,7 +121,7 @@ class RobotDescription(Config):
     source: str = dc.field(default="", metadata={"yaml": False})
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that end effectors are given in one way.
+        """Checks that end effectors and hands are given in one way.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -128,11 +131,28 @@ class RobotDescription(Config):
                 "end_effectors",
                 "give `end_effectors` or `end_effector_frame`, not both",
             )
+        if self.hands and self.hand:
+            yield "hands", "give `hand` or `hands`, not both"
+        for name in self.hands:
+            if name not in self.end_effectors:
+                problem = unknown_effector(name, self.effector_frames)
+                yield joined("hands", name), problem
+        names = [hand.name for hand in self.hands.values()]
+        if len(set(names)) < len(names):
+            yield "hands", f"each needs a name of its own, got {names}"
 
     @property
     def effector_frames(self) -> dict[str, str]:
         """Frames of the end effectors by name; a single one has no name."""
         return self.end_effectors or {"": self.end_effector_frame}
+
+    @property
+    def effector_hands(self) -> dict[str, Hand]:
+        """Grippers by the names of their end effectors, in their order."""
+        effectors = self.effector_frames
+        if self.hand is not None:
+            return {next(iter(effectors)): self.hand}
+        return {e: self.hands[e] for e in effectors if e in self.hands}
 
     @property
     def n_base(self) -> int:

@@ -39,6 +39,7 @@ class AimArrays(NamedTuple):
         onward: `TargetArrays.onward` of each, shape (k,) [m].
         X_WA: `TargetArrays.X_WA` of each, shape (k, 4, 4).
         speed: `TargetArrays.speed` of each, shape (k,) [m/s].
+        by_path: Whether `Aim.q` is given, to which paths alone lead.
     """
 
     effector: np.ndarray
@@ -47,6 +48,7 @@ class AimArrays(NamedTuple):
     onward: np.ndarray
     X_WA: np.ndarray
     speed: np.ndarray
+    by_path: bool
 
 
 @helper

@@ -22,6 +22,8 @@ class Aim:
             without a target; at least one has one.
         u: Velocities that the axes shall have, for laws that track these, shape
             (n_u,) [m/s, rad/s]; None if poses alone are given.
+        q: The configuration in which the targets are reached, shape (n_q,)
+            [rad, m], to which paths alone lead; None if any will do.
 
     Raises:
         ValueError: There is no target at all.
@@ -29,6 +31,7 @@ class Aim:
 
     targets: tuple[Target | None, ...]
     u: np.ndarray | None = None
+    q: np.ndarray | None = None
 
     def __post_init__(self):
         if not any(self.targets):
@@ -61,7 +64,11 @@ class Aim:
         """The aim, as arrays for kernels."""
         effectors = np.array([i for i, _ in self.items])
         parts = zip(*(target.arrays for _, target in self.items), strict=True)
-        return Packed(AimArrays(effectors, *map(np.array, parts)))
+        by_path = self.q is not None
+        X_WT, weights, onward, X_WA, speed = map(np.array, parts)
+        return Packed(
+            AimArrays(effectors, X_WT, weights, onward, X_WA, speed, by_path)
+        )
 
     @cached_property
     def is_known(self) -> bool:
@@ -81,8 +88,9 @@ class Aim:
         """
         if self is other:
             return True
-        if not np.array_equal(_listed(self.u), _listed(other.u)):
-            return False
+        for mine, theirs in ((self.u, other.u), (self.q, other.q)):
+            if not np.array_equal(_listed(mine), _listed(theirs)):
+                return False
         same = [i for i, _ in self.items] == [i for i, _ in other.items]
         return same and all(
             mine.equals(theirs)
@@ -159,5 +167,5 @@ class Aim:
         return max(beside, default=float("nan"))
 
 
-def _listed(u: np.ndarray | None) -> np.ndarray:
-    return np.zeros(0) if u is None else u
+def _listed(x: np.ndarray | None) -> np.ndarray:
+    return np.zeros(0) if x is None else x

@@ -7,7 +7,7 @@ simulation has; code that runs on the robot must not read them.
 
 import dataclasses as dc
 
-from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.robot.robot_description import Hand, RobotDescription
 
 INPUT, OUTPUT = "input", "output"
 """Directions of a port."""
@@ -69,16 +69,14 @@ def arm_velocity(description: RobotDescription) -> str:
     return f"{description.arm.name}.velocity_measured"
 
 
-def hand_command(description: RobotDescription) -> str:
-    """Returns the name of the hand's input; the robot must have a hand."""
-    assert description.hand is not None
-    return f"{description.hand.name}.command"
+def hand_command(hand: Hand) -> str:
+    """Returns the name of a hand's input."""
+    return f"{hand.name}.command"
 
 
-def hand_state(description: RobotDescription) -> str:
-    """Returns the name of the hand's output; the robot must have a hand."""
-    assert description.hand is not None
-    return f"{description.hand.name}.state"
+def hand_state(hand: Hand) -> str:
+    """Returns the name of a hand's output."""
+    return f"{hand.name}.state"
 
 
 def station_ports(
@@ -88,7 +86,7 @@ def station_ports(
 
     Args:
         description: The robot. Without a mobile base there are no `base` ports,
-            without a gripper no `hand` ports.
+            without a gripper no `hand` ports, with several those of each.
         wrist_camera: Whether the station has a wrist camera.
     """
     n = len(description.arm.joints)
@@ -106,15 +104,11 @@ def station_ports(
         Port(arm_position(description), OUTPUT, n, "joint positions [rad]"),
         Port(arm_velocity(description), OUTPUT, n, "joint rates [rad/s]"),
     ]
-    if description.hand:
+    for hand in description.effector_hands.values():
+        state = "width, rate, force [m, m/s, N]"
         ports += [
-            Port(hand_command(description), INPUT, 2, "width, force [m, N]"),
-            Port(
-                hand_state(description),
-                OUTPUT,
-                3,
-                "width, rate, force [m, m/s, N]",
-            ),
+            Port(hand_command(hand), INPUT, 2, "width, force [m, N]"),
+            Port(hand_state(hand), OUTPUT, 3, state),
         ]
     if wrist_camera:
         ports += [

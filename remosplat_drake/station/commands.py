@@ -22,6 +22,19 @@ from remosplat_drake.signals.station_status import (
 )
 
 
+@dc.dataclass(frozen=True)
+class HandCommand:
+    """A command to a hand.
+
+    Attributes:
+        width: Commanded opening [m]; None holds the present one.
+        force: Bound on the gripping force [N].
+    """
+
+    width: float | None = None
+    force: float = 0.0
+
+
 @dc.dataclass(frozen=True, eq=False)
 class StationCommand:
     """A checked command to a station; copying returns the object itself.
@@ -29,15 +42,13 @@ class StationCommand:
     Attributes:
         u: Base and arm velocities, shape (n_u,) [m/s, rad/s]; zeros when the
             robot is stopped.
-        width: Commanded opening of the hand [m]; None holds the present one.
-        force: Bound on the gripping force [N].
+        hands: The command to each hand.
         status: Status of the station: stopped, with the reason, if a command
             was not finite.
     """
 
     u: np.ndarray
-    width: float | None
-    force: float
+    hands: tuple[HandCommand, ...]
     status: StationStatus
 
     def __deepcopy__(self, memo) -> "StationCommand":
@@ -60,26 +71,27 @@ def checked_command(
     broken = [
         name for name, value in values.items() if not np.isfinite(value).all()
     ]
+    description = robot.description
+    grippers = description.effector_hands.values()
     if broken:
         reason = ", ".join(broken) + ": the command is not finite"
         status = StationStatus(mode=STOPPED, stop_reason=reason)
-        return StationCommand(np.zeros(robot.n_u), None, 0.0, status)
-    description = robot.description
+        held = (HandCommand(),) * len(grippers)
+        return StationCommand(np.zeros(robot.n_u), held, status)
     u = values[ports.arm_command(description)]
     if description.base:
         u = np.concatenate([values[ports.BASE_COMMAND], u])
-    width, force = None, 0.0
-    if description.hand and ports.hand_command(description) in values:
-        width, force = (
-            float(x) for x in values[ports.hand_command(description)]
-        )
-    return StationCommand(u, width, force, StationStatus(mode=RUNNING))
+    hands = (
+        HandCommand(*map(float, values.get(ports.hand_command(hand), ())))
+        for hand in grippers
+    )
+    return StationCommand(u, tuple(hands), StationStatus(mode=RUNNING))
 
 
 class CommandInputs:
     """The command ports of a system, with one cached check for all outputs.
 
-    The hand's port may stay unconnected: the gripper then keeps its width.
+    Hands' ports may stay unconnected: a gripper then keeps its width.
     """
 
     def __init__(self, system: LeafSystem, robot: RobotModel):
@@ -95,7 +107,7 @@ class CommandInputs:
             for port in ports.station_ports(robot.description, False)
             if port.direction == ports.INPUT
         ]
-        nothing = StationCommand(np.zeros(0), None, 0.0, StationStatus())
+        nothing = StationCommand(np.zeros(0), (), StationStatus())
         self._command: CacheEntry = system.DeclareCacheEntry(
             "command",
             ValueProducer(allocate=Value(nothing).Clone, calc=self._calc),
@@ -116,11 +128,11 @@ class CommandInputs:
         return self._command.Eval(context)
 
     def _calc(self, context: Context, value: Value) -> None:
-        optional = self._robot.description.hand is not None
-        hand = self._inputs[-1] if optional else None
+        hands = self._robot.description.effector_hands.values()
+        optional = set(map(ports.hand_command, hands))
         values = {
             port.get_name(): port.Eval(context)
             for port in self._inputs
-            if port is not hand or port.HasValue(context)
+            if port.get_name() not in optional or port.HasValue(context)
         }
         value.set_value(checked_command(values, self._robot))

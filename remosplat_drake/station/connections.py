@@ -77,17 +77,17 @@ def ConnectCommand(
     robot: RobotModel,
     velocity: OutputPort,
     station: Diagram,
-    hand: OutputPort | None = None,
+    hands: OutputPort | None = None,
 ) -> None:
-    """Splits the command u between base and arm, and leads the gripper.
+    """Splits the command u between base and arm, and leads the grippers.
 
     Args:
         builder: Builder of the diagram that holds the station.
         robot: The robot; its description names the ports.
         velocity: Output port of the command u, shape (n_u,) [m/s, rad/s].
         station: A simulated or the real station.
-        hand: Output port of the gripper's width and force [m, N]; None holds it
-            still.
+        hands: Output port of width and force of each gripper [m, N]; None
+            holds them still.
     """
     names = [ports.arm_command(robot.description)]
     if robot.n_base:
@@ -99,26 +99,47 @@ def ConnectCommand(
     builder.Connect(velocity, demultiplexer.get_input_port())
     for i, port in enumerate(inputs):
         builder.Connect(demultiplexer.get_output_port(i), port)
-    if robot.description.hand and hand is not None:
-        name = ports.hand_command(robot.description)
-        builder.Connect(hand, station.GetInputPort(name))
-    elif robot.description.hand:
-        _HoldHand(builder, robot, robot.description.hand.joints, station)
+    grippers = robot.description.effector_hands.values()
+    if not grippers:
+        return
+    if hands is None:
+        hands = _AddHeldHands(builder, robot)
+    each = builder.AddNamedSystem(
+        "hand_commands", Demultiplexer([2] * len(grippers))
+    )
+    builder.Connect(hands, each.get_input_port())
+    for i, hand in enumerate(grippers):
+        name = ports.hand_command(hand)
+        builder.Connect(each.get_output_port(i), station.GetInputPort(name))
 
 
-def _HoldHand(
-    builder: DiagramBuilder,
-    robot: RobotModel,
-    fingers: list[str],
-    station: Diagram,
-) -> None:
+def AddHandStates(
+    builder: DiagramBuilder, robot: RobotModel, station: Diagram
+) -> OutputPort:
+    """Stacks the readings of a robot's grippers.
+
+    Args:
+        builder: Builder of the diagram that holds the station.
+        robot: The robot, with a gripper at least.
+        station: A simulated or the real station.
+
+    Returns:
+        Output port of width, rate and force of each [m, m/s, N].
+    """
+    hands = robot.description.effector_hands.values()
+    stack = builder.AddNamedSystem("hand_states", Multiplexer([3] * len(hands)))
+    for i, hand in enumerate(hands):
+        measured = station.GetOutputPort(ports.hand_state(hand))
+        builder.Connect(measured, stack.get_input_port(i))
+    return stack.get_output_port()
+
+
+def _AddHeldHands(builder: DiagramBuilder, robot: RobotModel) -> OutputPort:
     """Holds the fingers where the robot's description has them."""
-    description = robot.description
-    width = math.fsum(description.locked.get(joint, 0.0) for joint in fingers)
-    hand = builder.AddNamedSystem(
-        "hand_command", ConstantVectorSource([width, _GRIP_FORCE])
-    )
-    builder.Connect(
-        hand.get_output_port(),
-        station.GetInputPort(ports.hand_command(description)),
-    )
+    description, held = robot.description, []
+    for hand in description.effector_hands.values():
+        fingers = [description.locked.get(joint, 0.0) for joint in hand.joints]
+        held += [math.fsum(fingers), _GRIP_FORCE]
+    return builder.AddNamedSystem(
+        "hand_command", ConstantVectorSource(held)
+    ).get_output_port()

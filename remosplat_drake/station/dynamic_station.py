@@ -23,7 +23,7 @@ from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.contact_materials import soften_pads
 from remosplat_drake.station.contact_monitor import ContactMonitor
 from remosplat_drake.station.export import export_ports
-from remosplat_drake.station.hand import HandGeometry, hand_geometry
+from remosplat_drake.station.hand import HandGeometry, hand_geometries
 from remosplat_drake.station.motors import Motors, make_motors, set_motor_gains
 from remosplat_drake.station.mover_bodies import (
     MoverDriver,
@@ -81,13 +81,13 @@ def make_dynamic_station(
     driver = VelocityDriver(
         plant=plant,
         robot=robot,
-        hand=body.hand,
+        hands=body.hands,
         motors=body.motors,
         hand_speed=config.hand_speed,
     ).AddToBuilder(builder, plant)
-    reader = StateReader(plant=plant, robot=robot, hand=body.hand).AddToBuilder(
-        builder, plant
-    )
+    reader = StateReader(
+        plant=plant, robot=robot, hands=body.hands
+    ).AddToBuilder(builder, plant)
     if body.movers:
         MoverDriver.AddToBuilder(builder, plant, body.movers)
     if objects:
@@ -109,7 +109,7 @@ class DynamicBody:
     Attributes:
         plant: The finalized plant.
         scene_graph: Scene graph with the plant's geometry.
-        hand: Geometry of the gripper.
+        hands: Geometry of the grippers.
         motors: The motors, whose gains the plant's actuators have.
         movers: The bodies of the movers.
         objects: The bodies of the objects.
@@ -117,7 +117,7 @@ class DynamicBody:
 
     plant: MultibodyPlant
     scene_graph: SceneGraph
-    hand: HandGeometry
+    hands: tuple[HandGeometry, ...]
     motors: Motors
     movers: Sequence[RigidBody] = ()
     objects: Sequence[RigidBody] = ()
@@ -161,17 +161,19 @@ def add_dynamic_body(
         plant.set_gravity_enabled(instance, False)
     add_scene_geometry(plant, scene, solid=config.collide_with_scene)
     add_robot_visuals(plant, scene_graph, robot)
-    hand = hand_geometry(robot.description, plant)
-    motors = make_motors(robot, hand, q0, config)
+    hands = hand_geometries(robot.description, plant)
+    motors = make_motors(robot, hands, q0, config)
     set_motor_gains(plant, motors)
-    _couple_fingers(plant, hand)
+    for hand in hands:
+        _couple_fingers(plant, hand)
     _set_start(plant, robot, q0)
     bodies = add_mover_bodies(plant, movers)
     things = add_object_bodies(plant, objects, config.object_friction)
     plant.Finalize()
-    soften_pads(plant, scene_graph, hand, config.pad_modulus)
+    for hand in hands:
+        soften_pads(plant, scene_graph, hand, config.pad_modulus)
     let_pass(plant, scene_graph, bodies)
-    return DynamicBody(plant, scene_graph, hand, motors, bodies, things)
+    return DynamicBody(plant, scene_graph, hands, motors, bodies, things)
 
 
 def _couple_fingers(plant: MultibodyPlant, hand: HandGeometry) -> None:

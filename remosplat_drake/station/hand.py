@@ -1,10 +1,11 @@
-"""The simulated gripper: its joints, and how its width follows a command."""
+"""Simulated grippers: their joints, and how a width follows a command."""
 
 import dataclasses as dc
+from collections.abc import Sequence
 
 from pydrake.multibody.plant import MultibodyPlant
 
-from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.robot.robot_description import Hand, RobotDescription
 
 SETTLING_TIME = 0.05
 """Time constant of the last millimetres before the commanded width [s]."""
@@ -15,33 +16,70 @@ class HandGeometry:
     """A gripper whose opening width is the sum of its finger positions.
 
     Attributes:
-        joints: Names of the finger joints; empty for a robot without hand.
+        hand: The gripper's description, which names its ports.
+        joints: Names of the finger joints.
         max_width: Greatest opening [m].
         start_width: Opening at the start [m], as the robot's description
             has it.
     """
 
+    hand: Hand
     joints: tuple[str, ...]
     max_width: float
     start_width: float
 
 
-def hand_geometry(
+def hand_geometries(
     description: RobotDescription, plant: MultibodyPlant
-) -> HandGeometry:
-    """Reads the gripper's geometry off a plant that holds the robot.
+) -> tuple[HandGeometry, ...]:
+    """Reads the geometry of a robot's grippers off a plant that holds it.
 
     Args:
         description: Description of the robot.
         plant: A plant with the robot's joints.
+
+    Returns:
+        The grippers, in the order of `effector_hands`.
     """
-    names = tuple(description.hand.joints) if description.hand else ()
+    hands = description.effector_hands.values()
+    return tuple(_geometry(hand, description.locked, plant) for hand in hands)
+
+
+def finger_slices(
+    hands: Sequence[HandGeometry], first: int
+) -> tuple[slice, ...]:
+    """Returns where each gripper's fingers are in a list of all joints.
+
+    Args:
+        hands: The grippers.
+        first: Index of the first finger.
+    """
+    slices = []
+    for hand in hands:
+        slices.append(slice(first, first + len(hand.joints)))
+        first += len(hand.joints)
+    return tuple(slices)
+
+
+def finger_joints(hands: Sequence[HandGeometry]) -> tuple[str, ...]:
+    """Returns the names of the joints of all fingers.
+
+    Args:
+        hands: The grippers.
+    """
+    return tuple(name for hand in hands for name in hand.joints)
+
+
+def _geometry(
+    hand: Hand, locked: dict[str, float], plant: MultibodyPlant
+) -> HandGeometry:
+    names = tuple(hand.joints)
     upper = {
         name: float(plant.GetJointByName(name).position_upper_limits()[0])
         for name in names
     }
-    start = [description.locked.get(name, upper[name]) for name in names]
-    return HandGeometry(names, sum(upper.values()), sum(start))
+    start = [locked.get(name, upper[name]) for name in names]
+    return HandGeometry(hand, names, sum(upper.values()), sum(start))
 
 
 def width_rate(

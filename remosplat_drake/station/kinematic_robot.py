@@ -1,6 +1,7 @@
 """`KinematicRobot`: integrates commanded velocities; no mass, no contact."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from pydrake.common.value import Value
@@ -14,7 +15,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.station_status import StationStatus
-from remosplat_drake.station.commands import CommandInputs, StationCommand
+from remosplat_drake.station.commands import CommandInputs
 from remosplat_drake.station.hand import HandGeometry, width_rate
 
 
@@ -37,23 +38,23 @@ class KinematicRobot(LeafSystem):
         - status
         - posture
 
-    The state (q, width) is *continuous*: a command that the controller
-    decided at a tick acts from that very instant, so the state reached at
-    the next tick is `robot.advance(q, u, period)`, which is the one that the
-    controller verified. A discrete update would act one tick late.
+    The state (q, then the width of each hand) is *continuous*: a command that
+    the controller decided at a tick acts from that very instant, so the state
+    reached at the next tick is `robot.advance(q, u, period)`, which is the one
+    that the controller verified. A discrete update would act one tick late.
 
     Names are those of `signals.station_ports`; a fixed robot has no `base`
-    ports, one without a gripper no `hand` ports. `posture` (q, then the
-    finger positions) is for drawing. A command that is not finite makes the
-    robot hold still, and `status` says so. Joint stops are not modelled: the
-    controller's limits are.
+    ports, one without a gripper no `hand` ports, one with several those of
+    each. `posture` (q, then the finger positions) is for drawing. A command
+    that is not finite makes the robot hold still, and `status` says so. Joint
+    stops are not modelled: the controller's limits are.
     """
 
     def __init__(
         self,
         *,
         robot: RobotModel,
-        hand: HandGeometry,
+        hands: Sequence[HandGeometry],
         hand_speed: float,
         q0: np.ndarray,
         odometry_drift: Sequence[float] = (0.0, 0.0, 0.0),
@@ -62,19 +63,20 @@ class KinematicRobot(LeafSystem):
 
         Args:
             robot: The robot; its description names the ports.
-            hand: Geometry of its gripper.
-            hand_speed: Speed at which the gripper's width changes [m/s].
+            hands: Geometry of its grippers.
+            hand_speed: Speed at which a gripper's width changes [m/s].
             q0: Configuration to start from, shape (n_q,).
             odometry_drift: Velocity with which the measured pose of the base
                 leaves the true one [m/s, m/s, rad/s].
         """
         super().__init__()
         self._robot = robot
-        self._hand = hand
+        self._hands = tuple(hands)
         self._hand_speed = hand_speed
         self._odometry_drift = np.array(odometry_drift)
         self._commands = CommandInputs(self, robot)
-        self.DeclareContinuousState(BasicVector([*q0, hand.start_width]))
+        widths = [hand.start_width for hand in hands]
+        self.DeclareContinuousState(BasicVector([*q0, *widths]))
         self._declare_outputs()
 
     def _declare_outputs(self) -> None:
@@ -91,7 +93,7 @@ class KinematicRobot(LeafSystem):
             ),
             (
                 "posture",
-                self._robot.n_q + len(self._hand.joints),
+                self._robot.n_q + sum(len(x.joints) for x in self._hands),
                 self._calc_posture,
                 state,
             ),
@@ -111,15 +113,12 @@ class KinematicRobot(LeafSystem):
                     command,
                 ),
             ]
-        if description.hand:
-            outputs.append(
-                (
-                    ports.hand_state(description),
-                    3,
-                    self._calc_hand,
-                    state | command,
-                )
+        for i, hand in enumerate(self._hands):
+            name, calc = (
+                ports.hand_state(hand.hand),
+                partial(self._calc_hand, i),
             )
+            outputs.append((name, 3, calc, state | command))
         for name, size, calc, prerequisites in outputs:
             self.DeclareVectorOutputPort(name, size, calc, prerequisites)
         self.DeclareAbstractOutputPort(
@@ -132,22 +131,24 @@ class KinematicRobot(LeafSystem):
     def DoCalcTimeDerivatives(
         self, context: Context, derivatives: ContinuousState
     ) -> None:
-        """Computes q_dot = N(q) u, and the rate of the gripper's width."""
-        q, width = self._state(context)
-        command = self._commands.read(context)
-        rates = np.empty(len(q) + 1)
-        rates[:-1] = self._robot.velocity_map(q) @ command.u
-        rates[-1] = self._width_rate(width, command)
-        derivatives.SetFromVector(rates)
+        """Computes q_dot = N(q) u, and the rates of the grippers' widths."""
+        q_dot = self._robot.velocity_map(self._state(context)[0])
+        u = self._commands.read(context).u
+        rates = [self._width_rate(context, i) for i in range(len(self._hands))]
+        derivatives.SetFromVector([*(q_dot @ u), *rates])
 
-    def _state(self, context: Context) -> tuple[np.ndarray, float]:
+    def _state(self, context: Context) -> tuple[np.ndarray, np.ndarray]:
         x = context.get_continuous_state_vector().CopyToVector()
-        return x[:-1], float(x[-1])
+        return x[: self._robot.n_q], x[self._robot.n_q :]
 
-    def _width_rate(self, width: float, command: StationCommand) -> float:
+    def _width_rate(self, context: Context, i: int) -> float:
+        command = self._commands.read(context).hands[i]
         if command.width is None:
             return 0.0
-        return width_rate(width, command.width, self._hand, self._hand_speed)
+        width = float(self._state(context)[1][i])
+        return width_rate(
+            width, command.width, self._hands[i], self._hand_speed
+        )
 
     def _calc_base(self, context: Context, output: BasicVector) -> None:
         drift = self._odometry_drift * context.get_time()
@@ -164,15 +165,15 @@ class KinematicRobot(LeafSystem):
     def _calc_arm_velocity(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._commands.read(context).u[-output.size() :])
 
-    def _calc_hand(self, context: Context, output: BasicVector) -> None:
-        _, width = self._state(context)
-        rate = self._width_rate(width, self._commands.read(context))
+    def _calc_hand(self, i: int, context: Context, output: BasicVector) -> None:
+        width = float(self._state(context)[1][i])
+        rate = self._width_rate(context, i)
         output.SetFromVector([width, rate, 0.0])  # Nothing resists.
 
     def _calc_posture(self, context: Context, output: BasicVector) -> None:
-        q, width = self._state(context)
-        fingers = len(self._hand.joints)
-        output.SetFromVector([*q, *[width / max(fingers, 1)] * fingers])
+        q, widths = self._state(context)
+        counts = [len(hand.joints) for hand in self._hands]
+        output.SetFromVector([*q, *np.repeat(widths / counts, counts)])
 
     def _calc_status(self, context: Context, output: Value) -> None:
         output.set_value(self._commands.read(context).status)

@@ -20,7 +20,7 @@ from remosplat_drake.scene.objects.scene_object import (
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.export import export_ports
-from remosplat_drake.station.hand import HandGeometry, hand_geometry
+from remosplat_drake.station.hand import finger_joints, hand_geometries
 from remosplat_drake.station.kinematic_robot import KinematicRobot
 from remosplat_drake.station.robot_visuals import add_robot_visuals
 from remosplat_drake.station.scene_geometry import add_scene_geometry
@@ -69,12 +69,12 @@ def make_kinematic_station(
         add_scene_geometry(plant, scene, solid=False)
         add_robot_visuals(plant, scene_graph, robot)
     plant.Finalize()
-    hand = hand_geometry(robot.description, plant)
+    hands = hand_geometries(robot.description, plant)
     system = builder.AddNamedSystem(
         "kinematic_robot",
         KinematicRobot(
             robot=robot,
-            hand=hand,
+            hands=hands,
             hand_speed=config.hand_speed,
             q0=q0,
             odometry_drift=config.odometry_drift,
@@ -88,7 +88,8 @@ def make_kinematic_station(
         builder.ExportOutput(lying.get_output_port(), ports.CHEAT_OBJECTS)
     camera = None
     if scene_graph is not None and wrist_camera is not None:
-        _connect_posture(builder, plant, scene_graph, system, robot, hand)
+        joints = (*robot.joint_names, *finger_joints(hands))
+        _connect_posture(builder, plant, scene_graph, system, robot, joints)
         camera = wrist_camera.AddToStation(builder, plant, scene_graph)
         builder.ExportOutput(
             scene_graph.get_query_output_port(), ports.CHEAT_QUERY_OBJECT
@@ -105,10 +106,9 @@ def _connect_posture(
     scene_graph: SceneGraph,
     system: KinematicRobot,
     robot: RobotModel,
-    hand: HandGeometry,
+    joints: Sequence[str],
 ) -> None:
     """Poses the geometry by the integrated configuration."""
-    joints = [*robot.joint_names, *hand.joints]
     D = np.zeros((plant.num_positions(), len(joints)))
     for column, name in enumerate(joints):
         D[plant.GetJointByName(name).position_start(), column] = 1.0

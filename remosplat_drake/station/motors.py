@@ -9,6 +9,7 @@ a joint under load creeps, by torque / d; the constant is short for that.
 """
 
 import dataclasses as dc
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -17,7 +18,11 @@ from pydrake.multibody.tree import JointActuatorIndex, PdControllerGains
 from remosplat_drake.base.errors import FileError
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.station.hand import HandGeometry
+from remosplat_drake.station.hand import (
+    HandGeometry,
+    finger_joints,
+    finger_slices,
+)
 from remosplat_drake.station.station_config import DynamicStation
 
 DRIVE_SHARE = 0.8
@@ -44,7 +49,7 @@ class Motors:
 
 def make_motors(
     robot: RobotModel,
-    hand: HandGeometry,
+    hands: Sequence[HandGeometry],
     q0: np.ndarray,
     config: DynamicStation,
 ) -> Motors:
@@ -55,7 +60,7 @@ def make_motors(
 
     Args:
         robot: The robot.
-        hand: Geometry of its gripper.
+        hands: Geometry of its grippers.
         q0: Configuration at which the inertia is taken, shape (n_q,).
         config: Time constant, hand speed and time step of the station.
 
@@ -65,12 +70,13 @@ def make_motors(
     plant = MultibodyPlant(time_step=0.0)
     add_robot_model(robot.description, plant)
     plant.Finalize()
-    joints = (*robot.joint_names, *hand.joints)
+    joints = (*robot.joint_names, *finger_joints(hands))
     inertia = _inertia(plant, robot, joints, q0)
     effort = _effort_limits(plant, robot, joints)
     damping = inertia / config.velocity_time_constant
-    if hand.joints:
-        fingers = slice(robot.n_q, None)
+    for hand, fingers in zip(
+        hands, finger_slices(hands, robot.n_q), strict=True
+    ):
         finger_speed = config.hand_speed / len(hand.joints)
         stiff = np.where(np.isfinite(effort), effort, 0.0) / finger_speed
         damping[fingers] = np.maximum(damping, stiff)[fingers]

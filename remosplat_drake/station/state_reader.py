@@ -1,5 +1,8 @@
 """`StateReader`: measures the robot in a dynamic station's plant."""
 
+from collections.abc import Sequence
+from functools import partial
+
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import (
@@ -11,7 +14,11 @@ from pydrake.systems.framework import (
 
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
-from remosplat_drake.station.hand import HandGeometry
+from remosplat_drake.station.hand import (
+    HandGeometry,
+    finger_joints,
+    finger_slices,
+)
 from remosplat_drake.station.motors import finger_motors
 
 
@@ -36,23 +43,28 @@ class StateReader(LeafSystem):
     `base.velocity_measured` is (v, omega) with v along the measured heading,
     as wheel odometry has it, and with an omnidirectional base the speed to the
     left between the two. A fixed robot has no `base`
-    ports, one without a gripper no `hand` ports.
+    ports, one without a gripper no `hand` ports, one with several those of
+    each.
     """
 
     def __init__(
-        self, *, plant: MultibodyPlant, robot: RobotModel, hand: HandGeometry
+        self,
+        *,
+        plant: MultibodyPlant,
+        robot: RobotModel,
+        hands: Sequence[HandGeometry],
     ):
         """Declares the ports.
 
         Args:
             plant: The finalized plant.
             robot: The robot in the plant; its description names the ports.
-            hand: Geometry of its gripper.
+            hands: Geometry of its grippers.
         """
         super().__init__()
         joints = [
             plant.GetJointByName(name)
-            for name in (*robot.joint_names, *hand.joints)
+            for name in (*robot.joint_names, *finger_joints(hands))
         ]
         self._q = np.array([joint.position_start() for joint in joints])
         self._v = plant.num_positions() + np.array(
@@ -60,8 +72,8 @@ class StateReader(LeafSystem):
         )
         n_arm = len(robot.description.arm.joints)
         self._arm = slice(robot.n_q - n_arm, robot.n_q)
-        self._fingers = slice(robot.n_q, None)
-        self._finger_motors = finger_motors(plant, hand)
+        self._fingers = finger_slices(hands, robot.n_q)
+        self._finger_motors = [finger_motors(plant, hand) for hand in hands]
         self._input = self.DeclareVectorInputPort(
             "plant_state", plant.num_multibody_states()
         )
@@ -82,11 +94,11 @@ class StateReader(LeafSystem):
                     self._calc_base_velocity,
                 ),
             ]
-        if description.hand:
+        for i, hand in enumerate(hands):
             self.DeclareVectorOutputPort(
-                ports.hand_state(description),
+                ports.hand_state(hand.hand),
                 3,
-                self._calc_hand,
+                partial(self._calc_hand, i),
                 {self._input.ticket(), self._actuation.ticket()},
             )
         for name, size, calc in outputs:
@@ -123,8 +135,8 @@ class StateReader(LeafSystem):
         speeds = [forward, left][: output.size() - 1]
         output.SetFromVector([*speeds, omega])
 
-    def _calc_hand(self, context: Context, output: BasicVector) -> None:
-        x = self._input.Eval(context)
-        width, rate = x[self._q[self._fingers]], x[self._v[self._fingers]]
-        force = -self._actuation.Eval(context)[self._finger_motors].mean()
+    def _calc_hand(self, i: int, context: Context, output: BasicVector) -> None:
+        x, fingers = self._input.Eval(context), self._fingers[i]
+        width, rate = x[self._q[fingers]], x[self._v[fingers]]
+        force = -self._actuation.Eval(context)[self._finger_motors[i]].mean()
         output.SetFromVector([width.sum(), rate.sum(), force])

@@ -1,5 +1,7 @@
 """`VelocityDriver`: turns a station's commands into its motors' commands."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.multibody.plant import MultibodyPlant
@@ -16,7 +18,11 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.station.commands import CommandInputs, StationCommand
-from remosplat_drake.station.hand import HandGeometry, width_rate
+from remosplat_drake.station.hand import (
+    HandGeometry,
+    finger_slices,
+    width_rate,
+)
 from remosplat_drake.station.motors import Motors, actuator_by_joint
 
 
@@ -48,7 +54,7 @@ class VelocityDriver(LeafSystem):
         *,
         plant: MultibodyPlant,
         robot: RobotModel,
-        hand: HandGeometry,
+        hands: Sequence[HandGeometry],
         motors: Motors,
         hand_speed: float,
     ):
@@ -57,13 +63,13 @@ class VelocityDriver(LeafSystem):
         Args:
             plant: The finalized plant, whose actuators have their gains.
             robot: The robot in the plant; its description names the ports.
-            hand: Geometry of its gripper.
+            hands: Geometry of its grippers.
             motors: The motors of its joints.
-            hand_speed: Speed at which the gripper's width changes [m/s].
+            hand_speed: Speed at which a gripper's width changes [m/s].
         """
         super().__init__()
         self._robot = robot
-        self._hand = hand
+        self._hands = tuple(hands)
         self._motors = motors
         self._hand_speed = hand_speed
         joints = [plant.GetJointByName(name) for name in motors.joints]
@@ -129,7 +135,7 @@ class VelocityDriver(LeafSystem):
                 x[self._position],
                 x[self._velocity],
                 self._robot,
-                self._hand,
+                self._hands,
                 self._motors,
                 self._hand_speed,
             )
@@ -144,7 +150,7 @@ def desired_velocities(
     q: np.ndarray,
     v: np.ndarray,
     robot: RobotModel,
-    hand: HandGeometry,
+    hands: Sequence[HandGeometry],
     motors: Motors,
     hand_speed: float,
 ) -> np.ndarray:
@@ -155,9 +161,9 @@ def desired_velocities(
         q: Positions of the motors' joints, shape (m,) [m, rad].
         v: Velocities of the motors' joints, shape (m,) [m/s, rad/s].
         robot: The robot.
-        hand: Geometry of its gripper.
+        hands: Geometry of its grippers.
         motors: The motors of its joints.
-        hand_speed: Speed at which the gripper's width changes [m/s].
+        hand_speed: Speed at which a gripper's width changes [m/s].
 
     Returns:
         Velocities, shape (m,) [m/s, rad/s].
@@ -171,11 +177,13 @@ def desired_velocities(
         u = u.copy()
         u[slides] = near(u[slides], v[:2] @ headings, motors.drive_error)
     desired[: robot.n_q] = robot.velocity_map(configuration) @ u
-    if hand.joints and command.width is not None:
-        fingers = slice(robot.n_q, None)
-        rate = width_rate(q[fingers].sum(), command.width, hand, hand_speed)
+    slices = finger_slices(hands, robot.n_q)
+    for hand, fingers, told in zip(hands, slices, command.hands, strict=True):
+        if told.width is None:
+            continue
+        rate = width_rate(q[fingers].sum(), told.width, hand, hand_speed)
         # A damper that pushes with this force at most, moving or blocked.
-        error = max(command.force, 0.0) / motors.damping[fingers]
+        error = max(told.force, 0.0) / motors.damping[fingers]
         desired[fingers] = near(rate / len(hand.joints), v[fingers], error)
     return desired
 

@@ -9,16 +9,20 @@ block is tried; where there is none, the task has failed.
 
 import dataclasses as dc
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
+from remosplat_drake.robot import planar_pose
 from remosplat_drake.robot.pose_error import PoseError
+from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.target import Target
-from remosplat_drake.task.carrying import make_payload
+from remosplat_drake.task.carrying import hand_links, make_payload
 from remosplat_drake.task.step import (
     AT,
     ATTACH,
+    BASE_TO,
     BY_HAND,
     BY_WORLD,
     OBJECT_TO,
@@ -48,14 +52,14 @@ class Observation:
         q: The measured configuration, shape (n_q,) [rad, m].
         v: The measured velocity of the axes, shape (n_u,) [rad/s, m/s].
         u: The command that is being executed, shape (n_u,) [rad/s, m/s].
-        hand: The reading of its hand; None for a robot without one.
+        hands: The readings of its hands by end effector.
     """
 
     time: float
     q: np.ndarray
     v: np.ndarray
     u: np.ndarray
-    hand: HandReading | None = None
+    hands: Mapping[int, HandReading] = dc.field(default_factory=dict)
 
     @property
     def stands_still(self) -> bool:
@@ -80,65 +84,69 @@ def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
     if lost:
         failures = (*state.failures, lost)
         return dc.replace(state, failures=failures, outcome=FAILED)
-    X_WE = task.robot.end_effector_poses(now.q)
     if not state.begun:
         may_begin = now.time > state.since and now.stands_still
         return _begun(task, state, now) if may_begin else state
     step = state.present(task)
-    if _is_done(state, step, now, X_WE):
+    if _is_done(task, state, step, now):
         return _next(task, dc.replace(state, begun=False, since=now.time))
     if now.time - state.since > step.patience:
         reason = f"{step.text}: not done within {step.patience:g} s"
         if step.goal is not None:
-            error = error_to(state, step, X_WE)
+            error = error_to(task, state, step, now.q)
             reason += f", {1e3 * error.distance:.0f} mm and"
             reason += f" {math.degrees(error.angle):.0f} deg away"
         return _failed(task, state, now, reason)
     return state
 
 
-def error_to(state: TaskState, step: Step, X_WE: np.ndarray) -> PoseError:
-    """Returns the error from a step's end effector to where it goes.
+def error_to(
+    task: Task, state: TaskState, step: Step, q: np.ndarray
+) -> PoseError:
+    """Returns the error from what a step moves to where that goes.
 
     Args:
-        state: How far the task is.
+        task: The task.
+        state: How far it is.
         step: The present step.
-        X_WE: Poses of all end effectors, shape (e, 4, 4).
+        q: The configuration, shape (n_q,) [rad, m].
     """
-    X_WT = X_WE[step.effector] if state.X_WT is None else state.X_WT
-    return Target(X_WT).error(X_WE[step.effector])
+    X_W = _moved(task.robot, step, q)
+    return Target(X_W if state.X_WT is None else state.X_WT).error(X_W)
+
+
+def _moved(robot: RobotModel, step: Step, q: np.ndarray) -> np.ndarray:
+    """The pose in W of what a step moves, shape (4, 4)."""
+    if step.drives:
+        return planar_pose.matrix(q[:3])
+    return robot.end_effector_poses(q)[step.effector]
 
 
 def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
     """Begins the present step, if the robot may stand where it is with it."""
     step, X_WE = state.present(task), task.robot.end_effector_poses(now.q)
-    changed = dc.replace(state, begun=True, since=now.time, X_WA=X_WE)
+    state = _with_held_object(state, X_WE)
+    changed = dc.replace(state, begun=True, since=now.time, q_A=now.q)
     if step.action == ATTACH:
         reason = _off_the_hand(state, step, now, X_WE)
         if reason:
             return _failed(task, state, now, reason)
-        thing = state.named(step.object)
-        spheres = task.spheres[step.object]
-        payload = make_payload(task.robot, thing, spheres, now.q, step.effector)
-        X_WO = thing.X_WO.GetAsMatrix4()
-        X_OE = np.linalg.solve(X_WO, X_WE[step.effector])
-        grip = None
-        if step.grip is not None and now.hand is not None:
-            # Pads give way: its own width tells whether the object slips.
-            grip = now.hand.width
-        changed = dc.replace(changed, payload=payload, grip=grip, X_OE=X_OE)
+        changed = _attached(task, changed, step, now, X_WE)
     elif step.action == RELEASE:
-        if state.X_OE is None:
+        if not state.held or step.effector != state.holder:
             reason = f"{step.text}: the hand holds nothing"
             return _failed(task, state, now, reason)
-        X_WO = X_WE[step.effector] @ np.linalg.inv(state.X_OE)
-        objects = state.moved(state.held, X_WO)
         changed = dc.replace(
-            changed, payload=None, grip=None, X_OE=None, objects=objects
+            changed, payload=None, giver=None, grip=None, X_OE=None
         )
+    if changed.payload is not None:
+        holders = _holders(task.robot, changed, step)
+        payload = dc.replace(changed.payload, holders=holders)
+        changed = dc.replace(changed, payload=payload)
     if step.width is not None:
-        changed = dc.replace(changed, width=step.width, force=step.force)
-    X_WT = X_WE[step.effector]
+        told = {**state.told, step.effector: (step.width, step.force)}
+        changed = dc.replace(changed, told=told)
+    X_WT = _moved(task.robot, step, now.q)
     if step.goal is not None:
         X_WT = _place_of(state, step.goal, X_WT)
     changed = dc.replace(changed, X_WT=X_WT, rules=step.rules)
@@ -146,6 +154,48 @@ def _begun(task: Task, state: TaskState, now: Observation) -> TaskState:
     if reason:
         return _failed(task, state, now, f"{step.text}: {reason}")
     return changed
+
+
+def _with_held_object(state: TaskState, X_WE: np.ndarray) -> TaskState:
+    """The state with the carried object where it is now."""
+    if state.X_OE is None:
+        return state
+    X_WO = X_WE[state.holder] @ np.linalg.inv(state.X_OE)
+    return dc.replace(state, objects=state.moved(state.held, X_WO))
+
+
+def _attached(
+    task: Task,
+    state: TaskState,
+    step: Step,
+    now: Observation,
+    X_WE: np.ndarray,
+) -> TaskState:
+    """The state in which the step's end effector carries the object."""
+    thing, spheres = state.named(step.object), task.spheres[step.object]
+    payload = make_payload(task.robot, thing, spheres, now.q, step.effector)
+    X_WO = thing.X_WO.GetAsMatrix4()
+    hand = now.hands.get(step.effector)
+    return dc.replace(
+        state,
+        payload=payload,
+        holder=step.effector,
+        giver=state.holder if state.held else None,
+        # Pads give way: the hand's own width tells whether the object slips.
+        grip=None if step.grip is None or hand is None else hand.width,
+        X_OE=np.linalg.solve(X_WO, X_WE[step.effector]),
+    )
+
+
+def _holders(robot: RobotModel, state: TaskState, step: Step) -> frozenset[str]:
+    """The links that may touch what is carried while a step lasts."""
+    holders = hand_links(robot, state.holder)
+    if state.giver is not None:
+        holders |= hand_links(robot, state.giver)
+    for rule in step.rules:
+        if rule.object == state.held:
+            holders |= rule.links
+    return holders
 
 
 def _place_of(state: TaskState, goal: Goal, X_WE: np.ndarray) -> np.ndarray:
@@ -159,27 +209,47 @@ def _place_of(state: TaskState, goal: Goal, X_WE: np.ndarray) -> np.ndarray:
         return goal.X @ X_WE
     if goal.kind == BY_HAND:
         return X_WE @ goal.X
-    assert goal.kind == AT
+    assert goal.kind in (AT, BASE_TO)
     return goal.X
 
 
 def _is_done(
-    state: TaskState, step: Step, now: Observation, X_WE: np.ndarray
+    task: Task, state: TaskState, step: Step, now: Observation
 ) -> bool:
     if step.goal is not None:
-        error = error_to(state, step, X_WE)
-        if not (error.distance < step.position and error.angle < step.angle):
+        errors = [error_to(task, state, step, now.q)]
+        if step.drives:
+            errors += _arm_errors(task.robot, state, now.q)
+        if any(e.distance >= step.position for e in errors):
             return False
-    if step.width is None or now.hand is None:
+        if any(e.angle >= step.angle for e in errors):
+            return False
+    hand = now.hands.get(step.effector)
+    if step.width is None or hand is None:
         return True
-    is_there = abs(now.hand.width - step.width) < WIDTH
+    is_there = abs(hand.width - step.width) < WIDTH
     # A hand that closes on something stands still before it is there.
     is_late = now.time - state.since > 0.5
-    return is_there or (is_late and now.hand.at_rest)
+    return is_there or (is_late and hand.at_rest)
+
+
+def _arm_errors(
+    robot: RobotModel, state: TaskState, q: np.ndarray
+) -> list[PoseError]:
+    """By how much end effectors have left their poses in the base."""
+    assert state.q_A is not None
+    X_BE = [
+        np.linalg.inv(planar_pose.matrix(x[:3])) @ robot.end_effector_poses(x)
+        for x in (q, state.q_A)
+    ]
+    return [Target(shall).error(now) for now, shall in zip(*X_BE, strict=True)]
 
 
 def _next(task: Task, state: TaskState) -> TaskState:
     """Goes on to the next step, the next block, or the next way."""
+    done = state.present(task)
+    if done.goal is not None and done.effector == state.giver:
+        state = dc.replace(state, giver=None)
     if state.undoing:
         state = dc.replace(state, undoing=state.undoing[1:])
         return state if state.undoing else _next_way(task, state)
@@ -187,8 +257,8 @@ def _next(task: Task, state: TaskState) -> TaskState:
     if state.step + 1 < len(steps):
         return dc.replace(state, step=state.step + 1)
     if state.block + 1 < len(task.blocks):
-        held, block = state.held, state.block + 1
-        return dc.replace(state, block=block, way=0, step=0, carried=held)
+        load, block = state.load, state.block + 1
+        return dc.replace(state, block=block, way=0, step=0, carried=load)
     return dc.replace(state, outcome=DONE)
 
 
@@ -210,14 +280,14 @@ def _failed(
 def _next_way(task: Task, state: TaskState) -> TaskState:
     """Tries another way, which begins with what the block has begun with."""
     is_left = state.way + 1 < len(task.blocks[state.block].ways)
-    if is_left and state.held == state.carried:
+    if is_left and state.load == state.carried:
         return dc.replace(state, way=state.way + 1, step=0)
     return dc.replace(state, outcome=FAILED)
 
 
 def _lost(state: TaskState, now: Observation) -> str:
     """Says why what is carried may be lost; empty if the hand holds it."""
-    hand, name = now.hand, state.held
+    hand, name = now.hands.get(state.holder), state.held
     if not name or hand is None:
         return ""
     if not hand.is_known:
@@ -231,9 +301,10 @@ def _off_the_hand(
     state: TaskState, step: Step, now: Observation, X_WE: np.ndarray
 ) -> str:
     """Says why an object is not in a hand; empty if it is."""
-    if state.held:
+    is_given = state.held == step.object and step.effector != state.holder
+    if state.held and not is_given:
         return f"{step.text}: the hand holds the {state.held}"
-    hand = now.hand
+    hand = now.hands.get(step.effector)
     if hand and step.grip is not None and hand.is_narrower(step.grip):
         return f"{step.text}: the hand has closed on nothing"
     thing = state.named(step.object)

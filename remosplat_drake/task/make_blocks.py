@@ -10,12 +10,14 @@ from remosplat_drake.base.errors import FieldError, unknown_name
 from remosplat_drake.base.pose_config import PoseConfig, make_transform
 from remosplat_drake.base.ranges import joined
 from remosplat_drake.oracle.contact_rules import ContactRule
+from remosplat_drake.robot import planar_pose
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.task import step_configs as cfg
 from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.step import (
     AT,
     ATTACH,
+    BASE_TO,
     BY_HAND,
     BY_WORLD,
     OBJECT_TO,
@@ -39,18 +41,20 @@ class Workshop:
         objects: Names of the objects.
         overhang: How far the spheres of carried objects reach beyond them, by
             the objects' names [m].
-        max_width: Greatest opening of the hand [m]; None for a robot without.
+        max_widths: Greatest openings of the hands by end effector [m].
         is_stopped: Whether what is between the fingers stops them, which it
             does not on a kinematic station.
         where: The scenario that errors blame, as file and name.
+        plans: Whether paths are planned.
     """
 
     robot: RobotModel
     objects: tuple[str, ...]
     overhang: Mapping[str, float]
-    max_width: float | None
+    max_widths: Mapping[int, float]
     is_stopped: bool
     where: str
+    plans: bool = True
 
     def error(self, field: str, problem: str) -> FieldError:
         """Makes an error about a field of the scenario."""
@@ -66,20 +70,19 @@ class Workshop:
             raise self.error(field, unknown_name("object", name, self.objects))
         return name
 
-    def width(self, width: float | None, field: str) -> float:
-        """Returns an opening that the hand has; None means the greatest.
+    def width(self, width: float | None, effector: int, field: str) -> float:
+        """Returns an opening that a hand has; None means the greatest.
 
         Raises:
-            FieldError: The robot has no hand, or one that opens less.
+            FieldError: There is no hand, or one that opens less.
         """
-        if self.max_width is None:
+        most = self.max_widths.get(effector)
+        if most is None:
             raise self.error(field, "the robot has no hand")
         if width is None:
-            return self.max_width
-        if width > self.max_width:
-            problem = (
-                f"the hand opens to {self.max_width:g} m at most, got {width:g}"
-            )
+            return most
+        if width > most:
+            problem = f"the hand opens to {most:g} m at most, got {width:g}"
             raise self.error(field, problem)
         return width
 
@@ -93,7 +96,7 @@ def carried_objects(configs: Sequence[cfg.AnyStep]) -> tuple[str, ...]:
     names = [
         each.object
         for each in configs
-        if isinstance(each, (cfg.Attach, cfg.Pick))
+        if isinstance(each, (cfg.Attach, cfg.Pick, cfg.TakeOver))
     ]
     return tuple(dict.fromkeys(names))
 
@@ -111,11 +114,11 @@ def make_blocks(
         FieldError: A step names what does not exist, asks for more than the
             hand can do, or puts down what has not been taken.
     """
-    held, blocks = "", []
+    held, holder, blocks = "", 0, []
     for i, config in enumerate(configs):
-        maker = _Maker(config, shop, f"tasks[{i}]", held)
+        maker = _Maker(config, shop, f"tasks[{i}]", held, holder)
         blocks.append(maker.block())
-        held = maker.held
+        held, holder = maker.held, maker.holder
     return tuple(blocks)
 
 
@@ -123,10 +126,15 @@ class _Maker:
     """Makes the block of one step of a scenario."""
 
     def __init__(
-        self, config: cfg.AnyStep, shop: Workshop, field: str, held: str
+        self,
+        config: cfg.AnyStep,
+        shop: Workshop,
+        field: str,
+        held: str,
+        holder: int,
     ):
         self._config, self._shop, self._field = config, shop, field
-        self.held = held
+        self.held, self.holder = held, holder
         names = shop.robot.effectors
         effector = config.effector or names[0]
         if effector not in names:
@@ -139,11 +147,13 @@ class _Maker:
         config = self._config
         kinds = {
             cfg.Pick: self._pick,
+            cfg.TakeOver: self._take_over,
             cfg.Place: self._place,
             cfg.ReachTo: self._reach,
             cfg.Approach: self._along,
             cfg.Retreat: self._along,
             cfg.Lift: self._lift,
+            cfg.DriveTo: self._drive,
             cfg.Open: self._open,
             cfg.Close: self._close,
             cfg.Attach: self._attach,
@@ -180,6 +190,9 @@ class _Maker:
                 if link not in links:
                     problem = unknown_name("link", link, sorted(links))
                     raise self._error(f"{field}.links", problem)
+            if name == self.held and touch.stopping is not None:
+                problem = "leave it out: what is carried is touched or not"
+                raise self._error(f"{field}.stopping", problem)
             named = frozenset(touch.links) or self._hand
             rules.append(ContactRule(name, named, touch.stopping))
         return rules
@@ -189,6 +202,20 @@ class _Maker:
             raise self._shop.error(
                 self._field, "nothing has been taken that could be put down"
             )
+        if self._effector != self.holder:
+            names = self._shop.robot.effectors
+            mine, theirs = names[self._effector], names[self.holder]
+            problem = f"the {self.held} is in the hand {theirs}, not {mine}"
+            raise self._error("effector", problem)
+        return self.held
+
+    def _take(self, name: str) -> str:
+        """Notes that this end effector carries an object from now on."""
+        is_given = name == self.held and self._effector != self.holder
+        if self.held and not is_given:
+            problem = f"the {self.held} is still carried; put it down before"
+            raise self._error("object", problem)
+        self.held, self.holder = self._object(name), self._effector
         return self.held
 
     def _standing_on(self, support: str, thing: str) -> list[ContactRule]:
@@ -198,6 +225,10 @@ class _Maker:
         overlap = self._shop.overhang[thing] + _ROUNDING
         name = self._object(support, "support")
         return [ContactRule(name, frozenset({thing}), -overlap)]
+
+    def _width(self, width: float | None, field: str = "width") -> float:
+        where = joined(self._field, field)
+        return self._shop.width(width, self._effector, where)
 
     def _pose(self, pose: PoseConfig, field: str = "") -> np.ndarray:
         where = joined(self._field, field) if field else self._field
@@ -222,18 +253,28 @@ class _Maker:
         text = f"lifts the {self.held}" if self.held else "lifts its hand"
         return _only(self._step(text, goal=goal, speed=config.speed))
 
+    def _drive(self, config: cfg.DriveTo) -> Block:
+        if not self._shop.robot.n_base:
+            problem = "the robot has no base that could drive"
+            raise self._shop.error(self._field, problem)
+        if not self._shop.plans:
+            problem = "needs the paths of controller.guidance.planning"
+            raise self._shop.error(self._field, problem)
+        X_WB = planar_pose.matrix(np.array(config.base_pose))
+        return _only(self._step("drives", goal=Goal(BASE_TO, X_WB)))
+
     def _open(self, config: cfg.Open) -> Block:
-        width = self._shop.width(config.width, joined(self._field, "width"))
+        width = self._width(config.width)
         return _only(self._step("opens its hand", width=width))
 
     def _close(self, config: cfg.Close) -> Block:
-        width = self._shop.width(config.width, joined(self._field, "width"))
+        width = self._width(config.width)
         return _only(
             self._step("closes its hand", width=width, force=config.force)
         )
 
     def _attach(self, config: cfg.Attach) -> Block:
-        self.held = name = self._object(config.object)
+        name = self._take(config.object)
         rules = self._standing_on(config.support, name)
         return _only(
             self._step(f"takes the {name}", *rules, action=ATTACH, object=name)
@@ -246,7 +287,7 @@ class _Maker:
 
     def _release(self, config: cfg.Release) -> Block:
         name, self.held = self._held_now(), ""
-        width = self._shop.width(config.width, joined(self._field, "width"))
+        width = self._width(config.width)
         return _only(
             self._step(
                 f"releases the {name}",
@@ -258,19 +299,64 @@ class _Maker:
         )
 
     def _pick(self, config: cfg.Pick) -> Block:
-        self.held = name = self._object(config.object)
+        name = self._take(config.object)
+        standing = self._standing_on(config.support, name)
+        lift = self._step(
+            f"lifts the {name}",
+            *standing,
+            goal=Goal(BY_WORLD, _shift(config.lift)),
+            speed=config.speed,
+        )
+        ways = self._grasps(config, name, standing, (lift,))
+        return Block(f"pick the {name}", ways)
+
+    def _take_over(self, config: cfg.TakeOver) -> Block:
+        giver, held = self.holder, self.held
+        if not held or held != config.object or giver == self._effector:
+            problem = f"the {config.object} is in no other hand by then"
+            raise self._error("object", problem)
+        name = self._take(config.object)
+        where = joined(self._field, "effector")
+        opening = self._step(
+            f"lets the {name} go",
+            width=self._shop.width(None, giver, where),
+        )
+        back = _shift([0.0, 0.0, -config.retreat])
+        retreat = self._step(
+            f"retreats from the {name}",
+            goal=Goal(BY_HAND, back),
+            speed=config.speed,
+        )
+        given = [dc.replace(x, effector=giver) for x in (opening, retreat)]
+        ways = self._grasps(config, name, [], tuple(given))
+        return Block(f"take the {name} over", ways)
+
+    def _grasps(
+        self,
+        config: cfg.Grasping,
+        name: str,
+        standing: Sequence[ContactRule],
+        then: tuple[Step, ...],
+    ) -> tuple[tuple[Step, ...], ...]:
+        """The ways to take an object, one for each grasp."""
         if not config.grasps:
             raise self._error("grasps", "give one at least")
-        ways = [self._grasp(config, name, i) for i in range(len(config.grasps))]
-        return Block(f"pick the {name}", tuple(ways))
+        return tuple(
+            (*self._grasp(config, name, standing, i), *then)
+            for i in range(len(config.grasps))
+        )
 
-    def _grasp(self, config: cfg.Pick, name: str, i: int) -> tuple[Step, ...]:
+    def _grasp(
+        self,
+        config: cfg.Grasping,
+        name: str,
+        standing: Sequence[ContactRule],
+        i: int,
+    ) -> tuple[Step, ...]:
         grasp, field = config.grasps[i], f"grasps[{i}]"
         touching = ContactRule(name, self._hand)
-        standing = self._standing_on(config.support, name)
-        width = joined(self._field, f"{field}.width")
-        closed = self._shop.width(grasp.width, width)
-        opened = self._shop.width(None, width)
+        closed = self._width(grasp.width, f"{field}.width")
+        opened = self._width(None, f"{field}.width")
         squeeze = config.squeeze if self._shop.is_stopped else 0.0
         X_OE = self._pose(grasp, field)
         before = X_OE @ _shift([0.0, 0.0, -config.approach])
@@ -310,12 +396,6 @@ class _Maker:
                 grip=closed,
                 undo=(leave,),
             ),
-            self._step(
-                f"lifts the {name}",
-                *standing,
-                goal=Goal(BY_WORLD, _shift(config.lift)),
-                **line,
-            ),
         )
 
     def _place(self, config: cfg.Place) -> Block:
@@ -338,7 +418,7 @@ class _Maker:
             goal=Goal(OBJECT_TO, over),
             **line,
         )
-        opened = self._shop.width(None, self._field)
+        opened = self._width(None)
         return (
             self._step(f"carries the {name}", goal=Goal(OBJECT_TO, over)),
             self._step(

@@ -1,13 +1,14 @@
 """The steps of a task, as a scenario has them."""
 
 import dataclasses as dc
+import math
 from collections.abc import Iterator
 from typing import Annotated
 
 from annotated_types import Interval, Len
 
 from remosplat_drake.base.pose_config import PoseConfig
-from remosplat_drake.base.ranges import Config, Unbounded
+from remosplat_drake.base.ranges import Config, Position, Unbounded
 
 Length = Annotated[float, Interval(gt=0, le=5)]
 """A distance along a straight line [m]."""
@@ -106,6 +107,30 @@ class Lift(StepConfig):
 
 
 @dc.dataclass
+class DriveTo(StepConfig):
+    """Brings the base to a pose, on a free way.
+
+    The arm may move on the way, and ends as it was.
+    """
+
+    # Pose x, y, yaw of the base in W [m, m, rad].
+    base_pose: Position = dc.field(default_factory=lambda: [0.0] * 3)
+    # Distance at which the base has arrived [m].
+    position: Annotated[float, Interval(gt=0, le=0.5)] = 0.02
+
+    def check(self) -> Iterator[tuple[str, str]]:
+        """Checks that the yaw is not in degrees.
+
+        Yields:
+            The name of a field and what is wrong with it.
+        """
+        yield from super().check()
+        for yaw in self.base_pose[2:]:
+            if abs(yaw) > math.tau:
+                yield "base_pose", f"the yaw is in radians, got {yaw:g}"
+
+
+@dc.dataclass
 class Open(StepConfig):
     """Opens the hand."""
 
@@ -160,13 +185,11 @@ class GraspConfig(PoseConfig):
 
 
 @dc.dataclass
-class Pick(StepConfig):
-    """Takes an object: opens, reaches, approaches, closes, attaches, lifts."""
+class Grasping(StepConfig):
+    """What taking an object has, wherever it is."""
 
     # Name of the object.
     object: str = ""
-    # Object that it stands on; empty for none that is known.
-    support: str = ""
     # The grasps that are tried, one after the other.
     grasps: Annotated[list[GraspConfig], Len(0, 1000)] = dc.field(
         default_factory=list
@@ -179,10 +202,26 @@ class Pick(StepConfig):
     force: Force = 20.0
     # Length of the straight approach along the hand's z axis [m].
     approach: Length = 0.1
-    # How far it is lifted, along the axes of W [m].
-    lift: Shift = dc.field(default_factory=lambda: [0.0, 0.0, 0.1])
     # Speed on straight lines [m/s].
     speed: Speed = 0.1
+
+
+@dc.dataclass
+class Pick(Grasping):
+    """Takes an object: opens, reaches, approaches, closes, attaches, lifts."""
+
+    # Object that it stands on; empty for none that is known.
+    support: str = ""
+    # How far it is lifted, along the axes of W [m].
+    lift: Shift = dc.field(default_factory=lambda: [0.0, 0.0, 0.1])
+
+
+@dc.dataclass
+class TakeOver(Grasping):
+    """Takes an object out of another hand, which then opens and retreats."""
+
+    # How far the other hand retreats straight [m].
+    retreat: Length = 0.1
 
 
 @dc.dataclass
@@ -208,12 +247,14 @@ AnyStep = (
     | Approach
     | Retreat
     | Lift
+    | DriveTo
     | Open
     | Close
     | Attach
     | MoveTo
     | Release
     | Pick
+    | TakeOver
     | Place
 )
 """Any step of a task."""

@@ -56,17 +56,21 @@ class TaskState:
         begun: Whether the present step has begun; if not, the arm comes to a
             standstill before it does.
         since: Time since which that is so [s].
-        X_WT: Goal of the end effector, shape (4, 4); None before the first.
-        X_WA: Poses of all end effectors when the step began, shape (e, 4, 4).
+        X_WT: Goal of the end effector, or of the base if the step drives,
+            shape (4, 4); None before the first.
+        q_A: The configuration when the step began, shape (n_q,) [rad, m];
+            None before the first.
         rules: The contact rules that hold, those of the step that has begun
             last.
         payload: What is carried; None for nothing.
+        holder: Index of the end effector that carries it.
+        giver: Index of the one that it was taken over from, until that has
+            moved away; None otherwise.
         grip: Opening of the hand around it [m]; None where that is not looked
             at.
-        X_OE: The end effector in the carried object, shape (4, 4).
-        width: Opening that the hand is told [m]; None before the first.
-        force: Force that it is told [N].
-        carried: Name of what was carried when the block began; empty: nothing.
+        X_OE: The holder in the carried object, shape (4, 4).
+        told: Opening and force that hands are told, by end effector [m, N].
+        carried: What was carried when the block began, as `load`.
         failures: Why ways have failed, in words.
         outcome: `RUNNING`, `DONE` or `FAILED`.
     """
@@ -79,14 +83,15 @@ class TaskState:
     begun: bool = False
     since: float = 0.0
     X_WT: np.ndarray | None = None
-    X_WA: np.ndarray | None = None
+    q_A: np.ndarray | None = None
     rules: tuple[ContactRule, ...] = ()
     payload: Payload | None = None
+    holder: int = 0
+    giver: int | None = None
     grip: float | None = None
     X_OE: np.ndarray | None = None
-    width: float | None = None
-    force: float = 20.0
-    carried: str = ""
+    told: Mapping[int, tuple[float, float]] = dc.field(default_factory=dict)
+    carried: tuple[str, int] = ("", 0)
     failures: tuple[str, ...] = ()
     outcome: str = RUNNING
 
@@ -109,6 +114,11 @@ class TaskState:
     def held(self) -> str:
         """Name of what is carried; empty for nothing."""
         return "" if self.payload is None else self.payload.name
+
+    @property
+    def load(self) -> tuple[str, int]:
+        """What is carried, and its holder; an empty name for nothing."""
+        return (self.held, self.holder) if self.held else ("", 0)
 
     @property
     def in_map(self) -> tuple[SceneObject, ...]:

@@ -83,7 +83,7 @@ class StandingRule:
             q: The configuration, shape (n_q,) [rad, m].
         """
         least = self._map.stopping - _MARGIN
-        if before.payload != after.payload:
+        if before.held != after.held:
             least = 0.0
         room, said = self._room(after, q)
         if room >= least or room >= self._room(before, q)[0]:

@@ -1,5 +1,7 @@
 """`TaskSystem`: takes a task on, and tells the others what has changed."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
@@ -14,12 +16,13 @@ from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.load import EMPTY, Load
-from remosplat_drake.signals.target import Target
 from remosplat_drake.task.advance_task import (
     Observation,
     advance_task,
     error_to,
 )
+from remosplat_drake.task.step import FORCE
+from remosplat_drake.task.step_aim import aim_of
 from remosplat_drake.task.target_sequence import TargetProgress
 from remosplat_drake.task.task import DONE, FAILED, Task, TaskState
 from remosplat_drake.task.task_map import TaskMap
@@ -52,22 +55,27 @@ class TaskSystem(LeafSystem):
     objects that stand in it and the contact rules of the present step,
     `payload` what is carried, `objects` all objects where they stand, and
     `hold` whether the arm shall stand still: map and payload change only while
-    it does. `hand_command` is the hand's width and force [m, N], `task` the
-    `TaskState`.
+    it does. `hand_command` is the width and force of each hand [m, N],
+    `hand_state` the width, rate and force of each, and `task` the `TaskState`.
 
     Args:
         task: The task.
         map: Its map.
-        width: Opening of the hand at the start [m].
+        widths: Opening of each hand at the start, by end effector [m].
         period: Control period [s].
     """
 
     def __init__(
-        self, *, task: Task, map: TaskMap, width: float, period: float
+        self,
+        *,
+        task: Task,
+        map: TaskMap,
+        widths: Mapping[int, float],
+        period: float,
     ):
         super().__init__()
         self.set_name("targets")
-        self._task, self._map, self._width = task, map, width
+        self._task, self._map, self._widths = task, map, widths
         robot = task.robot
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
@@ -78,7 +86,9 @@ class TaskSystem(LeafSystem):
         self._executed_input = self.DeclareVectorInputPort(
             "velocity_executed", robot.n_u
         )
-        self._hand_input = self.DeclareVectorInputPort("hand_state", 3)
+        self._hand_input = self.DeclareVectorInputPort(
+            "hand_state", 3 * len(widths)
+        )
         self._state_index = self.DeclareAbstractState(
             Value(TaskState(task.objects, since=-np.inf))
         )
@@ -100,7 +110,7 @@ class TaskSystem(LeafSystem):
         ):
             self.DeclareAbstractOutputPort(name, model.Clone, calc, tickets)
         self.DeclareVectorOutputPort(
-            "hand_command", 2, self._calc_hand, present
+            "hand_command", 2 * len(widths), self._calc_hands, present
         )
         self.DeclareStateOutputPort("task", self._state_index)
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._judge)
@@ -133,24 +143,12 @@ class TaskSystem(LeafSystem):
             context: The system's own context.
         """
         state = self.state(context)
-        return error_to(state, state.present(self._task), self._poses(context))
-
-    def _poses(self, context: Context) -> np.ndarray:
         q = self._configuration_input.Eval(context)
-        return self._task.robot.end_effector_poses(q)
+        return error_to(self._task, state, state.present(self._task), q)
 
     def _aim(self, context: Context) -> Aim:
-        """The goal of the present step; other end effectors stay."""
-        state = self.state(context)
-        step = state.present(self._task)
-        if state.X_WT is None or state.X_WA is None:
-            return Aim.of(self._poses(context)[step.effector])
-        targets: list[Target | None] = [Target(X) for X in state.X_WA]
-        target = Target(state.X_WT)
-        if step.goal is not None and step.speed is not None and state.begun:
-            target = target.on_line(state.X_WA[step.effector], step.speed)
-        targets[step.effector] = target
-        return Aim(tuple(targets))
+        q = self._configuration_input.Eval(context)
+        return aim_of(self._task, self.state(context), q)
 
     def _calc_aim(self, context: Context, output: AbstractValue):
         output.set_value(self._aim(context))
@@ -175,22 +173,26 @@ class TaskSystem(LeafSystem):
         moves = state.begun and state.present(self._task).goal is not None
         output.set_value(not moves)
 
-    def _calc_hand(self, context: Context, output: BasicVector):
-        state = self.state(context)
-        width = self._width if state.width is None else state.width
-        output.SetFromVector([width, state.force])
+    def _calc_hands(self, context: Context, output: BasicVector):
+        told = self.state(context).told
+        start = {i: (width, FORCE) for i, width in self._widths.items()}
+        commands = [told.get(i, start[i]) for i in start]
+        output.SetFromVector(np.ravel(commands))
 
     def _judge(self, context: Context, state: State):
         before = self.state(context)
-        hand = None
+        hands = {}
         if self._hand_input.HasValue(context):
-            hand = HandReading.of(self._hand_input.Eval(context))
+            readings = self._hand_input.Eval(context).reshape(-1, 3)
+            hands = dict(
+                zip(self._widths, map(HandReading.of, readings), strict=True)
+            )
         now = Observation(
             context.get_time(),
             np.array(self._configuration_input.Eval(context)),
             np.array(self._velocity_input.Eval(context)),
             np.array(self._executed_input.Eval(context)),
-            hand,
+            hands,
         )
         after = advance_task(self._task, before, now)
         if after is not before:

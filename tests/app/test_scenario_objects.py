@@ -90,6 +90,14 @@ def test_the_map_of_a_scenario_shows_an_object_by_its_shape():
         ("{tasks: [!Pick {object: cup}]}", "unknown object 'cup'"),
         ("{tasks: [!Lift {by: [0, 0, 9]}]}", "by"),
         (
+            "{tasks: [!DriveTo {base_pose: [0, 0, 90]}]}",
+            "tasks.0..base_pose: the yaw is in radians, got 90",
+        ),
+        (
+            "{tasks: [!DriveTo {}], controller: {guidance: {budget: 0}}}",
+            "tasks.0.: needs the paths of controller.guidance.planning",
+        ),
+        (
             "{targets: [{translation: [1, 0, 1]}]}",
             "tasks: give `tasks` or `targets`, not both",
         ),

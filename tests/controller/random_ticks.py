@@ -41,6 +41,8 @@ def some_tick(robot: RobotModel, seed: int) -> Tick:
     )
     targets = [some_target(X_WE, X_WT, rng) for X_WE in state.X_WEs]
     aim = some_aim(targets, rng)
+    if seed % 5 == 4:
+        aim = dc.replace(aim, q=q)
     tube = rng.uniform(0, 0.01, len(robot.spheres))
     movers = some_movers(rng, state.spheres.p_WS)
     return Tick(

@@ -75,6 +75,8 @@ def _servo_tracking(
     own: ing.ServoTracking, program: ReactiveProgram, tick: Tick
 ) -> None:
     """Sets the twists that are tracked, and the slack's bounds and price."""
+    if tick.aim.q is not None:
+        return
     path = tick.guidance.path
     last = LAST_DRIVE if tick.robot.n_base == 2 else LAST_STRETCH
     if path is not None and path.left(tick.state.q) > last:
@@ -120,7 +122,8 @@ def _velocity_cost(
 ) -> None:
     """Adds the cost of the squared command."""
     weights = np.full(program.n_u, own._config.weight)
-    weights[: tick.robot.n_base] /= tick.error_scale
+    error = tick.error_scale if tick.aim.q is None else 100.0
+    weights[: tick.robot.n_base] /= error
     program.add_quadratic_cost(own.term, weights)
 
 

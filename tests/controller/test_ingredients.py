@@ -128,6 +128,20 @@ def test_the_base_is_cheap_far_from_the_target(frankie, make_tick):
     )
 
 
+def test_to_a_configuration_paths_alone_lead(frankie, make_tick):
+    tick = make_tick(frankie, frankie.q_home)
+    aim = dc.replace(tick.aim, q=tick.state.q)
+    tick = dc.replace(tick, aim=aim)
+    tracking = ing.ServoTracking(
+        ing.ServoTrackingConfig(), ing.CollisionDamperConfig()
+    )
+    assert not len(added(tracking, tick).form.J)
+    # At its target, too, the base is as cheap as 100 m away from it.
+    cost = added(ing.VelocityCost(ing.VelocityCostConfig(weight=0.3)), tick)
+    (weights,) = cost.terms.quadratic.values()
+    assert weights == pytest.approx([0.003] * 2 + [0.3] * 7)
+
+
 def test_velocity_limits_are_a_fraction_of_the_robots(three_link, make_tick):
     config = ing.VelocityLimitsConfig(fraction=0.5, acceleration=False)
     program = added(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.robot.robot_description import Hand, RobotDescription
 from remosplat_drake.robot.robot_model import RobotModel
 
 
@@ -62,6 +62,36 @@ def test_both_ways_to_name_them_are_one_too_many():
         RobotDescription(
             end_effector_frame="tip", end_effectors={"left": "tip"}
         )
+
+
+GRIPPER = Hand(name="left", joints=["a", "b"])
+
+
+def test_hands_belong_to_end_effectors(frankie):
+    frames = {"left": "l", "right": "r"}
+    description = RobotDescription(
+        end_effectors=frames, hands={"right": GRIPPER}
+    )
+    assert description.effector_hands == {"right": GRIPPER}
+    (only,) = frankie.description.effector_hands.items()
+    assert only == ("", frankie.description.hand)
+    assert RobotDescription(end_effectors=frames).effector_hands == {}
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"hand": GRIPPER, "hands": {"left": GRIPPER}}, "not both"),
+        ({"hands": {"middle": GRIPPER}}, "unknown end effector 'middle'"),
+        (
+            {"hands": {"left": GRIPPER, "right": GRIPPER}},
+            "hands: each needs a name of its own",
+        ),
+    ],
+)
+def test_hands_that_belong_to_none_are_refused(fields, message):
+    with pytest.raises(FieldError, match=message):
+        RobotDescription(end_effectors={"left": "l", "right": "r"}, **fields)
 
 
 def test_a_frame_that_is_not_there_is_named(two_arms):

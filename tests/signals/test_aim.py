@@ -51,6 +51,14 @@ def test_aims_are_told_apart_by_who_shall_reach_what():
     assert not aim.equals(Aim.of(at(2)))
 
 
+def test_an_aim_may_name_its_configuration():
+    plain, there = Aim.of(at(1)), Aim((Target(at(1)),), q=np.zeros(3))
+    assert there.arrays.by_path and not plain.arrays.by_path
+    assert there.equals(Aim((Target(at(1)),), q=np.zeros(3)))
+    assert not there.equals(plain) and not plain.equals(there)
+    assert not there.equals(Aim((Target(at(1)),), q=np.ones(3)))
+
+
 def test_the_farthest_beside_its_line_counts():
     line = Target(at(1)).on_line(at(0), 0.1)
     aim = Aim((line, Target(at(1)), line))

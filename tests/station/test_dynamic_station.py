@@ -175,6 +175,16 @@ def test_the_hand_opens_and_closes(frankie, harness):
     np.testing.assert_allclose(dut.eval("hand.state")[:2], [0.05, 0], atol=1e-4)
 
 
+def test_each_hand_has_motors_of_its_own(two_pandas, harness):
+    dut = make(two_pandas, harness, two_pandas.q_home)
+    dut.fix("left_hand.command", [0.03, 20.0])
+    dut.advance(1.0)
+    for side, width in (("left", 0.03), ("right", 0.08)):
+        reading = dut.eval(f"{side}_hand.state")
+        np.testing.assert_allclose(reading[:2], [width, 0], atol=1e-4)
+    np.testing.assert_allclose(dut.q, two_pandas.q_home, atol=1e-3)
+
+
 def test_without_a_hand_command_the_width_stays(frankie, harness):
     dut = make(frankie, harness, start(frankie))
     dut.advance(0.2)

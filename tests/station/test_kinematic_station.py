@@ -89,6 +89,21 @@ def test_the_hand_moves_at_its_speed_and_arrives(frankie, harness):
     np.testing.assert_allclose(dut.eval("hand.state"), [0.02, 0, 0], atol=1e-5)
 
 
+def test_each_hand_goes_where_it_is_told(two_pandas, harness):
+    dut = make(two_pandas, harness, two_pandas.q_home)
+    dut.fix("right_hand.command", [0.02, 10.0])
+    np.testing.assert_allclose(dut.eval("right_hand.state"), [0.08, -0.1, 0])
+    dut.advance(0.2)
+    np.testing.assert_allclose(dut.eval("right_hand.state"), [0.06, -0.1, 0])
+    np.testing.assert_allclose(dut.eval("left_hand.state"), [0.08, 0, 0])
+    dut.fix("left_hand.command", [0.03, 10.0])
+    dut.advance(1.0)
+    for side, width in (("left", 0.03), ("right", 0.02)):
+        reading = dut.eval(f"{side}_hand.state")
+        np.testing.assert_allclose(reading, [width, 0, 0], atol=1e-5)
+    np.testing.assert_allclose(dut.q, two_pandas.q_home)
+
+
 def test_the_hand_stops_at_its_ends(frankie, harness):
     dut = make(frankie, harness, np.r_[0, 0, 0, frankie.home])
     dut.fix("hand.command", [1.0, 10.0])

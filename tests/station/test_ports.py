@@ -91,6 +91,16 @@ def test_the_table_for_frankie(frankie):
     }
 
 
+def test_each_hand_has_ports(two_pandas):
+    ports = table(two_pandas, camera=False)
+    for side in ("left", "right"):
+        assert (f"{side}_hand.command", "input", 2) in ports
+        assert (f"{side}_hand.state", "output", 3) in ports
+    station = make(two_pandas, KinematicStation())
+    names = {station.get_input_port(i).get_name() for i in range(3)}
+    assert "left_hand.command" in names and "right_hand.command" in names
+
+
 def test_ground_truth_is_marked_as_cheating(frankie):
     station = make(frankie, DynamicStation())
     names = {

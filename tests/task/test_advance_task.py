@@ -10,9 +10,11 @@ from pydrake.math import RigidTransform, RollPitchYaw
 from remosplat_drake.oracle.contact_rules import ContactRule
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.task.advance_task import Observation, advance_task
+from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.step import (
     AT,
     ATTACH,
+    BASE_TO,
     BY_WORLD,
     OBJECT_TO,
     ON_OBJECT,
@@ -21,6 +23,7 @@ from remosplat_drake.task.step import (
     Goal,
     Step,
 )
+from remosplat_drake.task.step_aim import aim_of
 from remosplat_drake.task.task import DONE, FAILED, RUNNING, Task, TaskState
 
 DT = 0.1
@@ -29,6 +32,9 @@ X_WO = RigidTransform([0.6, 0.0, 0.4])
 
 def shifted(x=0.0, y=0.0, z=0.0):
     return RigidTransform([x, y, z]).GetAsMatrix4()
+
+
+LEFT, RIGHT = 0, 1
 
 
 class Stage:
@@ -45,11 +51,13 @@ class Stage:
         self.state = TaskState(self.task.objects, since=-np.inf)
         self.time, self.q = 0.0, robot.q_home
 
-    def tick(self, u=0.0, width=None, rate=0.0, v=0.0):
+    def tick(self, u=0.0, width=None, rate=0.0, right=None, v=0.0):
         n_u = self.task.robot.n_u
-        hand = None if width is None else HandReading(width, rate, 0.0)
+        hands = {} if width is None else {0: HandReading(width, rate, 0.0)}
+        if right is not None:
+            hands[RIGHT] = HandReading(right, rate, 0.0)
         u, v = np.full(n_u, u), np.full(n_u, v)
-        now = Observation(self.time, self.q, v, u, hand)
+        now = Observation(self.time, self.q.copy(), v, u, hands)
         self.state = advance_task(self.task, self.state, now)
         self.time += DT
         return self.state
@@ -114,7 +122,7 @@ def test_the_next_step_waits_for_a_standstill(frankie):
 def test_a_hand_is_done_when_it_is_as_wide_or_cannot_go_on(frankie):
     stage = Stage(frankie, only(Step("opens", width=0.08)))
     stage.tick(width=0.02)
-    assert stage.state.width == 0.08
+    assert stage.state.told == {0: (0.08, 20.0)}
     assert stage.tick(width=0.05, rate=0.1).outcome == RUNNING
     assert stage.tick(width=0.0799, rate=0.1).outcome == DONE
     stage = Stage(frankie, only(Step("closes", width=0.0)))
@@ -179,6 +187,45 @@ def test_goals_are_relative_to_what_is_there_when_they_begin(frankie):
     np.testing.assert_allclose(stage.state.X_WT, lifted, atol=1e-12)
 
 
+def driving(robot, x, yaw):
+    X_WB = RigidTransform(RollPitchYaw(0, 0, yaw), [x, 0, 0])
+    goal = Goal(BASE_TO, X_WB.GetAsMatrix4())
+    stage = Stage(robot, only(Step("drives", goal=goal, patience=1.0)))
+    stage.q[2] = 2.0 * np.pi  # Turned once, which is no difference.
+    stage.tick()
+    return stage
+
+
+def test_a_base_drives_with_the_arm_as_it_is(frankie):
+    stage = driving(frankie, 1.0, 0.5)
+    aim = aim_of(stage.task, stage.state, stage.q)
+    assert aim.q == pytest.approx([1.0, 0.0, 0.5, *frankie.home])
+    X_BE = frankie.end_effector_pose([0, 0, 0, *frankie.home])
+    X_WT = RigidTransform(RollPitchYaw(0, 0, 0.5), [1.0, 0, 0])
+    wanted = X_WT.GetAsMatrix4() @ X_BE
+    np.testing.assert_allclose(aim.first.X_WT, wanted, atol=1e-9)
+    stage.q[:3] = 1.004, 0.0, 0.51 - 2.0 * np.pi
+    assert stage.tick().outcome == DONE
+
+
+def test_a_base_elsewhere_has_not_arrived(frankie):
+    stage = driving(frankie, 1.0, 0.5)
+    stage.q[:3] = 1.004, 0.0, 0.53
+    while stage.tick().outcome == RUNNING:
+        pass
+    reason = "drives: not done within 1 s, 4 mm and 2 deg away"
+    assert stage.state.failures == (reason,)
+
+
+def test_a_base_has_not_arrived_before_the_arm_is_as_it_was(frankie):
+    stage = driving(frankie, 1.0, 0.5)
+    stage.q[:3] = 1.0, 0.0, 0.5
+    stage.q[3] += 0.05
+    assert stage.tick().outcome == RUNNING
+    stage.q[3] -= 0.05
+    assert stage.tick().outcome == DONE
+
+
 def test_a_can_elsewhere_is_not_taken(frankie):
     stage = Stage(frankie, carry())
     stage.tick()
@@ -232,6 +279,97 @@ def test_a_hand_that_opens_or_falls_silent_ends_the_task(
     stage.tick(width=width)
     assert stage.state.outcome == FAILED
     assert stage.state.failures == (reason,)
+
+
+def giving(two_pandas, *more, grip=None):
+    """The left hand has taken the can, and the right one is at it, too."""
+    take = Step("takes the can", action=ATTACH, object="can", grip=grip)
+    over = dc.replace(take, text="takes it over", effector=RIGHT)
+    stage = Stage(two_pandas, only(take, over, *more))
+    objects = stage.state.moved("can", stage.X_WE)
+    stage.state = dc.replace(stage.state, objects=objects)
+    stage.tick(width=0.06, right=0.08)
+    return stage
+
+
+def test_a_can_goes_from_hand_to_hand(two_pandas):
+    back = Step("retreats", goal=Goal(BY_WORLD, np.eye(4)))
+    rest = Step("stays", effector=RIGHT)
+    opens = Step("lets it go", width=0.08)
+    stage = giving(two_pandas, opens, back, rest)
+    left, right = hand_links(two_pandas), hand_links(two_pandas, RIGHT)
+    assert stage.state.payload.holders == left
+    assert stage.state.payload.link == "left_hand"
+    # Both arms turn to the middle, where the hands are at one place.
+    turn = np.arcsin(0.3 / stage.X_WE[0, 3])
+    stage.q[[0, 7]] = -turn, turn
+    X_WO = stage.X_WE
+    stage.tick(width=0.06, right=0.06)
+    stage.tick(width=0.06, right=0.06)
+    assert stage.step.text == "takes it over" and stage.state.begun
+    payload = stage.state.payload
+    # The can is where the left hand has brought it, and the right one's now.
+    assert (stage.state.load, payload.link) == (("can", RIGHT), "right_hand")
+    body = two_pandas.tree.index("right_hand")
+    X_WL = two_pandas.body_poses(stage.q)[body]
+    np.testing.assert_allclose(X_WL @ payload.X_LO, X_WO, atol=1e-9)
+    # The left hand may touch it until it has retreated.
+    holders = {}
+    while stage.tick(width=0.08, right=0.06).outcome == RUNNING:
+        holders.setdefault(stage.step.text, stage.state.payload.holders)
+    assert stage.state.outcome == DONE
+    assert holders["lets it go"] == holders["retreats"] == left | right
+    assert stage.state.payload.holders == right
+    assert stage.state.told == {LEFT: (0.08, 20.0)}
+
+
+def test_a_hand_far_away_takes_nothing_over(two_pandas):
+    stage = giving(two_pandas)
+    while stage.tick(width=0.06, right=0.06).outcome == RUNNING:
+        pass
+    (reason,) = stage.state.failures
+    assert reason.startswith("takes it over: the can is")
+    assert stage.state.load == ("can", LEFT)
+
+
+def test_the_width_of_the_hand_that_holds_is_watched(two_pandas):
+    stage = giving(two_pandas, grip=0.06)
+    assert stage.tick(width=0.06, right=0.0).outcome == RUNNING
+    stage.tick(width=0.05, right=0.06)
+    assert stage.state.failures[-1] == "the can has slipped out of the hand"
+
+
+def test_what_is_carried_may_be_touched_while_a_step_says_so(two_pandas):
+    right = hand_links(two_pandas, RIGHT)
+    rules = (ContactRule("can", right),)
+    near = Step("closes", effector=RIGHT, width=0.06, rules=rules)
+    away = Step("opens", effector=RIGHT, width=0.08)
+    take = Step("takes the can", action=ATTACH, object="can")
+    stage = Stage(two_pandas, only(take, near, away))
+    objects = stage.state.moved("can", stage.X_WE)
+    stage.state = dc.replace(stage.state, objects=objects)
+    holders = {}
+    while stage.tick(width=0.06, right=0.06).outcome == RUNNING:
+        holders[stage.step.text] = stage.state.payload.holders
+        if stage.step is away and stage.state.begun:
+            break
+    assert holders["closes"] == hand_links(two_pandas) | right
+    assert holders["opens"] == hand_links(two_pandas)
+
+
+def test_a_hand_reaches_for_what_another_one_carries(two_pandas):
+    goal = Goal(ON_OBJECT, shifted(z=0.1), "can")
+    reach = Step("reaches", effector=RIGHT, goal=goal)
+    take = Step("takes the can", action=ATTACH, object="can")
+    stage = Stage(two_pandas, only(take, reach))
+    objects = stage.state.moved("can", stage.X_WE)
+    stage.state = dc.replace(stage.state, objects=objects)
+    stage.tick()
+    stage.q[0] += 0.2
+    stage.tick()
+    stage.tick()
+    wanted = stage.X_WE @ shifted(z=0.1)
+    np.testing.assert_allclose(stage.state.X_WT, wanted, atol=1e-9)
 
 
 def test_a_refusal_is_a_failure_and_changes_nothing(frankie):

@@ -14,7 +14,7 @@ from remosplat_drake.task.make_blocks import (
     carried_objects,
     make_blocks,
 )
-from remosplat_drake.task.step import ATTACH, RELEASE
+from remosplat_drake.task.step import ATTACH, BASE_TO, RELEASE
 
 GRASP = cfg.GraspConfig([0, 0, 0.05], width=0.06)
 PICK = cfg.Pick(object="can", support="board", grasps=[GRASP, GRASP])
@@ -24,7 +24,8 @@ PLACE = cfg.Place(support="board", places=[PoseConfig([0.5, 0, 0.4])])
 @pytest.fixture(scope="module")
 def shop(frankie):
     names = ("can", "board")
-    return Workshop(frankie, names, {"can": 0.008}, 0.08, False, "file:entry")
+    widths = {0: 0.08}
+    return Workshop(frankie, names, {"can": 0.008}, widths, False, "file:entry")
 
 
 def test_a_pick_has_a_way_for_each_grasp(shop, frankie):
@@ -82,6 +83,105 @@ def test_single_steps(shop):
     assert carried_objects(steps) == ("can",)
 
 
+@pytest.fixture(scope="module")
+def two_hands(two_pandas):
+    widths = {0: 0.08, 1: 0.07}
+    names = ("can", "board")
+    overhang = {"can": 0.008}
+    return Workshop(two_pandas, names, overhang, widths, False, "file:entry")
+
+
+LEFT_PICK = cfg.Pick(object="can", effector="left", grasps=[GRASP])
+
+
+def test_a_hand_takes_over_from_another(two_hands, two_pandas):
+    over = cfg.TakeOver(object="can", effector="right", grasps=[GRASP] * 2)
+    place = cfg.Place(effector="right", places=[PoseConfig([0.5, 0, 0.4])])
+    _, block, _ = make_blocks([LEFT_PICK, over, place], two_hands)
+    assert len(block.ways) == 2
+    steps = block.ways[0]
+    texts = [(step.text, step.effector) for step in steps]
+    assert texts == [
+        ("reaches for the can", 1),
+        ("approaches the can", 1),
+        ("grasps the can", 1),
+        ("takes the can", 1),
+        ("lets the can go", 0),
+        ("retreats from the can", 0),
+    ]
+    (touching,) = steps[1].rules
+    assert touching.links == hand_links(two_pandas, 1)
+    # Each hand opens as far as it goes.
+    assert (steps[0].width, steps[4].width) == (0.07, 0.08)
+    assert carried_objects([over]) == ("can",)
+
+
+@pytest.mark.parametrize(
+    ("steps", "message"),
+    [
+        (
+            [cfg.TakeOver(object="can", effector="right", grasps=[GRASP])],
+            r"tasks\[0\]\.object: the can is in no other hand by then",
+        ),
+        (
+            [
+                LEFT_PICK,
+                cfg.TakeOver(object="can", effector="left", grasps=[GRASP]),
+            ],
+            r"tasks\[1\]\.object: the can is in no other hand by then",
+        ),
+        (
+            [LEFT_PICK, cfg.TakeOver(object="can", effector="right")],
+            r"tasks\[1\]\.grasps: give one at least",
+        ),
+        (
+            [LEFT_PICK, cfg.MoveTo(effector="right")],
+            r"tasks\[1\]\.effector: the can is in the hand left, not right",
+        ),
+        (
+            [LEFT_PICK, cfg.Release(effector="right")],
+            r"tasks\[1\]\.effector: the can is in the hand left, not right",
+        ),
+        (
+            [LEFT_PICK, cfg.Open(effector="right", width=0.075)],
+            r"tasks\[1\]\.width: the hand opens to 0\.07 m at most",
+        ),
+        (
+            [LEFT_PICK, cfg.Lift(touch=[cfg.Touch("can", stopping=0.01)])],
+            r"tasks\[1\]\.touch\[0\]\.stopping: leave it out",
+        ),
+    ],
+)
+def test_bad_hand_overs_end_in_one_line(two_hands, steps, message):
+    with pytest.raises(FieldError, match=message) as error:
+        make_blocks(steps, two_hands)
+    assert "\n" not in str(error.value)
+
+
+def test_a_base_drives_to_a_pose(shop):
+    (block,) = make_blocks([cfg.DriveTo(base_pose=[1, 2, np.pi / 2])], shop)
+    ((step,),) = block.ways
+    assert step.goal is not None
+    assert step.drives and step.goal.kind == BASE_TO
+    wanted = [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1]]
+    np.testing.assert_allclose(step.goal.X, wanted, atol=1e-12)
+    with pytest.raises(FieldError, match="base_pose"):
+        cfg.DriveTo(base_pose=[1.0, 2.0])
+
+
+def test_without_paths_a_base_drives_nowhere(shop):
+    message = r"tasks\[0\]: needs the paths of controller\.guidance\.planning"
+    with pytest.raises(FieldError, match=message):
+        make_blocks([cfg.DriveTo()], dc.replace(shop, plans=False))
+
+
+def test_a_robot_without_a_base_drives_nowhere(three_link):
+    shop = Workshop(three_link, (), {}, {}, False, "file")
+    message = r"tasks\[0\]: the robot has no base that could drive"
+    with pytest.raises(FieldError, match=message):
+        make_blocks([cfg.DriveTo()], shop)
+
+
 def test_what_may_be_touched_is_named(shop, frankie):
     touch = [
         cfg.Touch("board", ["can"], 0.01),
@@ -104,6 +204,7 @@ def test_what_may_be_touched_is_named(shop, frankie):
         ),
         ([cfg.Open(width=0.2)], r"tasks\[0\]\.width: the hand opens to 0\.08"),
         ([PLACE], r"tasks\[0\]: nothing has been taken"),
+        ([PICK, PICK], r"tasks\[1\]\.object: the can is still carried"),
         ([PICK, PLACE, PLACE], r"tasks\[2\]: nothing has been taken"),
         ([PICK, cfg.Place()], r"tasks\[1\]\.places: give one at least"),
         (
@@ -131,7 +232,7 @@ def test_bad_steps_end_in_one_line(shop, steps, message):
 
 
 def test_a_robot_without_a_hand_grasps_nothing(three_link):
-    shop = Workshop(three_link, ("can",), {"can": 0.0}, None, False, "file")
+    shop = Workshop(three_link, ("can",), {"can": 0.0}, {}, False, "file")
     with pytest.raises(FieldError, match="the robot has no hand"):
         make_blocks([cfg.Open()], shop)
 

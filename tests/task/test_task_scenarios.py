@@ -5,13 +5,18 @@ import dataclasses as dc
 import numpy as np
 import pytest
 from runs import load_application
-from true_shapes import load_clearances, robot_clearances, watched
+from true_shapes import (
+    load_clearances,
+    near_bodies,
+    robot_clearances,
+    watched,
+)
 
 from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.task import DONE, FAILED
 
-USUAL = 0.021
-"""The stopping distance [m]."""
+USUAL, OWN = 0.021, 0.01
+"""The stopping distances from the scene and from the robot itself [m]."""
 
 MAP_ERROR = 0.003
 """By how much the splat over-estimates distances, measured [m]."""
@@ -50,12 +55,25 @@ SHELF = Job(
     {},
     {"stool", "lower board"},
 )
+ROOM = Job(
+    "FetchAcrossTheRoom",
+    "can",
+    (-1.95, 0.6, 0.7186),
+    {},
+    {"table", "stool"},
+)
+ARMS = Job(
+    "TwoArmsHandOver",
+    "bar",
+    (0.36, -0.25, 0.04),
+    {},
+    {"workbench"},
+)
+LONG = [pytest.param(job, marks=pytest.mark.slow) for job in (SHELF, ROOM)]
 
 
 @pytest.fixture(
-    scope="module",
-    params=[TABLE, pytest.param(SHELF, marks=pytest.mark.slow)],
-    ids=lambda job: job.name,
+    scope="module", params=[TABLE, ARMS, *LONG], ids=lambda job: job.name
 )
 def done(request):
     job = request.param
@@ -76,7 +94,8 @@ def test_the_can_is_put_where_it_shall_stand(done):
 def test_the_hand_alone_touches_the_can_alone(done):
     job, application, moments = done
     robot = application.world.robot
-    hand, least = hand_links(robot), {}
+    each = range(len(robot.effectors))
+    hand, least = set().union(*(hand_links(robot, i) for i in each)), {}
     for moment in moments[::4]:
         for pair, distance in robot_clearances(moment, robot).items():
             if moment.state.held != pair[1]:
@@ -106,6 +125,32 @@ def test_the_can_keeps_its_distances_on_its_way(done):
         for m in held[::5]
     )
     assert others > USUAL - MAP_ERROR
+
+
+def test_no_other_link_touches_what_is_carried(done):
+    _, application, moments = done
+    robot = application.world.robot
+    held = [moment for moment in moments if moment.state.held]
+    sides = {"left", "right"}
+    for pair, distance in near_bodies(held[::8], robot, 0.03).items():
+        arms = {name.partition("_")[0] for name in pair}
+        if "load" in pair or arms == sides:
+            assert distance > OWN - 1e-3, pair
+
+
+def test_a_bar_goes_from_hand_to_hand():
+    """Each hand holds it, then both, then the other one alone."""
+    application = load_application("TwoArmsHandOver")
+    robot = application.world.robot
+    left, right = hand_links(robot), hand_links(robot, 1)
+    payloads = [m.state.payload for m in watched(application)]
+    held = [(p.link, p.holders) for p in payloads if p is not None]
+    assert list(dict.fromkeys(held)) == [
+        ("left_hand", left),
+        ("left_hand", left | right),
+        ("right_hand", left | right),
+        ("right_hand", right),
+    ]
 
 
 @pytest.mark.slow

@@ -13,12 +13,18 @@ from pydrake.geometry import (
     SceneGraph,
 )
 from pydrake.math import RigidTransform
+from pydrake.multibody.plant import (
+    AddMultibodyPlantSceneGraph,
+    CoulombFriction,
+)
+from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
-from pydrake.systems.framework import EventStatus
+from pydrake.systems.framework import DiagramBuilder, EventStatus
 
 from remosplat_drake.app.diagram import Application
 from remosplat_drake.app.simulation import simulator_config
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.scene.primitive_scene import Cylinder, PrimitiveScene
 from remosplat_drake.task.task import RUNNING, TaskState
 
@@ -84,6 +90,52 @@ def robot_clearances(moment: Moment, robot) -> dict[tuple[str, str], float]:
         for link in dict.fromkeys(links):
             found[str(link), name] = float(distance[links == link].min())
     return found
+
+
+def near_bodies(
+    moments: list[Moment], robot, within: float
+) -> dict[tuple[str, str], float]:
+    """By names of two links, or a link and "load", their least distance [m].
+
+    Drake computes it, by the collision shapes of the robot with open fingers.
+    What holds the load is not looked at, nor what is farther away.
+    """
+    least: dict[tuple[str, str], float] = {}
+    state = moments[0].state
+    builder = DiagramBuilder()
+    plant, graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    add_robot_model(robot.description, plant)
+    mass = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+    load = plant.AddRigidBody("load", plant.AddModelInstance("load"), mass)
+    shape = _shape(state.named(state.held).solid)
+    plant.RegisterCollisionGeometry(
+        load, RigidTransform(), shape, "load", CoulombFriction()
+    )
+    plant.Finalize()
+    root = builder.Build().CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
+    inspector, graph_context = (
+        graph.model_inspector(),
+        graph.GetMyContextFromRoot(root),
+    )
+    for moment in moments:
+        q = plant.GetPositions(context)
+        joints = zip(robot.joint_names, moment.q, strict=True)
+        for name, position in (robot.description.locked | dict(joints)).items():
+            q[plant.GetJointByName(name).position_start()] = position
+        plant.SetPositions(context, q)
+        X_WO = solids_at(moment, robot)[state.held].X_WP
+        plant.SetFreeBodyPose(context, load, X_WO)
+        query = graph.get_query_output_port().Eval(graph_context)
+        holders = moment.state.payload.holders
+        holding = {tuple(sorted(("load", link))) for link in holders}
+        for found in query.ComputeSignedDistancePairwiseClosestPoints(within):
+            ids = map(inspector.GetFrameId, (found.id_A, found.id_B))
+            bodies = (plant.GetBodyFromFrameId(each) for each in ids)
+            pair = tuple(sorted(body.name() for body in bodies))
+            if pair not in holding:
+                least[pair] = min(least.get(pair, np.inf), found.distance)
+    return least
 
 
 def load_clearances(moments: list[Moment], robot) -> dict[str, float]:

@@ -5,13 +5,14 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.world import World
+from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
 from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
-from remosplat_drake.signals import station_ports as ports
-from remosplat_drake.station.hand import HandGeometry, hand_geometry
+from remosplat_drake.station.connections import AddHandStates
+from remosplat_drake.station.hand import HandGeometry, hand_geometries
 from remosplat_drake.station.station_config import KinematicStation
 from remosplat_drake.task.make_blocks import (
     Workshop,
@@ -47,7 +48,7 @@ def AddTask(
     # Imported here, since it loads parts of scipy that other runs do without.
     from remosplat_drake.task.object_spheres import fit_object, overhang
 
-    robot, hand = world.robot, _hand(world.robot)
+    robot, hands = world.robot, _hands(world.robot)
     names = tuple(each.name for each in world.objects)
     things = {each.name: each for each in world.objects}
     carried = [x for x in carried_objects(scenario.tasks) if x in things]
@@ -56,9 +57,10 @@ def AddTask(
         robot,
         names,
         {name: overhang(things[name], spheres[name]) for name in carried},
-        hand.max_width if hand.joints else None,
+        {i: hand.max_width for i, hand in hands.items()},
         hardware or not isinstance(scenario.station, KinematicStation),
         scenario.source,
+        _plans(scenario.controller.guidance),
     )
     blocks = make_blocks(scenario.tasks, shop)
     config = scenario.controller
@@ -70,7 +72,7 @@ def AddTask(
         TaskSystem(
             task=task,
             map=map,
-            width=hand.start_width,
+            widths={i: hand.start_width for i, hand in hands.items()},
             period=scenario.control_period,
         )
     )
@@ -117,8 +119,8 @@ def ConnectTask(
         return
     builder.Connect(velocity, targets.GetInputPort("velocity_measured"))
     builder.Connect(executed, targets.GetInputPort("velocity_executed"))
-    if robot.description.hand:
-        measured = station.GetOutputPort(ports.hand_state(robot.description))
+    if robot.description.effector_hands:
+        measured = AddHandStates(builder, robot, station)
         builder.Connect(measured, targets.GetInputPort("hand_state"))
     for system, names in (
         (oracle, ("distance_field", "payload")),
@@ -130,8 +132,16 @@ def ConnectTask(
             )
 
 
-def _hand(robot: RobotModel) -> HandGeometry:
+def _plans(guidance: GuidanceConfig) -> bool:
+    looks = guidance.asynchronous or guidance.budget > 0
+    return guidance.enabled and looks and guidance.planning.enabled
+
+
+def _hands(robot: RobotModel) -> dict[int, HandGeometry]:
+    """The geometry of a robot's hands, by end effector."""
     plant = MultibodyPlant(0.0)
     add_robot_model(robot.description, plant)
     plant.Finalize()
-    return hand_geometry(robot.description, plant)
+    hands = hand_geometries(robot.description, plant)
+    effectors = map(robot.effectors.index, robot.description.effector_hands)
+    return dict(zip(effectors, hands, strict=True))

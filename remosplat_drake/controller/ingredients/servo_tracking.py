@@ -119,11 +119,14 @@ def add_servo_tracking(own, k, tick, program):
     A direction that the target leaves free has no row, and the others are
     weighed as the target says. Guidance bends the translational part of V_WE,
     except on a line. If guidance has a path, nothing is tracked until the
-    path's last stretch, `LAST_STRETCH` or `LAST_DRIVE`.
+    path's last stretch, `LAST_STRETCH` or `LAST_DRIVE`; nor is it if the aim
+    names the configuration, which poses alone do not lead to.
 
     See `CompiledIngredient` for the arguments.
     """
     guidance, state = tick.guidance, tick.state
+    if tick.aim.by_path:
+        return
     if len(guidance.path_s):
         path_q, path_s = guidance.path_q, guidance.path_s
         s, apart = nearest_place(path_q, path_s, state.q)

@@ -13,6 +13,10 @@ from remosplat_drake.controller.program.compiled_ingredient import (
 )
 from remosplat_drake.robot.robot_model import RobotModel
 
+FAR = 100.0
+"""Error e of a base that shall go to a pose of its own [m]: it is as fast as
+its path."""
+
 
 @dc.dataclass
 class VelocityCostConfig(Config):
@@ -56,12 +60,14 @@ def add_velocity_cost(own, k, tick, program):
     (paper section III-A; holistic controller of Haviland, Sünderhauf and Corke
     2022). e is the error to the target [m], of several the largest: see
     `servo.error_scale`. The base is cheap far from the target, and close to it
-    the arm does the work.
+    the arm does the work. If the aim names the configuration, it cannot, and e
+    is `FAR`.
 
     See `CompiledIngredient` for the arguments.
     """
     program.has[k, 1] = True
+    error = FAR if tick.aim.by_path else tick.error_scale
     for j in range(len(tick.u_previous)):
         on_base = j < tick.robot.n_base
-        scale = tick.error_scale if on_base else 1.0
+        scale = error if on_base else 1.0
         program.quadratic[k, j] = own.weight / scale

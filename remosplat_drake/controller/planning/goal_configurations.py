@@ -74,6 +74,9 @@ def goal_configurations(
 ) -> GoalConfigurations:
     """Searches configurations that reach a target and keep their distances.
 
+    An aim that names its configuration has that one alone, with the base's yaw
+    at the whole turn that is nearest.
+
     Args:
         space: The free space.
         aim: The targets of the end effectors: an `Aim`, or for the first of
@@ -85,6 +88,8 @@ def goal_configurations(
         rng: Source of the seeds.
     """
     aim = Aim.of(aim)
+    if aim.q is not None:
+        return _named(space, aim.q, q)
     arms = arms_of(space, aim)
     own = np.stack([q, q])
     own[1, -len(space.robot.home) :] = space.robot.home
@@ -104,6 +109,25 @@ def goal_configurations(
         best = found[is_open]
         order = np.argsort(_price(space, arms, best, q), kind="stable")
         return GoalConfigurations(best[order], tried, len(found))
+    return _cramped(space, found, tried)
+
+
+def _named(
+    space: FreeSpace, wanted: np.ndarray, q: np.ndarray
+) -> GoalConfigurations:
+    """The result for an aim that names its configuration."""
+    goal = np.clip(wanted, space.lower, space.upper)
+    if space.robot.n_base:
+        goal[2] += math.tau * round((q[2] - goal[2]) / math.tau)
+    if space.is_free(goal):
+        return GoalConfigurations(goal[None], 1, 1)
+    return _cramped(space, goal[None], 1)
+
+
+def _cramped(
+    space: FreeSpace, found: np.ndarray, tried: int
+) -> GoalConfigurations:
+    """The result if none of the configurations that reach has enough room."""
     if not len(found):
         return GoalConfigurations(found, tried, 0)
     reached, found = len(found), found[:_COMPARED]

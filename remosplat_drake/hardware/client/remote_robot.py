@@ -16,6 +16,7 @@ from remosplat_drake.hardware.client.robot_link import RobotLink
 from remosplat_drake.hardware.client.status_monitor import station_status
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.base import base_axes, extrapolated_pose
+from remosplat_drake.hardware.wire.hand import check_hands
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.station_status import (
@@ -67,7 +68,11 @@ class RemoteRobot(LeafSystem):
             robot: The robot; its description names the ports.
             link: The LCM connection to its drivers.
             config: The expiry times and the channels' names.
+
+        Raises:
+            FieldError: The robot has several hands.
         """
+        check_hands(robot.description)
         super().__init__()
         self._robot = robot
         self._link = link
@@ -99,7 +104,7 @@ class RemoteRobot(LeafSystem):
                 ),
             ]
         if description.hand:
-            name = ports.hand_state(description)
+            name = ports.hand_state(description.hand)
             outputs.append((name, 3, self._calc_hand, now))
         for name, size, calc, prerequisites in outputs:
             self.DeclareVectorOutputPort(name, size, calc, prerequisites)
@@ -139,8 +144,9 @@ class RemoteRobot(LeafSystem):
     def _send(self, context: Context) -> None:
         command = self._commands.read(context)
         self._link.send(command.u)
-        if command.width is not None:
-            self._link.send_hand(command.width, command.force)
+        for hand in command.hands:
+            if hand.width is not None:
+                self._link.send_hand(hand.width, hand.force)
 
     def _calc_arm(self, context: Context, output: BasicVector) -> None:
         arm = self.measurement(context).arm

@@ -28,6 +28,7 @@ from remosplat_drake.hardware.stand_in.simulated_hand import SimulatedHand
 from remosplat_drake.hardware.stand_in.simulated_panda import SimulatedPanda
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.base import base_axes
+from remosplat_drake.hardware.wire.hand import check_hands
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 from remosplat_drake.hardware.wire.packets import stamp_of
 from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
@@ -105,7 +106,11 @@ class HardwareSim:
             status_rate: Rate of the arm's statuses [Hz].
             inbox: Source of messages on `commanded` and of faults; None accepts
                 every sender.
+
+        Raises:
+            FieldError: The robot has several hands.
         """
+        check_hands(plant.robot.description)
         self._plant = plant
         self._lcm = lcm
         self._clock = clock

@@ -12,7 +12,7 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.station_status import StationStatus
-from remosplat_drake.station.commands import StationCommand
+from remosplat_drake.station.commands import HandCommand, StationCommand
 from remosplat_drake.station.dynamic_station import add_dynamic_body
 from remosplat_drake.station.motors import finger_motors
 from remosplat_drake.station.station_config import DynamicStation
@@ -87,7 +87,9 @@ class RobotPlant:
         instance = arm[0].model_instance()
         self._torque = plant.get_net_actuation_output_port(instance)
         self._all_torques = plant.get_net_actuation_output_port()
-        self._finger_motors = finger_motors(plant, body.hand)
+        self._finger_motors = [
+            row for hand in body.hands for row in finger_motors(plant, hand)
+        ]
         self._external = plant.get_generalized_contact_forces_output_port(
             instance
         )
@@ -130,15 +132,14 @@ class RobotPlant:
         self._since = t - self._stepped
         if self._since < self._period - _INSTANT:
             return
-        command = StationCommand(
-            np.concatenate([base, arm]), hand[0], hand[1], _RUNNING
-        )
+        hands = (HandCommand(*hand),) * len(self._body.hands)
+        command = StationCommand(np.concatenate([base, arm]), hands, _RUNNING)
         desired = desired_velocities(
             command,
             self._q,
             self._v,
             self.robot,
-            self._body.hand,
+            self._body.hands,
             self._body.motors,
             self._hand_speed,
         )

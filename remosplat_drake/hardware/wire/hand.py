@@ -5,12 +5,14 @@ import dataclasses as dc
 import numpy as np
 from drake import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
 
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.wire.packets import (
     decode,
     finite_vector,
     from_utime,
     to_utime,
 )
+from remosplat_drake.robot.robot_description import RobotDescription
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -28,6 +30,21 @@ class HandState:
 
     def __deepcopy__(self, memo) -> "HandState":
         return self
+
+
+def check_hands(description: RobotDescription) -> None:
+    """Checks that the wire has channels for all hands of a robot: for one.
+
+    Args:
+        description: The robot.
+
+    Raises:
+        FieldError: It has several hands.
+    """
+    count = len(description.effector_hands)
+    if count > 1:
+        problem = f"a real robot has one hand at most, got {count}"
+        raise FieldError(description.source, "hands", problem)
 
 
 def encode_hand_command(width: float, force: float, time: float) -> bytes:

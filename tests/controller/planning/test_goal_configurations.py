@@ -112,6 +112,41 @@ def test_what_has_too_little_room_is_named(frankie, board_at, q_target):
     assert goals.missing > 0.01
 
 
+def named(robot, q):
+    return Aim(tuple(map(Target, robot.end_effector_poses(q))), q=q)
+
+
+def test_a_configuration_that_is_named_is_the_only_goal(
+    frankie, board_at, q_target
+):
+    start = frankie.q_home
+    start[2] = -4.0 * np.pi + 0.1
+    space = free_space(frankie, board_at(0.02), start)
+    settings = {"seeds": 200, "most": 10, "rng": np.random.default_rng(0)}
+    aim = named(frankie, q_target)
+    (goal,) = goal_configurations(space, aim, start, **settings).q
+    # The base turns by less than half a turn.
+    wanted = q_target.copy()
+    wanted[2] = 0.4 - 4.0 * np.pi
+    assert goal == pytest.approx(wanted)
+
+
+def test_a_configuration_without_room_is_no_goal(frankie, board_at, q_target):
+    field = board_at(frankie.end_effector_pose(q_target)[2, 3] - 0.01)
+    start = frankie.q_home
+    goals = goal_configurations(
+        free_space(frankie, field, start),
+        named(frankie, q_target),
+        start,
+        seeds=200,
+        most=10,
+        rng=np.random.default_rng(0),
+    )
+    assert len(goals.q) == 0 and goals.reached == goals.seeds == 1
+    assert goals.cramped == pytest.approx(q_target)
+    assert goals.missing > 0.01
+
+
 def test_manipulability_is_that_of_the_whole_jacobian(frankie, q_target):
     aim = Aim.of(frankie.end_effector_pose(q_target))
     bounds = frankie.position_lower, frankie.position_upper

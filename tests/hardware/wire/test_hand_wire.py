@@ -4,11 +4,22 @@ import numpy as np
 import pytest
 from drake import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
 
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.wire.hand import (
+    check_hands,
     decode_hand_status,
     encode_hand_command,
 )
 from remosplat_drake.hardware.wire.packets import BrokenMessage
+from remosplat_drake.robot.robot_description import load_robot_description
+
+
+def test_two_hands_are_refused():
+    check_hands(load_robot_description("frankie"))
+    check_hands(load_robot_description("ur5e"))
+    message = r"two_pandas\.yaml.*hands: a real robot has one hand at most"
+    with pytest.raises(FieldError, match=message):
+        check_hands(load_robot_description("two_pandas"))
 
 
 def test_a_command_is_written():

@@ -19,7 +19,6 @@ from remosplat_drake.robot.importing.robot_import import (
     import_robot,
 )
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
-from remosplat_drake.station.hand import HandGeometry
 from remosplat_drake.station.motors import make_motors
 from remosplat_drake.station.station_config import DynamicStation
 
@@ -140,9 +139,7 @@ def test_the_home_is_able_clear_and_inside_the_limits(toy):
 
 def test_a_simulated_robot_of_it_has_motors(toy):
     robot, _, out = toy
-    motors = make_motors(
-        robot, HandGeometry((), 0, 0), robot.q_home, DynamicStation()
-    )
+    motors = make_motors(robot, (), robot.q_home, DynamicStation())
     assert list(motors.joints) == robot.joint_names
     # Those of its file, with gears that Drake has not, are gone.
     text = (out / "toy.urdf").read_text()
