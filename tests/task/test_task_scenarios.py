@@ -9,10 +9,16 @@ from true_shapes import (
     load_clearances,
     near_bodies,
     robot_clearances,
+    simulate,
     watched,
 )
 
+from remosplat_drake.app.diagram import build
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.scene.objects.scene_object import find_object
+from remosplat_drake.station.station_config import DynamicStation
 from remosplat_drake.task.carrying import hand_links
+from remosplat_drake.task.step_configs import Grasping
 from remosplat_drake.task.task import DONE, FAILED
 
 USUAL, OWN = 0.021, 0.01
@@ -151,6 +157,27 @@ def test_a_bar_goes_from_hand_to_hand():
         ("right_hand", left | right),
         ("right_hand", right),
     ]
+
+
+@pytest.mark.slow
+def test_hands_hold_what_they_hand_over_by_friction_alone():
+    scenario = load_scenario("TwoArmsHandOver")
+    scenario.station = DynamicStation()
+    for step in scenario.tasks:
+        if isinstance(step, Grasping):
+            step.squeeze, step.force = 0.02, 30.0
+    application = build(scenario)
+    diagram, simulator = application.diagram, simulate(application)
+    station = diagram.GetSubsystemByName("station")
+    root = simulator.get_context()
+    state = application.targets.state(
+        application.targets.GetMyContextFromRoot(root)
+    )
+    assert state.outcome == DONE and state.failures == ()
+    context = station.GetMyContextFromRoot(root)
+    objects = station.GetOutputPort("cheat.objects").Eval(context)
+    p_WO = find_object(objects, "bar").X_WO.translation()
+    assert p_WO == pytest.approx(ARMS.p_WO, abs=0.006)
 
 
 @pytest.mark.slow

@@ -45,20 +45,34 @@ class Moment:
 def watched(application: Application) -> list[Moment]:
     """Runs a task to its end or its time limit; what each tick has found."""
     moments, targets = [], application.targets
+
+    def watch(context):
+        q = targets.GetInputPort("configuration").Eval(context)
+        moments.append(Moment(np.array(q), targets.state(context)))
+
+    simulate(application, watch)
+    return moments
+
+
+def simulate(application: Application, watch=lambda context: None) -> Simulator:
+    """Runs a task to its end or its time limit.
+
+    `watch` gets the context of its system at every tick.
+    """
+    targets = application.targets
     simulator = Simulator(application.diagram)
     ApplySimulatorConfig(simulator_config(application.scenario), simulator)
 
-    def watch(root):
+    def monitor(root):
         context = targets.GetMyContextFromRoot(root)
-        q = targets.GetInputPort("configuration").Eval(context)
-        moments.append(Moment(np.array(q), targets.state(context)))
-        if moments[-1].state.outcome != RUNNING:
+        watch(context)
+        if targets.state(context).outcome != RUNNING:
             return EventStatus.ReachedTermination(application.diagram, "")
         return EventStatus.DidNothing()
 
-    simulator.set_monitor(watch)
+    simulator.set_monitor(monitor)
     simulator.AdvanceTo(application.scenario.time_limit)
-    return moments
+    return simulator
 
 
 def solids_at(moment: Moment, robot) -> dict[str, object]:
