@@ -118,11 +118,15 @@ class Client:
         """Listens until arm, base and hand have all been heard."""
         self.wait_for(lambda: all((self.arm, self.base, self.hand)))
 
-    def listen_for(self, duration: float) -> None:
-        """Listens from now on, for some time of the robot's clock [s]."""
+    def catch_up(self) -> None:
+        """Listens until the arm's latest status is a present one."""
         self.listen(0.0)  # Drake keeps the oldest packets until they are read.
         heard = len(self.arm)
         self.wait_for(lambda: len(self.arm) > heard)
+
+    def listen_for(self, duration: float) -> None:
+        """Listens from now on, for some time of the robot's clock [s]."""
+        self.catch_up()
         end = self.time + duration
         self.wait_for(lambda: self.time >= end)
 

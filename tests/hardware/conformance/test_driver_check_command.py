@@ -29,6 +29,7 @@ Lab:
 
 def drive_all(client: Client) -> None:
     """Moves each joint forth and back by itself, as smoothly as it can."""
+    client.catch_up()
     for joint in range(6):
         start, rates = client.time, np.zeros(6)
 
@@ -53,8 +54,8 @@ def test_stand_ins_pass_at_every_rate(kind, rate, tmp_path: Path):
         pytest.importorskip("cyclonedds", reason="needs the extra ros2")
     file, url = tmp_path / "lab.yaml", free_url()
     file.write_text(SCENARIO.format(rate=rate, domain=DOMAIN))
-    # A user stop that is pressed 8 s after the first command.
-    fault = ("--fault", "user-stop@8+60")
+    # A user stop, long after the joints have moved for 6 s of the robot's time.
+    fault = ("--fault", "user-stop@12+60")
     with contextlib.ExitStack() as programs:
         where = ("--ros2",) if kind == "ros2" else ("--lcm-url", url)
         programs.enter_context(
