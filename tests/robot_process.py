@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from drake import (
-    lcmt_drake_signal,
     lcmt_panda_command,
     lcmt_panda_status,
     lcmt_schunk_wsg_command,
@@ -197,9 +196,7 @@ class Client:
 
     def inject(self, name: str, value: float = 0.0) -> None:
         """Makes something go wrong now; `recover` ends it."""
-        message = lcmt_drake_signal()
-        message.dim, message.coord, message.val = 1, [name], [value]
-        self._lcm.Publish(faults.CHANNEL, message.encode())
+        self._lcm.Publish(faults.CHANNEL, faults.encode_request(name, value))
 
     def arm_velocities(self) -> np.ndarray:
         """Measured joint rates of all statuses, shape (n, 7) [rad/s]."""

@@ -15,7 +15,12 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.hardware.driver_config import Ros2Arm, Ros2Base
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.ros_config import BOOL, TRAJECTORY
+from remosplat_drake.hardware.ros_config import BOOL, TRAJECTORY, Tell
+from remosplat_drake.hardware.stand_in.faults import (
+    CHANNEL,
+    encode_request,
+    parse_fault,
+)
 from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.base import encode_base_command
@@ -30,6 +35,9 @@ _WATCHDOG = 0.1
 _MODE_PERIOD = 0.1
 """Time between two messages of stops and modes [s]."""
 
+FAULTS_TOPIC = "/hardware_sim/fault"
+"""Topic of std_msgs/String: NAME[=VALUE] of a fault that begins now."""
+
 _FAULT = "FAULT"
 """Content of the mode's topic while the arm follows no command."""
 
@@ -38,7 +46,11 @@ class Ros2Robot:
     """Passes ROS 2's messages on to a stand-in, and its statuses back."""
 
     def __init__(
-        self, wire: DrakeLcm, config: HardwareConfig, robot: RobotDescription
+        self,
+        wire: DrakeLcm,
+        config: HardwareConfig,
+        robot: RobotDescription,
+        tell: Tell = lambda news: None,
     ):
         """Joins the robot's domain.
 
@@ -46,6 +58,7 @@ class Ros2Robot:
             wire: The wire of the stand-in, within this process.
             config: The drivers, whose topics it has.
             robot: The robot.
+            tell: Called with a message when a requested fault is unknown.
 
         Raises:
             FieldError: The arm's driver or that of its base is not ROS 2's.
@@ -58,9 +71,10 @@ class Ros2Robot:
         if robot.base is not None and not isinstance(base, Ros2Base):
             problem = "must be !Ros2Base for a robot on ROS 2"
             raise FieldError("hardware-sim", "hardware.base_driver", problem)
-        self._wire, self._robot, self._arm = wire, robot, arm
+        self._wire, self._tell = wire, tell
         self._inbox = Inbox(wire, [channels.PANDA_STATUS, channels.BASE_STATUS])
         self._arm_topics = _ArmTopics(arm, robot)
+        self._faults = _fault_reader(arm)
         self._base_topics = None
         if robot.base is not None and isinstance(base, Ros2Base):
             self._base_topics = _BaseTopics(base)
@@ -77,11 +91,30 @@ class Ros2Robot:
             if velocity is not None:
                 command = encode_base_command(velocity, now)
                 self._wire.Publish(channels.BASE_COMMAND, command)
+        for sample in taken(self._faults):
+            self._begin(sample.data)
         for channel, data in self._inbox.fetch():
             if channel == channels.PANDA_STATUS:
                 self._arm_topics.tell(lcmt_panda_status.decode(data), t)
             elif self._base_topics is not None:
                 self._base_topics.tell(base_status.decode(data), t)
+
+    def _begin(self, text: str) -> None:
+        """Begins a fault that is written NAME[=VALUE]; reports nonsense."""
+        try:
+            fault = parse_fault(f"{text}@0")
+        except FieldError as error:
+            self._tell(f"{FAULTS_TOPIC}: {error}")
+            return
+        request = encode_request(fault.name, fault.value)
+        self._wire.Publish(CHANNEL, request)
+
+
+def _fault_reader(config: Ros2Arm):
+    node = Ros2Node(config.domain, "the stand-in of a robot on ROS 2")
+    from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+    return node.reader(FAULTS_TOPIC, ros.String)
 
 
 class _ArmTopics:
