@@ -83,6 +83,7 @@ def test_statuses_that_come_late_stop_a_robot(name, lone_robot):
     fault = Ros2Node(DOMAIN, "a test").writer(FAULTS_TOPIC, ros.String)
     with drivers(name, url), running(*line) as run:
         client, operator = Client(url), Consent(url, again=True)
+        client.wait_for(lambda: bool(client.arm))
         ages: list[float] = []
 
         def go_on(done: Callable[[], bool], request: str = "") -> None:
