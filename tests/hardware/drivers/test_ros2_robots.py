@@ -92,7 +92,7 @@ def test_statuses_that_come_late_stop_a_robot(name, lone_robot):
 
             def asked() -> bool:
                 nonlocal heard
-                assert run.poll() is None
+                assert run.poll() is None, run.communicate()
                 operator.give()
                 if request:
                     fault.write(ros.String(request))
@@ -124,6 +124,5 @@ def test_statuses_that_come_late_stop_a_robot(name, lone_robot):
         run.send_signal(signal.SIGINT)
         _, said = run.communicate(timeout=PATIENCE)
     assert run.returncode == 130, said
-    assert re.search(
-        r"PANDA_STATUS: (its stamps jumped by -1|stamped 1)\d\d ms", said
-    ), said
+    late = r"(its stamps jumped by -\d+ ms|stamped \d+ ms ago)"
+    assert re.search(f"PANDA_STATUS: {late}", said), said
