@@ -60,6 +60,10 @@ class Ros2ArmTopics(Config):
     )
     # Topic of the sensor_msgs/JointState measurements.
     states: Topic = "/joint_states"
+    # Topic of the robot's URDF, std_msgs/String, as /robot_description: the
+    # arm is stopped unless its joints, limits and axes agree with our model;
+    # empty: not compared.
+    description: str = ""
     # Cutoff frequency of the low pass behind differentiated positions, for
     # joint states without velocities; absent: these cannot be used [Hz]. Such
     # velocities lag by 1 / (2 pi cutoff) and half a period of the statuses.

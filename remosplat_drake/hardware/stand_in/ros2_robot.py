@@ -135,6 +135,10 @@ class _ArmTopics:
                 (rows, node.reader(controller.topic, kind))
             )
         self._states = node.writer(config.states, ros.JointState)
+        if config.description:
+            topic = config.description
+            self._urdf = node.writer(topic, ros.String, latched=True)
+            self._urdf.write(ros.String(_urdf(robot)))
         kinds = {
             "emergency_stop": ros.Bool,
             "mode": getattr(ros, config.mode_type),
@@ -191,6 +195,15 @@ class _ArmTopics:
         if self._config.mode_type == "Int32":
             return kind(int(running) if obeys else -1)
         return kind(running if obeys else _FAULT)
+
+
+def _urdf(robot: RobotDescription) -> str:
+    """Returns the text of a robot's model, which must be a URDF."""
+    path = robot.model_path
+    if path.suffix != ".urdf":
+        problem = f"{path.name} is not a URDF, which `description` wants"
+        raise FieldError(robot.source, "model", problem)
+    return path.read_text()
 
 
 class _BaseTopics:
