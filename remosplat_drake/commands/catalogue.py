@@ -63,6 +63,7 @@ GROUPS = (
             "panda-driver": "drive a Panda through panda-python",
             "arm-driver": "drive an arm: ROS 2, Universal Robots, a plug-in",
             "base-driver": "drive a mobile base: ROS 1, ROS 2, a plug-in",
+            "hand-driver": "drive a gripper: ROS 2, a plug-in",
             "ros2-target": "take a teleoperation's target from ROS 2",
             "camera-driver": "send the images of a RealSense camera",
             "hardware-sim": "stand in for the real robot, behind the same wire",

@@ -104,6 +104,24 @@ class Ros2ArmTopics(Config):
 
 
 @dc.dataclass
+class Ros2HandTopics(Config):
+    """Commands and topics of a gripper on ROS 2."""
+
+    # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
+    domain: Domain = None
+    # Topic of the control_msgs/GripperCommand commands.
+    commands: Topic = "/gripper_controller/command"
+    # Topic of the sensor_msgs/JointState measurements.
+    states: Topic = "/joint_states"
+    # Finger joints whose positions add up to the opening; empty: those of the
+    # robot's description.
+    joints: list[str] = dc.field(default_factory=list)
+    # Position of a command per opening: 1 for the opening itself, 0.5 for the
+    # way of each of two fingers.
+    position_share: Annotated[float, Interval(gt=0, le=100)] = 1.0
+
+
+@dc.dataclass
 class RosBase(Config):
     """Settings that bases on ROS 1 and ROS 2 share: their topics."""
 
