@@ -65,6 +65,7 @@ GROUPS = (
             "base-driver": "drive a mobile base: ROS 1, ROS 2, a plug-in",
             "hand-driver": "drive a gripper: ROS 2, a plug-in",
             "ros2-target": "take a teleoperation's target from ROS 2",
+            "ros2-objects": "take a scenario's objects from MoveIt on ROS 2",
             "camera-driver": "send the images of a RealSense camera",
             "hardware-sim": "stand in for the real robot, behind the same wire",
             "sight": "detect movers by cameras, and send them to a robot",
