@@ -17,7 +17,7 @@ _PERIOD = 0.02
 
 EXAMPLES = """
 remosplat ros2-objects --out objects.yaml
-remosplat run kitchen.yaml --scenario-text "$(cat objects.yaml)"
+remosplat ros2-objects --scene-topic /monitored_planning_scene
 """
 """What `--help` ends with."""
 

@@ -19,7 +19,7 @@ def test_a_model_agrees_with_itself(name):
 
 
 def test_other_frames_of_links_are_the_same_robot():
-    """The base is turned and moved, and shapes are files that nobody has."""
+    """The base is turned and moved, and files of shapes are absent."""
     root = ElementTree.fromstring(TEXT)
     (child,) = [
         joint.find("origin")

@@ -80,7 +80,7 @@ def drivers(name: str, url: str) -> Iterator[None]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", effort(["Fetch"], list(TARGETS)))
 def test_statuses_that_come_late_stop_a_robot(name, lone_robot):
-    """It rests as long as they are late, whatever its operator asks for."""
+    """It rests as long as they are late, also if its operator arms it."""
     url = free_url()
     line = [
         *("run", f"{ROBOTS}:{name}", "--hardware", "--without-doctor"),
