@@ -1,9 +1,10 @@
-"""Hours on end: twenty minutes of them, on the wire and by the clock."""
+"""Hours on end: twenty minutes by `make test-all`, else a minute."""
 
 import subprocess
 from collections.abc import Callable
 
 import pytest
+from effort import effort
 from patience import PATIENCE
 from robot_process import Client, robot_process
 from runs import PATIENT, command_line
@@ -15,16 +16,24 @@ from remosplat_drake.acceptance.hardware_processes import free_url
 STOPPED_BY_USER = "the arm's mode is user_stopped"
 
 
+MINUTES, STOP_EVERY = effort((1.0, 0.3), (20.0, 3.0))
+"""How long the robot is driven, and time between two stops [min]."""
+
+
 @pytest.mark.slow
+@pytest.mark.timeout(60.0 * MINUTES + 2 * PATIENCE)
 def test_nothing_grows_and_no_stop_ends_the_run(wire):
-    """It is stopped every three minutes, and by nothing else."""
-    run = drive_for(20.0, 3.0, is_busy=True)
+    """It is stopped now and then, and by nothing else."""
+    run = drive_for(MINUTES, STOP_EVERY, is_busy=True)
     assert run.stops == (STOPPED_BY_USER,) * run.caused
-    assert run.caused == 6
-    assert run.growth < 5.0, run
+    assert run.caused == effort(3, 6)
+    assert run.targets >= 3 * MINUTES
     (first, _), (last, _) = run.periods_first, run.periods_last
     assert last == pytest.approx(first, rel=0.05)
     assert run.exit_code == 130
+    if MINUTES > 10.0:
+        # A first minute fills caches.
+        assert run.growth < 5.0, run
 
 
 @pytest.mark.slow
