@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from drake import (
-    lcmt_drake_signal,
     lcmt_panda_command,
     lcmt_panda_status,
     lcmt_schunk_wsg_command,
@@ -118,11 +117,15 @@ class Client:
         """Listens until arm, base and hand have all been heard."""
         self.wait_for(lambda: all((self.arm, self.base, self.hand)))
 
-    def listen_for(self, duration: float) -> None:
-        """Listens from now on, for some time of the robot's clock [s]."""
+    def catch_up(self) -> None:
+        """Listens until the arm's latest status is a present one."""
         self.listen(0.0)  # Drake keeps the oldest packets until they are read.
         heard = len(self.arm)
         self.wait_for(lambda: len(self.arm) > heard)
+
+    def listen_for(self, duration: float) -> None:
+        """Listens from now on, for some time of the robot's clock [s]."""
+        self.catch_up()
         end = self.time + duration
         self.wait_for(lambda: self.time >= end)
 
@@ -193,9 +196,7 @@ class Client:
 
     def inject(self, name: str, value: float = 0.0) -> None:
         """Makes something go wrong now; `recover` ends it."""
-        message = lcmt_drake_signal()
-        message.dim, message.coord, message.val = 1, [name], [value]
-        self._lcm.Publish(faults.CHANNEL, message.encode())
+        self._lcm.Publish(faults.CHANNEL, faults.encode_request(name, value))
 
     def arm_velocities(self) -> np.ndarray:
         """Measured joint rates of all statuses, shape (n, 7) [rad/s]."""

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from drake import lcmt_drake_signal, lcmt_panda_command
+from drake import lcmt_panda_command
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.hardware.stand_in import faults
@@ -58,9 +58,7 @@ class WireTap:
 
     def inject(self, fault: str, value: float = 0.0) -> None:
         """Injects a fault of the simulated robot now, by its name and value."""
-        message = lcmt_drake_signal()
-        message.dim, message.coord, message.val = 1, [fault], [value]
-        self._lcm.Publish(faults.CHANNEL, message.encode())
+        self._lcm.Publish(faults.CHANNEL, faults.encode_request(fault, value))
 
     def _listen(self) -> None:
         for channel, data in self._inbox.fetch(0.005):

@@ -194,7 +194,7 @@ def _choose(
             except RemoSplatError as error:
                 fail(node, field, str(error))
             return found, _untagged(node, or_empty=True)
-    if len(options) == 1 or not tag:
+    if not tag or (len(options) == 1 and not protocols):
         return options[0], node
     by_name = {option.__name__: option for option in options}
     if tag not in by_name:

@@ -20,9 +20,8 @@ from remosplat_drake.hardware.conformance.robot_record import (
     gather,
 )
 from remosplat_drake.hardware.doctor.finding import FAILED, SKIPPED
-from remosplat_drake.hardware.doctor.wire_checks import Heard
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.wire.multicast import MulticastListener
+from remosplat_drake.hardware.wire.multicast import MulticastListener, Packet
 from remosplat_drake.robot.robot_model import RobotModel
 
 _PERIOD = 0.001
@@ -83,11 +82,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.lcm_url:
         config.use_url(arguments.lcm_url)
     robot = load_scenario_robot(scenario)
-    console.print(
-        f"listening on {config.url}; nothing is sent. Meanwhile move every axis"
-        f" (`remosplat identify {arguments.scenario} --fraction 0.2`), press"
-        " and release the stop of each part, and restart a driver; Ctrl-C ends"
-    )
     record = _listen(config, robot, arguments, console)
     findings = judge(record, config, robot.assumed_actuators)
     for finding in findings:
@@ -115,20 +109,21 @@ def _listen(
     arguments: argparse.Namespace,
     console: Console,
 ) -> RobotRecord:
-    """Hears the wire until everything was seen."""
-    packets: list[Heard] = []
-    seen, looked, told = Seen(), 0, ""
+    """Listens until everything was seen, and what followed, too."""
+    packets: list[Packet] = []
+    seen, looked, told, complete = Seen(), 0, "", False
+    listener = MulticastListener(config.url)
+    console.print(
+        f"listening on {config.url}; nothing is sent. Meanwhile move every axis"
+        f" (`remosplat identify {arguments.scenario} --fraction 0.2`), press"
+        " and release the stop of each part, and restart a driver; Ctrl-C ends"
+    )
     start = time.monotonic()
     next_look = start + _LOOK
-    listener = MulticastListener(config.url)
     with contextlib.closing(listener), stop_signals() as request:
         while True:
             time.sleep(_PERIOD)
-            now = time.time()
-            packets += [
-                Heard(p.sender, p.channel, p.data, now)
-                for p in listener.fetch()
-            ]
+            packets += listener.fetch()
             passed = time.monotonic() - start
             ends = passed >= arguments.duration or request.made
             if not ends and time.monotonic() < next_look:
@@ -139,10 +134,12 @@ def _listen(
             still = seen.missing(
                 STOP not in arguments.skip, RESTART not in arguments.skip
             )
-            if ends or not still:
+            # A motion that has been seen only just goes on for a while.
+            if ends or (complete and not still):
                 request.is_heeded = True
                 return gather(packets, config, robot, passed)
+            complete = not still
             line = "; ".join(still)
-            if line != told:
+            if still and line != told:
                 told = line
                 console.print(f"still to be seen: {line}", highlight=False)

@@ -1,4 +1,4 @@
-"""Flags that `arm-driver` and `base-driver` have in common."""
+"""Flags that the drivers of arm, base and hand have in common."""
 
 import argparse
 
@@ -13,7 +13,7 @@ def add_driver_arguments(parser: argparse.ArgumentParser, part: str) -> None:
 
     Args:
         parser: The command's parser.
-        part: The driven part, `arm` or `base`.
+        part: The driven part: `arm`, `base` or `hand`.
     """
     parser.add_argument(
         "scenario",

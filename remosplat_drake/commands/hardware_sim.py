@@ -135,7 +135,12 @@ def run(arguments: argparse.Namespace) -> int:
     description, ros, url = world.robot.description, None, arguments.lcm_url
     if arguments.ros2:
         lcm, inbox, url = DrakeLcm("memq://"), None, "ROS 2"
-        ros = Ros2Robot(lcm, scenario.hardware, description)
+        ros = Ros2Robot(
+            lcm,
+            scenario.hardware,
+            description,
+            lambda news: console.print(f"hardware-sim: {news}", markup=False),
+        )
     else:
         lcm = open_wire(url)
         inbox = leased_inbox(

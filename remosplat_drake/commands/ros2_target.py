@@ -1,4 +1,4 @@
-"""`remosplat ros2-target`: target poses from ROS 2 to a teleoperation."""
+"""`remosplat ros2-target`: targets from ROS 2 to a teleoperation."""
 
 import argparse
 
@@ -6,7 +6,11 @@ from remosplat_drake.base.clock import Pacer
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import add_wire_argument, open_wire
-from remosplat_drake.hardware.drivers.ros2_target import Ros2Target
+from remosplat_drake.hardware.drivers.ros2_target import (
+    POSES,
+    VELOCITIES,
+    Ros2Target,
+)
 from remosplat_drake.teleop.teleop_config import PoseStreamConfig
 
 _PERIOD = 0.01
@@ -25,13 +29,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--channel",
         default=PoseStreamConfig.channel,
         metavar="NAME",
-        help="URL at which the teleoperation listens (default: %(default)s)",
+        help="channel of the poses to the teleoperation (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--velocity-channel",
+        default=PoseStreamConfig.velocity_channel,
+        metavar="NAME",
+        help="channel of the velocities to it (default: %(default)s)",
     )
     parser.add_argument(
         "--topic",
         default="/target_pose",
         metavar="TOPIC",
         help="PoseStamped of the end effector (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--twist-topic",
+        default="/target_twist",
+        metavar="TOPIC",
+        help="TwistStamped of the end effector (default: %(default)s)",
     )
     parser.add_argument(
         "--frame",
@@ -42,23 +58,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Passes poses on until Ctrl-C."""
+    """Passes poses and velocities on until Ctrl-C."""
     lcm = open_wire(arguments.lcm_url)
     console = open_console(stderr=True)
-    target = Ros2Target(
-        lcm,
-        arguments.channel,
-        arguments.topic,
-        arguments.frame,
-        tell=lambda news: console.print(
-            f"ros2-target: {news}", highlight=False
-        ),
-    )
-    console.print(f"{arguments.topic} -> {arguments.lcm_url}; Ctrl-C ends")
+    targets = [
+        Ros2Target(
+            lcm,
+            channel,
+            topic,
+            arguments.frame,
+            kind=kind,
+            tell=lambda news: console.print(
+                f"ros2-target: {news}", highlight=False
+            ),
+        )
+        for kind, channel, topic in (
+            (POSES, arguments.channel, arguments.topic),
+            (VELOCITIES, arguments.velocity_channel, arguments.twist_topic),
+        )
+    ]
+    topics = f"{arguments.topic}, {arguments.twist_topic}"
+    console.print(f"{topics} -> {arguments.lcm_url}; Ctrl-C ends")
     pacer = Pacer(_PERIOD)
     with stop_signals() as request:
         while not request.made:
             pacer.wait()
-            target.step()
+            for target in targets:
+                target.step()
     request.is_heeded = True
     return 0

@@ -1,4 +1,4 @@
-"""Configurations of the drivers that reach a robot's arm and base.
+"""Configurations of the drivers that reach a robot's arm, base and hand.
 
 A driver is a plug-in: beside those below, a file may name one's own, as
 `arm_driver: !my_arm:MyArm {host: 10.0.0.2}`; see `base.extensions`.
@@ -13,6 +13,7 @@ from remosplat_drake.base.ranges import Config
 from remosplat_drake.hardware.ros_config import (
     Ros2ArmTopics,
     Ros2BaseTopics,
+    Ros2HandTopics,
     RosBase,
     Tell,
 )
@@ -21,6 +22,7 @@ from remosplat_drake.robot.robot_description import RobotDescription
 if TYPE_CHECKING:
     from remosplat_drake.hardware.drivers.arm_driver import ArmLink
     from remosplat_drake.hardware.drivers.base_driver import BaseLink
+    from remosplat_drake.hardware.drivers.hand_driver import HandLink
 
 
 class ArmDriverMaker(Protocol):
@@ -45,6 +47,21 @@ class BaseDriverMaker(Protocol):
         """Connects to the base; sends no command.
 
         Args:
+            tell: Prints a message.
+        """
+        ...
+
+
+class HandDriverMaker(Protocol):
+    """The settings of a gripper's driver: ours below, or one's own."""
+
+    def connect_hand(
+        self, description: RobotDescription, tell: Tell
+    ) -> "HandLink":
+        """Connects to the gripper; sends no command.
+
+        Args:
+            description: The robot, which names the finger joints.
             tell: Prints a message.
         """
         ...
@@ -99,3 +116,16 @@ class Ros2Base(Ros2BaseTopics):
         from remosplat_drake.hardware.drivers.ros2_link import Ros2Link
 
         return Ros2Link(self)
+
+
+@dc.dataclass
+class Ros2Hand(Ros2HandTopics):
+    """A gripper on ROS 2, over DDS and without ROS (extra `ros2`)."""
+
+    def connect_hand(
+        self, description: RobotDescription, tell: Tell
+    ) -> "HandLink":
+        """Joins the ROS 2 domain; see `Ros2HandLink`."""
+        from remosplat_drake.hardware.drivers.ros2_hand import Ros2HandLink
+
+        return Ros2HandLink(self, description, tell)

@@ -15,9 +15,11 @@ from remosplat_drake.base.ranges import Config
 from remosplat_drake.hardware.driver_config import (
     ArmDriverMaker,
     BaseDriverMaker,
+    HandDriverMaker,
     Ros1Base,
     Ros2Arm,
     Ros2Base,
+    Ros2Hand,
     UrArm,
 )
 from remosplat_drake.hardware.localization_config import LocalizationConfig
@@ -152,6 +154,9 @@ class HardwareConfig(Config):
     # How the base is reached by `remosplat base-driver`: `!Ros2Base`,
     # `!Ros1Base` or one's own; absent: by a driver of another program.
     base_driver: Ros2Base | Ros1Base | BaseDriverMaker | None = None
+    # How the hand is reached by `remosplat hand-driver`: `!Ros2Hand` or one's
+    # own; absent: by a driver of another program.
+    hand_driver: Ros2Hand | HandDriverMaker | None = None
     # Shortest time between two commands to the hand [s].
     hand_period: Annotated[float, Interval(ge=0.01, le=10)] = 0.1
 

@@ -60,6 +60,10 @@ class Ros2ArmTopics(Config):
     )
     # Topic of the sensor_msgs/JointState measurements.
     states: Topic = "/joint_states"
+    # Topic of the robot's URDF, std_msgs/String, as /robot_description: the
+    # arm is stopped unless its joints, limits and axes agree with our model;
+    # empty: not compared.
+    description: str = ""
     # Cutoff frequency of the low pass behind differentiated positions, for
     # joint states without velocities; absent: these cannot be used [Hz]. Such
     # velocities lag by 1 / (2 pi cutoff) and half a period of the statuses.
@@ -97,6 +101,24 @@ class Ros2ArmTopics(Config):
         """The topics that say whether the arm may move, by their fields."""
         topics = {EMERGENCY_STOP: self.emergency_stop, MODE: self.mode}
         return {field: topic for field, topic in topics.items() if topic}
+
+
+@dc.dataclass
+class Ros2HandTopics(Config):
+    """Commands and topics of a gripper on ROS 2."""
+
+    # The robot's ROS_DOMAIN_ID; absent: that of the environment, or 0.
+    domain: Domain = None
+    # Topic of the control_msgs/GripperCommand commands.
+    commands: Topic = "/gripper_controller/command"
+    # Topic of the sensor_msgs/JointState measurements.
+    states: Topic = "/joint_states"
+    # Finger joints whose positions add up to the opening; empty: those of the
+    # robot's description.
+    joints: list[str] = dc.field(default_factory=list)
+    # Position of a command per opening: 1 for the opening itself, 0.5 for the
+    # way of each of two fingers.
+    position_share: Annotated[float, Interval(gt=0, le=100)] = 1.0
 
 
 @dc.dataclass

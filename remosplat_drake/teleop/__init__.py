@@ -2,7 +2,7 @@
 
 Operators are systems with a port `command`, an `OperatorCommand`:
 `TrajectoryOperator` follows a script (`trajectory_file`), `LcmOperator` hears
-another program (`pose_stream`), and `visualization.TeleopPanel` has sliders,
+another program (`target_stream`), and `visualization.TeleopPanel` has sliders,
 buttons and a gamepad with a dead-man switch. `CommandMerger` makes one of
 several (`merging`).
 

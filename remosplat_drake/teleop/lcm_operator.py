@@ -8,16 +8,18 @@ from pydrake.lcm import DrakeLcm
 from pydrake.systems.framework import Context, LeafSystem, State
 
 from remosplat_drake.signals.operator_command import OperatorCommand
-from remosplat_drake.teleop.pose_stream import (
-    SOURCE,
+from remosplat_drake.teleop.target_stream import (
+    POSES,
+    VELOCITIES,
     StreamState,
     advance_stream,
+    merged_command,
 )
 from remosplat_drake.teleop.teleop_config import PoseStreamConfig
 
 
 class LcmOperator(LeafSystem):
-    """An operator that listens for `pose_target` messages.
+    """An operator that listens for `pose_target` and `velocity_target`.
 
     .. pydrake_system::
 
@@ -29,7 +31,7 @@ class LcmOperator(LeafSystem):
     at each pace of the simulation.
 
     Args:
-        config: LCM URL, channel and expiry time of the messages.
+        config: LCM URL, channels and expiry time of the messages.
         lcm: The LCM network; None opens the one that the config names.
         period: Time between two looks at the network [s].
         clock: Returns the wall clock [s].
@@ -48,34 +50,49 @@ class LcmOperator(LeafSystem):
         self._expiry = config.expiry
         self._clock = clock
         self._lcm = lcm or DrakeLcm(config.lcm_url)
-        self._packet: bytes | None = None
-        self._lcm.Subscribe(config.channel, self._receive)
-        command = OperatorCommand(source=SOURCE, effector=config.effector)
-        self._stream_index = self.DeclareAbstractState(
-            Value(StreamState(command))
+        self._packets: dict[str, bytes] = {}
+        self._channels = config.channel, config.velocity_channel
+        for channel in self._channels:
+            self._lcm.Subscribe(channel, self._receiver(channel))
+        stream = StreamState(OperatorCommand(effector=config.effector))
+        self._streams_index = self.DeclareAbstractState(
+            Value[object]((stream, stream))
         )
         self.DeclareAbstractOutputPort(
             "command",
             Value(OperatorCommand()).Clone,
             self._calc_command,
-            {self.abstract_state_ticket(self._stream_index)},
+            {self.abstract_state_ticket(self._streams_index)},
         )
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._listen)
 
-    def _receive(self, data: bytes) -> None:
-        self._packet = bytes(data)
+    def _receiver(self, channel: str) -> Callable[[bytes], None]:
+        return lambda data: self._packets.update({channel: bytes(data)})
 
-    def _stream(self, context: Context) -> StreamState:
-        return context.get_abstract_state(int(self._stream_index)).get_value()
+    def _streams(self, context: Context) -> tuple[StreamState, StreamState]:
+        index = int(self._streams_index)
+        return context.get_abstract_state(index).get_value()
 
     def _listen(self, context: Context, state: State):
-        self._packet = None
+        self._packets.clear()
         self._lcm.HandleSubscriptions(0)
-        stream = advance_stream(
-            self._stream(context), self._packet, self._clock(), self._expiry
+        streams = tuple(
+            advance_stream(
+                kind,
+                stream,
+                self._packets.get(channel),
+                self._clock(),
+                self._expiry,
+            )
+            for kind, stream, channel in zip(
+                (POSES, VELOCITIES),
+                self._streams(context),
+                self._channels,
+                strict=True,
+            )
         )
-        cell = int(self._stream_index)
-        state.get_mutable_abstract_state(cell).set_value(stream)
+        cell = int(self._streams_index)
+        state.get_mutable_abstract_state(cell).set_value(streams)
 
     def _calc_command(self, context: Context, output: AbstractValue):
-        output.set_value(self._stream(context).command)
+        output.set_value(merged_command(self._streams(context)))

@@ -181,7 +181,8 @@ def _end(
     """Ends motions that end by themselves, or starts the next one."""
     command = state.command
     if state.mode == VELOCITY and command.V_W is None:
-        return hold(state, X_WE, "hold: the dead-man button was let go")
+        why = command.trouble or "the dead-man button was let go"
+        return hold(state, X_WE, f"hold: {why}")
     if state.mode == FOLLOW and command.trouble:
         return hold(state, X_WE, f"hold: {command.trouble}")
     if state.mode == FOLLOW and command.X_WT is not None:

@@ -57,7 +57,7 @@ class GamepadConfig(Config):
 
 @dc.dataclass
 class PoseStreamConfig(Config):
-    """Target poses that another program sends by LCM."""
+    """Target poses and velocities that another program sends by LCM."""
 
     # URL of the LCM network. The multicast time to live decides how far
     # messages go: ttl=0 stays on this machine, ttl=1 in the local network.
@@ -65,18 +65,23 @@ class PoseStreamConfig(Config):
     # Name of the end effector that the poses are for, of several; empty for
     # the one that the operator moves.
     effector: str = ""
-    # Channel of the messages, of type pose_target.
+    # Channel of the poses, of type pose_target.
     channel: ChannelName = "POSE_TARGET"
+    # Channel of the velocities, of type velocity_target: the target moves by
+    # them as by a gamepad, with its `max_lead`.
+    velocity_channel: ChannelName = "VELOCITY_TARGET"
     # Time without a message after which the stream is not followed any more,
     # and greatest age of a message [s].
     expiry: Annotated[float, Interval(gt=0, le=10)] = 0.3
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error where the LCM URL is unusable."""
+        """Yields an error for an unusable LCM URL, or one channel for both."""
         try:
             check_lcm_url(self.lcm_url)
         except RemoSplatError as error:
             yield "lcm_url", str(error)
+        if self.velocity_channel == self.channel:
+            yield "velocity_channel", "must differ from `channel`"
 
 
 @dc.dataclass
@@ -137,7 +142,7 @@ class TeleopConfig(Config):
     # Path of a YAML file of timed poses and presses of buttons, relative to
     # the scenario's file; empty for none.
     trajectory: str = ""
-    # Target poses from another program, by LCM; absent: none are read.
+    # Targets from another program, by LCM; absent: none are read.
     pose_stream: PoseStreamConfig | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:

@@ -295,6 +295,7 @@ DRIVERS = {
     "Ros2Arm": ("arm_driver", "{}"),
     "Ros1Base": ("base_driver", "{}"),
     "Ros2Base": ("base_driver", "{}"),
+    "Ros2Hand": ("hand_driver", "{}"),
 }
 """Tags of drivers: their field of `hardware`, and what they need."""
 

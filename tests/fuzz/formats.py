@@ -27,6 +27,9 @@ from remosplat_drake.hardware.wire import packets
 from remosplat_drake.hardware.wire.base import decode_base_status
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.hardware.wire.messages.pose_target import pose_target
+from remosplat_drake.hardware.wire.messages.velocity_target import (
+    velocity_target,
+)
 from remosplat_drake.mapping.store.map_file import open_map, write_map
 from remosplat_drake.mapping.store.session import Session, Version
 from remosplat_drake.oracle.composite import CompositeDistanceField
@@ -61,7 +64,10 @@ from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.codecs.spz import write_spz
 from remosplat_drake.splat.formats import read_splat, write_splat
 from remosplat_drake.teleop import trajectory_file
-from remosplat_drake.teleop.pose_stream import decode_pose_target
+from remosplat_drake.teleop.target_stream import (
+    decode_pose_target,
+    decode_velocity_target,
+)
 
 _DATA = Path(__file__).resolve().parents[1] / "data"
 _MBM = _DATA / "mbm" / "shelf_panda"
@@ -198,6 +204,10 @@ def _make_pose_target(folder: Path) -> None:
     (folder / "packet").write_bytes(message.encode())
 
 
+def _make_velocity_target(folder: Path) -> None:
+    (folder / "packet").write_bytes(velocity_target().encode())
+
+
 def _make_base_status(folder: Path) -> None:
     message = base_status()
     (folder / "packet").write_bytes(message.encode())
@@ -330,6 +340,9 @@ OTHERS = {
         lambda folder: load_methods([str(folder / "methods.yaml")]),
     ),
     "pose-target": Format(_make_pose_target, _packet(decode_pose_target)),
+    "velocity-target": Format(
+        _make_velocity_target, _packet(decode_velocity_target)
+    ),
     "base-status": Format(_make_base_status, _packet(decode_base_status)),
 }
 

@@ -7,8 +7,11 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from remosplat_drake.hardware.wire.messages.pose_target import pose_target
+from remosplat_drake.hardware.wire.messages.velocity_target import (
+    velocity_target,
+)
 from remosplat_drake.hardware.wire.packets import to_utime
-from remosplat_drake.signals.target_state import FOLLOW, HOLD
+from remosplat_drake.signals.target_state import FOLLOW, HOLD, VELOCITY
 from remosplat_drake.teleop.lcm_operator import LcmOperator
 from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_target import OperatorTarget
@@ -107,3 +110,49 @@ def test_a_robot_that_followed_a_silent_stream_holds(three_link):
     np.testing.assert_allclose(
         target.state(context).X_WT, three_link.end_effector_pose(q)
     )
+
+
+def test_a_target_moves_by_velocities_and_holds_in_their_silence(three_link):
+    lcm, q = DrakeLcm("memq://"), np.array([0.3, 0.5, 0.0])
+    now = [1000.0]
+    builder = DiagramBuilder()
+    arm = builder.AddSystem(ConstantVectorSource(q))
+    stream = builder.AddSystem(
+        LcmOperator(
+            config=PoseStreamConfig(velocity_channel="V", expiry=0.3),
+            period=0.01,
+            lcm=lcm,
+            clock=lambda: now[0],
+        )
+    )
+    target = OperatorTarget.AddToBuilder(
+        builder,
+        configuration=arm.get_output_port(),
+        command=stream.GetOutputPort("command"),
+        robot=three_link,
+        q0=q,
+        law=MotionLaw.make(TeleopConfig(), three_link, q, 0.01),
+    )
+    simulator = Simulator(builder.Build())
+    context = target.GetMyContextFromRoot(simulator.get_context())
+    start = target.state(context).X_WT
+    for i in range(100):
+        now[0] += 0.01
+        if i < 50:
+            message = velocity_target()
+            message.utime = to_utime(now[0])
+            message.linear = [0.0, 0.0, 0.1]
+            lcm.Publish("V", message.encode())
+        simulator.AdvanceTo(0.01 * (i + 1))
+        if i == 49:
+            led = target.state(context)
+    assert led.mode == VELOCITY
+    assert led.text == "led by the velocity stream"
+    np.testing.assert_allclose(led.V_WT, [0, 0, 0, 0, 0, 0.1])
+    # It gains speed within 0.2 s, and two ticks pass a message on.
+    way = led.X_WT[:3, 3] - start[:3, 3]
+    np.testing.assert_allclose(way, [0, 0, 0.1 * (0.48 - 0.1)], atol=2e-3)
+    held = target.state(context)
+    assert held.mode == HOLD
+    text = "hold: the velocity stream has been silent for 0.3 s"
+    assert held.text == text

@@ -40,7 +40,7 @@ class Operator:
     def leases(self) -> list[Lease]:
         """Returns the latest message of each present session."""
         now = time.monotonic()
-        for channel, data, _ in self._listener.fetch():
+        for channel, data, *_ in self._listener.fetch():
             if channel == SESSION_LEASE:
                 try:
                     lease = decode_lease(data)

@@ -119,7 +119,7 @@ class Watch:
             packet: Any packet of the wire.
             now: Our wall clock [s].
         """
-        channel, data, sender = packet
+        channel, data, sender, _ = packet
         senders = self._statuses.get(channel) or self._commands.get(channel)
         if senders is not None:
             senders.hear(sender, now)
@@ -247,11 +247,11 @@ class WireGuard:
     def listen(self) -> None:
         """Processes new packets, and renews the lease when it is due."""
         now = time.time()
-        for channel, data, sender in self._listener.fetch():
+        for packet in self._listener.fetch():
             # Another suffix is another robot.
-            if channel.endswith(self._suffix):
-                name = channel.removesuffix(self._suffix)
-                self._watch.hear(Packet(name, data, sender), now)
+            if packet.channel.endswith(self._suffix):
+                name = packet.channel.removesuffix(self._suffix)
+                self._watch.hear(packet._replace(channel=name), now)
         if not self._shadow and not 0 <= now - self._leased < PERIOD:
             self._renew(now)
         if not 0 <= now - self._tidied < _FORGOTTEN:

@@ -1,10 +1,16 @@
 """Checks the messages of a robot: a finding for each rule of the wire."""
 
+import dataclasses as dc
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from remosplat_drake.hardware.conformance.following import Following, examine
+from remosplat_drake.hardware.conformance.following import (
+    MOVED,
+    Following,
+    commanded_ways,
+    examine,
+)
 from remosplat_drake.hardware.conformance.robot_record import (
     PartRecord,
     RobotRecord,
@@ -78,7 +84,7 @@ class Seen:
 
     def __init__(self):
         """Starts with nothing."""
-        self._axes: dict[str, dict[str, bool]] = {}
+        self._axes: dict[str, dict[str, _Range]] = {}
         self._stopped: dict[str, bool] = {}
         self._drivers: set[int] = set()
 
@@ -86,10 +92,9 @@ class Seen:
         """Adds the messages since then."""
         for part in record.parts:
             axes = self._axes.setdefault(part.part, {})
-            for axis, way in zip(
-                part.axes, np.abs(part.u).sum(axis=0), strict=True
-            ):
-                axes[axis] = axes.get(axis, False) or bool(way)
+            ways = commanded_ways(part)
+            for axis, way in zip(part.axes, ways.T, strict=True):
+                axes.setdefault(axis, _Range()).add(way)
             stopped = bool(set(part.modes) - part.obeys)
             before = self._stopped.get(part.part, False)
             self._stopped[part.part] = before or stopped
@@ -104,7 +109,7 @@ class Seen:
         """
         found = []
         for part, axes in self._axes.items():
-            still = [axis for axis, moved in axes.items() if not moved]
+            still = [a for a, way in axes.items() if way.width <= MOVED]
             if still:
                 found.append(f"motion of {', '.join(still)}")
             if stop and not self._stopped[part]:
@@ -112,6 +117,26 @@ class Seen:
         if restart and len(self._drivers) <= len(self._axes):
             found.append("a restart of a driver")
         return found
+
+
+@dc.dataclass
+class _Range:
+    """The range of a way [rad, m] that is continued piece by piece."""
+
+    end: float = 0.0
+    low: float = 0.0
+    high: float = 0.0
+
+    def add(self, piece: np.ndarray) -> None:
+        """Continues the way by a piece, which starts at 0; shape (c,)."""
+        if len(piece):
+            self.low = min(self.low, self.end + piece.min())
+            self.high = max(self.high, self.end + piece.max())
+            self.end += piece[-1]
+
+    @property
+    def width(self) -> float:
+        return self.high - self.low
 
 
 def _silent(part: PartRecord) -> Finding:

@@ -22,7 +22,7 @@ _DELAYS = np.arange(-0.1, 0.4, 0.005)
 _WINDOW = 0.1
 """Time over which ways are compared [s]: drift and rest say nothing."""
 
-_MOVED = 0.02
+MOVED = 0.02
 """Way that an axis must have come to be judged [rad, m]."""
 
 _HELD = 0.1
@@ -63,7 +63,7 @@ def examine(part: PartRecord, actuators: Sequence[Actuator]) -> Following:
         return Following(np.zeros(n, bool), gains, late, velocity)
     time, way = _model(part, actuators)
     stamp, first = np.unique(part.stamp, return_index=True)
-    moved = np.ptp(way, axis=0) > _MOVED
+    moved = np.ptp(way, axis=0) > MOVED
     columns = np.flatnonzero(moved)
     ends = stamp[(stamp > time[0] + _WINDOW) & (stamp < time[-1])]
     if not len(columns) or not len(ends):
@@ -91,6 +91,20 @@ def examine(part: PartRecord, actuators: Sequence[Actuator]) -> Following:
         late[i] = _DELAYS[best]
         velocity[i] = _velocity_share(stamp, measured[:, i], part.v[first, i])
     return Following(moved, gains, late, velocity)
+
+
+def commanded_ways(part: PartRecord) -> np.ndarray:
+    """Integrates a part's commands, without its actuators.
+
+    Args:
+        part: Its messages.
+
+    Returns:
+        Ways at the ends of the commands, shape (c, n) [rad, m]; the latest
+        command has no end yet.
+    """
+    held = np.minimum(np.diff(part.sent), _HELD)
+    return np.cumsum(held[:, None] * part.u[:-1], axis=0)
 
 
 def _model(

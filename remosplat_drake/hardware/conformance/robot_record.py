@@ -8,7 +8,6 @@ from collections.abc import Iterable
 import numpy as np
 from drake import lcmt_panda_command
 
-from remosplat_drake.hardware.doctor.wire_checks import Heard
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire import panda as panda_wire
 from remosplat_drake.hardware.wire.base import (
@@ -18,6 +17,7 @@ from remosplat_drake.hardware.wire.base import (
 )
 from remosplat_drake.hardware.wire.lease import DRIVER_REPORT, decode_report
 from remosplat_drake.hardware.wire.messages.base_command import base_command
+from remosplat_drake.hardware.wire.multicast import Packet
 from remosplat_drake.hardware.wire.packets import (
     BrokenMessage,
     decode,
@@ -83,7 +83,7 @@ class RobotRecord:
 
 
 def gather(
-    packets: Iterable[Heard],
+    packets: Iterable[Packet],
     config: HardwareConfig,
     robot: RobotModel,
     duration: float,
@@ -125,8 +125,8 @@ def gather(
 
 
 def _arm_record(
-    commands: list[Heard],
-    statuses: list[Heard],
+    commands: list[Packet],
+    statuses: list[Packet],
     channel: str,
     joints: tuple[str, ...],
 ) -> PartRecord:
@@ -166,7 +166,7 @@ _EMERGENCY, _PROTECTIVE = "emergency stop", "protective stop"
 
 
 def _base_record(
-    commands: list[Heard], statuses: list[Heard], channel: str, n: int
+    commands: list[Packet], statuses: list[Packet], channel: str, n: int
 ) -> PartRecord:
     axes, told = base_axes(n), []
     for packet in commands:
@@ -212,7 +212,7 @@ def _decoded(kind, data: bytes):
         return None
 
 
-def _read(statuses: list[Heard], read):
+def _read(statuses: list[Packet], read):
     """Returns rows, modes, and counts of the faults of malformed statuses."""
     rows, modes, broken = [], {}, collections.Counter()
     for packet in statuses:

@@ -21,7 +21,7 @@ from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire import base as base_wire
 from remosplat_drake.hardware.wire import panda as panda_wire
 from remosplat_drake.hardware.wire.base import decode_base_status
-from remosplat_drake.hardware.wire.multicast import MulticastListener
+from remosplat_drake.hardware.wire.multicast import MulticastListener, Packet
 from remosplat_drake.hardware.wire.packets import BrokenMessage
 from remosplat_drake.hardware.wire.panda import decode_panda_status
 
@@ -75,24 +75,7 @@ def check_loopback(url: str) -> Finding:
     )
 
 
-@dc.dataclass(frozen=True)
-class Heard:
-    """A received message.
-
-    Attributes:
-        sender: Address of the process that sent it, `IP:PORT`.
-        channel: Name of its channel.
-        data: The encoded message.
-        received: When it came, by our wall clock [s].
-    """
-
-    sender: str
-    channel: str
-    data: bytes
-    received: float
-
-
-def hear_wire(url: str, duration: float = LISTENING) -> list[Heard]:
+def hear_wire(url: str, duration: float = LISTENING) -> list[Packet]:
     """Listens to all messages of a wire; images are too large to count.
 
     Args:
@@ -107,16 +90,12 @@ def hear_wire(url: str, duration: float = LISTENING) -> list[Heard]:
     with contextlib.closing(listener):
         while time.monotonic() < end:
             time.sleep(_LISTENING_PERIOD)
-            now = time.time()
-            heard += [
-                Heard(packet.sender, packet.channel, packet.data, now)
-                for packet in listener.fetch()
-            ]
+            heard += listener.fetch()
     return heard
 
 
 def check_publishers(
-    packets: Sequence[Heard], config: HardwareConfig, has_base: bool
+    packets: Sequence[Packet], config: HardwareConfig, has_base: bool
 ) -> list[Finding]:
     """Finds the senders of statuses, and programs that command already.
 
@@ -157,7 +136,7 @@ def _publisher_advice(channel: str, wanted: int, found: int) -> str:
     return "end the other controller, or take another port in the LCM URL"
 
 
-def check_reach(packets: Sequence[Heard], config: HardwareConfig) -> Finding:
+def check_reach(packets: Sequence[Packet], config: HardwareConfig) -> Finding:
     """Looks whether our commands get as far as the drivers.
 
     Args:
@@ -216,7 +195,7 @@ class _Source:
 
 
 def check_statuses(
-    packets: Sequence[Heard],
+    packets: Sequence[Packet],
     config: HardwareConfig,
     n_arm: int,
     has_base: bool,
@@ -258,7 +237,7 @@ def check_statuses(
 
 
 def _source(
-    part: str, channel: str, rate: float, packets: Sequence[Heard], read
+    part: str, channel: str, rate: float, packets: Sequence[Packet], read
 ) -> _Source:
     ages, problem, modes = [], "", set()
     for packet in packets:

@@ -1,4 +1,4 @@
-"""`HandDriver`: serves `PANDA_HAND_COMMAND` with a Franka hand."""
+"""`HandDriver`: serves `PANDA_HAND_COMMAND` with any parallel gripper."""
 
 import math
 import threading
@@ -18,11 +18,14 @@ from remosplat_drake.hardware.wire.channels import (
 from remosplat_drake.hardware.wire.inbox import CommandSource, Inbox
 
 
-class FrankaHand(Protocol):
-    """Interface of a Franka hand for `HandDriver`, real or simulated."""
+class HandLink(Protocol):
+    """Interface of a gripper for `HandDriver`."""
 
-    def measure(self) -> tuple[float, float]:
-        """Returns the opening of the fingers and the force of each [m, N]."""
+    def measure(self) -> tuple[float, float] | None:
+        """Returns the opening of the fingers and the force of each [m, N].
+
+        Returns None while they are not known; then no status is sent.
+        """
         ...
 
     def go_to(self, width: float, force: float) -> None:
@@ -48,7 +51,7 @@ class HandDriver:
     def __init__(
         self,
         lcm: DrakeLcmInterface,
-        hand: FrankaHand,
+        hand: HandLink,
         inbox: CommandSource | None = None,
     ):
         """Subscribes; the fingers stay where they are.
@@ -87,7 +90,10 @@ class HandDriver:
                 target=self._move, args=wanted, daemon=True
             )
             self._motion.start()
-        width, force = self._hand.measure()
+        measured = self._hand.measure()
+        if measured is None:
+            return
+        width, force = measured
         status = hand_status(width, self._rate(width, now), force, now)
         self._lcm.Publish(PANDA_HAND_STATUS, status.encode())
 

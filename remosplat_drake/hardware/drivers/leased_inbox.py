@@ -136,7 +136,7 @@ class LeasedInbox:
 
     def _look(self) -> list[tuple[str, bytes]]:
         now, messages = self._clock(), []
-        for channel, data, sender in self._listener.fetch():
+        for channel, data, sender, _ in self._listener.fetch():
             if channel == SESSION_LEASE:
                 self._hear(data, sender, now)
             elif channel in self._open:

@@ -13,7 +13,7 @@ _NARROWER = 1e-3
 
 
 class PandaPythonHand:
-    """A `FrankaHand` that has been homed and is ready to move."""
+    """A `HandLink` that has been homed and is ready to move."""
 
     def __init__(self, host: str):
         """Connects; the fingers open once to find their range.

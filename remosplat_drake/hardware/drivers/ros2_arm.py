@@ -9,11 +9,13 @@ import dataclasses as dc
 import time
 
 import numpy as np
+from drake import lcmt_panda_status
 
 from remosplat_drake.hardware.drivers.arm_driver import ArmReport
 from remosplat_drake.hardware.drivers.arm_stops import ArmHold, ArmStops
 from remosplat_drake.hardware.drivers.joint_states import JointStates
 from remosplat_drake.hardware.drivers.ros2_controllers import Controllers
+from remosplat_drake.hardware.drivers.ros2_description import Ros2Description
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
 from remosplat_drake.hardware.ros_config import (
     EMERGENCY_STOP,
@@ -62,6 +64,11 @@ class Ros2ArmLink:
             for field, topic in config.stops.items()
         ]
         self._stops = ArmStops(config)
+        self._description = None
+        if config.description:
+            self._description = Ros2Description(
+                node, config.description, description
+            )
         self._tell = tell
         self._held, self._broken = "", ""
         self._waits = False
@@ -114,6 +121,9 @@ class Ros2ArmLink:
             for sample in taken(reader):
                 self._stops.put(field, sample.data, time.monotonic())
         hold = self._stops.hold(time.monotonic())
+        problem = self._description and self._description.problem()
+        if problem and not hold.reason:
+            hold = ArmHold(lcmt_panda_status.kOther, problem)
         if hold.reason != self._held:
             self._held = hold.reason
             self._tell(

@@ -296,6 +296,17 @@ class JointTrajectory(
 
 @dc.dataclass
 @final
+class GripperCommand(
+    IdlStruct, typename="control_msgs::msg::dds_::GripperCommand_"
+):
+    """control_msgs/GripperCommand: a gripper's position [m] and force [N]."""
+
+    position: float64 = 0.0
+    max_effort: float64 = 0.0
+
+
+@dc.dataclass
+@final
 class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
     """geometry_msgs/PoseStamped: a pose in a frame, and its time."""
 

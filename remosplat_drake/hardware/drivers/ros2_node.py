@@ -58,12 +58,14 @@ class Ros2Node:
         with self._named_errors():
             self._participant = DomainParticipant(domain)
 
-    def writer(self, topic: str, kind: type):
-        """Makes a `DataWriter` of a topic.
+    def writer(self, topic: str, kind: type, *, latched: bool = False):
+        """Makes a `DataWriter` of a topic, which keeps its last message.
 
         Args:
             topic: ROS's name of the topic.
             kind: Type of its messages, one of `ros2_messages`.
+            latched: Whether readers that come late receive the last message
+                (ROS's transient local), too.
 
         Raises:
             RemoSplatError: The topic cannot be written.
@@ -71,8 +73,13 @@ class Ros2Node:
         from cyclonedds.core import Policy, Qos
         from cyclonedds.pub import DataWriter
 
-        reliable = Policy.Reliability.Reliable(max_blocking_time=10_000_000)
-        qos = Qos(reliable, Policy.History.KeepLast(1))
+        qos = Qos(
+            Policy.Reliability.Reliable(max_blocking_time=10_000_000),
+            Policy.Durability.TransientLocal
+            if latched
+            else Policy.Durability.Volatile,
+            Policy.History.KeepLast(1),
+        )
         with self._named_errors():
             return DataWriter(
                 self._participant, self._topic(topic, kind), qos=qos

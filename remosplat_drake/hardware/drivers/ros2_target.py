@@ -1,4 +1,7 @@
-"""`Ros2Target`: target poses from ROS 2, for a teleoperation."""
+"""`Ros2Target`: targets from ROS 2, for a teleoperation."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.lcm import DrakeLcmInterface
@@ -7,10 +10,27 @@ from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
 from remosplat_drake.hardware.drivers.ros_conversion import stamp_utime
 from remosplat_drake.hardware.ros_config import Tell
 from remosplat_drake.hardware.wire.messages.pose_target import pose_target
+from remosplat_drake.hardware.wire.messages.velocity_target import (
+    velocity_target,
+)
+
+
+class TargetKind(NamedTuple):
+    """A kind of target.
+
+    Attributes:
+        name: Its plural, in texts.
+        message: Name of the ROS message in `ros2_messages`.
+        convert: Returns the LCM message of a ROS message, without its stamp.
+    """
+
+    name: str
+    message: str
+    convert: Callable[[Any], pose_target | velocity_target]
 
 
 class Ros2Target:
-    """Passes geometry_msgs/PoseStamped on as `pose_target` messages."""
+    """Passes stamped messages of one topic on as targets over LCM."""
 
     def __init__(
         self,
@@ -19,6 +39,7 @@ class Ros2Target:
         topic: str,
         frame: str,
         *,
+        kind: TargetKind,
         domain: int | None = None,
         tell: Tell = lambda news: None,
     ):
@@ -27,11 +48,12 @@ class Ros2Target:
         Args:
             lcm: The LCM network.
             channel: Channel on which the teleoperation listens.
-            topic: Topic of the poses.
-            frame: The frame that is the world W; poses in another one are left
-                aside.
+            topic: Topic of the messages.
+            frame: The frame that is the world W; messages in another one are
+                ignored.
+            kind: Whether they are poses or velocities.
             domain: A ROS_DOMAIN_ID; None takes that of the environment.
-            tell: Called with a message when poses are unusable.
+            tell: Called with a message when messages are unusable.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network.
@@ -40,41 +62,56 @@ class Ros2Target:
         from remosplat_drake.hardware.drivers import ros2_messages as ros
 
         self._lcm, self._channel, self._frame = lcm, channel, frame
-        self._topic, self._tell = topic, tell
+        self._topic, self._kind, self._tell = topic, kind, tell
         self._told: str | None = None
-        self._reader = node.reader(topic, ros.PoseStamped)
+        self._reader = node.reader(topic, getattr(ros, kind.message))
 
     def step(self) -> None:
         """Passes on new messages."""
         for sample in taken(self._reader):
-            problem = self._problem(sample)
+            target = self._kind.convert(sample)
+            target.utime = stamp_utime(sample.header.stamp)
+            problem = _problem(sample.header, target, self._frame)
             if not problem:
-                self._lcm.Publish(self._channel, _target(sample).encode())
+                self._lcm.Publish(self._channel, target.encode())
             if problem != self._told:
                 self._told = problem
+                name = self._kind.name
                 self._tell(
-                    f"{self._topic}: {problem}; such poses are left aside"
+                    f"{self._topic}: {problem}; such {name} are ignored"
                     if problem
-                    else f"{self._topic}: poses are passed on"
+                    else f"{self._topic}: {name} are passed on"
                 )
 
-    def _problem(self, message) -> str:
-        """Why a pose cannot be used; empty if it can."""
-        frame = message.header.frame_id.strip("/")
-        if frame != self._frame.strip("/"):
-            return f"frame_id is {frame!r}, not {self._frame!r}"
-        if not stamp_utime(message.header.stamp):
-            return "header.stamp is 0, so that its age is unknown"
-        p, r = message.pose.position, message.pose.orientation
-        if not np.isfinite([p.x, p.y, p.z, r.x, r.y, r.z, r.w]).all():
-            return "a number is not finite"
-        return ""
+
+def _problem(header, target: pose_target | velocity_target, frame: str) -> str:
+    """Why a message cannot be used; empty if it can."""
+    named = header.frame_id.strip("/")
+    if named != frame.strip("/"):
+        return f"frame_id is {named!r}, not {frame!r}"
+    if not target.utime:
+        return "header.stamp is 0, so that its age is unknown"
+    fields = [getattr(target, name) for name in target.__slots__]
+    if not all(np.isfinite(field).all() for field in fields):
+        return "a number is not finite"
+    return ""
 
 
-def _target(message) -> pose_target:
+def _pose(message) -> pose_target:
     p, r = message.pose.position, message.pose.orientation
     target = pose_target()
-    target.utime = stamp_utime(message.header.stamp)
     target.position = [p.x, p.y, p.z]
     target.quaternion = [r.w, r.x, r.y, r.z]
     return target
+
+
+def _velocity(message) -> velocity_target:
+    w, v = message.twist.angular, message.twist.linear
+    target = velocity_target()
+    target.angular = [w.x, w.y, w.z]
+    target.linear = [v.x, v.y, v.z]
+    return target
+
+
+POSES = TargetKind("poses", "PoseStamped", _pose)
+VELOCITIES = TargetKind("velocities", "TwistStamped", _velocity)

@@ -116,6 +116,18 @@ def parse_fault(text: str) -> Fault:
     )
 
 
+def encode_request(name: str, value: float = 0.0) -> bytes:
+    """Returns the message on `CHANNEL` that begins a fault.
+
+    Args:
+        name: A key of `FAULTS`.
+        value: Size of the fault; 0 stands for its default.
+    """
+    message = lcmt_drake_signal()
+    message.dim, message.coord, message.val = 1, [name], [value]
+    return message.encode()
+
+
 def requested_faults(data: bytes) -> list[Fault]:
     """Decodes the faults in a message on `CHANNEL`.
 

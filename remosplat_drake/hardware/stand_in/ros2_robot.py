@@ -1,34 +1,43 @@
 """`Ros2Robot`: the topics of a robot on ROS 2, in front of the stand-in.
 
 The stand-in is on a wire within this process; what a scenario's `!Ros2Arm` and
-`!Ros2Base` name is on DDS: controllers of ros2_control, a broadcaster of joint
-states, a base.
+`!Ros2Base`, `!Ros2Hand` name is on DDS: controllers of ros2_control, a
+broadcaster of joint states, a base, a gripper.
 """
 
 import time
 
 import numpy as np
-from drake import lcmt_panda_status
+from drake import lcmt_panda_status, lcmt_schunk_wsg_status
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.base.errors import FieldError
-from remosplat_drake.hardware.driver_config import Ros2Arm, Ros2Base
+from remosplat_drake.hardware.driver_config import Ros2Arm, Ros2Base, Ros2Hand
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
 from remosplat_drake.hardware.hardware_config import HardwareConfig
-from remosplat_drake.hardware.ros_config import BOOL, TRAJECTORY
+from remosplat_drake.hardware.ros_config import BOOL, TRAJECTORY, Tell
+from remosplat_drake.hardware.stand_in.faults import (
+    CHANNEL,
+    encode_request,
+    parse_fault,
+)
 from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
 from remosplat_drake.hardware.wire import channels
 from remosplat_drake.hardware.wire.base import encode_base_command
+from remosplat_drake.hardware.wire.hand import encode_hand_command
 from remosplat_drake.hardware.wire.inbox import Inbox
 from remosplat_drake.hardware.wire.messages.base_status import base_status
 from remosplat_drake.hardware.wire.panda import encode_panda_command
-from remosplat_drake.robot.robot_description import RobotDescription
+from remosplat_drake.robot.robot_description import Hand, RobotDescription
 
 _WATCHDOG = 0.1
 """Time without a command after which the stand-in's controllers rest [s]."""
 
 _MODE_PERIOD = 0.1
 """Time between two messages of stops and modes [s]."""
+
+FAULTS_TOPIC = "/hardware_sim/fault"
+"""Topic of std_msgs/String: NAME[=VALUE] of a fault that begins now."""
 
 _FAULT = "FAULT"
 """Content of the mode's topic while the arm follows no command."""
@@ -38,7 +47,11 @@ class Ros2Robot:
     """Passes ROS 2's messages on to a stand-in, and its statuses back."""
 
     def __init__(
-        self, wire: DrakeLcm, config: HardwareConfig, robot: RobotDescription
+        self,
+        wire: DrakeLcm,
+        config: HardwareConfig,
+        robot: RobotDescription,
+        tell: Tell = lambda news: None,
     ):
         """Joins the robot's domain.
 
@@ -46,6 +59,7 @@ class Ros2Robot:
             wire: The wire of the stand-in, within this process.
             config: The drivers, whose topics it has.
             robot: The robot.
+            tell: Called with a message when a requested fault is unknown.
 
         Raises:
             FieldError: The arm's driver or that of its base is not ROS 2's.
@@ -58,12 +72,17 @@ class Ros2Robot:
         if robot.base is not None and not isinstance(base, Ros2Base):
             problem = "must be !Ros2Base for a robot on ROS 2"
             raise FieldError("hardware-sim", "hardware.base_driver", problem)
-        self._wire, self._robot, self._arm = wire, robot, arm
-        self._inbox = Inbox(wire, [channels.PANDA_STATUS, channels.BASE_STATUS])
+        self._wire, self._tell = wire, tell
+        heard = [channels.PANDA_STATUS, channels.BASE_STATUS]
+        self._inbox = Inbox(wire, [*heard, channels.PANDA_HAND_STATUS])
         self._arm_topics = _ArmTopics(arm, robot)
+        self._faults = _fault_reader(arm)
         self._base_topics = None
         if robot.base is not None and isinstance(base, Ros2Base):
             self._base_topics = _BaseTopics(base)
+        self._hand_topics = None
+        if robot.hand is not None and isinstance(config.hand_driver, Ros2Hand):
+            self._hand_topics = _HandTopics(config.hand_driver, robot.hand)
 
     def step(self) -> None:
         """Passes on new messages, in both directions."""
@@ -77,11 +96,37 @@ class Ros2Robot:
             if velocity is not None:
                 command = encode_base_command(velocity, now)
                 self._wire.Publish(channels.BASE_COMMAND, command)
+        if self._hand_topics is not None:
+            for width, force in self._hand_topics.commands():
+                command = encode_hand_command(width, force, now)
+                self._wire.Publish(channels.PANDA_HAND_COMMAND, command)
+        for sample in taken(self._faults):
+            self._begin(sample.data)
         for channel, data in self._inbox.fetch():
             if channel == channels.PANDA_STATUS:
                 self._arm_topics.tell(lcmt_panda_status.decode(data), t)
+            elif channel == channels.PANDA_HAND_STATUS:
+                if self._hand_topics is not None:
+                    self._hand_topics.tell(lcmt_schunk_wsg_status.decode(data))
             elif self._base_topics is not None:
                 self._base_topics.tell(base_status.decode(data), t)
+
+    def _begin(self, text: str) -> None:
+        """Begins a fault that is written NAME[=VALUE]; reports nonsense."""
+        try:
+            fault = parse_fault(f"{text}@0")
+        except FieldError as error:
+            self._tell(f"{FAULTS_TOPIC}: {error}")
+            return
+        request = encode_request(fault.name, fault.value)
+        self._wire.Publish(CHANNEL, request)
+
+
+def _fault_reader(config: Ros2Arm):
+    node = Ros2Node(config.domain, "the stand-in of a robot on ROS 2")
+    from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+    return node.reader(FAULTS_TOPIC, ros.String)
 
 
 class _ArmTopics:
@@ -102,6 +147,10 @@ class _ArmTopics:
                 (rows, node.reader(controller.topic, kind))
             )
         self._states = node.writer(config.states, ros.JointState)
+        if config.description:
+            topic = config.description
+            self._urdf = node.writer(topic, ros.String, latched=True)
+            self._urdf.write(ros.String(_urdf(robot)))
         kinds = {
             "emergency_stop": ros.Bool,
             "mode": getattr(ros, config.mode_type),
@@ -160,6 +209,15 @@ class _ArmTopics:
         return kind(running if obeys else _FAULT)
 
 
+def _urdf(robot: RobotDescription) -> str:
+    """Returns the text of a robot's model, which must be a URDF."""
+    path = robot.model_path
+    if path.suffix != ".urdf":
+        problem = f"{path.name} is not a URDF, which `description` wants"
+        raise FieldError(robot.source, "model", problem)
+    return path.read_text()
+
+
 class _BaseTopics:
     """The topics of a base: velocities in, odometry and stops out."""
 
@@ -209,3 +267,37 @@ class _BaseTopics:
         }
         for field, writer in self._flags.items():
             writer.write(ros.Bool(said[field]))
+
+
+class _HandTopics:
+    """The topics of a gripper: commands in, joint states of its fingers out."""
+
+    def __init__(self, config: Ros2Hand, hand: Hand):
+        node = Ros2Node(config.domain, "the stand-in of a robot on ROS 2")
+        from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+        self._ros, self._share = ros, config.position_share
+        self._names = config.joints or hand.joints
+        self._commands = node.reader(config.commands, ros.GripperCommand)
+        self._states = node.writer(config.states, ros.JointState)
+
+    def commands(self) -> list[tuple[float, float]]:
+        """The openings and forces that have come [m, N]."""
+        return [
+            (sample.position / self._share, sample.max_effort)
+            for sample in taken(self._commands)
+        ]
+
+    def tell(self, status: lcmt_schunk_wsg_status) -> None:
+        """Sends the joint states of the fingers, half of the opening each."""
+        n, width = len(self._names), 1e-3 * status.actual_position_mm
+        rate = 1e-3 * status.actual_speed_mm_per_s
+        self._states.write(
+            self._ros.JointState(
+                header=self._ros.Header(stamp=self._ros.stamp(status.utime)),
+                name=self._names,
+                position=[width / n] * n,
+                velocity=[rate / n] * n,
+                effort=[status.actual_force] * n,
+            )
+        )

@@ -1,17 +1,22 @@
-"""`MulticastListener`: LCM's packets with the addresses of their senders.
+"""`MulticastListener`: LCM's packets with their senders and times of arrival.
 
 LCM does not tell the sender of a message. Its packets do: each comes from the
-UDP port of one process. The format is LCM's own (`lcm_udpm.c`), big-endian: the
-magic LC02, a sequence number, the channel's name, which a zero ends, and the
-message. Messages of more than 64 kB come in fragments (LC03); commands and
-statuses are smaller, and the kernel drops fragments before they get here.
+UDP port of one process. The kernel stamps each packet as it arrives, so a
+listener that is busy does not make messages look late.
+
+The format is LCM's own (`lcm_udpm.c`), big-endian: the magic LC02, a sequence
+number, the channel's name, which a zero ends, and the message. Messages of more
+than 64 kB come in fragments (LC03); commands and statuses are smaller, and the
+kernel drops fragments before they get here.
 """
 
 import contextlib
 import ctypes
+import math
 import re
 import socket
 import struct
+import time
 from typing import NamedTuple
 
 from remosplat_drake.base.errors import RemoSplatError
@@ -30,19 +35,26 @@ _MOST = 1000
 _UDP_HEADER = 8
 _ATTACH_FILTER = getattr(socket, "SO_ATTACH_FILTER", 26)
 
+_TIMESTAMP = getattr(socket, "SO_TIMESTAMPNS", 35)
+_TIMESPEC = struct.Struct("@ll")  # Seconds and nanoseconds.
+_CONTROL = socket.CMSG_SPACE(_TIMESPEC.size)
+
 
 class Packet(NamedTuple):
-    """An LCM message, and where it came from.
+    """An LCM message, with its sender and the time of its arrival.
 
     Attributes:
         channel: Name of its channel, with any suffix.
         data: The encoded message.
         sender: Address of the process that sent it, `IP:PORT`.
+        received: When it arrived at this computer, by the wall clock [s]; NaN
+            if that is unknown.
     """
 
     channel: str
     data: bytes
     sender: str
+    received: float = math.nan
 
 
 class MulticastListener:
@@ -72,12 +84,15 @@ class MulticastListener:
         packets = []
         for _ in range(_MOST):
             try:
-                datagram, address = self._socket.recvfrom(_LARGEST)
+                datagram, told, _, address = self._socket.recvmsg(
+                    _LARGEST, _CONTROL
+                )
             except (BlockingIOError, InterruptedError):
                 break
             message = parsed(datagram)
             if message is not None:
-                packets.append(Packet(*message, self._name(address)))
+                name = self._name(address)
+                packets.append(Packet(*message, name, _arrival(told)))
         return packets
 
     def close(self) -> None:
@@ -105,12 +120,23 @@ def parsed(datagram: bytes) -> tuple[str, bytes] | None:
     return channel, datagram[end + 1 :]
 
 
+def _arrival(told: list[tuple[int, int, bytes]]) -> float:
+    """Time of arrival by the kernel [s]; now if the kernel tells none."""
+    for level, kind, data in told:
+        if (level, kind) == (socket.SOL_SOCKET, _TIMESTAMP):
+            seconds, nanoseconds = _TIMESPEC.unpack(data)
+            return seconds + 1e-9 * nanoseconds
+    return time.time()
+
+
 def _joined(group: str, port: int) -> socket.socket:
     """Opens a socket that receives a multicast group and does not block."""
     joined = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     joined.setblocking(False)
     joined.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     joined.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
+    with contextlib.suppress(OSError):
+        joined.setsockopt(socket.SOL_SOCKET, _TIMESTAMP, 1)
     _drop_fragments(joined)
     joined.bind((group, port))
     member = struct.pack(

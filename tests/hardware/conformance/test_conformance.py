@@ -10,7 +10,6 @@ from effort import effort
 from remosplat_drake.hardware.conformance.checks import Seen, judge
 from remosplat_drake.hardware.conformance.robot_record import gather
 from remosplat_drake.hardware.doctor.finding import FAILED, PASSED, SKIPPED
-from remosplat_drake.hardware.doctor.wire_checks import Heard
 from remosplat_drake.hardware.hardware_config import HardwareConfig
 from remosplat_drake.hardware.wire.channels import (
     BASE_COMMAND,
@@ -26,6 +25,7 @@ from remosplat_drake.hardware.wire.lease import (
 )
 from remosplat_drake.hardware.wire.messages.base_command import base_command
 from remosplat_drake.hardware.wire.messages.base_status import base_status
+from remosplat_drake.hardware.wire.multicast import Packet
 from remosplat_drake.hardware.wire.packets import to_utime
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
@@ -53,7 +53,7 @@ class Driver:
     factor: float = 1.0
     still: tuple[int, ...] = ()
 
-    def heard(self, n: int = 6) -> list[Heard]:
+    def heard(self, n: int = 6) -> list[Packet]:
         """What is on the wire while each axis moves forth and back.
 
         The stop is pressed in the last half second, in which nothing moves.
@@ -90,18 +90,18 @@ class Driver:
             stamp = comes if self.hides_age else times[k]
             status.utime = to_utime(START + stamp)
             packets.append(
-                Heard("a:1", PANDA_STATUS, status.encode(), START + comes)
+                Packet(PANDA_STATUS, status.encode(), "a:1", START + comes)
             )
         return packets
 
 
-def _command(t: float, u: np.ndarray) -> Heard:
+def _command(t: float, u: np.ndarray) -> Packet:
     message = lcmt_panda_command()
     message.utime = to_utime(START + t)
     message.num_joint_velocity = len(u)
     message.joint_velocity = u.tolist()
     message.control_mode_expected = 2
-    return Heard("b:1", PANDA_COMMAND, message.encode(), START + t)
+    return Packet(PANDA_COMMAND, message.encode(), "b:1", START + t)
 
 
 def results(driver: Driver, robot: RobotModel) -> dict[str, str]:
@@ -157,7 +157,7 @@ def test_statuses_that_are_broken_or_absent_are_told(ur5e):
     config = HardwareConfig()
     packets = Driver().heard()
     spoilt = [
-        dc.replace(p, data=p.data[:-9]) if p.channel == PANDA_STATUS else p
+        p._replace(data=p.data[:-9]) if p.channel == PANDA_STATUS else p
         for p in packets
     ]
     record = gather(spoilt, config, ur5e, 7.0)
@@ -169,17 +169,22 @@ def test_statuses_that_are_broken_or_absent_are_told(ur5e):
 def test_what_is_still_to_be_seen_is_said(ur5e):
     config, seen = HardwareConfig(), Seen()
     packets = Driver(still=(3,)).heard()
-    seen.add(gather(packets[:100], config, ur5e, 1.0))
-    assert "a stop of the arm" in seen.missing(stop=True, restart=True)
+    seen.add(gather(packets[:10], config, ur5e, 1.0))
+    axes, stop, _ = seen.missing(stop=True, restart=True)
+    assert axes.startswith("motion of shoulder_pan_joint"), "0.01 rad so far"
+    assert stop == "a stop of the arm"
+    seen.add(gather(packets[:20], config, ur5e, 1.0))
+    axes, _, _ = seen.missing(stop=True, restart=True)
+    assert axes.startswith("motion of shoulder_lift_joint")
     seen.add(gather(packets, config, ur5e, 1.0))
     still = ["motion of wrist_1_joint"]
     assert seen.missing(stop=True, restart=False) == still
     assert seen.missing(True, True) == [*still, "a restart of a driver"]
     reports = [
-        Heard(
-            "a:1",
+        Packet(
             DRIVER_REPORT,
             encode_report(Report(Identity(session, 1, "host", "driver"))),
+            "a:1",
             START,
         )
         for session in (1, 2)
@@ -200,13 +205,13 @@ def test_an_omnidirectional_base_is_judged_by_its_own_axes():
         command = base_command()
         command.utime = to_utime(START + t)
         command.forward, command.left = forward, left
-        packets.append(Heard("b:1", BASE_COMMAND, command.encode(), START + t))
+        packets.append(Packet(BASE_COMMAND, command.encode(), "b:1", START + t))
         status = base_status()
         status.utime = to_utime(START + t)
         status.pose = [x, y, 0.0]
         status.forward, status.left = forward, left
         status.mode = base_status.STOPPED if k > 350 else base_status.MOVING
-        packets.append(Heard("a:1", BASE_STATUS, status.encode(), START + t))
+        packets.append(Packet(BASE_STATUS, status.encode(), "a:1", START + t))
         x, y = x + 0.01 * forward, y + 0.01 * left
     record = gather(packets, config, robot, 4.0)
     findings = judge(record, config, robot.assumed_actuators)

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,9 @@ from robot_process import Client, running
 from remosplat_drake.acceptance.hardware_processes import free_url
 from remosplat_drake.commands.main import main
 from remosplat_drake.hardware.doctor.finding import FAILED, PASSED, SKIPPED
+from remosplat_drake.hardware.drivers.ros2_node import Ros2Node
+from remosplat_drake.hardware.stand_in.ros2_robot import FAULTS_TOPIC
+from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
 
 DOMAIN = 86
 
@@ -29,6 +33,7 @@ Lab:
 
 def drive_all(client: Client) -> None:
     """Moves each joint forth and back by itself, as smoothly as it can."""
+    client.catch_up()
     for joint in range(6):
         start, rates = client.time, np.zeros(6)
 
@@ -43,6 +48,17 @@ def drive_all(client: Client) -> None:
     )
 
 
+def stop_button(kind: str, client: Client) -> Callable[[], None]:
+    """Returns what presses the user stop of a stand-in, on its own network."""
+    if kind == "lcm":
+        return lambda: client.inject("user-stop")
+    from remosplat_drake.hardware.drivers import ros2_messages as ros
+
+    node = Ros2Node(DOMAIN, "a test")
+    faults = node.writer(FAULTS_TOPIC, ros.String)
+    return lambda: faults.write(ros.String("user-stop"))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "rate"),
@@ -53,13 +69,9 @@ def test_stand_ins_pass_at_every_rate(kind, rate, tmp_path: Path):
         pytest.importorskip("cyclonedds", reason="needs the extra ros2")
     file, url = tmp_path / "lab.yaml", free_url()
     file.write_text(SCENARIO.format(rate=rate, domain=DOMAIN))
-    # A user stop that is pressed 8 s after the first command.
-    fault = ("--fault", "user-stop@8+60")
     with contextlib.ExitStack() as programs:
         where = ("--ros2",) if kind == "ros2" else ("--lcm-url", url)
-        programs.enter_context(
-            running("hardware-sim", str(file), *where, *fault)
-        )
+        programs.enter_context(running("hardware-sim", str(file), *where))
         if kind == "ros2":
             programs.enter_context(
                 running("arm-driver", str(file), "--lcm-url", url)
@@ -76,7 +88,13 @@ def test_stand_ins_pass_at_every_rate(kind, rate, tmp_path: Path):
         while "listening on" not in check.stderr.readline():
             assert check.poll() is None
         drive_all(client)
-        client.drive(lambda: client.latest.robot_mode == 5, np.zeros(6))
+        press = stop_button(kind, client)
+
+        def is_stopped() -> bool:
+            press()
+            return client.latest.robot_mode == RobotMode.USER_STOPPED
+
+        client.drive(is_stopped, np.zeros(6))
         said, _ = check.communicate(timeout=PATIENCE)
     found = {f["check"]: f["result"] for f in json.loads(said)}
     wrong = {check for check, result in found.items() if result == FAILED}

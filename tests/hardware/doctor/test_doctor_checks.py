@@ -32,6 +32,7 @@ from remosplat_drake.hardware.doctor.finding import (
     Finding,
 )
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.wire.multicast import Packet
 
 CONFIG = HardwareConfig(lcm_url="udpm://239.255.76.67:7667?ttl=0")
 URL = CONFIG.url
@@ -94,7 +95,7 @@ def test_an_own_packet_comes_back():
 
 
 def packet(channel: str, port: int, data: bytes = b"", at: float = 0.0):
-    return wire_checks.Heard(f"192.0.2.7:{port}", channel, data, at)
+    return Packet(channel, data, f"192.0.2.7:{port}", at)
 
 
 def results(findings: list[Finding]) -> dict[str, str]:

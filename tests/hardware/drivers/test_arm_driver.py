@@ -9,7 +9,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -187,9 +186,8 @@ def test_a_universal_robots_arm_is_driven_and_always_comes_to_rest(
                 assert driver.wait(PATIENCE) == 0
             else:
                 driver.kill()
-                time.sleep(
-                    1.0
-                )  # Of the controller's clock: nothing announces it.
+            assert robot.stdout is not None
+            assert robot.stdout.readline() == "rests\n"
         robot.terminate()
         assert robot.wait(PATIENCE) == 0
     motion = np.load(record)

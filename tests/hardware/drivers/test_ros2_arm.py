@@ -16,6 +16,7 @@ from remosplat_drake.hardware.driver_config import Ros2Arm
 from remosplat_drake.hardware.drivers.arm_driver import ArmDriver
 from remosplat_drake.hardware.drivers.arm_stops import ArmStops
 from remosplat_drake.hardware.drivers.ros2_arm import Ros2ArmLink
+from remosplat_drake.hardware.drivers.ros2_node import Ros2Node
 from remosplat_drake.hardware.stand_in.simulated_arm import RobotMode
 from remosplat_drake.robot.robot_description import load_robot_description
 
@@ -306,6 +307,36 @@ def test_named_topics_hold_the_arm():
         "/arm_mode: 'FAULT', not 'RUNNING' or 'SLOW'; the arm counts as"
         " stopped",
     ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("", "", ""),
+        ("elbow_joint", "elbow", "has no joint elbow_joint"),
+        ('velocity="3.14159"', 'velocity="1.5"', "shoulder_pan_joint: is lim"),
+    ],
+)
+def test_an_arm_moves_only_by_a_model_that_its_urdf_agrees_with(
+    old, new, problem
+):
+    topic = f"/robot_description_{len(old)}"
+    node = Ros2Node(DOMAIN, "a test")
+    writer = node.writer(topic, ros.String, latched=True)
+    bench = Bench(dc.replace(ARM, description=topic))
+    bench.run_until_mode(RobotMode.OTHER)
+    said = f"{topic}: nothing came yet; the arm counts as stopped"
+    assert bench.news == [said]
+    text = UR5E.model_path.read_text()
+    writer.write(ros.String(text.replace(old, new)))
+    bench.run_until(lambda: len(bench.news) == 2)
+    if problem:
+        assert bench.news[-1].startswith(f"{topic}: {problem}")
+        return
+    bench.run_until_mode(RobotMode.MOVE)
+    writer.write(ros.String(f"{text} "))
+    bench.run_until_mode(RobotMode.OTHER)
+    assert "has changed: start the driver again" in bench.news[-1]
 
 
 def test_a_latched_mode_is_heard_by_who_comes_late():

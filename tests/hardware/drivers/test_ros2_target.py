@@ -1,4 +1,4 @@
-"""Poses over DDS become targets with the age of their source."""
+"""Poses and twists over DDS become targets with the age of their source."""
 
 import time
 
@@ -8,8 +8,15 @@ from patience import PATIENCE
 from pydrake.lcm import DrakeLcm
 
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node
-from remosplat_drake.hardware.drivers.ros2_target import Ros2Target
-from remosplat_drake.teleop.pose_stream import decode_pose_target
+from remosplat_drake.hardware.drivers.ros2_target import (
+    POSES,
+    VELOCITIES,
+    Ros2Target,
+)
+from remosplat_drake.teleop.target_stream import (
+    decode_pose_target,
+    decode_velocity_target,
+)
 
 pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 typesys = pytest.importorskip("rosbags.typesys")
@@ -33,6 +40,7 @@ def test_a_pose_is_passed_on_and_what_is_none_is_told():
     wire.Subscribe("POSE_TARGET", packets.append)
     target = Ros2Target(
         *(wire, "POSE_TARGET", "/target_pose", "map"),
+        kind=POSES,
         domain=DOMAIN,
         tell=news.append,
     )
@@ -59,6 +67,35 @@ def test_a_pose_is_passed_on_and_what_is_none_is_told():
     assert said[1].startswith("frame_id is 'odom', not 'map'")
     assert said[2].startswith("header.stamp is 0")
     assert said[3].startswith("a number is not finite")
+
+
+def test_a_twist_is_passed_on_and_what_is_none_is_told():
+    wire, packets, news = DrakeLcm("memq://"), [], []
+    wire.Subscribe("VELOCITY_TARGET", packets.append)
+    target = Ros2Target(
+        *(wire, "VELOCITY_TARGET", "/target_twist", "world"),
+        kind=VELOCITIES,
+        domain=DOMAIN,
+        tell=news.append,
+    )
+    node = Ros2Node(DOMAIN, "a test")
+    writer = node.writer("/target_twist", ros.TwistStamped)
+    end = time.monotonic() + PATIENCE
+    for frame, x in (("world", 0.2), ("tool0", 0.2), ("world", float("inf"))):
+        twist = ros.Twist(ros.Vector3(x, 0, 0), ros.Vector3(0, 0, -0.5))
+        header, count = ros.Header(ros.stamp(UTIME), frame), len(news)
+        while len(news) == count:
+            assert time.monotonic() < end
+            writer.write(ros.TwistStamped(header, twist))
+            target.step()
+            wire.HandleSubscriptions(0)
+    utime, V_W = decode_velocity_target(packets[0])
+    assert utime == UTIME
+    np.testing.assert_array_equal(V_W, [0, 0, -0.5, 0.2, 0, 0])
+    said = [line.removeprefix("/target_twist: ") for line in news]
+    assert said[0] == "velocities are passed on"
+    assert said[1].startswith("frame_id is 'tool0', not 'world'")
+    assert said[2].startswith("a number is not finite; such velocities")
 
 
 def test_a_pose_is_read_by_another_decoder():

@@ -41,6 +41,19 @@ def test_each_sender_has_an_address_of_its_own():
 
 
 @needs_a_wire
+def test_a_packet_has_the_time_of_its_arrival_not_of_the_look():
+    url = free_url()
+    listener, sender = MulticastListener(url), DrakeLcm(url)
+    before = time.time()
+    sender.Publish("T_ONE", b"1")
+    after = time.time()
+    while time.time() < after + 0.1:
+        pass
+    (packet,) = heard(listener, 1)
+    assert before <= packet.received <= after + 0.05
+
+
+@needs_a_wire
 def test_images_are_left_out():
     url = free_url()
     listener, sender = MulticastListener(url), DrakeLcm(url)

@@ -4,8 +4,17 @@ import numpy as np
 import pytest
 
 from remosplat_drake.hardware.wire.messages.pose_target import pose_target
+from remosplat_drake.hardware.wire.messages.velocity_target import (
+    velocity_target,
+)
 from remosplat_drake.hardware.wire.packets import to_utime
-from remosplat_drake.teleop.pose_stream import StreamState, advance_stream
+from remosplat_drake.teleop.target_stream import (
+    POSES,
+    VELOCITIES,
+    StreamState,
+    advance_stream,
+    merged_command,
+)
 
 EXPIRY = 0.3
 NOW = 1_700_000_000.0
@@ -20,7 +29,7 @@ def packet(sent: float, position=(1.0, 2.0, 3.0), quaternion=(2, 0, 0, 0)):
 
 
 def look(state: StreamState, time: float, data: bytes | None) -> StreamState:
-    return advance_stream(state, data, NOW + time, EXPIRY)
+    return advance_stream(POSES, state, data, NOW + time, EXPIRY)
 
 
 def flowing(until: float = 0.5) -> StreamState:
@@ -97,6 +106,38 @@ def test_a_quaternion_of_any_length_will_do():
     assert state.command.X_WT is not None
     R = state.command.X_WT[:3, :3]
     np.testing.assert_allclose(R, np.diag([-1, -1, 1]), atol=1e-15)
+
+
+def twist(sent: float, angular=(0.0, 0.0, 0.1)) -> bytes:
+    message = velocity_target()
+    message.utime = to_utime(NOW + sent)
+    message.angular, message.linear = list(angular), [0.2, 0.0, 0.0]
+    return message.encode()
+
+
+def test_velocities_lead_while_they_flow():
+    def look_at(state: StreamState, time: float, data: bytes | None):
+        return advance_stream(VELOCITIES, state, data, NOW + time, EXPIRY)
+
+    poses = flowing()
+    state = look_at(StreamState(), 0.5, twist(0.5))
+    command = merged_command((poses, state))
+    assert (command.source, command.trouble) == ("velocity stream", "")
+    np.testing.assert_array_equal(command.V_W, [0, 0, 0.1, 0.2, 0, 0])
+    assert command.moves == 1
+    ended = look_at(state, 0.81, None)
+    command = merged_command((poses, ended))
+    assert command.V_W is None
+    text = "the velocity stream has been silent for 0.3 s"
+    assert command.trouble == text
+    # A stream of poses that begins later leads again.
+    again = look(look(poses, 0.9, None), 0.95, packet(0.95))
+    command = merged_command((again, ended))
+    assert (command.moves, command.trouble) == (2, "")
+    broken = look_at(state, 0.6, twist(0.6, (np.nan, 0, 0)))
+    assert broken.command.V_W is None
+    assert "angular[0] is nan" in broken.command.trouble
+    assert "old on arrival" in look_at(state, 1.0, twist(0.6)).command.trouble
 
 
 def test_a_state_is_not_copied():

@@ -1,0 +1,57 @@
+"""`remosplat hand-driver`: between the station's wire and a gripper."""
+
+import argparse
+
+from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.app.scenario_robot import robot_file
+from remosplat_drake.base.clock import Pacer, wall_utime
+from remosplat_drake.base.errors import FieldError
+from remosplat_drake.base.stop_signals import stop_signals
+from remosplat_drake.commands.driver_flags import (
+    add_driver_arguments,
+    driver_name,
+    open_driver_wire,
+)
+from remosplat_drake.commands.tables import open_console
+from remosplat_drake.commands.wire import leased_inbox
+from remosplat_drake.hardware.drivers.hand_driver import HandDriver
+from remosplat_drake.hardware.drivers.hand_messages import PERIOD
+from remosplat_drake.hardware.wire.channels import PANDA_HAND_COMMAND
+from remosplat_drake.robot.robot_description import load_robot_description
+
+EXAMPLES = """
+remosplat hand-driver my_robot.yaml
+"""
+"""What `--help` ends with."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's flags."""
+    add_driver_arguments(parser, "hand")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Drives the hand until Ctrl-C; its fingers stay where they are then."""
+    scenario = load_scenario(arguments.scenario, arguments.scenario_text)
+    config = scenario.hardware
+    if config.hand_driver is None:
+        problem = "is absent: name the hand's driver, for example !Ros2Hand {}"
+        raise FieldError(scenario.source, "hardware.hand_driver", problem)
+    description = load_robot_description(robot_file(scenario))
+    lcm, url = open_driver_wire(arguments, config)
+    console = open_console(stderr=True)
+    link = config.hand_driver.connect_hand(
+        description,
+        lambda news: console.print(f"hand-driver: {news}", highlight=False),
+    )
+    inbox = leased_inbox(lcm, [PANDA_HAND_COMMAND], "hand-driver", console)
+    driver = HandDriver(lcm, link, inbox)
+    pacer = Pacer(PERIOD)
+    with stop_signals() as request:
+        name = driver_name(config.hand_driver)
+        console.print(f"{url} <-> {name}; Ctrl-C ends")
+        while not request.made:
+            pacer.wait()
+            driver.step(wall_utime())
+        request.is_heeded = True
+    return 0

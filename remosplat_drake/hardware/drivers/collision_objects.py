@@ -1,0 +1,171 @@
+"""`CollisionObjects`: MoveIt's collision objects as objects of a scenario."""
+
+import dataclasses as dc
+from typing import Any
+
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RigidTransform
+
+from remosplat_drake.base.errors import RemoSplatError
+
+_ADD, _REMOVE, _APPEND, _MOVE = range(4)
+"""Values of CollisionObject.operation."""
+
+_SHAPES = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}
+"""Names of the values of SolidPrimitive.type."""
+
+_DIGITS = 6
+
+
+@dc.dataclass(frozen=True, eq=False)
+class _Thing:
+    """An object: its pose, and shapes with their poses in it.
+
+    Attributes:
+        X_WO: Pose of its frame O in W.
+        shapes: Poses X_OS of its shapes, and these as a scenario has them.
+    """
+
+    X_WO: RigidTransform
+    shapes: tuple[tuple[RigidTransform, dict[str, Any]], ...] = ()
+
+
+class CollisionObjects:
+    """The objects of a planning scene so far."""
+
+    def __init__(self, frame: str):
+        """Starts without an object.
+
+        Args:
+            frame: The frame that is the world W of the scenario.
+        """
+        self._frame = frame.strip("/")
+        self._things: dict[str, _Thing] = {}
+
+    def put_scene(self, message) -> list[str]:
+        """Applies a moveit_msgs/PlanningScene, a whole one or a difference.
+
+        Args:
+            message: The message.
+
+        Returns:
+            Why objects were refused, each by its name.
+        """
+        if not message.is_diff:
+            self._things.clear()
+        problems = map(self.put, message.world.collision_objects)
+        return [problem for problem in problems if problem]
+
+    def put(self, message) -> str:
+        """Applies a moveit_msgs/CollisionObject; a refused one is dropped.
+
+        Args:
+            message: The message.
+
+        Returns:
+            Why it was refused, by its name; empty if it was not.
+        """
+        name, operation = message.id, message.operation
+        if operation == _REMOVE and not name:
+            self._things.clear()
+            return ""
+        known = self._things.pop(name, None)
+        if operation == _REMOVE:
+            return ""
+        try:
+            self._things[name] = self._changed(known, message)
+        except (RemoSplatError, RuntimeError) as error:
+            return f"object {name!r} is left out: {error}"
+        return ""
+
+    def entries(self) -> list[dict[str, Any]]:
+        """Returns the objects as a scenario's `objects` has them.
+
+        An object of several shapes becomes several: its name and a number.
+        """
+        entries = []
+        for name, thing in self._things.items():
+            for i, (X_OS, shape) in enumerate(thing.shapes, start=1):
+                X_WS = thing.X_WO @ X_OS
+                rows = X_WS.rotation().matrix()
+                pose = {
+                    "translation": _rounded(X_WS.translation()),
+                    "rotation": [_rounded(row) for row in rows],
+                }
+                called = f"{name} {i}" if len(thing.shapes) > 1 else name
+                entries.append(
+                    {"name": called, "X_WO": pose, "in_splat": False} | shape
+                )
+        return entries
+
+    def _changed(self, known: _Thing | None, message) -> _Thing:
+        """The object after a message about it.
+
+        Raises:
+            RemoSplatError: It cannot be used.
+        """
+        frame = message.header.frame_id.strip("/")
+        if frame != self._frame:
+            raise RemoSplatError(f"frame_id is {frame!r}, not {self._frame!r}")
+        X_WO, kept = _pose(message.pose), ()
+        if message.operation in (_APPEND, _MOVE) and known is not None:
+            kept = known.shapes
+        if message.operation == _APPEND and known is not None:
+            X_WO = known.X_WO
+        return _Thing(X_WO, kept + _shapes(message, X_WO))
+
+
+def _shapes(
+    message, X_WO: RigidTransform
+) -> tuple[tuple[RigidTransform, dict[str, Any]], ...]:
+    """Reads the shapes of a message, in the frame O.
+
+    Raises:
+        RemoSplatError: A shape is neither a box nor a cylinder.
+    """
+    for other in ("meshes", "planes"):
+        if getattr(message, other):
+            raise RemoSplatError(f"it has {other}; give boxes or cylinders")
+    if len(message.primitives) != len(message.primitive_poses):
+        raise RemoSplatError("it has not one pose for each primitive")
+    X_OM = X_WO.inverse() @ _pose(message.pose)
+    return tuple(
+        (X_OM @ _pose(pose), _shape(solid))
+        for solid, pose in zip(
+            message.primitives, message.primitive_poses, strict=True
+        )
+    )
+
+
+def _shape(solid) -> dict[str, Any]:
+    """A shape_msgs/SolidPrimitive as a scenario has it."""
+    kind = _SHAPES.get(solid.type, f"of type {solid.type}")
+    sizes = _rounded(solid.dimensions)
+    if kind not in ("box", "cylinder"):
+        raise RemoSplatError(f"it is a {kind}; give boxes or cylinders")
+    if len(sizes) != (3 if kind == "box" else 2) or not min(sizes) > 0:
+        raise RemoSplatError(f"its {kind} has the dimensions {sizes}")
+    if kind == "box":
+        return {"box": sizes}
+    height, radius = sizes
+    return {"cylinder": {"radius": radius, "height": height}}
+
+
+def _pose(pose) -> RigidTransform:
+    """A geometry_msgs/Pose; a rotation of zeros, ROS's default, is none.
+
+    Raises:
+        RemoSplatError: A number is not finite.
+    """
+    p, r = pose.position, pose.orientation
+    quaternion = np.array([r.w, r.x, r.y, r.z])
+    if not np.isfinite([p.x, p.y, p.z, *quaternion]).all():
+        raise RemoSplatError("its pose has a number that is not finite")
+    length = float(np.linalg.norm(quaternion))
+    unit = quaternion / length if length > 0 else np.array([1.0, 0, 0, 0])
+    return RigidTransform(Quaternion(unit), [p.x, p.y, p.z])
+
+
+def _rounded(values) -> list[float]:
+    return [round(float(value), _DIGITS) + 0.0 for value in values]

@@ -1,0 +1,185 @@
+"""Compares a URDF that a robot publishes with the model that we move it by.
+
+Frames of links are a matter of taste, the joints' axes are not: these are
+compared as lines in space, whose angles and moments about each other do not
+depend on frames.
+"""
+
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Joint, PrismaticJoint, RevoluteJoint
+from pydrake.systems.framework import Context
+
+from remosplat_drake.robot.model_file import add_robot_model, in_one_line
+from remosplat_drake.robot.robot_description import RobotDescription
+
+_ANGLE = 0.02
+"""Permitted difference of the angle between two axes [rad]: more than a
+calibration at the factory finds."""
+
+_DISTANCE = 0.005
+"""Permitted difference of an axis' moment about another one [m]."""
+
+_LIMIT = 0.01
+"""Permitted difference of limits [rad, m; share of speeds]."""
+
+_BEND = 0.4
+"""Joint positions at which axes are compared, besides home [rad, m]."""
+
+_LEFT_OUT = ("visual", "collision", "transmission", "ros2_control", "gazebo")
+
+
+def urdf_problem(text: str, description: RobotDescription) -> str:
+    """Describes the first disagreement of a URDF with a robot's description.
+
+    Joints, limits and the geometry of the arm's axes are compared. Where it
+    stands, its tool and its shapes are not.
+
+    Args:
+        text: The URDF.
+        description: Our description of the robot.
+
+    Returns:
+        The disagreement; empty if there is none.
+    """
+    try:
+        theirs = _plant(text)
+    except (RuntimeError, ValueError, SystemExit) as error:
+        return f"is not a URDF: {in_one_line(error)}"
+    ours, names = MultibodyPlant(0.0), description.arm.joints
+    add_robot_model(description, ours)
+    ours.Finalize()
+    for name in names:
+        if not theirs.HasJointNamed(name):
+            return f"has no joint {name}"
+    speeds = description.velocity_limits[description.n_base :]
+    for name, speed in zip(names, speeds, strict=True):
+        joints = ours.GetJointByName(name), theirs.GetJointByName(name)
+        problem = _joint_problem(*joints, speed)
+        if problem:
+            return f"{name}: {problem}"
+    home = np.array(description.home)
+    bent = home + _BEND * np.where(np.arange(len(home)) % 2, -1.0, 1.0)
+    for q in (home, bent):
+        problem = _axes_problem(
+            names, *(_screws(plant, names, q) for plant in (ours, theirs))
+        )
+        if problem:
+            return problem
+    return ""
+
+
+def _plant(text: str) -> MultibodyPlant:
+    """Parses a URDF without its shapes, whose files may be elsewhere.
+
+    Raises:
+        ValueError: It is not XML.
+        RuntimeError: It is not a URDF.
+    """
+    try:
+        root = ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise ValueError(str(error)) from error
+    for element in list(root.iter()):
+        for child in list(element):
+            if child.tag in _LEFT_OUT:
+                element.remove(child)
+    plant = MultibodyPlant(0.0)
+    bare = ElementTree.tostring(root, encoding="unicode")
+    Parser(plant).AddModelsFromString(bare, "urdf")
+    plant.Finalize()
+    return plant
+
+
+def _joint_problem(ours: Joint, theirs: Joint, speed: float) -> str:
+    """Describes the disagreement of a joint's kind or limits.
+
+    Args:
+        ours: The joint of our model.
+        theirs: The joint of the URDF.
+        speed: Our bound on its velocity [rad/s, m/s].
+    """
+    if type(ours) is not type(theirs):
+        kinds = theirs.type_name(), ours.type_name()
+        return f"is {kinds[0]}, in our model {kinds[1]}"
+    (low,), (high,) = (
+        theirs.position_lower_limits(),
+        theirs.position_upper_limits(),
+    )
+    (our_low,), (our_high,) = (
+        ours.position_lower_limits(),
+        ours.position_upper_limits(),
+    )
+    if our_low < low - _LIMIT or our_high > high + _LIMIT:
+        return (
+            f"goes from {low:.2f} to {high:.2f}, in our model from"
+            f" {our_low:.2f} to {our_high:.2f}: bound it in `model`"
+        )
+    (bound,) = theirs.velocity_upper_limits()
+    if speed > bound * (1.0 + _LIMIT):
+        return (
+            f"is limited to a speed of {bound:.2f}, in our description to"
+            f" {speed:.2f}: lower `velocity_limits`"
+        )
+    return ""
+
+
+def _screws(
+    plant: MultibodyPlant, names: list[str], q: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Directions and moments of the axes about the world's origin.
+
+    Args:
+        plant: A plant with joints of these names.
+        names: The joints.
+        q: Their positions, shape (n,) [rad, m].
+
+    Returns:
+        The directions, zero for a prismatic joint, and the moments, its
+        direction there, each of shape (n, 3).
+    """
+    context = plant.CreateDefaultContext()
+    joints = [plant.GetJointByName(name) for name in names]
+    positions = plant.GetPositions(context)
+    positions[[joint.position_start() for joint in joints]] = q
+    plant.SetPositions(context, positions)
+    screws = [_screw(plant, context, joint) for joint in joints]
+    directions, moments = zip(*screws, strict=True)
+    return np.array(directions), np.array(moments)
+
+
+def _screw(
+    plant: MultibodyPlant, context: Context, joint: Joint
+) -> tuple[np.ndarray, np.ndarray]:
+    X_WF = joint.frame_on_parent().CalcPoseInWorld(context)
+    if isinstance(joint, RevoluteJoint):
+        direction = X_WF.rotation() @ joint.revolute_axis()
+        return direction, np.cross(X_WF.translation(), direction)
+    assert isinstance(joint, PrismaticJoint)
+    return np.zeros(3), X_WF.rotation() @ joint.translation_axis()
+
+
+def _axes_problem(
+    names: list[str],
+    ours: tuple[np.ndarray, np.ndarray],
+    theirs: tuple[np.ndarray, np.ndarray],
+) -> str:
+    """Names the two axes that lie otherwise to each other, if any do."""
+    (d, m), (their_d, their_m) = ours, theirs
+    turned = np.abs(d @ d.T - their_d @ their_d.T)
+    # Of two lines: their distance times the sine of their angle.
+    moved = np.abs(
+        d @ m.T + m @ d.T - their_d @ their_m.T - their_m @ their_d.T
+    )
+    if turned.max() <= _ANGLE and moved.max() <= _DISTANCE:
+        return ""
+    by = turned / _ANGLE + moved / _DISTANCE
+    i, j = sorted(np.unravel_index(int(by.argmax()), by.shape))
+    return (
+        f"the axes of {names[i]} and {names[j]} lie otherwise than in our"
+        f" model: by {1e3 * moved[i, j]:.0f} mm or {turned[i, j]:.2f} in the"
+        " cosine of their angle"
+    )
