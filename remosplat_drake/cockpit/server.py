@@ -100,6 +100,7 @@ class Page:
         self._desk = Desk(self._send)
         self._pace = Pace()
         self._asked: tuple[object, np.ndarray] | None = None
+        self._looked_at: float | None = None
         self._server = open_server(job)
         gui = self._server.gui
         gui.configure_theme(
@@ -126,6 +127,7 @@ class Page:
             if self._connection.poll(_LISTEN):
                 self._receive()
             self._answer_operator()
+            self._desk.expire()
 
     def _keep_beating(self) -> None:
         """Reports, through the loop that handles STOP, that STOP works."""
@@ -159,7 +161,8 @@ class Page:
                 look = message
                 self._plots.add(look)
         if look is not None:
-            self._pace.add(look.time, monotonic())
+            self._looked_at = monotonic()
+            self._pace.add(look.time, self._looked_at)
             with self._lock:
                 self._look = look
                 self._scene.show(look)
@@ -178,7 +181,7 @@ class Page:
             self._panels.pop(client.client_id, None)
             if self._authority.leave(client.client_id):
                 # No person is there to see where the robot goes.
-                self._desk.press("holds")
+                self._desk.let_go()
                 why = "the operator has left"
                 self._send(CodeIssued(self._authority.code, why))
 
@@ -190,6 +193,10 @@ class Page:
         """Draws the veil before unseen space, or hides it, for all."""
         with self._lock:
             self._scene.shows_unseen = shown
+
+    def age(self) -> float:
+        """Returns the age of what the page shows [s]; before a run it lasts."""
+        return 0.0 if self._looked_at is None else monotonic() - self._looked_at
 
     def admit(self, panel: ClientPanel, code: str) -> str:
         """Lets a client operate.
@@ -227,7 +234,7 @@ class Page:
         with self._lock:
             if self._authority.leave(panel.client.client_id):
                 panel.retire()
-                self._desk.press("holds")
+                self._desk.let_go()
                 why = "the operator has handed over"
                 self._send(CodeIssued(self._authority.code, why))
 

@@ -43,7 +43,7 @@ def AddTask(
     # Imported here, since it loads parts of scipy that other runs do without.
     from remosplat_drake.task.object_spheres import fit_object, overhang
 
-    robot, hand = world.robot, _hand(world.robot)
+    robot, hand = world.robot, robot_hand(world.robot)
     names = tuple(each.name for each in world.objects)
     things = {each.name: each for each in world.objects}
     carried = [x for x in carried_objects(scenario.tasks) if x in things]
@@ -71,6 +71,17 @@ def AddTask(
     )
     builder.Connect(configuration, system.GetInputPort("configuration"))
     return system
+
+
+def hand_command(targets: Targets) -> OutputPort | None:
+    """Returns the output port of the hand's command; None without one.
+
+    Args:
+        targets: The system that says where the end effector shall go.
+    """
+    if not targets.HasOutputPort("hand_command"):
+        return None
+    return targets.GetOutputPort("hand_command")
 
 
 def task_port(targets: Targets, name: str) -> OutputPort | None:
@@ -122,7 +133,12 @@ def ConnectTask(
             )
 
 
-def _hand(robot: RobotModel) -> HandGeometry:
+def robot_hand(robot: RobotModel) -> HandGeometry:
+    """Reads the geometry of a robot's hand.
+
+    Args:
+        robot: The robot, with or without a hand.
+    """
     plant = MultibodyPlant(0.0)
     add_robot_model(robot.description, plant)
     plant.Finalize()
