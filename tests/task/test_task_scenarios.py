@@ -7,7 +7,7 @@ import pytest
 from runs import load_application
 from true_shapes import load_clearances, robot_clearances, watched
 
-from remosplat_drake.task.carrying import hand_links
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.task.task import DONE, FAILED
 
 USUAL = 0.021
