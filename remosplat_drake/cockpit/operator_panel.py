@@ -10,6 +10,7 @@ import viser
 from remosplat_drake.cockpit.desk import Desk
 from remosplat_drake.cockpit.ghost import COLOURS, Ghost
 from remosplat_drake.cockpit.messages import CockpitJob, Look
+from remosplat_drake.cockpit.offers import LABELS, Offer
 from remosplat_drake.cockpit.reach import Reach
 from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
 from remosplat_drake.teleop.gamepad import (
@@ -162,6 +163,8 @@ class OperatorPanel:
             )
             self._discard = self._button(gui, "Discard", self._drop, "X")
             self._go.visible = self._discard.visible = False
+            self._offers: tuple[Offer, ...] = ()
+            self._offer_buttons = [self._offer_button(gui, x) for x in LABELS]
             if len(self._job.robot.effectors) > 1:
                 self._hand = self._add_choice(gui)
             # What is asked of a stopped robot is void.
@@ -186,6 +189,20 @@ class OperatorPanel:
             self._key("Faster", "V", lambda: self._change_speed(_SPEED_STEP))
             with gui.add_folder("By the numbers", expand_by_default=False):
                 self._sliders = self._add_sliders(gui)
+
+    def _offer_button(
+        self, gui: viser.GuiApi, label: str
+    ) -> viser.GuiButtonHandle:
+        """Adds a button that proposes an offer, hidden until there is one."""
+
+        def propose():
+            for offer in self._offers:
+                if offer.label == label:
+                    self.propose(offer.X_WT)
+
+        button = self._button(gui, label, propose, color="teal")
+        button.visible = False
+        return button
 
     def _add_hand(self, gui: viser.GuiApi) -> None:
         """Adds the buttons of the robot's hand, if it has one."""
@@ -430,6 +447,25 @@ class OperatorPanel:
         self._ghost.show(reach, X_WT)
         self._verdict.content = verdict_html(reach)
         self._verdict.visible = True
+
+    @property
+    def proposes(self) -> bool:
+        """Whether a proposal waits for the operator."""
+        return self._proposal is not None
+
+    def offer(self, offers: tuple[Offer, ...]) -> None:
+        """Offers targets that work; a button proposes one of them.
+
+        Args:
+            offers: The offers, at most one of each label.
+        """
+        if offers is self._offers:
+            return
+        self._offers = offers
+        labels = {offer.label for offer in offers}
+        for label, button in zip(LABELS, self._offer_buttons, strict=True):
+            if button.visible != (label in labels):
+                button.visible = label in labels
 
     def withdraw(self) -> None:
         """Shows no answer, since there is no request."""

@@ -7,7 +7,7 @@ pytest.importorskip("viser")
 
 from browser import find_chromium, open_browser
 from cockpit_rig import AT_REST, RUNNING, Rig
-from cockpit_tab import CockpitTab
+from cockpit_tab import DRAW_NOTHING, CockpitTab
 
 pytestmark = [
     pytest.mark.slow,
@@ -26,14 +26,6 @@ window.reads = 0;
 navigator.getGamepads = () => { reads += 1; return [window.pad]; };
 """
 """No event of DevTools moves a gamepad: the page reads this one."""
-
-DRAW_NOTHING = """
-for (const name of Object.getOwnPropertyNames(WebGL2RenderingContext.prototype))
-  if (name.startsWith('draw')
-      && !name.startsWith('drawingBuffer'))
-    WebGL2RenderingContext.prototype[name] = () => {};
-"""
-"""In software a picture takes longer than that at which its age is said."""
 
 SLOW = """
 const draw = () => {
