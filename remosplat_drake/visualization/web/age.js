@@ -40,10 +40,10 @@ const age = (() => {
   const lose = () => (silence = Math.max(silence, LOST));
   const isLost = () => silence > LOST;
 
+  const now = () => (performance.now() - heard) / 1000 + behind;
+
   const text = () => {
-    const now = (performance.now() - heard) / 1000 + behind;
-    const old = Math.max(now, drawnIn);
-    if (isLost()) return `no connection: as of ${now.toFixed(0)} s ago`;
+    const old = Math.max(now(), drawnIn);
     return old > OLD ? `${old.toFixed(1)} s old` : "";
   };
 
@@ -56,5 +56,5 @@ const age = (() => {
     return () => clearInterval(timer);
   };
 
-  return { ask, take, drawn, lose, isLost, text, watch };
+  return { ask, take, drawn, lose, isLost, now, text, watch };
 })();

@@ -41,9 +41,11 @@
     document.documentElement.dataset.deaf = deaf;
     const text = over
       ? lost ? "the program has ended" : ""
-      : deaf && !lost
-        ? "second port not connected: buttons do not work, shapes are old"
-        : age.text();
+      : lost
+        ? `no connection: as of ${age.now().toFixed(0)} s ago`
+        : deaf
+          ? "second port not connected: buttons do not work, shapes are old"
+          : age.text();
     const place = document.getElementById("age");
     if (place.textContent !== text) place.textContent = text;
   };
