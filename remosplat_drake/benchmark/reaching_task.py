@@ -12,12 +12,12 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.contact_rules import ContactRule, reliefs
 from remosplat_drake.oracle.object_field import ObjectField, with_objects
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
-from remosplat_drake.task.carrying import hand_links
 
 TRAINED, SURFEL, NO_SPLAT = "trained", "surfel", "none"
 """Origins of a splat, as tables name them."""

@@ -7,6 +7,7 @@ import numpy as np
 import viser
 
 from remosplat_drake.cockpit.authority import is_whole
+from remosplat_drake.cockpit.client_channel import ClientChannel
 from remosplat_drake.cockpit.messages import Look
 from remosplat_drake.cockpit.operator_panel import OperatorPanel
 from remosplat_drake.cockpit.viewpoints import (
@@ -16,6 +17,7 @@ from remosplat_drake.cockpit.viewpoints import (
     Viewpoint,
     viewpoint,
 )
+from remosplat_drake.teleop.gamepad import GamepadState
 from remosplat_drake.visualization import page_state as pages
 from remosplat_drake.visualization.page_state import PageState
 
@@ -36,27 +38,6 @@ _UNSEEN = (
     " The inside of things always stays unseen."
 )
 
-_STYLE = """<style>
-button[style*="red-filled"] {
-  height: 4rem; font-size: 1.5rem; font-weight: 800; letter-spacing: 0.12em;
-}
-.mantine-ScrollArea-content div:has(button[style*="red-filled"]) {
-  overflow: visible !important;
-}
-.mantine-ScrollArea-content div:has(> button[style*="red-filled"]) {
-  position: sticky; z-index: 1000; top: 0; background: #fff;
-  margin-top: -0.5rem; padding-top: 0.5rem;
-}
-@media (max-width: 600px) {
-  button[style*="red-filled"] {
-    position: fixed; z-index: 1000; bottom: 12px; left: 6px; width: 29vw;
-    letter-spacing: 0;
-  }
-}
-</style>"""
-"""STOP is larger than viser's buttons, and stays visible when the panel is
-scrolled; nothing else is red."""
-
 
 class Crew(Protocol):
     """Interface of the page to its panels."""
@@ -71,6 +52,10 @@ class Crew(Protocol):
 
     def show_unseen(self, shown: bool) -> None:
         """Draws the veil before unseen space, or hides it."""
+        ...
+
+    def age(self) -> float:
+        """Returns the age of what the page shows [s]."""
         ...
 
 
@@ -104,7 +89,7 @@ class ClientPanel:
         self._look = look
         self._follows = False
         gui = client.gui
-        gui.add_html(_STYLE, order=-1.0)
+        self._channel = ClientChannel(client, crew.age, self._lead)
         self._stop = gui.add_button("STOP", color="red", order=0.0)
         self._status = gui.add_html("", order=1.0)
         self._add_stop()
@@ -198,6 +183,10 @@ class ClientPanel:
                 with self.client.atomic():
                     camera.position = camera.position + step
                     camera.look_at = camera.look_at + step
+
+    def _lead(self, gamepad: GamepadState | None) -> None:
+        if self.operator is not None:
+            self.operator.lead(gamepad)
 
     def operate(self, operator: OperatorPanel) -> None:
         """Gives the client the controls of an operator."""

@@ -12,6 +12,7 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.map_requests import MapRequests, scene_in_turn
 from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.operator_requests import OperatorRequests
+from remosplat_drake.teleop.gamepad import SILENCE
 
 
 class CockpitOperator(LeafSystem):
@@ -53,7 +54,8 @@ class CockpitOperator(LeafSystem):
             )
 
     def _calc_command(self, context: Context, output: Value):
-        output.set_value(self._process.wishes.command)
+        process = self._process
+        output.set_value(command_now(process.wishes, process.silence))
 
     def _calc_map_requests(self, context: Context, output: Value):
         output.set_value(map_requests(self._process.wishes, self._scenes))
@@ -61,6 +63,19 @@ class CockpitOperator(LeafSystem):
     def _calc_operator(self, context: Context, output: Value):
         wishes, trouble = self._process.wishes, self._process.trouble
         output.set_value(dc.replace(wishes.operator, trouble=trouble))
+
+
+def command_now(wishes: Wishes, silence: float) -> OperatorCommand:
+    """Returns the command for the target.
+
+    Args:
+        wishes: All requests so far.
+        silence: Time since the cockpit's last sign of life [s]. After
+            `SILENCE` a dead-man switch counts as let go.
+    """
+    if silence > SILENCE:
+        return dc.replace(wishes.command, V_W=None)
+    return wishes.command
 
 
 def map_requests(

@@ -123,8 +123,12 @@ class CockpitProcess:
         """Why the page's STOP does not work; empty while it does."""
         if self._is_dead:
             return DIED
-        silent = monotonic() - self._heard_at > PATIENCE
-        return SILENT if silent else ""
+        return SILENT if self.silence > PATIENCE else ""
+
+    @property
+    def silence(self) -> float:
+        """Time since the process's last sign of life [s]."""
+        return monotonic() - self._heard_at
 
     def _send(self) -> None:
         """Sends the newest moment and map, in a separate thread."""

@@ -190,6 +190,7 @@ def look_at(
         is_followed=target.mode == FOLLOW and target.command.source == SOURCE,
         state=state,
         held_link=standing.link if is_held else "",
+        cause=standing.cause if is_held else "",
         p_WHeld=standing.p_W if is_held else None,
         target=does,
         map=status.text if status is not None else "",

@@ -3,10 +3,12 @@
 import dataclasses as dc
 from collections.abc import Callable
 from threading import Lock
+from time import monotonic
 
 import numpy as np
 
 from remosplat_drake.cockpit.messages import Wishes
+from remosplat_drake.teleop.gamepad import SILENCE
 
 SOURCE = "cockpit"
 """Name of the operator's device."""
@@ -27,6 +29,7 @@ class Desk:
         self._wishes = dc.replace(wishes, command=command)
         self._changed = changed
         self._lock = Lock()
+        self._led_at = -np.inf
 
     @property
     def wishes(self) -> Wishes:
@@ -52,9 +55,35 @@ class Desk:
         """Counts a press that concerns the target.
 
         Args:
-            name: A count of `OperatorCommand`: holds, homes or scans.
+            name: A count of `OperatorCommand`: holds, homes, scans, opens or
+                closes.
         """
         self._count("command", name)
+
+    def lead(self, V_W: np.ndarray | None) -> None:
+        """Wishes for a velocity, which lasts until it is renewed or expires.
+
+        Args:
+            V_W: The velocity, angular above translational, shape (6,) [rad/s,
+                m/s]; None if the dead-man switch is not held.
+        """
+        with self._lock:
+            self._led_at = monotonic()
+            command = self._wishes.command
+            if V_W is not None or command.V_W is not None:
+                command = dc.replace(command, V_W=V_W)
+                self._tell(dc.replace(self._wishes, command=command))
+
+    def expire(self) -> None:
+        """Ends a velocity that was not renewed for `SILENCE`."""
+        is_led = self._wishes.command.V_W is not None
+        if is_led and monotonic() - self._led_at > SILENCE:
+            self.lead(None)
+
+    def let_go(self) -> None:
+        """Holds the target, since there is no operator any more."""
+        self.lead(None)
+        self.press("holds")
 
     def choose(self, effector: str) -> None:
         """Wishes to move another end effector from now on.

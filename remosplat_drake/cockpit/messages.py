@@ -35,6 +35,8 @@ class CockpitJob:
         control_period: Time between two control ticks [s].
         config: The workspace and the saved poses.
         q0: Configuration at the start, shape (n_q,).
+        X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
+            4); None without a camera there.
         mapping: Whether there is a live map.
         scenes: The scenes that a simulated camera is shown in turns, that of
             the start first.
@@ -56,6 +58,7 @@ class CockpitJob:
     mapping: bool
     scenes: tuple[PrimitiveScene, ...] = ()
     make_camera: Callable[[], WristCamera] | None = None
+    X_EC: np.ndarray | None = None
     truth: PrimitiveScene | None = None
 
 
@@ -92,6 +95,8 @@ class Look:
             put it.
         state: The robot's state, in words, and the possible buttons.
         held_link: Name of the link that is held; empty if none is.
+        cause: The cause that holds it, one of `standing.CAUSES`; empty if it is
+            not held.
         p_WHeld: Point at which that link is held, shape (3,) [m]; None if there
             is none.
         target: The target's state, in words.
@@ -114,6 +119,7 @@ class Look:
         default_factory=lambda: PageState(WAITING, "Starting")
     )
     held_link: str = ""
+    cause: str = ""
     p_WHeld: np.ndarray | None = None
     target: str = ""
     map: str = ""

@@ -10,12 +10,25 @@ import viser
 from remosplat_drake.cockpit.desk import Desk
 from remosplat_drake.cockpit.ghost import COLOURS, Ghost
 from remosplat_drake.cockpit.messages import CockpitJob, Look
+from remosplat_drake.cockpit.offers import LABELS, Offer
 from remosplat_drake.cockpit.reach import Reach
 from remosplat_drake.cockpit.robot_shapes import Shapes, wxyz_position
+from remosplat_drake.teleop.gamepad import (
+    CLOSE,
+    FASTER,
+    OPEN,
+    SLOWER,
+    GamepadState,
+    gamepad_presses,
+    gamepad_velocity,
+)
 from remosplat_drake.teleop.pose_coordinates import PoseCoordinates
 from remosplat_drake.visualization.page_state import STOPPED
 
 _POSITION_STEP, _ANGLE_STEP = 0.005, 1.0
+"""Steps of the sliders, and of the keys at half speed [m], [°]."""
+_SPEED, _SPEED_STEP = 50, 10
+"""Initial speed of keys and gamepad, and its step [%]."""
 _SLIDERS = (
     ("x [m]", "S", "W"),
     ("y [m]", "D", "A"),
@@ -72,6 +85,7 @@ class OperatorPanel:
         self._coordinates = self._coordinates_of(look.effector)
         self._proposal: np.ndarray | None = None
         self._moved_at = self._asked_at = -np.inf
+        self._pressed: frozenset[str] = frozenset()
         self._parts: list[viser.GuiButtonHandle | viser.GuiFolderHandle] = []
         self._commands: list[viser.CommandHandle] = []
         # Far from STOP, and asked for: no slip lets a robot go.
@@ -149,6 +163,8 @@ class OperatorPanel:
             )
             self._discard = self._button(gui, "Discard", self._drop, "X")
             self._go.visible = self._discard.visible = False
+            self._offers: tuple[Offer, ...] = ()
+            self._offer_buttons = [self._offer_button(gui, x) for x in LABELS]
             if len(self._job.robot.effectors) > 1:
                 self._hand = self._add_choice(gui)
             # What is asked of a stopped robot is void.
@@ -160,8 +176,74 @@ class OperatorPanel:
                     for name in self._job.config.poses
                 ),
             ]
+            self._add_hand(gui)
+            self._speed = gui.add_slider(
+                "Speed [%]",
+                min=_SPEED_STEP,
+                max=100,
+                step=_SPEED_STEP,
+                initial_value=_SPEED,
+                hint="of keys and gamepad; keys Z and V",
+            )
+            self._key("Slower", "Z", lambda: self._change_speed(-_SPEED_STEP))
+            self._key("Faster", "V", lambda: self._change_speed(_SPEED_STEP))
             with gui.add_folder("By the numbers", expand_by_default=False):
                 self._sliders = self._add_sliders(gui)
+
+    def _offer_button(
+        self, gui: viser.GuiApi, label: str
+    ) -> viser.GuiButtonHandle:
+        """Adds a button that proposes an offer, hidden until there is one."""
+
+        def propose():
+            for offer in self._offers:
+                if offer.label == label:
+                    self.propose(offer.X_WT)
+
+        button = self._button(gui, label, propose, color="teal")
+        button.visible = False
+        return button
+
+    def _add_hand(self, gui: viser.GuiApi) -> None:
+        """Adds the buttons of the robot's hand, if it has one."""
+        if self._job.robot.description.hand is None:
+            return
+        press = self._desk.press
+        self._motions += [
+            self._button(gui, "Open hand", lambda: press("opens"), "O"),
+            self._button(gui, "Close hand", lambda: press("closes"), "C"),
+        ]
+
+    @property
+    def _gamepad_does(self) -> dict[str, Press]:
+        """The effects of a gamepad's buttons."""
+        press = self._desk.press
+        return {
+            OPEN: lambda: press("opens"),
+            CLOSE: lambda: press("closes"),
+            FASTER: lambda: self._change_speed(_SPEED_STEP),
+            SLOWER: lambda: self._change_speed(-_SPEED_STEP),
+        }
+
+    def _change_speed(self, step: int) -> None:
+        speed = self._speed
+        speed.value = int(np.clip(speed.value + step, speed.min, speed.max))
+
+    def lead(self, gamepad: GamepadState | None) -> None:
+        """Moves the target and the hand by a gamepad.
+
+        Args:
+            gamepad: Its state; None without one.
+        """
+        pad, config = gamepad or GamepadState(), self._job.config.gamepad
+        presses = gamepad_presses(pad.buttons, config)
+        new, self._pressed = presses - self._pressed, presses
+        for does in new:
+            self._gamepad_does[does]()
+        V_W = gamepad_velocity(pad.axes, pad.buttons, config)
+        if V_W is not None:
+            V_W = 0.01 * self._speed.value * V_W
+        self._desk.lead(V_W)
 
     def _add_choice(self, gui: viser.GuiApi) -> viser.GuiDropdownHandle:
         """Adds a selector of the hand; the other controls move this hand."""
@@ -235,7 +317,7 @@ class OperatorPanel:
     def _nudging(self, axis: int, step: float) -> Press:
         def nudge():
             values = self._coordinates.of(self._wished())
-            values[axis] += step
+            values[axis] += step * self._speed.value / _SPEED
             self._move(self._coordinates.pose(values))
 
         return nudge
@@ -365,6 +447,25 @@ class OperatorPanel:
         self._ghost.show(reach, X_WT)
         self._verdict.content = verdict_html(reach)
         self._verdict.visible = True
+
+    @property
+    def proposes(self) -> bool:
+        """Whether a proposal waits for the operator."""
+        return self._proposal is not None
+
+    def offer(self, offers: tuple[Offer, ...]) -> None:
+        """Offers targets that work; a button proposes one of them.
+
+        Args:
+            offers: The offers, at most one of each label.
+        """
+        if offers is self._offers:
+            return
+        self._offers = offers
+        labels = {offer.label for offer in offers}
+        for label, button in zip(LABELS, self._offer_buttons, strict=True):
+            if button.visible != (label in labels):
+                button.visible = label in labels
 
     def withdraw(self) -> None:
         """Shows no answer, since there is no request."""

@@ -36,11 +36,13 @@ class Reach:
         text: The same in words, with the obstacle.
         q: The best configuration at the target, shape (n_q,); None if none
             was found.
+        p_W: Point of the obstacle, shape (3,) [m]; None without one.
     """
 
     verdict: str
     text: str
     q: np.ndarray | None = None
+    p_W: np.ndarray | None = None
 
 
 def find_reach(
@@ -95,7 +97,9 @@ def _blocked(
     near = field.clearances(sphere, stopping)
     if not len(near):
         return Reach(BLOCKED, f"{link} is too near to something", q)
-    thing = field.thing_at(near.p_WC[near.distance.argmin()])
+    p_W = near.p_WC[near.distance.argmin()]
+    thing = field.thing_at(p_W)
     verdict = UNSEEN_THERE if thing.kind == UNSEEN else BLOCKED
     lack = f"{1e3 * goals.missing:.0f} mm"
-    return Reach(verdict, f"{link} would be {lack} too near to {thing.name}", q)
+    text = f"{link} would be {lack} too near to {thing.name}"
+    return Reach(verdict, text, q, p_W)

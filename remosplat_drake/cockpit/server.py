@@ -24,9 +24,15 @@ from remosplat_drake.cockpit.messages import (
     MapPicture,
     Serving,
 )
+from remosplat_drake.cockpit.offers import OfferSearch, Trouble
 from remosplat_drake.cockpit.operator_panel import OperatorPanel
 from remosplat_drake.cockpit.pace import Pace
-from remosplat_drake.cockpit.reach import Reach, find_reach
+from remosplat_drake.cockpit.reach import (
+    REACHABLE,
+    UNSEEN_THERE,
+    Reach,
+    find_reach,
+)
 from remosplat_drake.cockpit.robot_shapes import robot_shapes
 from remosplat_drake.cockpit.scene import CockpitScene
 from remosplat_drake.cockpit.surface_point import find_surface, target_before
@@ -35,6 +41,7 @@ from remosplat_drake.cockpit.wrist_monitor import WristMonitor
 from remosplat_drake.cockpit.wrist_pictures import wrist_pictures
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
+from remosplat_drake.signals.thing import UNSEEN
 
 _BEAT = 0.2
 """Time between two signs of life [s]."""
@@ -100,6 +107,9 @@ class Page:
         self._desk = Desk(self._send)
         self._pace = Pace()
         self._asked: tuple[object, np.ndarray] | None = None
+        self._answered: Reach | None = None
+        self._search = OfferSearch()
+        self._looked_at: float | None = None
         self._server = open_server(job)
         gui = self._server.gui
         gui.configure_theme(
@@ -126,6 +136,8 @@ class Page:
             if self._connection.poll(_LISTEN):
                 self._receive()
             self._answer_operator()
+            self._offer()
+            self._desk.expire()
 
     def _keep_beating(self) -> None:
         """Reports, through the loop that handles STOP, that STOP works."""
@@ -159,7 +171,8 @@ class Page:
                 look = message
                 self._plots.add(look)
         if look is not None:
-            self._pace.add(look.time, monotonic())
+            self._looked_at = monotonic()
+            self._pace.add(look.time, self._looked_at)
             with self._lock:
                 self._look = look
                 self._scene.show(look)
@@ -178,7 +191,7 @@ class Page:
             self._panels.pop(client.client_id, None)
             if self._authority.leave(client.client_id):
                 # No person is there to see where the robot goes.
-                self._desk.press("holds")
+                self._desk.let_go()
                 why = "the operator has left"
                 self._send(CodeIssued(self._authority.code, why))
 
@@ -190,6 +203,10 @@ class Page:
         """Draws the veil before unseen space, or hides it, for all."""
         with self._lock:
             self._scene.shows_unseen = shown
+
+    def age(self) -> float:
+        """Returns the age of what the page shows [s]; before a run it lasts."""
+        return 0.0 if self._looked_at is None else monotonic() - self._looked_at
 
     def admit(self, panel: ClientPanel, code: str) -> str:
         """Lets a client operate.
@@ -227,7 +244,7 @@ class Page:
         with self._lock:
             if self._authority.leave(panel.client.client_id):
                 panel.retire()
-                self._desk.press("holds")
+                self._desk.let_go()
                 why = "the operator has handed over"
                 self._send(CodeIssued(self._authority.code, why))
 
@@ -256,7 +273,7 @@ class Page:
             X_WT, field = operator.question, self._picture.field
         if X_WT is None:
             if self._asked is not None:
-                self._asked = None
+                self._asked = self._answered = None
                 operator.withdraw()
             return
         if self._asked is not None:
@@ -264,7 +281,31 @@ class Page:
             if asked_in is field and np.array_equal(asked, X_WT):
                 return
         self._asked = field, X_WT
-        operator.answer(self._reach(X_WT), X_WT)
+        self._answered = self._reach(X_WT)
+        operator.answer(self._answered, X_WT)
+
+    def _offer(self) -> None:
+        """Searches targets that work, while the operator's does not."""
+        with self._lock:
+            operator, field = self._operator, self._picture.field
+        if operator is None:
+            return
+        self._search.begin(self._trouble(operator), field)
+        self._search.step(self._reach)
+        operator.offer(self._search.offers)
+
+    def _trouble(self, operator: OperatorPanel) -> Trouble | None:
+        """The situation in which offers help; None if there is none."""
+        look, reach = self._look, self._answered
+        p_W = None
+        if reach is not None and reach.verdict != REACHABLE:
+            p_W = reach.p_W if reach.verdict == UNSEEN_THERE else None
+        elif look.cause and not operator.proposes:
+            p_W = look.p_WHeld if look.cause == UNSEEN else None
+        else:
+            return None
+        X_WT = look.X_WT if operator.question is None else operator.question
+        return Trouble(X_WT, look.X_WE, p_W, self._job.X_EC)
 
     @property
     def _operator(self) -> OperatorPanel | None:

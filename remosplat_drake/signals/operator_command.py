@@ -12,7 +12,8 @@ class OperatorCommand:
     One-time events are counted, and an increased count is a request: no press
     is lost between two reads, and nothing needs a reset. Of several new
     requests, the first in the order hold, home, pose, scan, velocity, moves is
-    obeyed, by the end effector that was chosen last.
+    obeyed, by the end effector that was chosen last. The hand is opened or
+    closed besides.
 
     Attributes:
         source: Name of the device that the operator uses, for display.
@@ -29,6 +30,8 @@ class OperatorCommand:
         pose: Name of the latest requested saved pose.
         poses: Number of requests of saved poses.
         scans: Number of requests of a scan.
+        opens: Number of requests to open the hand.
+        closes: Number of requests to close the hand.
         effector: Name of the latest chosen end effector; empty for the first,
             or an only one.
         choices: Number of times that an end effector was chosen.
@@ -44,6 +47,8 @@ class OperatorCommand:
     pose: str = ""
     poses: int = 0
     scans: int = 0
+    opens: int = 0
+    closes: int = 0
     effector: str = ""
     choices: int = 0
     trouble: str = ""

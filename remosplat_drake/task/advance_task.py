@@ -14,11 +14,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from remosplat_drake.robot import planar_pose
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.robot.pose_error import PoseError
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.signals.target import Target
-from remosplat_drake.task.carrying import hand_links, make_payload
+from remosplat_drake.task.carrying import make_payload
 from remosplat_drake.task.step import (
     AT,
     ATTACH,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from remosplat_drake.robot import kinematics as kin
 from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.self_collision.shapes import convex_core
@@ -57,28 +57,3 @@ def make_payload(
         I_OOcm=mass * unit,
         holders=hand_links(robot, effector),
     )
-
-
-def hand_links(robot: RobotModel, effector: int = 0) -> frozenset[str]:
-    """Returns the names of the links of a hand: its fingers and its palm.
-
-    Fingers are the bodies at joints that no command moves, beyond the last
-    joint of the arm. A robot without any touches with the link of its end
-    effector.
-
-    Args:
-        robot: The robot.
-        effector: Index of the end effector.
-    """
-    tree = robot.tree
-    end = int(robot.arrays.values.body_E[effector])
-    moved = [b for b in tree.chain(end) if tree.position[b] >= 0]
-    fingers = [
-        body
-        for body in range(len(tree.names))
-        if tree.kind[body] != kin.FIXED
-        and tree.position[body] < 0
-        and moved[-1] in tree.chain(body)
-    ]
-    links = {*fingers, *(int(tree.parent[body]) for body in fingers)} or {end}
-    return frozenset(tree.names[body] for body in links)

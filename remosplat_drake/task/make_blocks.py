@@ -11,9 +11,9 @@ from remosplat_drake.base.pose_config import PoseConfig, make_transform
 from remosplat_drake.base.ranges import joined
 from remosplat_drake.oracle.contact_rules import ContactRule
 from remosplat_drake.robot import planar_pose
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.task import step_configs as cfg
-from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.step import (
     AT,
     ATTACH,

@@ -3,15 +3,59 @@
 https://w3c.github.io/gamepad/#remapping names buttons and axes.
 """
 
+import dataclasses as dc
 from collections.abc import Sequence
 
 import numpy as np
 
 from remosplat_drake.teleop.teleop_config import GamepadConfig
 
+SILENCE = 0.5
+"""Time after which a dead-man switch without news counts as let go [s]."""
+
+OPEN, CLOSE, FASTER, SLOWER = "open", "close", "faster", "slower"
+"""Things that a button does when it is pressed."""
+
+_PRESSES = {0: CLOSE, 1: OPEN, 12: FASTER, 13: SLOWER}
+"""What the lower and the right button do, and the directional pad up and down.
+"""
+
 _DOWN, _UP = 6, 7  # Triggers.
 _LEFT, _RIGHT = 14, 15  # Of the directional pad.
 _PRESSED = 0.5
+
+
+@dc.dataclass(frozen=True)
+class GamepadState:
+    """A gamepad at one moment.
+
+    Attributes:
+        axes: Positions of the sticks from -1 to 1, right and towards the
+            operator positive.
+        buttons: Values of the buttons from 0 to 1.
+    """
+
+    axes: tuple[float, ...] = ()
+    buttons: tuple[float, ...] = ()
+
+
+def gamepad_presses(
+    buttons: Sequence[float], config: GamepadConfig
+) -> frozenset[str]:
+    """Returns what the pressed buttons do; nothing without the dead-man switch.
+
+    Args:
+        buttons: Values of the buttons from 0 to 1; missing ones are not
+            pressed.
+        config: Which button is the dead-man switch, which does nothing else.
+    """
+    if _value(buttons, config.dead_man, 0.0) < _PRESSED:
+        return frozenset()
+    return frozenset(
+        does
+        for i, does in _PRESSES.items()
+        if i != config.dead_man and _value(buttons, i, 0.0) >= _PRESSED
+    )
 
 
 def gamepad_velocity(

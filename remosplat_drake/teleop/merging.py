@@ -5,7 +5,11 @@ from collections.abc import Sequence
 
 from remosplat_drake.signals.operator_command import OperatorCommand
 
-_COUNTS = ("moves", "holds", "homes", "poses", "scans", "choices")
+_LEADING = ("moves", "holds", "homes", "poses", "scans", "choices")
+"""Counts of requests whose operator moves the target from then on."""
+
+_COUNTS = (*_LEADING, "opens", "closes")
+"""All counts; the hand moves beside the target."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -64,5 +68,5 @@ def merge_commands(
 
 def _wishes_anew(known: OperatorCommand, now: OperatorCommand) -> bool:
     pressed = known.V_W is None and now.V_W is not None
-    counted = any(getattr(now, n) > getattr(known, n) for n in _COUNTS)
+    counted = any(getattr(now, n) > getattr(known, n) for n in _LEADING)
     return pressed or counted

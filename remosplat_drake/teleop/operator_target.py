@@ -7,6 +7,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import (
+    BasicVector,
     Context,
     DiagramBuilder,
     LeafSystem,
@@ -22,6 +23,7 @@ from remosplat_drake.signals.operator_command import OperatorCommand
 from remosplat_drake.signals.supervisor_state import SupervisorState
 from remosplat_drake.signals.target_state import TargetState
 from remosplat_drake.task.target_sequence import TargetProgress
+from remosplat_drake.teleop.hand_motion import HandLaw, advance_hand
 from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.target_motion import advance_target, stand
 
@@ -42,12 +44,15 @@ class OperatorTarget(LeafSystem):
         - aim
         - state
         - map_requests
+        - hand_command (optional)
 
     It stands instead of a `TargetSequence` that never ends. `configuration`
     takes the measured q, `command` an `OperatorCommand`; `aim` gives the `Aim`,
     `target` the pose X_WT alone of the end effector that the operator moves as
     a `RigidTransform`, and `state` that one's `TargetState`. The outgoing
     `map_requests` are those that come in and the frames that scans want.
+    `hand_command` is the hand's width and force [m, N]; a robot without a hand
+    has no such port.
 
     One of several end effectors is moved, which the command selects; the others
     are held where they were left, or at their starts. One that is left while it
@@ -64,6 +69,7 @@ class OperatorTarget(LeafSystem):
         q0: Configuration to start from, shape (n_q,).
         law: Bounds of the motion; its `dt` is the period [s]. One for each of
             several end effectors.
+        hand: Commands to the hand; None for a robot without one.
     """
 
     def __init__(
@@ -72,11 +78,13 @@ class OperatorTarget(LeafSystem):
         robot: RobotModel,
         q0: np.ndarray,
         law: MotionLaw | Sequence[MotionLaw],
+        hand: HandLaw | None = None,
     ):
         super().__init__()
         self.set_name("targets")
         self._robot = robot
         self._laws = (law,) if isinstance(law, MotionLaw) else tuple(law)
+        self._hand = hand
         assert len(self._laws) == len(robot.effectors)
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
@@ -112,6 +120,10 @@ class OperatorTarget(LeafSystem):
             self._calc_requests,
             {ticket, self._requests_input.ticket()},
         )
+        if hand is not None:
+            self.DeclareVectorOutputPort(
+                "hand_command", 2, self._calc_hand, {ticket}
+            )
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             self._laws[0].dt, 0.0, self._advance
         )
@@ -219,6 +231,11 @@ class OperatorTarget(LeafSystem):
             requests += self._requests_input.Eval(context)
         output.set_value(requests)
 
+    def _calc_hand(self, context: Context, output: BasicVector):
+        assert self._hand is not None
+        is_open = self._memory(context).is_open
+        output.SetFromVector(self._hand.command(is_open=is_open))
+
     def _advance(self, context: Context, state: State):
         X_WEs = self._end_effectors(context)
         before = self._memory(context)
@@ -230,6 +247,10 @@ class OperatorTarget(LeafSystem):
         leading = before.leading
         if command.choices > before.led.command.choices:
             leading = self._index(command.effector)
+        is_open = before.is_open
+        if not self._is_stopped(context):
+            known = before.led.command
+            is_open = advance_hand(known, command, is_open=is_open)
         states = []
         for i, (law, one) in enumerate(
             zip(self._laws, before.states, strict=True)
@@ -246,7 +267,7 @@ class OperatorTarget(LeafSystem):
                 one = dc.replace(one, command=command)
             states.append(one)
         cell = int(self._hands_index)
-        hands = _Hands(tuple(states), leading)
+        hands = _Hands(tuple(states), leading, is_open)
         state.get_mutable_abstract_state(cell).set_value(hands)
 
     def _index(self, effector: str) -> int:
@@ -262,10 +283,12 @@ class _Hands:
     Attributes:
         states: The target of each.
         leading: Index of the one that the operator moves.
+        is_open: Whether the robot's hand shall be open.
     """
 
     states: tuple[TargetState, ...]
     leading: int = 0
+    is_open: bool = True
 
     def __deepcopy__(self, memo) -> "_Hands":
         return self

@@ -133,6 +133,8 @@ class TeleopConfig(Config):
     free: Annotated[
         list[Annotated[str, OneOf(DIRECTIONS, "direction")]], Len(0, 6)
     ] = dc.field(default_factory=list)
+    # Force with which the hand closes [N].
+    grip_force: Annotated[float, Interval(gt=0, le=1000)] = 20.0
     # Poses that an operator can pick, by the names on their buttons.
     poses: dict[str, SavedPose] = dc.field(default_factory=dict)
     # The gamepad at the page.

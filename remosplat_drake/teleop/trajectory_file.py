@@ -29,7 +29,13 @@ from remosplat_drake.teleop.teleop_config import SavedPose
 SOURCE = "trajectory"
 """Name of this source of commands in texts."""
 
-_TARGET_BUTTONS = {"hold": "holds", "home": "homes", "scan": "scans"}
+_TARGET_BUTTONS = {
+    "hold": "holds",
+    "home": "homes",
+    "scan": "scans",
+    "open": "opens",
+    "close": "closes",
+}
 _MAP_BUTTONS = {
     "frame": "frames",
     "refine": "refines",

@@ -4,8 +4,7 @@ import time
 
 from pydrake.geometry import Meshcat
 
-SILENCE = 0.5
-"""Time without a pulse after which the switch counts as let go [s]."""
+from remosplat_drake.teleop.gamepad import SILENCE
 
 
 class DeadMan:

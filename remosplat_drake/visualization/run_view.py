@@ -14,6 +14,7 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.clearance_lines import ClearanceLines
 from remosplat_drake.visualization.growing_path import GrowingPath
+from remosplat_drake.visualization.hand_ghost import HandGhost
 from remosplat_drake.visualization.legend import BASE_PATH, legend
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
@@ -25,13 +26,14 @@ from remosplat_drake.visualization.trace_colors import rgba, trace_colors
 TARGET = f"{ROOT}/target"
 PATHS = f"{ROOT}/paths"
 HAND_TRACE = f"{PATHS}/end_effector"
+GHOST = f"{ROOT}/ghost"
 
 _NAME = "run_view"
 _TRACE_HEIGHT = 0.012  # The base's trace lies on the floor, not in it [m].
 
 
 class RunView(LeafSystem):
-    """Draws target, clearances and traces.
+    """Draws targets, clearances and traces.
 
     .. pydrake_system::
 
@@ -42,7 +44,8 @@ class RunView(LeafSystem):
 
     `configuration` is the measured q, `report` the `TickReport` that the
     controller exports: the view queries no oracle and does not delay the
-    controller. Red lines go from sphere surfaces to their closest scene points,
+    controller. A ghost of the hand stands at its target while the hand is away
+    from it. Red lines go from sphere surfaces to their closest scene points,
     pale for rows that could bind and strong for rows that do. The end
     effector leaves a yellow trace, the base a blue one; both start again when
     time runs backwards. Each of several end effectors has a colour, which the
@@ -79,6 +82,11 @@ class RunView(LeafSystem):
         self._targets = [
             TargetView(page, _named(TARGET, name)) for name in robot.effectors
         ]
+        self._ghosts = [
+            HandGhost(page, _named(GHOST, name), robot, i)
+            for i, name in enumerate(robot.effectors)
+        ]
+        self._X_WEs: np.ndarray | None = None
         self.DeclarePeriodicPublishEvent(PUBLISH_PERIOD, 0.0, self._publish)
         self.DeclareForcedPublishEvent(self._publish)
 
@@ -109,6 +117,8 @@ class RunView(LeafSystem):
         """
         for effector, target in aim.items:
             self._targets[effector].update(target, time)
+            X_WE = None if self._X_WEs is None else self._X_WEs[effector]
+            self._ghosts[effector].update(target, X_WE, time)
             if effector == 0 and target.is_known:
                 self._p_WT = target.X_WT[:3, 3]
 
@@ -118,7 +128,7 @@ class RunView(LeafSystem):
                 trace.clear()
             self._base_trace.clear()
         self._time = time
-        X_WEs = self._robot.end_effector_poses(q)
+        self._X_WEs = X_WEs = self._robot.end_effector_poses(q)
         for trace, X_WE in zip(self._hand_traces, X_WEs, strict=True):
             trace.append(X_WE[:3, 3], time)
         base = self._robot.state(np.array(q)).X_WB[:3, 3]

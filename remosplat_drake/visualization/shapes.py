@@ -13,6 +13,16 @@ _AXIS_COLORS = (
 )
 
 
+def rigid_transform(X: np.ndarray) -> RigidTransform:
+    """Returns a pose as Drake has it, with its rotation made exact.
+
+    Args:
+        X: The pose, shape (4, 4), orthonormal up to rounding.
+    """
+    R = RotationMatrix.ProjectToRotationMatrix(X[:3, :3])
+    return RigidTransform(R, X[:3, 3])
+
+
 def tube_mesh(
     p_WP: np.ndarray, radius: float, sides: int = _SIDES
 ) -> tuple[np.ndarray, np.ndarray]:

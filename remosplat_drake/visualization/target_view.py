@@ -8,6 +8,7 @@ from remosplat_drake.signals.target import DIRECTIONS, Target
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.shapes import (
     draw_triad,
+    rigid_transform,
     tube_mesh,
 )
 
@@ -53,9 +54,7 @@ class TargetView:
         self._scene.show(self._path, known, time)
         if not known:
             return
-        R_WT = RotationMatrix.ProjectToRotationMatrix(target.X_WT[:3, :3])
-        X_WT = RigidTransform(R_WT, target.X_WT[:3, 3])
-        self._scene.move(self._path, X_WT, time)
+        self._scene.move(self._path, rigid_transform(target.X_WT), time)
         if self._latest is None or not target.equals(self._latest):
             self._latest = target
             self._show(self._marks_of(target), time)

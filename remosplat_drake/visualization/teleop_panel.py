@@ -25,6 +25,8 @@ from remosplat_drake.visualization.robot_view import PUBLISH_PERIOD
 HOLD = button("Hold", "H")
 HOME = button("Go home")
 SCAN = button("Scan")
+OPEN = button("Open hand", "O")
+CLOSE = button("Close hand", "C")
 ADD_FRAME = button("Add a frame", "M")
 REFINE = button("Refine")
 UNDO = button("Undo")
@@ -32,7 +34,13 @@ SAVE = button("Save splat")
 OTHER_HAND = button("Other hand", "T")
 CHANGE_SCENE = button("Put or take an object")
 
-_KEYS = {HOLD: "KeyH", ADD_FRAME: "KeyM", OTHER_HAND: "KeyT"}
+_KEYS = {
+    HOLD: "KeyH",
+    ADD_FRAME: "KeyM",
+    OTHER_HAND: "KeyT",
+    OPEN: "KeyO",
+    CLOSE: "KeyC",
+}
 # Sliders that were just moved are not moved back: the target, of which they
 # show the pose otherwise, hears of it one control period later.
 _GRACE = 0.5
@@ -66,6 +74,7 @@ class TeleopPanel(LeafSystem):
             after each press of a button, that of the start first; with
             fewer than two there is no button.
         effectors: Names of the robot's end effectors.
+        has_hand: Whether there is a hand that opens and closes.
     """
 
     def __init__(
@@ -77,6 +86,7 @@ class TeleopPanel(LeafSystem):
         mapping: bool = True,
         scenes: Sequence[PrimitiveScene] = (),
         effectors: Sequence[str] = ("",),
+        has_hand: bool = False,
     ):
         super().__init__()
         self.set_name("teleop_panel")
@@ -94,7 +104,7 @@ class TeleopPanel(LeafSystem):
         self._moves = 0
         self._moved_at = -np.inf
         self._dead_man = DeadMan(page.meshcat, config.gamepad.dead_man)
-        self._add_controls(X_WH, mapping)
+        self._add_controls(X_WH, mapping, has_hand)
         self._state_input = self.DeclareAbstractInputPort(
             "state", Value(TargetState.at_rest(np.eye(4)))
         )
@@ -115,7 +125,7 @@ class TeleopPanel(LeafSystem):
         """Adds a panel to a diagram; the caller connects it with the target."""
         return builder.AddSystem(TeleopPanel(page=page, **arguments))
 
-    def _add_controls(self, X_WH: np.ndarray, mapping: bool):
+    def _add_controls(self, X_WH: np.ndarray, mapping: bool, has_hand: bool):
         config, meshcat = self._config, self._page.meshcat
         meshcat.AddButton(heading("Target"))
         self._sliders = PoseSliders(
@@ -124,6 +134,8 @@ class TeleopPanel(LeafSystem):
         if len(self._effectors) > 1:
             self._add_buttons(OTHER_HAND)
         self._add_buttons(HOLD, HOME, *self._poses)
+        if has_hand:
+            self._add_buttons(OPEN, CLOSE)
         if not mapping:
             return
         meshcat.AddButton(heading("Map"))
@@ -159,6 +171,8 @@ class TeleopPanel(LeafSystem):
                 pose=self._pose,
                 poses=sum(self._picks.values()),
                 scans=self._clicks(SCAN),
+                opens=self._clicks(OPEN),
+                closes=self._clicks(CLOSE),
                 effector=self._effectors[self._effector],
                 choices=self._choices,
             )

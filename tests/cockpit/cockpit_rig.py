@@ -64,6 +64,7 @@ class Rig:
             q0=world.q0,
             mapping=True,
             scenes=(world.truth, world.truth),
+            X_EC=np.eye(4),
         )
         # In software pictures of more take seconds.
         few = np.arange(len(world.splat_W)) % thin == 0

@@ -25,6 +25,14 @@ The corners of the square that stands for a Gaussian have x and y only, and
 three.js looks for their z, before it draws them all the same.
 """
 
+DRAW_NOTHING = """
+for (const name of Object.getOwnPropertyNames(WebGL2RenderingContext.prototype))
+  if (name.startsWith('draw')
+      && !name.startsWith('drawingBuffer'))
+    WebGL2RenderingContext.prototype[name] = () => {};
+"""
+"""In software a picture takes longer than that at which its age is said."""
+
 
 class CockpitTab:
     """One client of a cockpit."""

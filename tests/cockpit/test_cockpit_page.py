@@ -204,3 +204,28 @@ def test_stop_is_in_sight_on_every_screen(rig, size):
     with open_cockpit(rig.url, size) as watcher:
         watcher.tab.show_as(*size, mobile=size[0] < 1000)
         watcher.wait_for_stop_in_sight(size)
+
+
+@pytest.mark.slow
+def test_on_an_upright_phone_the_panel_is_a_sheet_that_folds(rig):
+    """It leaves more than half of the screen to the scene, and STOP."""
+    size = (390, 844)
+    title = '[style*="3.5em"][style*="font-weight: 400"]'
+    scene = "document.querySelector('canvas[data-engine]')"
+    bottom = f"{scene}.getBoundingClientRect().bottom"
+    with open_cockpit(rig.url, size) as watcher:
+        tab = watcher.tab
+        tab.show_as(*size, mobile=True)
+        tab.wait_for(f"{bottom} > {0.5 * size[1]}")
+        tab.wait_for(f"{bottom} < {0.65 * size[1]}")
+        covered = f"document.elementFromPoint({0.5 * size[0]}, {bottom} - 20)"
+        assert tab.evaluate(f"{covered}.contains({scene})")
+        tab.click(title)
+        tab.wait_for(f"{bottom} > {0.75 * size[1]}")
+        watcher.wait_for_stop_in_sight(size)
+        stops = rig.wishes.operator.stops
+        watcher.press("STOP")
+        rig.until(lambda: rig.wishes.operator.stops == stops + 1)
+        tab.click(title)
+        tab.wait_for(f"{bottom} < {0.65 * size[1]}")
+        assert watcher.errors == []

@@ -142,7 +142,7 @@ def test_a_map_is_told_once(frankie):
 
 
 def test_the_operator_asks_what_was_asked_last():
-    process = SimpleNamespace(wishes=Wishes(), trouble="")
+    process = SimpleNamespace(wishes=Wishes(), trouble="", silence=0.0)
     operator = CockpitOperator(process=process)
     context = operator.CreateDefaultContext()
 

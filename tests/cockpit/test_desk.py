@@ -5,9 +5,10 @@ from threading import Thread
 import numpy as np
 import pytest
 
-from remosplat_drake.cockpit.cockpit_operator import map_requests
+from remosplat_drake.cockpit.cockpit_operator import command_now, map_requests
 from remosplat_drake.cockpit.desk import SOURCE, Desk
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.teleop.gamepad import SILENCE
 
 
 @pytest.fixture
@@ -37,7 +38,7 @@ def test_a_pose_that_is_not_finite_is_none(desk, told, bad):
 
 
 def test_every_press_counts(desk, told):
-    for name in ("holds", "homes", "scans"):
+    for name in ("holds", "homes", "scans", "opens", "closes"):
         desk.press(name)
     for name in ("frames", "refines", "undos", "saves", "saves"):
         desk.request(name)
@@ -46,9 +47,10 @@ def test_every_press_counts(desk, told):
     desk.release()
     desk.change_scene()
     wishes = desk.wishes
-    assert told[-1] is wishes and len(told) == 12
+    assert told[-1] is wishes and len(told) == 14
     command, requests = wishes.command, wishes.requests
     assert (command.holds, command.homes, command.scans) == (1, 1, 1)
+    assert (command.opens, command.closes) == (1, 1)
     assert (command.poses, command.pose) == (1, "shelf")
     assert (requests.frames, requests.refines) == (1, 1)
     assert (requests.undos, requests.saves) == (1, 2)
@@ -85,3 +87,31 @@ def test_choosing_a_hand_forgets_the_pose_of_the_one_before(desk, told):
     command = told[-1].command
     assert (command.effector, command.choices) == ("right", 1)
     assert command.X_WT is None and command.moves == 1
+
+
+def test_a_velocity_that_is_not_renewed_ends(desk, told, monkeypatch):
+    now = 10.0
+    monkeypatch.setattr("remosplat_drake.cockpit.desk.monotonic", lambda: now)
+    desk.lead(None)
+    desk.expire()
+    assert not told  # There was none.
+    desk.lead(np.ones(6))
+    now += 0.9 * SILENCE
+    desk.expire()
+    assert desk.wishes.command.V_W is not None
+    now += 0.2 * SILENCE
+    desk.expire()
+    assert desk.wishes.command.V_W is None
+
+
+def test_a_velocity_ends_when_the_process_is_silent(desk):
+    desk.lead(np.ones(6))
+    assert command_now(desk.wishes, 0.9 * SILENCE).V_W is not None
+    assert command_now(desk.wishes, 1.1 * SILENCE).V_W is None
+
+
+def test_without_an_operator_the_target_holds(desk):
+    desk.lead(np.ones(6))
+    desk.let_go()
+    command = desk.wishes.command
+    assert command.V_W is None and command.holds == 1

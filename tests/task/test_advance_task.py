@@ -8,9 +8,9 @@ from carried import around_can, board, can_at
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.oracle.contact_rules import ContactRule
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.signals.hand_reading import HandReading
 from remosplat_drake.task.advance_task import Observation, advance_task
-from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.step import (
     AT,
     ATTACH,

@@ -13,11 +13,12 @@ from remosplat_drake.controller.controller_config import (
 )
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.robot.fitting.link_spheres import LinkSpheres
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.robot.payload import Payload
 from remosplat_drake.robot.self_collision.pairs import self_collision_pairs
 from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.scene.primitive_scene import Box
-from remosplat_drake.task.carrying import hand_links, hull_pieces
+from remosplat_drake.task.carrying import hull_pieces
 from remosplat_drake.task.object_spheres import fit_object, overhang
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.pose_config import PoseConfig
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.task import step_configs as cfg
-from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.make_blocks import (
     Workshop,
     carried_objects,

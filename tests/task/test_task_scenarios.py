@@ -15,9 +15,9 @@ from true_shapes import (
 
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.scenario import load_scenario
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.scene.objects.scene_object import find_object
 from remosplat_drake.station.station_config import DynamicStation
-from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.step_configs import Grasping
 from remosplat_drake.task.task import DONE, FAILED
 

@@ -16,10 +16,10 @@ from remosplat_drake.controller.controller_config import gain_set
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.controller.tick.run_tick import run_tick
 from remosplat_drake.oracle.signed_distance import SignedDistanceField
+from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
-from remosplat_drake.task.carrying import hand_links
 from remosplat_drake.task.task import TaskState
 
 DT, OWN, ROUNDING = 0.05, 0.01, 1e-5

@@ -5,7 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remosplat_drake.teleop.gamepad import gamepad_velocity
+from remosplat_drake.teleop.gamepad import (
+    CLOSE,
+    FASTER,
+    gamepad_presses,
+    gamepad_velocity,
+)
 from remosplat_drake.teleop.teleop_config import GamepadConfig
 
 CONFIG = GamepadConfig(dead_man=5, speed=0.2, rotation=0.5, dead_zone=0.1)
@@ -70,3 +75,17 @@ def test_triggers_and_pad(button, component, expected):
     V_W = gamepad_velocity([0.0] * 4, buttons, CONFIG)
     assert V_W is not None
     np.testing.assert_allclose(V_W, wanted, atol=1e-12)
+
+
+def test_buttons_do_something_while_the_switch_is_held():
+    pressed = [1.0, *[0.0] * 11, 1.0]
+    assert gamepad_presses(pressed, CONFIG) == frozenset()
+    pressed[CONFIG.dead_man] = 1.0
+    assert gamepad_presses(pressed, CONFIG) == {CLOSE, FASTER}
+    other = GamepadConfig(dead_man=0)
+    assert gamepad_presses(pressed, other) == {FASTER}
+
+
+@given(values)
+def test_any_buttons_are_read(buttons):
+    assert len(gamepad_presses(buttons, CONFIG)) <= 4

@@ -82,6 +82,13 @@ def test_a_picked_pose_keeps_its_name():
     assert sources.say(page={"homes": 2}).pose == "shelf"
 
 
+def test_a_press_for_the_hand_takes_no_lead():
+    sources = Sources()
+    sources.say(stream={"X_WT": pose(2), "moves": 1})
+    command = sources.say(page={"closes": 1})
+    assert command.closes == 1 and command.X_WT[0, 3] == 2
+
+
 def test_the_system_adds_up_what_scripts_ask():
     builder = DiagramBuilder()
     scripts = [

@@ -1,11 +1,13 @@
 """Tests of the view of a running controller."""
 
 import dataclasses as dc
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
+from pydrake.geometry import Mesh, Role, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -16,8 +18,10 @@ from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import OPTIMAL, RELAXED, TickReport
 from remosplat_drake.visualization.clearance_lines import TIGHT
+from remosplat_drake.visualization.hand_ghost import translucent
 from remosplat_drake.visualization.legend import legend
-from remosplat_drake.visualization.run_view import PATHS, TARGET, RunView
+from remosplat_drake.visualization.robot_view import make_drawn_plant
+from remosplat_drake.visualization.run_view import GHOST, PATHS, TARGET, RunView
 
 THREE_LINK = Path(__file__).parents[1] / "data" / "three_link.yaml"
 SCENE = PrimitiveScene(
@@ -77,6 +81,30 @@ def test_shows_what_the_report_says(page, frankie, q, pose_of, is_visible):
 
     show(q, dc.replace(report, status=RELAXED), 0.1)
     assert page.status["controller"] == "relaxed"
+
+
+def test_a_ghost_of_the_hand_stands_at_the_target_until_it_is_reached(
+    page, frankie, q, pose_of, is_visible
+):
+    report = make_report(frankie, SignedDistanceField(SCENE), q)
+    show = make_dut(page, frankie, q, report)
+    np.testing.assert_allclose(
+        pose_of(page.meshcat, GHOST), report.X_WT, atol=1e-12
+    )
+    assert is_visible(page.meshcat, GHOST)
+    # The hand's links are where they are at the end effector.
+    X_WE = frankie.end_effector_pose(q)
+    X_WL = frankie.body_poses(q)[frankie.tree.index("panda_hand")]
+    X_EG = pose_of(page.meshcat, f"{GHOST}/panda_hand/0")
+    np.testing.assert_allclose(X_WE @ X_EG, X_WL, atol=1e-9)
+
+    X_WT = X_WE.copy()
+    X_WT[2, 3] += 0.02
+    show(q, dc.replace(report, aim=Aim.of(X_WT)), 0.1)
+    assert not is_visible(page.meshcat, GHOST)
+    X_WT[2, 3] += 0.02
+    show(q, dc.replace(report, aim=Aim.of(X_WT)), 0.2)
+    assert is_visible(page.meshcat, GHOST)
 
 
 def test_the_legend_names_each_of_several_end_effectors():
@@ -161,3 +189,24 @@ def test_publishes_at_its_own_rate_in_a_diagram(page, monkeypatch):
     simulator.AdvanceTo(0.99)
     assert len(beats) == 32
     assert not page.meshcat.HasPath(f"{PATHS}/base/0")
+
+
+def test_a_ghost_is_translucent_in_each_of_its_materials(frankie):
+    scene_graph = SceneGraph()
+    plant = make_drawn_plant(frankie, scene_graph)
+    inspector = scene_graph.model_inspector()
+    body = plant.GetBodyByName("panda_hand").index()
+    frame = plant.GetBodyFrameIdOrThrow(body)
+    (geometry,) = inspector.GetGeometries(frame, Role.kIllustration)
+    shape = inspector.GetShape(geometry)
+    ghost = translucent(shape)
+    if not isinstance(shape, Mesh):  # Without the `meshes` extra.
+        assert ghost is shape
+        return
+    assert isinstance(ghost, Mesh)
+    contents = ghost.source().in_memory().mesh_file.contents()
+    materials = json.loads(contents)["materials"]
+    assert materials
+    for material in materials:
+        assert material["alphaMode"] == "BLEND"
+        assert material["pbrMetallicRoughness"]["baseColorFactor"][3] < 0.6

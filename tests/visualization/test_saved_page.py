@@ -150,6 +150,13 @@ def test_a_browser_plays_a_saved_page(page, tmp_path, size):
         text = tab.evaluate("document.body.innerText")
         for told in ("Reached", "in 10.0 s", "Map good", "0.2 m", "an <event>"):
             assert told in text
+        # The clock rounds: what it shows as the end is the end.
+        tab.evaluate(
+            "const slider = document.querySelector('#time');"
+            "slider.value = 9.96; slider.dispatchEvent(new Event('input'))"
+        )
+        assert tab.evaluate(clock) == 10.0
+        assert "Reached" in tab.evaluate("document.body.innerText")
         tab.evaluate("document.querySelector('#events button').click()")
         assert tab.evaluate(clock) == 9.0
         x = "viewer.scene_tree.find(['remosplat', 'thing']).object.position.x"

@@ -17,12 +17,13 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.target_state import FOLLOW, GO, TargetState
+from remosplat_drake.teleop.gamepad import SILENCE
 from remosplat_drake.teleop.operator_target import OperatorTarget
 from remosplat_drake.teleop.target_motion import MotionLaw
 from remosplat_drake.teleop.teleop_config import SavedPose, TeleopConfig
 from remosplat_drake.visualization import dead_man
 from remosplat_drake.visualization import teleop_panel as tp
-from remosplat_drake.visualization.dead_man import SILENCE, pulse
+from remosplat_drake.visualization.dead_man import pulse
 from remosplat_drake.visualization.page_style import button
 from remosplat_drake.visualization.teleop_panel import TeleopPanel
 
@@ -102,6 +103,14 @@ def test_untouched_controls_ask_for_nothing(rig):
     assert requests.frames == requests.refines == requests.undos == 0
     assert requests.saves == 0 and requests.scene is None
     assert rig.page.status["target"] == "hold: start"
+
+
+def test_a_robot_with_a_hand_has_buttons_for_it(page):
+    rig = Rig(page, has_hand=True)
+    click(page.meshcat, tp.CLOSE)
+    click(page.meshcat, tp.CLOSE)
+    click(page.meshcat, tp.OPEN)
+    assert (rig.command.opens, rig.command.closes) == (1, 2)
 
 
 def test_sliders_are_a_pose_about_the_axes_of_the_world(rig):

@@ -7,7 +7,10 @@ from pydrake.systems.framework import DiagramBuilder
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scene_config import OBSTACLE
 from remosplat_drake.app.stages.log import what_happens
-from remosplat_drake.app.stages.teleoperation import Teleoperation
+from remosplat_drake.app.stages.teleoperation import (
+    Teleoperation,
+    wrist_camera_mount,
+)
 from remosplat_drake.app.teleop_session import camera_maker
 from remosplat_drake.cockpit.cockpit_operator import CockpitOperator
 from remosplat_drake.cockpit.cockpit_process import CockpitProcess
@@ -16,6 +19,7 @@ from remosplat_drake.cockpit.messages import CockpitJob, MapPicture
 from remosplat_drake.controller.planning.motion_planner import MotionPlanner
 from remosplat_drake.mapping.live_map import LiveMap
 from remosplat_drake.scene.primitive_scene import PrimitiveScene
+from remosplat_drake.teleop.motion_law import MotionLaw
 
 
 def AddCockpitOperator(
@@ -84,6 +88,13 @@ def cockpit_job(
     """
     scenario, world = loop.scenario, loop.world
     config = scenario.controller
+    law = MotionLaw.make(
+        scenario.teleop,
+        world.robot,
+        world.q0,
+        scenario.control_period,
+        wrist_camera_mount(scenario, world.robot),
+    )
     has_camera = scenario.mapping.enabled or scenario.camera is not None
     return CockpitJob(
         title=scenario.name,
@@ -103,6 +114,7 @@ def cockpit_job(
         make_camera=(
             camera_maker(scenario, world, hardware) if has_camera else None
         ),
+        X_EC=law.X_EC,
         truth=world.truth if world.splat_W is None else None,
     )
 

@@ -48,7 +48,7 @@ def AddTask(
     # Imported here, since it loads parts of scipy that other runs do without.
     from remosplat_drake.task.object_spheres import fit_object, overhang
 
-    robot, hands = world.robot, _hands(world.robot)
+    robot, hands = world.robot, robot_hands(world.robot)
     names = tuple(each.name for each in world.objects)
     things = {each.name: each for each in world.objects}
     carried = [x for x in carried_objects(scenario.tasks) if x in things]
@@ -78,6 +78,17 @@ def AddTask(
     )
     builder.Connect(configuration, system.GetInputPort("configuration"))
     return system
+
+
+def hand_command(targets: Targets) -> OutputPort | None:
+    """Returns the output port of the hand's command; None without one.
+
+    Args:
+        targets: The system that says where the end effector shall go.
+    """
+    if not targets.HasOutputPort("hand_command"):
+        return None
+    return targets.GetOutputPort("hand_command")
 
 
 def task_port(targets: Targets, name: str) -> OutputPort | None:
@@ -137,8 +148,12 @@ def _plans(guidance: GuidanceConfig) -> bool:
     return guidance.enabled and looks and guidance.planning.enabled
 
 
-def _hands(robot: RobotModel) -> dict[int, HandGeometry]:
-    """The geometry of a robot's hands, by end effector."""
+def robot_hands(robot: RobotModel) -> dict[int, HandGeometry]:
+    """Returns the geometry of a robot's hands by end effector.
+
+    Args:
+        robot: The robot, with or without hands.
+    """
     plant = MultibodyPlant(0.0)
     add_robot_model(robot.description, plant)
     plant.Finalize()

@@ -14,6 +14,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scene_config import OBSTACLE
+from remosplat_drake.app.stages.task import robot_hands
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
@@ -29,6 +30,7 @@ from remosplat_drake.sight.map_announcer import MapAnnouncer
 from remosplat_drake.sight.settled_requests import SettledRequests
 from remosplat_drake.signals.scene_map import SceneMap
 from remosplat_drake.teleop.command_merger import CommandMerger
+from remosplat_drake.teleop.hand_motion import HandLaw
 from remosplat_drake.teleop.lcm_operator import LcmOperator
 from remosplat_drake.teleop.motion_law import MotionLaw
 from remosplat_drake.teleop.operator_target import OperatorTarget
@@ -106,8 +108,11 @@ def AddOperatorTarget(
         )
         for i in range(len(robot.effectors))
     ]
-    sources = list(operators)
-    panel = None
+    sources, panel, hand = list(operators), None, None
+    hands = robot_hands(robot)
+    if len(hands) == 1:  # An operator opens and closes the only hand.
+        (only,) = hands.values()
+        hand = HandLaw(only.start_width, config.grip_force)
     if page is not None:
         panel = TeleopPanel.AddToBuilder(
             builder,
@@ -117,6 +122,7 @@ def AddOperatorTarget(
             effectors=robot.effectors,
             mapping=teleoperation.mapping is not None,
             scenes=teleoperation.scenes,
+            has_hand=hand is not None,
         )
         sources.append(panel)
     if config.trajectory:
@@ -146,6 +152,7 @@ def AddOperatorTarget(
         robot=robot,
         q0=world.q0,
         law=laws,
+        hand=hand,
     )
     if panel is not None:
         builder.Connect(

@@ -28,6 +28,7 @@ def page_files(socket: int, session: str) -> dict[str, tuple[str, bytes]]:
     document = with_panel(
         before + rest.partition(_END)[2],
         f"const remosplat = {given};",
+        resource("age.js"),
         resource("views.js"),
         resource("live.js"),
     )

@@ -4,17 +4,8 @@
 // other connections that a browser opens are busy while it loads meshes.
 (() => {
   const { socket, session } = remosplat;
-  const OLD = 0.5; // Age from which on it is said [s].
-  const LOOK = 0.1; // Time between two looks at the age [s].
-  const LOST = 20; // Looks without an answer after which none is expected.
   const moved = new Set(); // Paths and properties that only we change.
   let version = 0;
-  let heard = performance.now();
-  let behind = 0; // Age of the answer when it came [s].
-  let drawnIn = 0; // Time that the last picture took [s].
-  // Since a question, in looks: a browser that is busy drawing loses nothing.
-  let silence = 0;
-  let waits = true;
   let bar = null;
   let hasMeshcat = null;
   let account = null;
@@ -43,51 +34,25 @@
   const isMotion = ([kind]) => kind === "pose" || kind === "property";
   let early = []; // What moves before Meshcat is there.
 
-  const age = () => (performance.now() - heard) / 1000 + behind;
-
-  const look = () => {
-    if (waits) silence += 1;
-    tellAge();
-  };
-
   const tellAge = () => {
     const over = bar?.over;
-    const lost = silence > LOST;
+    const lost = age.isLost();
     const deaf = lost || hasMeshcat === false;
     document.documentElement.dataset.deaf = deaf;
-    const old = Math.max(age(), drawnIn);
     const text = over
       ? lost ? "the program has ended" : ""
       : lost
-        ? `no connection: as of ${age().toFixed(0)} s ago`
+        ? `no connection: as of ${age.now().toFixed(0)} s ago`
         : deaf
           ? "second port not connected: buttons do not work, shapes are old"
-          : old > OLD
-            ? `${old.toFixed(1)} s old`
-            : "";
+          : age.text();
     const place = document.getElementById("age");
     if (place.textContent !== text) place.textContent = text;
   };
 
-  // Until the browser has drawn; a hidden page draws nothing.
-  const drawn = () =>
-    new Promise((done) => {
-      const begun = performance.now();
-      const end = () => {
-        drawnIn = document.hidden ? 0 : (performance.now() - begun) / 1000;
-        done();
-      };
-      const frame = requestAnimationFrame(() => setTimeout(end));
-      if (document.hidden) setTimeout(() => (cancelAnimationFrame(frame), end()), 50);
-    });
-
-  const take = (answer, asked) => {
+  const take = (answer) => {
     if (answer.session !== session) return location.reload();
-    heard = performance.now();
-    silence = 0;
-    waits = false;
-    // At most so long ago; the server knows how long it has waited.
-    behind = Math.max(0, (heard - asked) / 1000 - answer.waited) + answer.age;
+    age.take(answer);
     version = answer.version;
     const motion = early.concat(answer.changes.filter(isMotion));
     answer.changes.filter((item) => !isMotion(item)).forEach(change);
@@ -101,20 +66,18 @@
 
   const listen = () => {
     const news = new WebSocket(`ws://${location.host}/newest`);
-    let asked = 0;
     const ask = () => {
-      asked = performance.now();
-      waits = true;
+      age.ask();
       if (news.readyState === WebSocket.OPEN) news.send(version);
     };
     news.onopen = ask;
     news.onmessage = async (message) => {
-      take(JSON.parse(message.data), asked);
-      await drawn();
+      take(JSON.parse(message.data));
+      await age.drawn();
       ask();
     };
     news.onclose = () => {
-      silence = Math.max(silence, LOST);
+      age.lose();
       setTimeout(listen, 500);
     };
   };
@@ -175,7 +138,7 @@
   }, 50);
 
   listen();
-  setInterval(look, 1000 * LOOK);
+  age.watch(tellAge);
   addEventListener("DOMContentLoaded", () => {
     document.getElementById("controls").append(document.querySelector(".dg.main"));
     draw();

@@ -9,11 +9,15 @@ const player = (() => {
   let now = 0;
   let playing = false;
 
+  const shown = (time) => time.toFixed(1) + " s";
+
   const show = (time) => {
     now = Math.max(0, Math.min(span, time));
+    // The end comes with the clock's last digit: its picture, and its verdict.
+    if (shown(now) === shown(span)) now = span;
     if (span) viewer.animator.seek(now);
     slider.value = now;
-    clock.textContent = now.toFixed(1) + " s";
+    clock.textContent = shown(now);
     for (const line of find(".cursor")) {
       const { left, right, end } = line.dataset;
       const x = +left + ((right - left) * Math.min(now, end)) / end;

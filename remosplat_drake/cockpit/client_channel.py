@@ -1,0 +1,99 @@
+"""`ClientChannel`: messages between the server and the script in a browser."""
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+import viser
+from viser._messages import RunJavascriptMessage
+
+from remosplat_drake.teleop.gamepad import GamepadState
+from remosplat_drake.visualization.live_page.page_files import resource
+
+_MOST = 64
+"""Largest number of axes, or of buttons, of a gamepad."""
+
+Hear = Callable[[GamepadState | None], None]
+
+
+class ClientChannel:
+    """Answers the script that a browser runs beside viser's page.
+
+    viser has no messages of other programs: the browser sends changes of a
+    text field that is not shown, and the server sends short scripts. The
+    browser asks for the age of the page's content when it has drawn the answer
+    before, so that at most one answer is under way.
+
+    Args:
+        client: The client.
+        age: Function that returns the age of the page's content [s].
+        hear: Called, in the loop that handles STOP, with the state of the
+            client's gamepad; None if there is none.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        age: Callable[[], float],
+        hear: Hear,
+    ):
+        self._client, self._age, self._hear = client, age, hear
+        self._answered = 0
+        field = client.gui.add_text("Channel", "", visible=False)
+        style = f"<style>{resource('cockpit.css')}</style>"
+        client.gui.add_html(style, order=-1.0)
+        self._run(
+            f"const channel = {json.dumps(field._impl.uuid)};",
+            resource("age.js"),
+            resource("cockpit.js"),
+        )
+
+        @field.on_update
+        async def _(event: viser.GuiEvent):
+            if event.client is not None:
+                self._take(field.value)
+
+    def _take(self, text: str) -> None:
+        asked, gamepad = read_message(text)
+        self._hear(gamepad)
+        if asked > self._answered:
+            self._answered = asked
+            self._run(f"remosplat.answer({asked}, {self._age():.3f});")
+
+    def _run(self, *scripts: str) -> None:
+        message = RunJavascriptMessage("\n".join(scripts))
+        self._client._websock_connection.queue_message(message)
+
+
+def read_message(text: str) -> tuple[int, GamepadState | None]:
+    """Reads a message of the script; what cannot be read is ignored.
+
+    Args:
+        text: The message, in JSON.
+
+    Returns:
+        The number of the latest question, 0 for none, and the state of the
+        gamepad, None for none.
+    """
+    try:
+        message = json.loads(text)
+        asked, pad = message["asked"], message["gamepad"]
+        if pad is not None:
+            pad = GamepadState(_numbers(pad["axes"]), _numbers(pad["buttons"]))
+        return int(asked), pad
+    except (ValueError, TypeError, KeyError, OverflowError):
+        return 0, None
+
+
+def _numbers(values: Any) -> tuple[float, ...]:
+    """A list of numbers from a browser.
+
+    Raises:
+        TypeError: It is no list.
+        ValueError: It is too long, or holds something else.
+    """
+    numbers = tuple(map(float, values))
+    if len(numbers) > _MOST or not all(map(math.isfinite, numbers)):
+        raise ValueError
+    return numbers

@@ -1,0 +1,163 @@
+"""Other targets that a program can offer where the operator's does not work."""
+
+import dataclasses as dc
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw
+
+from remosplat_drake.capture.rendering.camera_poses import look_at
+from remosplat_drake.cockpit.reach import REACHABLE, Reach
+
+OTHER_SIDE = "From the other side"
+"""Offer: the same place, with the hand turned about its own axis."""
+BACK_OFF = "Back off"
+"""Offer: the same direction, further away from what is ahead of the hand."""
+HIGHER = "Higher"
+"""Offer: the same direction, further up."""
+NEARER = "Nearer to the hand"
+"""Offer: a place on the line from the target to the hand."""
+LOOK_THERE = "Look there"
+"""Offer: the wrist camera looks at the unseen space that holds the robot."""
+
+LABELS = (OTHER_SIDE, BACK_OFF, HIGHER, NEARER, LOOK_THERE)
+"""Labels of all offers, in their order on the page."""
+
+_TURNS = (180.0, 90.0, -90.0)
+"""Turns about the hand's own axis [deg]."""
+
+_STEPS = (0.03, 0.06, 0.1, 0.15, 0.25)
+"""Distances by which a target is moved [m]."""
+
+_SHARES = (0.9, 0.75, 0.5, 0.25)
+"""Shares of the way from the hand to the target."""
+
+_LOOKS = (0.0, 0.1, 0.2, 0.3)
+"""Distances by which the camera is moved up and back, to see a place [m]."""
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Offer:
+    """A target that works where the operator's does not.
+
+    Attributes:
+        label: One of `LABELS`.
+        X_WT: The target, shape (4, 4).
+    """
+
+    label: str
+    X_WT: np.ndarray
+
+
+@dc.dataclass(frozen=True, eq=False)
+class Trouble:
+    """The situation in which offers help.
+
+    Attributes:
+        X_WT: The operator's target, shape (4, 4).
+        X_WE: Pose of the end effector, shape (4, 4).
+        p_WUnseen: Point of unseen space that is in the way, shape (3,) [m];
+            None if something else is.
+        X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
+            4); None without one.
+    """
+
+    X_WT: np.ndarray
+    X_WE: np.ndarray
+    p_WUnseen: np.ndarray | None = None
+    X_EC: np.ndarray | None = None
+
+    def is_like(self, other: "Trouble | None") -> bool:
+        """Returns whether the same offers help; the robot may have drifted.
+
+        Args:
+            other: Another situation; None for none.
+        """
+        if other is None or not np.array_equal(self.X_WT, other.X_WT):
+            return False
+        return (self.p_WUnseen is None) == (other.p_WUnseen is None)
+
+
+class OfferSearch:
+    """Searches offers, one test of a target at a time.
+
+    Attributes:
+        offers: The offers so far, at most one of each label.
+    """
+
+    def __init__(self):
+        self.offers: tuple[Offer, ...] = ()
+        self._trouble: Trouble | None = None
+        self._field: object = None
+        self._left: list[tuple[str, np.ndarray]] = []
+
+    def begin(self, trouble: Trouble | None, field: object) -> None:
+        """Begins anew if the situation or the map is another one.
+
+        Args:
+            trouble: The situation; None if no offer is needed.
+            field: The map.
+        """
+        known = self._trouble
+        is_same = known is trouble or (trouble and trouble.is_like(known))
+        if is_same and field is self._field:
+            return
+        self._trouble, self._field, self.offers = trouble, field, ()
+        self._left = [] if trouble is None else candidates(trouble)
+
+    def step(self, reach: Callable[[np.ndarray], Reach]) -> None:
+        """Tests one target, if one is left.
+
+        Args:
+            reach: Function that tests a target.
+        """
+        if not self._left:
+            return
+        (label, X_WT), *self._left = self._left
+        if reach(X_WT).verdict == REACHABLE:
+            self.offers += (Offer(label, X_WT),)
+            self._left = [one for one in self._left if one[0] != label]
+
+
+def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
+    """Returns targets to test with their labels, the smallest changes first.
+
+    Args:
+        trouble: The situation.
+    """
+    X_WT, p_WE = trouble.X_WT, trouble.X_WE[:3, 3]
+    found = []
+    if trouble.p_WUnseen is not None and trouble.X_EC is not None:
+        found += [
+            (LOOK_THERE, _looking(trouble, trouble.p_WUnseen, trouble.X_EC, by))
+            for by in _LOOKS
+        ]
+    found += [(OTHER_SIDE, X_WT @ _about_z(angle)) for angle in _TURNS]
+    found += [(BACK_OFF, _moved(X_WT, -by * X_WT[:3, 2])) for by in _STEPS]
+    found += [(HIGHER, _moved(X_WT, np.array([0, 0, by]))) for by in _STEPS]
+    way = X_WT[:3, 3] - p_WE
+    found += [(NEARER, _moved(X_WT, (share - 1.0) * way)) for share in _SHARES]
+    return found
+
+
+def _about_z(angle: float) -> np.ndarray:
+    turn = RollPitchYaw([0.0, 0.0, np.radians(angle)])
+    return RigidTransform(turn, np.zeros(3)).GetAsMatrix4()
+
+
+def _moved(X_WT: np.ndarray, by_W: np.ndarray) -> np.ndarray:
+    X_WT = X_WT.copy()
+    X_WT[:3, 3] += by_W
+    return X_WT
+
+
+def _looking(
+    trouble: Trouble, p_W: np.ndarray, X_EC: np.ndarray, by: float
+) -> np.ndarray:
+    """A target at which the camera, moved a little, looks at a place."""
+    p_WC = (trouble.X_WE @ X_EC)[:3, 3]
+    away = p_WC - p_W
+    away[2] = 0.0
+    away /= max(float(np.linalg.norm(away)), 1e-6)
+    X_WC = look_at(p_WC + by * (away + np.array([0, 0, 1])), p_W)
+    return X_WC.GetAsMatrix4() @ np.linalg.inv(X_EC)

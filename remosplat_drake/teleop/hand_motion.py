@@ -1,0 +1,45 @@
+"""Opening and closing of the hand by an operator's requests."""
+
+import dataclasses as dc
+
+from remosplat_drake.signals.operator_command import OperatorCommand
+
+
+@dc.dataclass(frozen=True)
+class HandLaw:
+    """The two commands that an operator gives to a hand.
+
+    Attributes:
+        width: Opening of the open hand, which is that at the start and that of
+            the collision geometry [m].
+        force: Force with which the hand closes [N].
+    """
+
+    width: float
+    force: float
+
+    def command(self, *, is_open: bool) -> tuple[float, float]:
+        """Returns the commanded width and force [m, N].
+
+        Args:
+            is_open: Whether the hand shall be open; else it closes until it
+                meets something.
+        """
+        return (self.width if is_open else 0.0), self.force
+
+
+def advance_hand(
+    known: OperatorCommand, command: OperatorCommand, *, is_open: bool
+) -> bool:
+    """Returns whether the hand shall be open, after new requests.
+
+    Of two at once, the hand closes: it then drops nothing.
+
+    Args:
+        known: The requests at the last look.
+        command: The requests now.
+        is_open: Whether it was to be open before.
+    """
+    if command.closes > known.closes:
+        return False
+    return is_open or command.opens > known.opens

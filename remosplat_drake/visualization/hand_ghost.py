@@ -1,0 +1,119 @@
+"""`HandGhost`: the hand as it will stand at its target, translucent."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from pydrake.common import MemoryFile
+from pydrake.geometry import (
+    InMemoryMesh,
+    Mesh,
+    Rgba,
+    Role,
+    SceneGraph,
+    Shape,
+)
+
+from remosplat_drake.robot.hand_links import hand_links
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.signals.target import Target
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.robot_view import make_drawn_plant
+from remosplat_drake.visualization.shapes import rigid_transform
+
+NEAR, TURNED = 0.03, 0.15
+"""Distance [m] and angle [rad] to the target within which the hand itself shows
+where it is, and the ghost is hidden."""
+
+_COLOR = Rgba(0.10, 0.62, 0.52, 0.45)
+
+
+class HandGhost:
+    """Draws the links of a hand at the pose of its target.
+
+    If the target leaves directions free, it is the pose that is next to the
+    end effector's.
+
+    Args:
+        page: The page to draw on.
+        path: Path in the scene tree below which all of it goes.
+        robot: The robot.
+        effector: Index of the end effector that has the hand.
+    """
+
+    def __init__(
+        self, page: MeshcatPage, path: str, robot: RobotModel, effector: int
+    ):
+        self._scene, self._path = page.scene, path
+        self._is_shown = False
+        scene_graph = SceneGraph()
+        plant = make_drawn_plant(robot, scene_graph)
+        inspector = scene_graph.model_inspector()
+        X_WL = robot.body_poses(robot.q_home)
+        X_EW = np.linalg.inv(robot.end_effector_pose(robot.q_home, effector))
+        for link in sorted(hand_links(robot, effector)):
+            X_EL = X_EW @ X_WL[robot.tree.index(link)]
+            frame = plant.GetBodyFrameIdOrThrow(
+                plant.GetBodyByName(link).index()
+            )
+            for i, geometry in enumerate(
+                inspector.GetGeometries(frame, Role.kIllustration)
+            ):
+                X_EG = rigid_transform(X_EL).multiply(
+                    inspector.GetPoseInFrame(geometry)
+                )
+                name = f"{path}/{link}/{i}"
+                shape = translucent(inspector.GetShape(geometry))
+                page.meshcat.SetObject(name, shape, _COLOR)
+                page.meshcat.SetTransform(name, X_EG)
+        self._scene.set_property(path, "visible", False)
+
+    def update(self, target: Target, X_WE: np.ndarray | None, time: float):
+        """Moves the ghost to a target, and hides it where the hand is.
+
+        Args:
+            target: The target.
+            X_WE: Pose of the end effector, shape (4, 4); None before it is
+                measured.
+            time: Time in a recording [s].
+        """
+        is_shown = target.is_known and (X_WE is None or is_away(target, X_WE))
+        if is_shown:
+            X_WT = target.X_WT if X_WE is None else target.nearest_pose(X_WE)
+            self._scene.move(self._path, rigid_transform(X_WT), time)
+        if is_shown != self._is_shown:
+            self._is_shown = is_shown
+            self._scene.show(self._path, is_shown, time)
+
+
+def is_away(target: Target, X_WE: np.ndarray) -> bool:
+    """Returns whether a hand is so far from a target that a ghost helps.
+
+    Args:
+        target: The target.
+        X_WE: Pose of the end effector, shape (4, 4).
+    """
+    error = target.error(X_WE)
+    return error.distance > NEAR or error.angle > TURNED
+
+
+def translucent(shape: Shape) -> Shape:
+    """Returns a shape whose own materials are those of a ghost.
+
+    Args:
+        shape: The shape; those without materials take the colour with which
+            they are drawn.
+    """
+    if not isinstance(shape, Mesh) or shape.extension() != ".gltf":
+        return shape
+    document = json.loads(Path(shape.source().path()).read_text("utf-8"))
+    color = [_COLOR.r(), _COLOR.g(), _COLOR.b(), _COLOR.a()]
+    for material in document.get("materials", ()):
+        material["pbrMetallicRoughness"] = {
+            "baseColorFactor": color,
+            "metallicFactor": 0.1,
+            "roughnessFactor": 0.6,
+        }
+        material["alphaMode"] = "BLEND"
+    file = MemoryFile(json.dumps(document), ".gltf", "ghost")
+    return Mesh(InMemoryMesh(mesh_file=file), shape.scale3())

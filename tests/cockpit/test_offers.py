@@ -1,0 +1,110 @@
+"""Targets that are offered where the operator's does not work."""
+
+import numpy as np
+import pytest
+
+from remosplat_drake.cockpit.offers import (
+    BACK_OFF,
+    HIGHER,
+    LABELS,
+    LOOK_THERE,
+    NEARER,
+    OTHER_SIDE,
+    OfferSearch,
+    Trouble,
+    candidates,
+)
+from remosplat_drake.cockpit.reach import BLOCKED, REACHABLE, Reach
+from remosplat_drake.robot.pose_error import pose_error
+
+FIELD = object()
+X_WE, X_WT = np.eye(4), np.diag([1.0, -1.0, -1.0, 1.0])
+X_WT[:3, 3] = 0.8, 0.1, 0.4
+P_UNSEEN = np.array([1.0, 0.3, 0.2])
+
+
+def free_above(height: float):
+    def reach(X_WT: np.ndarray) -> Reach:
+        return Reach(REACHABLE if X_WT[2, 3] > height else BLOCKED, "")
+
+    return reach
+
+
+def searched(trouble: Trouble | None, reach, search=None) -> OfferSearch:
+    search = search or OfferSearch()
+    search.begin(trouble, FIELD)
+    for _ in range(50):
+        search.step(reach)
+    return search
+
+
+def test_the_smallest_change_that_works_is_offered():
+    offers = {
+        offer.label: offer.X_WT
+        for offer in searched(Trouble(X_WT, X_WE), free_above(0.44)).offers
+    }
+    # The hand points down, so backing off is up, too; the hand is below.
+    assert set(offers) == {BACK_OFF, HIGHER}
+    for offered in offers.values():
+        np.testing.assert_allclose(offered[:3, 3], [0.8, 0.1, 0.46])
+        np.testing.assert_array_equal(offered[:3, :3], X_WT[:3, :3])
+
+
+def test_all_that_works_is_offered_once():
+    trouble = Trouble(X_WT, X_WE, P_UNSEEN, np.eye(4))
+    offers = searched(trouble, free_above(-1.0)).offers
+    assert {offer.label for offer in offers} == set(LABELS)
+    assert len(offers) == len(LABELS)
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_the_candidates_are_poses(label):
+    trouble = Trouble(X_WT, X_WE, P_UNSEEN, np.eye(4))
+    poses = [X for name, X in candidates(trouble) if name == label]
+    assert poses
+    for X in poses:
+        np.testing.assert_allclose(
+            X[:3, :3] @ X[:3, :3].T, np.eye(3), atol=1e-9
+        )
+        error = pose_error(X_WT, X)
+        if label == OTHER_SIDE:
+            assert error.distance < 1e-12 and error.angle > 1.5
+        elif label in (BACK_OFF, HIGHER, NEARER):
+            assert error.distance > 0.02 and error.angle < 1e-6
+
+
+@pytest.mark.parametrize("label", [LOOK_THERE])
+def test_the_camera_looks_at_what_is_unseen(label):
+    X_EC = np.eye(4)
+    X_EC[:3, 3] = 0.05, 0.0, 0.1
+    trouble = Trouble(X_WT, X_WE, P_UNSEEN, X_EC)
+    for name, X_WT_offered in candidates(trouble):
+        if name == label:
+            X_WC = X_WT_offered @ X_EC
+            p_C = X_WC[:3, :3].T @ (P_UNSEEN - X_WC[:3, 3])
+            np.testing.assert_allclose(p_C[:2], 0, atol=1e-9)
+            assert p_C[2] > 0.1
+
+
+def test_a_search_goes_on_while_nothing_changes():
+    search = searched(Trouble(X_WT, X_WE), free_above(0.44))
+    offers = search.offers
+    drifted = X_WE.copy()
+    drifted[0, 3] += 1e-4
+    searched(Trouble(X_WT, drifted), free_above(10), search)
+    assert search.offers is offers
+    moved = X_WT.copy()
+    moved[0, 3] += 0.1
+    searched(Trouble(moved, X_WE), free_above(10), search)
+    assert search.offers == ()
+    searched(None, free_above(0), search)
+    assert search.offers == ()
+
+
+def test_another_map_is_searched_anew():
+    search = searched(Trouble(X_WT, X_WE), free_above(10))
+    assert search.offers == ()
+    search.begin(Trouble(X_WT, X_WE), object())
+    for _ in range(50):
+        search.step(free_above(-1))
+    assert search.offers
