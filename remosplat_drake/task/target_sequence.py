@@ -271,7 +271,9 @@ def begun(aim: Aim, X_WA: Sequence[np.ndarray]) -> Aim:
 
 
 def with_ways_onward(targets: Sequence[Target]) -> list[Target]:
-    """Sets, for passed targets, the distance from there to the next stop.
+    """Sets `onward` of targets that are passed without a stop.
+
+    It is the length of the way from such a target to the next one with a stop.
 
     Args:
         targets: The targets, in their order.

@@ -74,5 +74,5 @@ def _directions(count: int, config: ScanConfig) -> list[tuple[float, float]]:
 
 
 def _spread(n: int, bound: float) -> np.ndarray:
-    """From left to right; a single one straight ahead."""
+    """Returns n pan angles from left to right; a single one is 0."""
     return np.linspace(bound, -bound, n) if n > 1 else np.zeros(1)

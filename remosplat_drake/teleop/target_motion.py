@@ -196,7 +196,7 @@ def _end(
 def _watch_scan(
     law: MotionLaw, state: TargetState, X_WE: np.ndarray, time: float
 ) -> TargetState:
-    """Asks for a frame where a view is reached, or is not in time."""
+    """Requests a frame when a view is reached, or when its time is over."""
     config = law.config.scan
     if state.shown is None and _is_at(state.X_WT, state.X_WT_goal):
         state = dc.replace(state, shown=time)

@@ -81,8 +81,9 @@ def with_arm_status(
 ) -> Measurement:
     """Returns the measurement after a status packet from the arm.
 
-    One that says what no arm can do counts, too: whichever of the two was
-    wrong, the robot stops, and the next message is compared with this one.
+    A packet with a motion that no arm can make is taken, too. It or the packet
+    before is wrong: the robot stops, and the next packet is compared with this
+    one.
 
     Args:
         measurement: The measurement before.

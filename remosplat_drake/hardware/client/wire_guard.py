@@ -1,10 +1,10 @@
 """`WireGuard`: the wire's other senders; one master, one robot.
 
-It hears the senders of all channels, by address. Commands that are not ours, or
-statuses that come from two senders at once, are a problem for as long as they
-have been heard in the last half second. The same addresses' leases and reports
-give them names. That needs no cooperation: strangers and stock drivers, which
-know no lease, are found out, too.
+It identifies the senders on all channels by their addresses. A command of
+another sender, or statuses from two senders at once, are a problem until half a
+second after the last one. A lease or a report from the same address names the
+sender. A stock driver or another stranger, which sends no lease, is detected,
+too.
 """
 
 import dataclasses as dc

@@ -1,8 +1,8 @@
 """`CallbackProcess`: the 1 kHz callback, alone in a separate process.
 
-Nothing that happens to the process with the wire can make the callback late:
-no other thread waits for its interpreter, and nothing is collected. It outlives
-that process until the arm rests.
+The process with the wire cannot make the callback late: no other thread
+competes for its interpreter, and garbage collection is off. If the process with
+the wire ends, this one goes on until the arm rests.
 """
 
 import signal

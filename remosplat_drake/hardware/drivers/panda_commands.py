@@ -32,7 +32,7 @@ JOINTS = 7
 
 
 class CommandError(RemoSplatError):
-    """The reason why a command is none for an arm in velocity mode."""
+    """The reason why a message is no command for an arm in velocity mode."""
 
     def __init__(self, field: str, problem: str):
         super().__init__(f"{PANDA_COMMAND}: {field}: {problem}")

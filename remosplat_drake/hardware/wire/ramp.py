@@ -70,5 +70,8 @@ def decode_ramp(data: bytes) -> Ramp:
     period = finite_number("period", message.period)
     length = finite_number("ramp", message.ramp)
     if not (0.0 < period <= _LONGEST and 0.0 <= length <= _LONGEST):
-        raise BrokenMessage(f"a ramp of {length} s in steps of {period} s")
+        raise BrokenMessage(
+            f"a ramp of {length} s in steps of {period} s, expected 0 to"
+            f" {_LONGEST:g} s"
+        )
     return Ramp(message.utime, period, length)

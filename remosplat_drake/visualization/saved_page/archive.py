@@ -84,7 +84,7 @@ def compressed(parts: Sequence[bytes]) -> bytes:
 
 
 def _by_place(data: bytes, stride: int) -> bytes:
-    """Sorts bytes by their place in groups; what is left over stays behind."""
+    """Sorts bytes by their index in groups of `stride`; a rest stays last."""
     end = len(data) // stride * stride
     places = [data[k:end:stride] for k in range(stride)]
     return b"".join([*places, data[end:]])
