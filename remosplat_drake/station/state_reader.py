@@ -12,7 +12,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.station.hand import HandGeometry
-from remosplat_drake.station.motors import finger_motors
+from remosplat_drake.station.motors import motor_rows
 
 
 class StateReader(LeafSystem):
@@ -61,7 +61,7 @@ class StateReader(LeafSystem):
         n_arm = len(robot.description.arm.joints)
         self._arm = slice(robot.n_q - n_arm, robot.n_q)
         self._fingers = slice(robot.n_q, None)
-        self._finger_motors = finger_motors(plant, hand)
+        self._finger_motors = motor_rows(plant, hand.joints)
         self._input = self.DeclareVectorInputPort(
             "plant_state", plant.num_multibody_states()
         )
