@@ -9,7 +9,7 @@ a joint under load creeps, by torque / d; the constant is short for that.
 """
 
 import dataclasses as dc
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -143,15 +143,15 @@ def actuator_by_joint(plant: MultibodyPlant) -> dict[str, JointActuatorIndex]:
     }
 
 
-def finger_motors(plant: MultibodyPlant, hand: HandGeometry) -> list[int]:
-    """Returns the rows of the fingers in a plant's net actuation.
+def motor_rows(plant: MultibodyPlant, joints: Iterable[str]) -> list[int]:
+    """Returns the rows of joints in a plant's net actuation.
 
     Args:
         plant: The finalized plant.
-        hand: Geometry of the gripper.
+        joints: Names of the joints, each of which has a motor.
     """
     actuators = actuator_by_joint(plant)
     return [
         plant.get_joint_actuator(actuators[name]).input_start()
-        for name in hand.joints
+        for name in joints
     ]

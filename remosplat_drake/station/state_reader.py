@@ -19,7 +19,7 @@ from remosplat_drake.station.hand import (
     finger_joints,
     finger_slices,
 )
-from remosplat_drake.station.motors import finger_motors
+from remosplat_drake.station.motors import motor_rows
 
 
 class StateReader(LeafSystem):
@@ -73,7 +73,7 @@ class StateReader(LeafSystem):
         n_arm = len(robot.description.arm.joints)
         self._arm = slice(robot.n_q - n_arm, robot.n_q)
         self._fingers = finger_slices(hands, robot.n_q)
-        self._finger_motors = [finger_motors(plant, hand) for hand in hands]
+        self._finger_motors = [motor_rows(plant, hand.joints) for hand in hands]
         self._input = self.DeclareVectorInputPort(
             "plant_state", plant.num_multibody_states()
         )

@@ -14,7 +14,7 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.signals.station_status import StationStatus
 from remosplat_drake.station.commands import HandCommand, StationCommand
 from remosplat_drake.station.dynamic_station import add_dynamic_body
-from remosplat_drake.station.motors import finger_motors
+from remosplat_drake.station.motors import motor_rows
 from remosplat_drake.station.station_config import DynamicStation
 from remosplat_drake.station.velocity_driver import (
     actuated_instances,
@@ -85,10 +85,10 @@ class RobotPlant:
         self._n_arm = len(robot.home)
         arm = joints[robot.n_q - self._n_arm : robot.n_q]
         instance = arm[0].model_instance()
-        self._torque = plant.get_net_actuation_output_port(instance)
-        self._all_torques = plant.get_net_actuation_output_port()
+        self._torques = plant.get_net_actuation_output_port()
+        self._arm_motors = motor_rows(plant, [j.name() for j in arm])
         self._finger_motors = [
-            row for hand in body.hands for row in finger_motors(plant, hand)
+            row for hand in body.hands for row in motor_rows(plant, hand.joints)
         ]
         self._external = plant.get_generalized_contact_forces_output_port(
             instance
@@ -163,7 +163,7 @@ class RobotPlant:
         return ArmMeasurement(
             self.q[n - self._n_arm :],
             self._v[n - self._n_arm : n],
-            self._torque.Eval(self._context)[self._arm],
+            self._torques.Eval(self._context)[self._arm_motors],
             self._external.Eval(self._context)[self._arm],
         )
 
@@ -185,6 +185,6 @@ class RobotPlant:
     def hand(self) -> np.ndarray:
         """True opening of the hand, its rate and force, (3,) [m, m/s, N]."""
         n = self.robot.n_q
-        effort = self._all_torques.Eval(self._context)[self._finger_motors]
+        effort = self._torques.Eval(self._context)[self._finger_motors]
         force = -effort.mean() if len(effort) else 0.0
         return np.array([self._q[n:].sum(), self._v[n:].sum(), force])
