@@ -62,12 +62,12 @@ def read_objects(path: str | Path) -> tuple[SceneObject, ...]:
 
 
 def object_entry(thing: SceneObject, hull_file: str = "") -> dict[str, object]:
-    """Returns what a scene file holds of an object.
+    """Returns the entry of an object in a scene file.
 
     Args:
         thing: The object.
-        hull_file: Name of its mesh file, of which the writer takes care; only
-            for convex hulls.
+        hull_file: Name of the mesh file, which the caller writes; only for
+            convex hulls.
     """
     X_WO, solid = thing.X_WO, thing.solid
     entry: dict[str, object] = {
