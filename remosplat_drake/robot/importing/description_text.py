@@ -1,4 +1,4 @@
-"""A robot description as the text of its file, guesses marked as such."""
+"""The text of a robot description's file, with guesses in comments."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ def description_text(
     """Writes a description with guesses and doubts in comments.
 
     Args:
-        description: The description; fields that are empty are left out.
+        description: The description; empty fields are omitted.
         made_by: Command line that made it.
         findings: Guesses and doubts.
     """
