@@ -25,8 +25,8 @@ class BaseCorrection:
     Attributes:
         estimate: The base's estimate at the newest frame; None if nothing has
             been corrected, so that W is O.
-        drift: Drift model of the odometry. version: Number of the map that it
-            belongs to.
+        drift: Drift model of the odometry.
+        version: Number of the map that the estimate belongs to.
     """
 
     estimate: BaseEstimate | None = None
