@@ -45,11 +45,11 @@ def set_vector(out, a) -> None:
 
 @helper
 def across(n, angle):
-    """Makes two unit vectors at right angles to each other and to a third.
+    """Makes two unit vectors perpendicular to each other and to a third one.
 
     Args:
         n: The third, shape (3,).
-        angle: By how much the two are turned about it away from the axes of W
+        angle: Angle by which the two are rotated about n from their default
             [rad].
 
     Returns:

@@ -53,7 +53,7 @@ class Monitoring:
         separation: float,
         delay: float = 0.0,
     ) -> "Monitoring":
-        """Makes it of a command that is held for a tick, and of its ramp.
+        """Makes the monitoring of a command held for a tick, then ramped.
 
         The ramp scales the command down in n equal steps, one in each tick. It
         takes n - 1 ticks, and covers the distance of the command in half that

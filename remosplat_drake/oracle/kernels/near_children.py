@@ -34,7 +34,7 @@ def node_address(wide, node) -> int:
 
 @helper
 def around(p):
-    """Returns numbers in single precision around three coordinates.
+    """Rounds three coordinates to single precision, both down and up.
 
     Args:
         p: The coordinates.

@@ -130,7 +130,7 @@ def _within_reach(robot, path, movers, p_WS, kept, least):
 
 @helper
 def _spheres_of(pair, n):
-    """Lists the spheres of pairs, each once, and where each of n is listed."""
+    """Lists the spheres of pairs, each once, and each sphere's index in it."""
     near, place_of = np.empty(n, np.int64), np.full(n, -1)
     count = 0
     for m in range(len(pair)):

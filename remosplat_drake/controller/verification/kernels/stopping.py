@@ -123,7 +123,7 @@ def _late_path(motion, q, u, limit, dt, n_base):
 
 @helper
 def _ends(motion, peak, ramp, dt):
-    """End times of a path's pieces, without the last, from its start [s].
+    """Returns the end times of all pieces of a path but the last [s].
 
     Args:
         motion: The `MotionArrays`.
