@@ -146,7 +146,7 @@ def _of_tracking(law: SupervisorLaw, motion: Motion) -> Iterator[Symptom]:
         i = int((motion.residual / bound).argmax())
         yield Symptom(
             "tracking",
-            "the robot does not move as its actuators' model says: axis"
+            "the robot's motion deviates from its actuator model: axis"
             f" {i} is off by {motion.residual[i]:.3f}, beyond {bound[i]:.3f};"
             " `remosplat identify` measures the model",
         )

@@ -34,7 +34,7 @@ _ADVICE = {
     things.UNSEEN: "add a frame that sees it",
     JOINT_LIMIT: "turn the target",
     SELF_COLLISION: "turn the target",
-    MOVER: "it goes on when that has passed",
+    MOVER: "it continues when that has passed",
     stands.VERIFICATION: "there would be no way to stop in time",
     stands.NOT_OBEYED: "see whether the robot is enabled",
     stands.NOTHING: "nothing is in the way, it may be out of reach",
@@ -167,7 +167,7 @@ def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
         where = f"{part} beyond {inside.thing}"
     else:
         where = f"{part} {_gap(inside.clearance)} {inside.thing}"
-    text = "moving out" if moves else "no motion found that leads out"
+    text = "moving out" if moves else "no motion away from it found"
     return Standing(
         stands.MOVING if moves else stands.HELD,
         f"{text}: {where}, {_away(now)} from {_target(now)}",
@@ -210,7 +210,7 @@ def _what_holds(hold: Hold, part: str) -> str:
     if hold.cause == stands.NO_COMMAND:
         return f"braking: {hold.thing}"
     if hold.cause == stands.NOT_OBEYED:
-        return "robot is told to move and stands still"
+        return "robot is commanded to move and stands still"
     if hold.cause == stands.NOTHING:
         return "robot stands still"
     if hold.cause == stands.MOVER:

@@ -147,7 +147,7 @@ class LookAheadProcess:
         late = perf_counter() - self._asked_at > PATIENCE
         if self._unanswered and late and not self.missing:
             self.missing = f"look-ahead has not answered for {PATIENCE:g} s"
-            _log.warning("%s; going on without until it does", self.missing)
+            _log.warning("%s; continuing without until then", self.missing)
         return selection
 
     def _send(self, now: PresentState, field: DistanceField) -> None:
@@ -171,7 +171,7 @@ class LookAheadProcess:
 
     def _give_up(self, reason: str) -> None:
         self.missing, self._lost = reason, True
-        _log.warning("%s; going on without", reason)
+        _log.warning("%s; continuing without", reason)
         self._child.end(patience=0.0)
 
 

@@ -292,7 +292,7 @@ class ReactiveLaw:
             i for i in self.ingredients if isinstance(i, kind)
         ]
         if dampers and given is not None:
-            problem = f"the {kind.__name__} among the ingredients says it"
+            problem = f"is given by the ingredient {kind.__name__} already"
             raise FieldError("ReactiveLaw", name, problem)
         return dampers[0].config if dampers else given
 

@@ -24,7 +24,7 @@ def description_text(
     lines = [
         f"# Made by `{made_by}`.",
         *(f"# DOUBTFUL: {what}: {value}" for what, value in findings.doubted),
-        "# Guessed, and worth a look:",
+        "# Guessed; please check:",
         *(f"#   {what}: {value}" for what, value in findings.guessed),
         "# Velocities are in the order of u: base, if any, then arm. SI units.",
     ]

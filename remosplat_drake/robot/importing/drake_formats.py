@@ -74,8 +74,8 @@ def read_by_drake(
             raise FieldError(
                 str(path),
                 f"body {writer.roots[0]!r} <freejoint>",
-                "floats, as others do, and cannot be driven; remove what is"
-                " not the robot, and say how that moves with --base",
+                "floats, like other bodies; remove all floating bodies but the"
+                " robot, and choose its mobile base with --base",
             )
         name = _name(path, dialect, plant, models)
         root = writer.document(name, findings)
@@ -88,9 +88,9 @@ def read_by_drake(
             f"{staging.floating[0]} is fixed; --base says how it moves",
         )
     if dropped:
-        findings.guess("left out, being no SDFormat", listed(dropped))
+        findings.guess("removed, not in SDFormat", listed(dropped))
     if warnings:
-        findings.guess("passed over by Drake", _summary(warnings))
+        findings.guess("ignored by Drake", _summary(warnings))
     text = ElementTree.tostring(root, encoding="unicode")
     return Urdf(path, text, dialect, tuple(staging.loops)), said
 

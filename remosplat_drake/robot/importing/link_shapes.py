@@ -99,7 +99,7 @@ def convert_shapes(
     if covered:
         findings.guess(
             "collision shapes",
-            "hulls of what is seen, besides primitives if any, of"
+            "convex hulls of visual meshes, besides primitives, of"
             f" {listed(covered)}",
         )
     return converter.surfaces

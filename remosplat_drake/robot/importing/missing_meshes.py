@@ -90,7 +90,7 @@ def note_replaced(replaced: dict[str, list[str]], findings: Findings) -> None:
     if replaced[COLLISION]:
         findings.doubt(
             "collision shapes",
-            f"missing: {listed(replaced[COLLISION])} by what is seen of them",
+            f"missing: {listed(replaced[COLLISION])} by visual shapes",
         )
 
 

@@ -39,7 +39,7 @@ def doubt_overlaps(robot: RobotModel, findings: Findings) -> None:
     if always:
         findings.doubt(
             "self-collision",
-            f"{_worded(always)} overlap in every pose, and are not watched",
+            f"{_worded(always)} overlap in every pose, and are not checked",
         )
     held = [
         held
@@ -49,7 +49,7 @@ def doubt_overlaps(robot: RobotModel, findings: Findings) -> None:
     if held:
         findings.doubt(
             "collision shapes",
-            listed([f"that of {a} swallows {b}" for a, b in held], 3)
+            listed([f"that of {a} contains {b}" for a, b in held], 3)
             + "; are their meshes, scales and origins right?",
         )
 
