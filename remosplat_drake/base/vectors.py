@@ -48,12 +48,12 @@ def across(n, angle):
     """Makes two unit vectors perpendicular to each other and to a third one.
 
     Args:
-        n: The third, shape (3,).
+        n: The third vector, a unit vector, shape (3,).
         angle: Angle by which the two are rotated about n from their default
             [rad].
 
     Returns:
-        The two, shape (2, 3).
+        The two vectors, shape (2, 3).
     """
     least = 0
     for c in range(3):

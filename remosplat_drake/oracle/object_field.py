@@ -151,11 +151,11 @@ def query(objects, spheres, answer):
 
     Args:
         objects: The `ObjectArrays`.
-        spheres: (n, 6): centre p_WS, the distance from the centre that an
-            answer must undercut, the height below which objects are ignored,
-            and the sphere's index.
-        answer: (n, 8), filled: the object's number or -1, its signed distance
-            from the centre and the relief, p_WC, n_W.
+        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
+            centre that a result must undercut, the height below which objects
+            are ignored [m], and the sphere's index.
+        answer: Output, shape (n, 8): the object's index or -1, its signed
+            distance from the centre plus the relief, p_WC and n_W.
     """
     solids, first, relief = objects.solids, objects.first, objects.relief
     last = len(relief) - 1

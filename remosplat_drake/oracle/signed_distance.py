@@ -200,11 +200,11 @@ def query(primitives, spheres, answer):
 
     Args:
         primitives: The `Primitives`.
-        spheres: (n, 6): centre p_WS, the distance from the centre that an
-            answer must undercut, and the height below which primitives are
-            ignored.
-        answer: (n, 8), filled: the primitive's number or -1, its signed
-            distance from the centre, p_WC, n_W.
+        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
+            centre that a result must undercut, and the height below which
+            primitives are ignored [m].
+        answer: Output, shape (n, 8): the primitive's index or -1, its signed
+            distance from the centre, p_WC and n_W.
     """
     for i in range(len(answer)):
         answer[i, 0] = -1.0

@@ -52,7 +52,7 @@ class Situation:
     Attributes:
         error: The error from the end effector to the present target; of
             several, the largest error.
-        target: The present target; None stands for a pose.
+        target: The present target; None means a plain pose.
         effector: Name of that end effector; empty if the robot has only one.
         beside_line: Distance of the end effector from the target's line [m];
             NaN without a line.

@@ -140,7 +140,8 @@ def views_of_balls(views, center, radius, nearest, seen, limit):
 
     Args:
         views: The views.
-        center: Their centres, from the camera's in W, as a tuple of lanes [m].
+        center: Vectors from the camera to their centres in W, as a tuple of
+            lanes [m].
         radius: Their radii [m].
         nearest: Lower bounds of the ranges in them [m].
         seen: Set of the requested views.

@@ -66,7 +66,7 @@ def raised(limit):
 
 @helper
 def lowered(floor):
-    """Rounds a floor down to single precision.
+    """Rounds a floor's height down to single precision.
 
     Args:
         floor: The height [m].

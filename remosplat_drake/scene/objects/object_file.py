@@ -7,8 +7,8 @@
 
 `position` and `quaternion` (w, x, y, z; absent: upright) are the pose X_WO. An
 object has one of `box` (`size`, its three side lengths), `cylinder` (`radius`,
-`height`) and `hull` (`file`, a mesh whose convex hull counts, relative to the
-scene's, and `scale`). `mass` may be absent.
+`height`) and `hull` (`file`, a mesh whose convex hull is the shape, relative to
+the scene file, and `scale`). `mass` may be absent.
 """
 
 from pathlib import Path

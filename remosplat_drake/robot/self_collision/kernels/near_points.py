@@ -148,7 +148,8 @@ def _find_near(pairs, span, X_WL, p_WC, reach, near, work):
         p_WC: Centres of the shapes in W.
         reach: Distances below which shapes are crowded, links are rotated, and
             links are near [m].
-        near: Takes the pairs of points.
+        near: Output: the arrays of `_make_points`, filled with the pairs of
+            points.
         work: Working arrays of GJK.
 
     Returns:
@@ -215,7 +216,8 @@ def _note(given, known, i, is_close, same, found, count, work):
         i: Index of the pair of points to store.
         is_close: Whether links are rotated.
         same: Distance below which points count as one [m].
-        found: Takes the pairs of points.
+        found: Output: the arrays of `_make_points`, filled with the pairs of
+            points.
         count: Number of pairs stored so far.
         work: Working arrays of GJK.
 
