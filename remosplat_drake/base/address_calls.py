@@ -1,10 +1,10 @@
 """Calls from kernels to functions that are compiled separately.
 
 A kernel contains the functions that it calls. When one of these changes, the
-kernel is compiled again, which takes minutes. A user's function must not cost
-that. So it is compiled alone, and the kernel calls it by its address. Its
-settings and arguments are named tuples, which the kernel passes packed: see
-`Packed`.
+kernel is compiled again, which takes minutes. To avoid this for a user's
+function, it is compiled separately, and the kernel calls it by its address. Its
+settings and arguments are named tuples, which the kernel passes in packed form;
+see `Packed`.
 """
 
 import hashlib
@@ -28,18 +28,18 @@ from remosplat_drake.base.kernels.packed import (
 )
 
 DONE, RAISED, MISFIT = range(3)
-"""How a call ends: the function returned, raised an exception, or did not run
+"""Results of a call: the function returned, raised an exception, or did not run
 because it was compiled for other arguments."""
 
 _WORD = ir.IntType(64)
 
 
 class AddressedFunction:
-    """A function with settings, which kernels call by its address.
+    """A compiled function with settings, which kernels call by its address.
 
     The function takes two named tuples: its settings and its input. It is
-    compiled once for all settings of the same type, and divides as NumPy
-    does.
+    compiled once for all settings of the same type. Division by zero gives
+    infinity or NaN, as in NumPy.
 
     Attributes:
         words: The addresses of the function and of its settings, for kernels,
@@ -97,7 +97,7 @@ def _compiled(function: Callable, settings: PackedType, told: PackedType):
 
 
 def _digest(kind: types.Type) -> int:
-    """A number that identifies a type in every process."""
+    """Returns a number that identifies a type in every process."""
     digest = hashlib.sha256(repr(kind).encode()).digest()
     return int.from_bytes(digest[:8], "little", signed=True)
 

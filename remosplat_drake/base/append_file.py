@@ -1,4 +1,4 @@
-"""`AppendFile`: a file that only grows, and survives a full disk."""
+"""`AppendFile`: a file that only grows, and stays valid on a full disk."""
 
 import os
 from pathlib import Path
@@ -10,10 +10,10 @@ class AppendFile:
     """Appends each piece completely or not at all, and never raises.
 
     When `append` returns, the operating system has the piece, so it survives a
-    crash of this process. Nothing waits for the disk.
+    crash of this process. No call waits for the disk.
 
     Args:
-        path: Must not exist; its folder is made.
+        path: The file, which must not exist; its folder is made.
         start: First bytes of the file.
 
     Raises:
@@ -58,8 +58,8 @@ class AppendFile:
         """Closes the file; nothing can be appended any more.
 
         Returns:
-            The fate of the file at its path, such as "was moved or deleted
-            meanwhile"; empty if it is there.
+            The problem with the file at its path, such as "was moved or deleted
+            meanwhile"; empty if the file is there.
         """
         ours = os.fstat(self._file)
         os.close(self._file)

@@ -45,7 +45,7 @@ _TYPES = ("<f4", "<f8", "<i2", "<i4", "<i8", "|u1", "|b1")
 
 @dc.dataclass(frozen=True)
 class FileKind:
-    """A kind of file, as its first bytes declare it.
+    """A kind of array file, which its first bytes declare.
 
     Attributes:
         name: Name of such a file in messages.

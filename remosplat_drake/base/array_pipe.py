@@ -1,8 +1,8 @@
-"""Send values with large arrays without blocking this process's threads.
+"""Sends values with large arrays without blocking this process's threads.
 
-Pickling a whole map copies its arrays, and no other thread runs Python for some
-milliseconds. Here the arrays are not copied but written one by one, and other
-threads continue.
+Pickling a whole map copies its arrays, and blocks other threads of Python for
+some milliseconds. This module writes the arrays one by one without copies, and
+other threads continue.
 """
 
 import dataclasses as dc
@@ -18,8 +18,8 @@ class ArrayHeader:
     Attributes:
         body: Pickle of the value, without its arrays.
         sizes: Number of bytes of each array that follows.
-        read_only: Whether each of them must not be written. Kernels would be
-            compiled again for writable arrays, which takes half a minute.
+        read_only: Whether each array is read-only. Kernels would be compiled
+            again for writable arrays, which takes half a minute.
     """
 
     body: bytes
@@ -28,7 +28,7 @@ class ArrayHeader:
 
 
 def send_arrays(connection: Connection, value: object) -> None:
-    """Sends a value; waits for the reader, since arrays are larger than a pipe.
+    """Sends a value; waits for the reader if arrays exceed the pipe's buffer.
 
     Args:
         connection: The sender's end of the pipe.

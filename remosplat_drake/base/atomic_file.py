@@ -1,4 +1,4 @@
-"""Write a file completely or not at all."""
+"""Writes a file completely or not at all."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -45,7 +45,7 @@ def atomic_write(path: Path, mode: str = "w") -> Iterator[IO]:
 def check_writable(path: Path) -> None:
     """Checks in advance whether `atomic_write` could write a file.
 
-    Meant for results that take long to compute and are written at the end. It
+    Use it before long computations whose results are written at the end. It
     creates neither the file nor its folder.
 
     Raises:

@@ -1,4 +1,4 @@
-"""`ChildProcess`: a spawned process that yields to the control loop."""
+"""`ChildProcess`: a spawned process that does not slow the control loop."""
 
 import logging
 import multiprocessing
@@ -44,7 +44,7 @@ _inside = _Inside()
 
 @contextmanager
 def one_thread_environment() -> Iterator[None]:
-    """Lets child processes that the block starts have `ONE_THREAD`.
+    """Sets `ONE_THREAD` for child processes that the block starts.
 
     Numerical libraries read the variables when they load. Only the environment
     of the C library changes, which children inherit. `os.environ` of this
@@ -134,9 +134,10 @@ class ChildProcess:
         return self.connection, self.process
 
     def _spawn(self, *arguments: object) -> None:
-        # Starting the tracker unblocks SIGINT, so it comes first. The process
-        # inherits the settings below: SIGINT is blocked from its start, and it
-        # has no real-time priority even if the control loop has one.
+        # Starting the resource tracker unblocks SIGINT, so it is started first.
+        # The process inherits the settings below: SIGINT is blocked from its
+        # start, and it has no real-time priority even if the control loop has
+        # one.
         resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))

@@ -27,7 +27,7 @@ class FileError(RemoSplatError):
 
     Attributes:
         path: The file or folder.
-        problem: Faults of it.
+        problem: What is wrong with the file, after its name in the message.
     """
 
     def __init__(self, path: str | Path, problem: str):
@@ -42,7 +42,7 @@ class FieldError(RemoSplatError):
     Attributes:
         where: The file (with its line, where that is known), flag or class.
         field: Path of the field inside it, such as `oracle.n_sigma`.
-        problem: Faults of the value.
+        problem: What is wrong with the value.
     """
 
     def __init__(self, where: str, field: str, problem: str):
@@ -63,7 +63,8 @@ class MissingExtraError(RemoSplatError):
 
 
 _MANY, _LISTED = 12, 5
-"""Number of names that are all listed, and how many are listed of more."""
+"""Largest number of names of which all are listed, and the number of listed
+names if there are more."""
 
 
 def unknown_name(kind: str, name: object, valid: Iterable[str]) -> str:

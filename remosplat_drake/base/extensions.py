@@ -38,12 +38,12 @@ def find_extension(
     entry, it hides no installed module, and child processes inherit it.
 
     Args:
-        name: As `package.module:Class`.
+        name: The name, as `package.module:Class`.
         protocols: Protocols; the class must have all methods of one of them.
         folder: Folder of the file that names it.
 
     Raises:
-        RemoSplatError: There is no such class, or it does not fit.
+        RemoSplatError: There is no such class, or it lacks a required method.
     """
     module, _, class_name = name.partition(":")
     parts = [*module.split("."), class_name]

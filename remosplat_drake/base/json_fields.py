@@ -6,7 +6,7 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.strict_json import parse_json
 
 _SHOWN = 40
-"""Number of characters of an invalid value that messages show."""
+"""Largest number of characters of an invalid value in messages."""
 
 _LARGEST = 2**53
 """Largest integer that every program reads exactly: floats hold 53 bits."""

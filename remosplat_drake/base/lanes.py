@@ -32,7 +32,7 @@ _built_in = cast(Callable[..., Any], intrinsic)
 """Numba's `intrinsic`; its functions are called without `typing`."""
 
 WIDTH, FEW = 8, 4
-"""Numbers of lanes: the usual one, and one for data that seldom fill eight."""
+"""Numbers of lanes: the usual one, and one for data that rarely fill eight."""
 
 _NUMBER, _TRUTH = ir.DoubleType(), ir.IntType(1)
 _WHOLE, _PLACE = ir.IntType(64), ir.IntType(32)

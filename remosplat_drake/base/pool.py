@@ -1,4 +1,4 @@
-"""Many jobs at once on this machine: `run_jobs`.
+"""Runs many jobs in parallel on this machine: `run_jobs`.
 
 Results come in the order in which they are ready. A job that fails, or whose
 worker dies, has a result as well.
@@ -34,7 +34,7 @@ DIED = "its process died"
 """Error text of a job whose worker process was lost."""
 
 MAX_ATTEMPTS = 2
-"""Number of attempts after which a job whose worker dies is given up."""
+"""Number of attempts after which a job whose worker dies counts as failed."""
 
 JOBS_A_WORKER = 100
 """Number of jobs after which the workers are replaced, all at once: Drake never
@@ -77,7 +77,7 @@ class Job:
 def run_jobs(
     jobs: Iterable[Job], workers: int, gpus: Sequence[str] = ()
 ) -> Results:
-    """Runs jobs; a worker that dies costs at most its job.
+    """Runs jobs in workers; if a worker dies, only its job may fail.
 
     Args:
         jobs: Jobs to run. The next one is taken when a worker is free.
@@ -92,8 +92,8 @@ def run_jobs(
     fresh, suspects, deaths = iter(jobs), deque[Job](), Counter[Job]()
     while True:
         if suspects:
-            # After a death, those that were running then go one by one: only
-            # so is it clear whose worker dies.
+            # After a worker's death, the jobs that were running are repeated
+            # one by one, to find the one whose worker dies.
             queue, count = _emptied(suspects), 1
         elif (job := next(fresh, None)) is not None:
             rest = islice(fresh, workers * JOBS_A_WORKER - 1)
@@ -187,7 +187,7 @@ def gpu_for(worker: int, gpus: Sequence[str]) -> str:
 
 @contextmanager
 def _pool(workers: int, gpus: Sequence[str]) -> Iterator[ProcessPoolExecutor]:
-    """Spawned workers of one thread each; Ctrl-C is the parent's to handle."""
+    """Makes spawned workers of one thread each; the parent handles Ctrl-C."""
     spawn = multiprocessing.get_context("spawn")
     with one_thread_environment():
         pool = ProcessPoolExecutor(
@@ -207,7 +207,7 @@ def _pool(workers: int, gpus: Sequence[str]) -> Iterator[ProcessPoolExecutor]:
 
 
 def _start_worker(started: "Synchronized[int]", gpus: tuple[str, ...]):
-    """Gives a worker its GPU, before anything has looked for one."""
+    """Assigns a GPU to a worker, before any library initialises CUDA."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.getLogger("drake").setLevel(logging.WARNING)
     with started.get_lock():

@@ -23,8 +23,8 @@ class PoseConfig(Config):
 
     # Position x, y, z of the frame's origin [m].
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # Roll, pitch and yaw, as in Drake's `RollPitchYaw`; absent: no rotation,
-    # or `rotation` [deg].
+    # Roll, pitch and yaw, as in Drake's `RollPitchYaw` [deg]; absent:
+    # `rotation`, or no rotation.
     rpy_deg: RollPitchYawDeg | None = None
     # The three rows of the rotation matrix, in place of `rpy_deg`.
     rotation: (
@@ -32,7 +32,7 @@ class PoseConfig(Config):
     ) = None
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks that one rotation at most is given, and that it is one.
+        """Checks that at most one rotation is given, and that it is valid.
 
         `rpy_deg` and `rotation` exclude each other, and the rows of
         `rotation` must be orthonormal and right-handed.
@@ -57,11 +57,11 @@ class PoseConfig(Config):
 def make_transform(
     config: PoseConfig, where: str, field: str
 ) -> RigidTransform:
-    """Makes the rigid transform that a pose in a scenario stands for.
+    """Makes the rigid transform of a pose in a scenario.
 
     Args:
         config: The pose.
-        where: The scenario that errors blame, as file and name.
+        where: The scenario that errors name, as file and name.
         field: Name of the pose's field, for errors.
 
     Raises:

@@ -39,11 +39,11 @@ class Stage:
 
     Attributes:
         what: Name of the work.
-        done: How many of its steps are done.
+        done: Number of finished steps.
         total: Number of its steps; None if unknown. For fewer than two, only
             the elapsed time is shown.
-        estimate: Returns the fraction of the work that is done and the
-            remaining time [s]; None assumes equally long steps.
+        estimate: Function that returns the finished fraction of the work and
+            the remaining time [s]; None assumes equally long steps.
         start: When it began, on the monotonic clock [s].
     """
 
@@ -59,7 +59,7 @@ class Stage:
         self._first = self.done
 
     def state(self) -> tuple[float | None, str]:
-        """Returns the fraction that is done, None if unknown, and a text.
+        """Returns the finished fraction, None if unknown, and a text.
 
         The fraction never decreases.
         """
@@ -109,14 +109,14 @@ class Progress:
         ...         progress.report("counting", i, 3)
 
     Attributes:
-        stage: The stage on show; None before the first report.
+        stage: The displayed stage; None before the first report.
     """
 
     def __init__(self, console: Console, what: str = ""):
         """Prepares the display.
 
         Args:
-            console: Where it is shown, if that is a terminal.
+            console: Console on which progress is shown.
             what: Name of the first stage; empty shows nothing yet.
         """
         self.stage: Stage | None = None
@@ -156,7 +156,7 @@ class Progress:
 
         Args:
             what: Name of the work.
-            done: How many of its steps are done.
+            done: Number of finished steps.
             total: Number of its steps; None if unknown.
         """
         stage = self.stage
@@ -187,10 +187,10 @@ class Progress:
             self._lines.start()
 
     def print_line(self) -> None:
-        """Prints a line at once where there is no terminal."""
+        """Prints a line immediately if there is no terminal."""
         stage = self.stage
         if self._live is None and stage is not None:
-            with suppress(OSError):  # Nothing reads it any more.
+            with suppress(OSError):  # The reader has closed the pipe.
                 print(stage.line(), file=sys.stderr, flush=True)
 
     def _print_lines(self) -> None:

@@ -1,10 +1,10 @@
-"""Calls from compiled code back to Python, in the middle of a kernel's call.
+"""Calls from compiled kernels back to Python.
 
 Some results are available only in Python: those of Drake's solvers, and of maps
 and ingredients of other packages. `ask_python` stores the addresses of the
-arrays of its question, and calls a C function by its symbol, which calls the
-Python function. That function writes its answer into arrays of the question, or
-returns the address of a `Packed`.
+arrays that it passes, and calls a C function by its symbol, which calls the
+Python function. That function writes its results into these arrays, or returns
+the address of a `Packed`.
 
 An exception in the function does not end the kernel: the call returns `FAILED`,
 and the kernel takes its safe branch. The exception is stored as
@@ -31,14 +31,14 @@ from remosplat_drake.base.kernels.packed import (
 )
 
 FAILED = -1
-"""Result of a call whose function has raised."""
+"""Result of a call whose function has raised an exception."""
 
 _SYMBOL = "remosplat_drake_call_python"
 _WORD = ir.IntType(64)
 _KINDS = {types.float64: 0, types.int64: 1, types.boolean: 2}
 _DTYPES = np.dtype(float), np.dtype(np.int64), np.dtype(bool)
 _NUMBER = -1
-"""Marks a number, instead of the number of dimensions of an array."""
+"""Marker of a number, in place of an array's number of dimensions."""
 
 
 class Question:
@@ -120,7 +120,7 @@ class PythonCalls:
         return packed.address
 
     def answer(self, function: int, question: Question | list) -> int:
-        """Answers a question; `FAILED` where the function raises.
+        """Calls a function; returns `FAILED` if it raises an exception.
 
         After a failure, no function is called.
 
@@ -132,7 +132,7 @@ class PythonCalls:
             return FAILED
         try:
             return self._functions[function](question)
-        except BaseException as error:  # Ctrl-C must not get lost in C.
+        except BaseException as error:  # C would lose Ctrl-C.
             self.error = error
             return FAILED
 

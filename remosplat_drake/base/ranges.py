@@ -2,11 +2,11 @@
 
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
 
-The markers are those of `annotated-types` and the two below. One function reads
-them: it checks every `Config` when it is created and again before use, since a
-field may have been assigned in between. `strict_yaml` checks every value of a
-file with it, and so can name the line. In Drake's structs, which a field may
-hold, too, it checks only that numbers are finite; Drake checks the rest.
+The markers are those of `annotated-types` and the two below. One function
+checks values against the markers. It checks every `Config` at creation, and
+again before use, since a field may have been assigned in between. `strict_yaml`
+uses it for every value of a file, so errors name the line. For Drake's structs
+it checks only that numbers are finite; Drake checks the rest.
 """
 
 import dataclasses as dc
@@ -32,7 +32,7 @@ from remosplat_drake.base.drake_structs import (
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 _SHOWN = 60
-"""Number of characters of an invalid value that messages show."""
+"""Largest number of characters of an invalid value in messages."""
 
 
 @dc.dataclass(frozen=True)
@@ -83,14 +83,13 @@ RollPitchYawDeg = Annotated[list[AngleDeg], Len(3, 3)]
 
 
 class Config:
-    """Base of dataclasses whose values are checked; inert data otherwise.
+    """Base of dataclasses whose values are checked against declared ranges.
 
     Attributes:
-        PRESET: Name of the field that selects a preset, from which the other
-            fields of a file start; empty: they start from their defaults.
+        PRESET: Name of the field that selects a preset, which replaces the
+            defaults of the other fields; empty: there are no presets.
         MODULES: Name of the field with the folder of extensions, relative to
-            the file; empty: there is no such field, and extensions are beside
-            the file.
+            the file; empty: extensions are in the file's folder.
 
     Example:
         >>> import remosplat_drake as rs
@@ -119,7 +118,7 @@ class Config:
         raise NotImplementedError
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Checks relations between fields, each of which is valid by itself.
+        """Checks relations between fields whose values are valid by themselves.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -141,9 +140,8 @@ def check_ranges(config: Any, where: str = "", field: str = "") -> None:
 
     Args:
         config: A `Config`, or one of Drake's structs.
-        where: The file or flag that errors name; empty: the configuration's
-            class.
-        field: Path of the configuration inside `where`; empty: all of it.
+        where: The file or flag that errors name; empty: errors name the class.
+        field: Path of the configuration inside `where`; empty for the whole.
 
     Raises:
         FieldError: A value is invalid; the error names its field.
@@ -208,14 +206,14 @@ def split(expected: Any) -> tuple[Any, tuple[Any, ...]]:
 
 
 def choices(expected: Any) -> list[Any]:
-    """Returns the members of a union; another type is its only member."""
+    """Returns the members of a union; for another type, only that type."""
     if typing.get_origin(expected) in (typing.Union, types.UnionType):
         return list(typing.get_args(expected))
     return [expected]
 
 
 def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
-    """Returns the members of a union except None, and apart its protocols.
+    """Returns the members of a union except None, and its protocols.
 
     A protocol makes a field open to configurations of other packages, see
     `extensions.py`.
@@ -226,7 +224,7 @@ def alternatives(expected: Any) -> tuple[list[Any], list[type]]:
 
 
 def misfit(kind: type, protocols: Sequence[type]) -> str:
-    """Returns the methods that a class lacks to be a field; empty if none.
+    """Returns the methods that a class lacks for a field; empty if none.
 
     The class must have the methods of one of the protocols, with equal numbers
     of arguments.

@@ -1,4 +1,4 @@
-"""Reports unforeseen errors of file readers with the name of the file.
+"""Adds the file's name to unexpected errors of file readers.
 
 A reader reports a problem of a file as a `RemoSplatError`. Any other exception
 is a bug of this package, but the user still needs the name of the file. The
@@ -21,10 +21,9 @@ T = TypeVar("T")
 
 
 class UnreadableError(Exception):
-    """A reader has failed with an unforeseen error.
+    """A reader has failed with an unexpected error.
 
-    It is not a `RemoSplatError`, so no caller mistakes it for a statement about
-    the file.
+    It is not a `RemoSplatError`, since the file may be valid.
 
     Attributes:
         path: The file or folder that was read.
@@ -37,7 +36,7 @@ class UnreadableError(Exception):
 
 
 def reads_file(read: Callable[P, T]) -> Callable[P, T]:
-    """Decorates a reader so that unforeseen errors name the file.
+    """Decorates a reader so that unexpected errors name the file.
 
     Any exception other than a `RemoSplatError` becomes an `UnreadableError`.
 

@@ -85,7 +85,7 @@ class Spread:
 
 @dc.dataclass(frozen=True)
 class LoopQuality:
-    """How well a real-time loop kept its period.
+    """Timing statistics of a real-time loop.
 
     Attributes:
         period: The requested period [s].

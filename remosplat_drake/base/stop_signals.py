@@ -22,7 +22,7 @@ class StopRequest:
         self.is_heeded = False
 
     def make(self, *_) -> None:
-        """Handles a signal: the first one is recorded, a second one interrupts.
+        """Handles a signal: records the first one; a second one interrupts.
 
         Raises:
             KeyboardInterrupt: The program has not reacted to the first signal.

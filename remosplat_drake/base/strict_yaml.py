@@ -127,7 +127,7 @@ def _is_text(node: yaml.Node | None) -> bool:
     return node is not None and node.tag == YAML_TAG + "str"
 
 
-# Checking one layer.
+# Functions that check one layer.
 
 
 def _check_node(
@@ -251,7 +251,7 @@ def _checked_scalar(node: yaml.Node, base: Any, field: str) -> Any:
     return value
 
 
-# Building an object from checked layers.
+# Functions that build an object from checked layers.
 
 
 def _build(layers: list[yaml.Node], expected: Any, default: Any, field: str):
@@ -366,7 +366,7 @@ def _start(
     return schema() if default is None else default
 
 
-# Writing.
+# Functions that write YAML.
 
 
 def dump(name: str, config: Any) -> str:

@@ -60,7 +60,7 @@ def import_optional(name: str, feature: str, extra: str) -> ModuleType:
 
 @contextlib.contextmanager
 def libraries_named(feature: str) -> Iterator[None]:
-    """Names, in one line, the library that an import in the block misses.
+    """Context that reports a missing shared library of an import, in one line.
 
     Args:
         feature: The feature that needs the library, for the error.

@@ -1,4 +1,4 @@
-"""Checks whether a page can be served at an address."""
+"""Checks whether a TCP port is free for a page."""
 
 import errno
 import socket

@@ -36,7 +36,7 @@ class TerminalLines:
 
 
 def _is_in_foreground(number: int) -> bool:
-    """Whether this process may read from its terminal without a stop."""
+    """Whether this process may read its terminal without being suspended."""
     try:
         return os.tcgetpgrp(number) == os.getpgrp()
     except OSError:

@@ -45,15 +45,15 @@ def set_vector(out, a) -> None:
 
 @helper
 def across(n, angle):
-    """Makes two unit vectors at right angles to each other and to a third.
+    """Makes two unit vectors perpendicular to each other and to a third one.
 
     Args:
-        n: The third, shape (3,).
-        angle: By how much the two are turned about it away from the axes of W
+        n: The third vector, a unit vector, shape (3,).
+        angle: Angle by which the two are rotated about n from their default
             [rad].
 
     Returns:
-        The two, shape (2, 3).
+        The two vectors, shape (2, 3).
     """
     least = 0
     for c in range(3):

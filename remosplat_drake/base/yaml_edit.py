@@ -1,4 +1,4 @@
-"""Sets values in YAML text and preserves every other character."""
+"""Sets values in YAML text, and preserves all other characters."""
 
 from pathlib import Path
 
@@ -12,8 +12,8 @@ def with_values(
 ) -> str:
     """Returns the text with new values in one of its mappings.
 
-    Comments, order and spelling of everything else stay. A mapping or field
-    that is missing is added in front of its neighbours.
+    Comments, order and spelling of all other values are preserved. A missing
+    mapping or field is added before its siblings.
 
     Args:
         text: A YAML document.

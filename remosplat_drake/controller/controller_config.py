@@ -25,8 +25,8 @@ from remosplat_drake.controller.rest_config import RestConfig
 from remosplat_drake.robot.robot_model import RobotModel
 
 GAINS = ("paper", "tuned", "fast")
-"""Names of the gain sets: the paper's published numbers, and ours, the gentle
-ones and those that move as fast as the robot can."""
+"""Names of the gain sets: the paper's published gains, the library's gentle
+gains, and gains that move as fast as the robot can."""
 
 
 @dc.dataclass
@@ -77,7 +77,7 @@ class ReactiveControllerConfig(Config):
     movers: ing.MoverDamperConfig = dc.field(
         default_factory=ing.MoverDamperConfig
     )
-    # Further ingredients from outside the library, each written as
+    # Additional ingredients from outside the library, each written as
     # `package.module:Class` or `!package.module:Class {field: value}`.
     extra: Annotated[list[Ingredient | IngredientMaker], Len(0, 100)] = (
         dc.field(default_factory=list)
@@ -89,7 +89,7 @@ class ReactiveControllerConfig(Config):
 
     @classmethod
     def preset(cls, name: str) -> "ReactiveControllerConfig":
-        """Makes a fresh configuration with the gain set of that name.
+        """Makes a new configuration with the gain set of that name.
 
         Args:
             name: One of `GAINS`.
@@ -99,9 +99,10 @@ class ReactiveControllerConfig(Config):
     def check(self) -> Iterator[tuple[str, str]]:
         """Checks the stopping distances against those of guidance.
 
-        The tiers of guidance must fall strictly, from below the collision
-        damper's stopping distance; and with guidance enabled that distance
-        must lie below the one at which an obstacle bends the path.
+        The tiers of guidance must decrease, and all be below the collision
+        damper's stopping distance. If guidance is enabled, this stopping
+        distance must also be below the clearance at which an obstacle bends the
+        servo's velocity.
 
         Yields:
             The name of a field and what is wrong with it.
@@ -129,10 +130,9 @@ class ReactiveControllerConfig(Config):
 
     @property
     def smallest_stopping(self) -> float:
-        """The smallest stopping distance d_s that may come into use [m].
+        """The smallest stopping distance d_s that may be used [m].
 
-        That of the collision damper, or the last tier of guidance where
-        guidance is enabled.
+        It is the collision damper's or, if guidance is enabled, the last tier.
         """
         tiers = self.guidance.tiers if self.guidance.enabled else []
         return min([self.collision.stopping, *tiers])
@@ -208,7 +208,7 @@ def gain_set(name: str) -> ReactiveControllerConfig:
 def default_ingredients(
     robot: RobotModel, config: ReactiveControllerConfig | None = None
 ) -> list[AnyIngredient]:
-    """Makes the ingredients that a controller's configuration stands for.
+    """Makes the ingredients of a controller's configuration.
 
     Args:
         robot: The robot to drive.
@@ -251,7 +251,7 @@ def default_ingredients(
 def _made(
     extra: Ingredient | IngredientMaker, robot: RobotModel
 ) -> AnyIngredient:
-    """Returns the ingredient that an extension is or makes."""
+    """Returns the ingredient that an extension is, or that it makes."""
     if hasattr(extra, "AddToProgram"):
         return cast(Ingredient, extra)
     return cast(IngredientMaker, extra).make(robot)

@@ -1,4 +1,4 @@
-"""The angle of an end effector's velocity from the way to its target."""
+"""Difference between the desired and the executed end effector velocity."""
 
 import numpy as np
 
@@ -19,8 +19,8 @@ def end_effector_velocities(
     E is the first of several end effectors with targets.
 
     Args:
-        report: The report of a tick; with that from before the first tick
-            both velocities are NaN.
+        report: The report of a tick. Before the first tick, both velocities are
+            NaN.
         executed: The velocity command u of the station, shape (n_u,): the
             controller's, or the supervisor's.
         robot: The robot, for its kinematics.
@@ -28,9 +28,9 @@ def end_effector_velocities(
         max_speed: The servo's bound on the translational speed [m/s].
 
     Returns:
-        The desired V_WE, straight to the target without regard to anything
-        else, and the executed V_WE; both in W, angular above translational,
-        shape (6,) [rad/s, m/s].
+        The desired V_WE, straight to the target regardless of constraints, and
+        the executed V_WE; both in W, angular above translational, shape (6,)
+        [rad/s, m/s].
     """
     state = robot.state(report.q)
     effector, target = report.aim.items[0]

@@ -1,9 +1,9 @@
-"""Checks that a moving robot may go over to another map or pose in it.
+"""Checks that a moving robot may change to another map, or pose in it.
 
-A command was verified in the map that counted when it was computed. Between two
-ticks, while it is being executed, another map may take that one's place if the
-rest of the command and its braking ramp are allowed there, too: then the next
-tick finds a ramp that has been verified by `verify`.
+A command was verified in the map at the time of its computation. While it is
+executed, a new map may replace that map if the rest of the command and its
+braking ramp are also allowed in the new map. Then the next tick starts with a
+ramp that is verified in the new map.
 """
 
 import numpy as np
@@ -18,20 +18,20 @@ NO_WAY_TO_STOP = "the new map leaves too little room to stop"
 def objection(
     law: ReactiveLaw, field: DistanceField, q: np.ndarray, u: np.ndarray
 ) -> str:
-    """Says why a map must not be changed to while a command is executed.
+    """Returns why a map must not be used while a command is executed.
 
-    A robot at rest may always change: it moves no nearer to anything, and
-    its supervisor judges where it stands.
+    A robot at rest may always change the map: it approaches nothing, and its
+    supervisor checks its clearance.
 
     Args:
         law: The control law that verifies commands.
         field: The map.
         q: Configuration in it, shape (n_q,) [rad, m].
-        u: The command that is executed, shape (n_u,) [rad/s, m/s]; all of a
-            tick of it is taken to lie ahead.
+        u: The command that is executed, shape (n_u,) [rad/s, m/s]; it is
+            assumed to be executed for a full tick from now on.
 
     Returns:
-        The reason for people; empty if the map may count.
+        The reason, for display; empty if the map may be used.
     """
     if not (law.verify and u.any()):
         return ""

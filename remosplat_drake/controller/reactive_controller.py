@@ -57,25 +57,26 @@ class ReactiveController(LeafSystem):
         - velocity_commanded
         - report
 
-    The command is state, updated every control period: a plant that steps
-    faster does not solve more programs, and station and controller form no
-    algebraic loop. `target` takes the pose X_WT of a plain target, a
-    `RigidTransform`, or else `aim` an `Aim` or a `Target`. `report` is the
-    `TickReport` of the latest tick; viewers and loggers read it instead of
-    asking the oracle again. `selection` is a `GuidanceSelector`'s; without it
-    the controller goes straight. `velocity_executed` is what a supervisor made
-    of the command; without it the controller takes its own to be executed.
-    `motion` is the `Motion` of a robot that does not execute commands at once;
-    `configuration` and `clearances` are then those of its `q_planned`. `movers`
-    are the `Movers` around the robot; without them nothing moves. `payload` is
-    the `Load` of the robot, the one of `clearances`. While `hold` is true, each
+    The command is discrete state, updated once in each control period. So a
+    plant with smaller steps does not solve more programs, and station and
+    controller form no algebraic loop. `target` takes the pose X_WT of a plain
+    target, a `RigidTransform`, or else `aim` an `Aim` or a `Target`. `report`
+    is the `TickReport` of the latest tick; viewers and loggers read it, so they
+    need not query the oracle again. `selection` is the output of a
+    `GuidanceSelector`; without it the controller always drives directly to the
+    target. `velocity_executed` is the command that the supervisor passed on;
+    without it, the controller assumes that its own command is executed.
+    `motion` is the `Motion` of a robot with delay; `configuration` and
+    `clearances` are then those of its `q_planned`. `movers` are the `Movers`
+    around the robot; if unconnected, there are none. `payload` is the robot's
+    `Load`, with which `clearances` were computed. While `hold` is true, each
     command is the next step of the braking ramp: the robot comes to a
-    standstill and stays there. A load must only change after that.
+    standstill and stays there. The load may change only at standstill.
 
     Args:
         law: The control law; its `dt` is the period of the updates [s].
-        rest: When a robot that holds a reached target stands still; None: it
-            never does.
+        rest: Conditions of rest at a reached target; None: the robot never
+            rests.
 
     Example:
         >>> import remosplat_drake as rs
@@ -159,15 +160,15 @@ class ReactiveController(LeafSystem):
         Args:
             builder: The builder of the diagram.
             law: The control law.
-            oracle: The system that answers distance queries, with the output
-                ports `clearances` and `distance_field`.
+            oracle: The system that computes distances, with the output ports
+                `clearances` and `distance_field`.
             configuration: The port of the measured q, n_q entries; None
                 leaves the input unconnected.
             target: The port of the target, an `Aim`, a `Target` or the pose
                 X_WT of a plain one as a `RigidTransform`; None leaves the
                 inputs unconnected.
-            rest: When a robot that holds a reached target stands still; None:
-                it never does.
+            rest: Conditions of rest at a reached target; None: the robot never
+                rests.
 
         Returns:
             The controller, which is now part of the diagram.
@@ -229,7 +230,7 @@ class ReactiveController(LeafSystem):
         report: TickReport,
         executed: np.ndarray,
     ) -> TickReport:
-        """Lets the robot stand still where it holds a reached target."""
+        """Replaces the command by rest if the robot holds a reached target."""
         if self._rest is None:
             return report
         cell = int(self._rest_index)
@@ -242,13 +243,13 @@ class ReactiveController(LeafSystem):
         return at_rest(law, report, executed, self._periods(context))
 
     def _periods(self, context: Context) -> float:
-        """How many periods ago the tick before was."""
+        """Returns the number of periods since the previous tick."""
         cell = int(self._report_index)
         before = context.get_abstract_state(cell).get_value().time
         return periods_between(before, context.get_time(), self._law.dt)
 
     def _executed(self, context: Context) -> np.ndarray:
-        """The command of the tick before, as it was sent to the robot."""
+        """Returns the previous tick's command, as it was sent to the robot."""
         if self._executed_input.HasValue(context):
             return np.array(self._executed_input.Eval(context))
         cell = int(self._report_index)

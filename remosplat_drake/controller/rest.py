@@ -1,12 +1,12 @@
 """Rest: a robot that holds a reached target stands still.
 
-Costs beside the task go on turning a redundant robot once it has arrived: the
-end effector holds, and base and arm drift in the null space of its task. So a
-dead band with hysteresis ends the motion. The robot comes to rest when the
-target is reached, has not changed, and its error has stopped falling. It moves
-again when the target changes, when the error grows by more than the band, when
-the clearance falls by as much below the stopping distance, or when something
-that moves comes near.
+At a reached target, secondary costs keep moving a redundant robot: the end
+effector stays, while base and arm drift in the null space of the task. So a
+dead band with hysteresis ends the motion. The robot comes to rest if the target
+is reached, has not changed, and its error has stopped falling. It moves again
+if the target changes, if the error grows by more than the band, if the
+clearance falls below the stopping distance by more than the band, or if a mover
+comes near.
 """
 
 import dataclasses as dc
@@ -23,16 +23,16 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
 
 _SETTLED = 0.25
-"""Share of the band by which an error may still fall while the robot comes to
-rest."""
+"""Fraction of the band by which an error may still fall while the robot comes
+to rest."""
 
 _LOOK = 0.1
-"""Time between two looks at the errors of a robot that moves [s]."""
+"""Time between two checks of the errors of a moving robot [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class RestRule:
-    """When the robot rests.
+    """The conditions of rest.
 
     Attributes:
         config: The dead band.
@@ -45,16 +45,16 @@ class RestRule:
 
 @dc.dataclass(frozen=True, eq=False)
 class Rest:
-    """The memory of a target that is held; copying returns the object itself.
+    """The state of rest at a held target; copying returns the object itself.
 
     Attributes:
-        aim: The aim that is held; None without one.
+        aim: The held aim; None without one.
         since: Time since which the errors have not fallen [s].
-        errors: Their values then: for each target the distance [m] and the
-            angle [rad]; and in the last row how far the clearance is below the
-            stopping distance [m], and 0. Shape (k + 1, 2).
+        errors: Errors at that time, shape (k + 1, 2): for each target the
+            distance [m] and the angle [rad]; in the last row, the amount by
+            which the clearance is below the stopping distance [m], and 0.
         is_still: Whether the robot rests.
-        looked: When the errors were looked at last [s].
+        looked: Time of the latest check of the errors [s].
     """
 
     aim: Aim | None = None
@@ -73,9 +73,9 @@ def advance_rest(
     """Decides at a tick whether the robot rests.
 
     Args:
-        rule: When it does.
+        rule: The conditions of rest.
         law: The control law.
-        rest: The state at the tick before.
+        rest: The state at the previous tick.
         report: The report of the tick.
     """
     time, config = report.time, rule.config
@@ -107,13 +107,13 @@ def at_rest(
     """Returns the report of a tick at which the robot rests.
 
     Its command is the next step of the braking ramp, which was verified with
-    the command before.
+    the previous command.
 
     Args:
         law: The control law.
         report: The report of the tick without rest.
         u_previous: The command that was sent last, shape (n_u,).
-        periods: How many control periods ago that was.
+        periods: Number of control periods since then.
     """
     limit = law.robot.acceleration_limit
     ramp = braking_command(u_previous, limit, periods * law.dt)
@@ -123,7 +123,7 @@ def at_rest(
 def _errors(
     rule: RestRule, law: ReactiveLaw, report: TickReport
 ) -> np.ndarray | None:
-    """`Rest.errors`; None where the robot must move on."""
+    """Returns `Rest.errors`; None if the robot must move."""
     near = report.separation
     if report.status == BRAKING or report.aim.has_line:
         return None

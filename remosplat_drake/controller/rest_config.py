@@ -12,10 +12,10 @@ from remosplat_drake.base.ranges import Config
 
 @dc.dataclass
 class RestConfig(Config):
-    """When a robot that holds a reached target stands still."""
+    """Conditions under which a robot rests at a reached target."""
 
-    # Whether it does. Otherwise the costs of manipulability, of the base's
-    # orientation and of obstacles go on moving a redundant robot.
+    # Whether the robot rests. Otherwise the costs of manipulability, base
+    # orientation and active collision keep moving a redundant robot.
     enabled: bool = True
     # Time for which the error must not fall before the robot rests [s].
     settling_time: Annotated[float, Interval(gt=0, le=60)] = 1.0

@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 BACKENDS = ("auto", "cpu", "cuda")
-"""Valid backends; "auto" selects "cuda" if it is available."""
+"""Valid backends; "auto" selects "cuda" if that is available."""
 
 
 def choose_backend(asked: str, where: str, field: str) -> str:

@@ -18,12 +18,13 @@ ROWS = ("all", "closest")
 
 
 class CompositeDistanceField(DistanceField):
-    """The union of several fields: a splat, unknown space, moving things.
+    """The union of several fields, such as a splat, unseen space and objects.
 
     Args:
         parts: One or more fields of the same world.
-        rows: "all" keeps every row of every part, so that the controller sees
-            each part's obstacle; "closest" keeps one row per sphere.
+        rows: "all" keeps every row of every part, so that the controller has
+            rows for the obstacles of each part; "closest" keeps one row per
+            sphere.
 
     Raises:
         RemoSplatError: There are no parts, or `rows` is not one of `ROWS`.
@@ -69,7 +70,7 @@ class CompositeDistanceField(DistanceField):
     def compiled_rows(self) -> Packed[Maps] | None:
         """The parts' compiled rows; see `DistanceField.compiled_rows`."""
         if self.rows == "closest":
-            # Several maps, asked as one, answer with the nearest.
+            # A query of several maps at once returns only the nearest result.
             return None if self.compiled is None else together([self.compiled])
         maps = []
         for part in self.parts:
@@ -103,7 +104,7 @@ class CompositeDistanceField(DistanceField):
         direction_W = np.concatenate([a.direction_W for a in answers])
         p_WC = np.concatenate([a.p_WC for a in answers])
         # The sort is stable, so of equal distances the first part's row wins.
-        # An unknown distance (NaN) may be the smallest, so it comes first.
+        # An unknown distance (NaN) may be the smallest, so it is sorted first.
         by_distance = self.rows == "closest"
         nearness = np.where(np.isnan(distance), -np.inf, distance)
         order = (
@@ -123,7 +124,7 @@ class CompositeDistanceField(DistanceField):
         )
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Names what is at a point: the part whose surface is nearest to it."""
+        """Returns the object at a point, from the part with the nearest one."""
         point = Spheres.at(p_W)
         off = [abs(part.clearances(point).minimum()) for part in self.parts]
         return self.parts[int(np.argmin(off))].thing_at(p_W)

@@ -1,16 +1,16 @@
-"""`ContactRule`: the distance that some links keep from an object.
+"""`ContactRule`: another stopping distance for some links and an object.
 
 All distances of a robot to its scene are at least the stopping distance d_s.
-A rule says otherwise for pairs of some links and one object: another distance
-d_o, or none at all, where contact is wanted. The map honours it by a relief
+A rule sets another distance d_o for pairs of some links and one object, or no
+distance if contact is intended. The map implements the rule by a relief
 
     r = d_s - d_o
 
-by which it reports the distances of these pairs too large. A pair that keeps
-d_s of what is reported keeps d_o of what is true. The relief of a pair does not
-depend on where the robot is, so a reported distance changes as fast as the true
-one: a map that is 1-Lipschitz stays so, and what is proved of it holds for the
-reported distances. Those of all pairs without a rule are the true ones.
+which it adds to the distances of these pairs. If the reported distance of a
+pair is at least d_s, its true distance is at least d_o. The relief of a pair is
+constant, so a 1-Lipschitz map remains 1-Lipschitz, and the guarantees of
+verification hold for the reported distances. Distances of pairs without a rule
+are not changed.
 """
 
 import dataclasses as dc
@@ -24,14 +24,15 @@ EXEMPT = None
 
 @dc.dataclass(frozen=True)
 class ContactRule:
-    """How near some links may come to an object.
+    """The distance that some links keep from an object.
 
     Attributes:
         object: Name of the object.
-        links: Names of the links, an object that the robot carries among them.
-        stopping: Distance that they keep from it [m]; negative for an overlap
-            of shapes that are larger than what they stand for; `EXEMPT` for
-            none.
+        links: Names of the links; these may include an object that the robot
+            carries.
+        stopping: Distance that they keep from the object [m]. It is negative if
+            shapes that are larger than the real ones may overlap; `EXEMPT` for
+            no distance.
     """
 
     object: str
@@ -42,8 +43,8 @@ class ContactRule:
         """Returns the relief of these pairs [m]; infinite if they may touch.
 
         Args:
-            usual: The smallest stopping distance in use [m]: with a larger one
-                the pairs keep as much more.
+            usual: The smallest stopping distance in use [m]; with a larger one,
+                the distance of the pairs increases by the same amount.
         """
         return np.inf if self.stopping is None else usual - self.stopping
 
@@ -57,14 +58,15 @@ def reliefs(
     """Computes the relief of each of a robot's spheres from each object.
 
     Args:
-        rules: The rules; of several for a pair the greatest relief counts.
+        rules: The rules; if several apply to a pair, the greatest relief
+            counts.
         links: The link of each of the n spheres.
         objects: Names of the k objects.
         usual: The smallest stopping distance in use [m].
 
     Returns:
-        Shape (n + 1, k) [m]. The last row holds the least of each column: the
-        relief of what is no sphere of the robot, such as a ball around several.
+        Shape (n + 1, k) [m]. The last row contains the least relief of each
+        column, for other spheres such as a ball around several of the robot's.
     """
     relief = np.zeros((len(links) + 1, len(objects)))
     names = list(objects)

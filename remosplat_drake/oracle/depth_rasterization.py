@@ -50,7 +50,8 @@ class DepthRasterizationField(DistanceField):
         nearest_only: Return only the nearest view of each sphere (cheaper).
         num_threads: Number of threads that share the spheres of a query; the
             result does not depend on it.
-        subtract_uncertainty: Whether the splats' uncertainty counts.
+        subtract_uncertainty: Whether the splats' uncertainty is subtracted from
+            distances.
         prepared: The `prepared` of an equal field, to avoid building the
             hierarchy again. Kernels do not check its indices.
 
@@ -122,7 +123,7 @@ class DepthRasterizationField(DistanceField):
 
     @cached_property
     def for_look_ahead(self) -> "DepthRasterizationField":
-        """A coarser field: the nearest view of each sphere, fewer pixels."""
+        """A coarser field: only each sphere's nearest view, fewer pixels."""
         resolution = min(self.sensor.resolution, LOOK_AHEAD_RESOLUTION)
         coarse = copy.copy(self)
         coarse.sensor = dc.replace(self.sensor, resolution=resolution)
@@ -205,7 +206,7 @@ class DepthRasterizationField(DistanceField):
 
 
 class _Scratch(threading.local):
-    """The canvases of this thread by resolution: scratch memory, no results."""
+    """Working memory of this thread: its canvases, by resolution."""
 
     def __init__(self):
         self.canvases: dict[int, Packed[Canvas]] = {}
@@ -218,7 +219,7 @@ class _Scratch(threading.local):
         return self.canvases[resolution]
 
     def enlarge(self, resolution: int) -> None:
-        """Doubles the capacity of that canvas."""
+        """Doubles the capacity of the canvas for a resolution."""
         room = len(self.canvases[resolution].runs)
         self.canvases[resolution] = new_canvas(resolution, 2 * room)
 

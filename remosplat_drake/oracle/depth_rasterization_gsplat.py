@@ -12,9 +12,8 @@ from the definition in `DepthSensor`:
 - *outline*: discs end where their alpha falls below 1/255 (3.3 standard
   deviations of an opaque one), not at `n_sigma`.
 - *planes*: fragments before the near or behind the far plane still absorb
-  light, although they cannot be the result. This needs a disc that extends
-  behind the camera, hence a sphere that touches it, or a disc that crosses
-  `far`.
+  light, although they cannot be the result. This happens only if a disc extends
+  behind the camera, so that the sphere touches it, or if a disc crosses `far`.
 - *clamp*: alpha is at most 0.999.
 - *rounding*: single precision, if an alpha is very close to a threshold.
 
@@ -62,7 +61,8 @@ TRANSMITTANCE = 0.5
 """Transmittance threshold of gsplat's median depth."""
 
 _MAX_PAIRS = 1 << 23
-"""Discs in views that are rendered at once: floats hold their index."""
+"""Largest number of pairs of disc and view that are rendered at once, since a
+float must represent their index exactly."""
 
 
 class GsplatDepthField(DistanceField):
@@ -75,7 +75,8 @@ class GsplatDepthField(DistanceField):
         splat_W: The scene, expressed in W; 2DGS discs.
         sensor: The views and the definition of a surface.
         nearest_only: Return only the nearest view of each sphere.
-        subtract_uncertainty: Whether the splats' uncertainty counts.
+        subtract_uncertainty: Whether the splats' uncertainty is subtracted from
+            distances.
 
     Raises:
         FieldError: The splat has ellipsoids, or the sensor has another

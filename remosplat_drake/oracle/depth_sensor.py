@@ -42,7 +42,7 @@ FILTER_SCALE = 2.0
 
 @dc.dataclass(frozen=True)
 class DepthSensor:
-    """Definition of the six views of a splat, and of a surface in them.
+    """Settings of the six depth views, and the definition of a surface in them.
 
     The definition, per pixel: splat k contributes a *fragment* at the depth
     z_k where the ray meets its disc (for an ellipsoid: where its density
@@ -58,9 +58,9 @@ class DepthSensor:
     one.
 
     Fragments are ordered along the ray, not by the splats' centres as in
-    gsplat: a disc whose centre lies behind or beside the camera has no
-    meaningful centre depth there, and a centre order lets a slanted far disc
-    hide a near one, so that the distance is over-estimated.
+    gsplat. A disc whose centre is behind or beside the camera has no meaningful
+    centre depth. With an order by centres, a slanted far disc may also hide a
+    near one, so that the distance is over-estimated.
 
     The filter is off by default: on four trained scenes it moved the median
     absolute error of a sphere's distance by at most 0.1 mm (1.1 to 1.6 mm

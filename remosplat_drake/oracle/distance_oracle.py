@@ -30,14 +30,14 @@ class DistanceOracle(LeafSystem):
         - clearances
         - distance_field
 
-    `clearances` is cached: it is computed once for each configuration and map,
-    for all readers. The optional input `distance_field` carries a map that may
-    change while the diagram runs; a new map takes effect between ticks, as a
-    whole. `base_uncertainty` bounds the error of the base's pose in the
-    configuration, shift and turn [m, rad]. Both outputs then report distances
-    that are reduced by it, see `UncertainPlacement`. `payload` is the `Load` of
-    the robot: its spheres are the last of those in `clearances`. If the
-    configuration is not finite, the output is `Clearances.unknown`.
+    `clearances` is cached: all systems that read it share one computation for
+    each configuration and map. The optional input `distance_field` carries a
+    map that may change while the diagram runs; a new map takes effect between
+    ticks, as a whole. `base_uncertainty` bounds the error of the base's pose:
+    shift and turn [m, rad]. Both outputs then contain distances reduced by this
+    error, see `UncertainPlacement`. `payload` is the `Load` of the robot, whose
+    spheres come last in `clearances`. If the configuration is not finite, the
+    output is `Clearances.unknown`.
 
     Args:
         robot: The robot, which places the spheres.

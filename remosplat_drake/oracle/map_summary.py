@@ -2,7 +2,7 @@
 
 An oracle cannot distinguish free space from missing parts of a map: it reports
 free space where splats are too faint, cropped away or misplaced. So splats are
-counted before anything moves.
+counted before the robot moves.
 """
 
 import dataclasses as dc
@@ -96,12 +96,12 @@ def least_opacity(oracle: OracleMaker) -> float:
 def summarize_solids(
     scene: PrimitiveScene, places: Mapping[str, np.ndarray], reach: float
 ) -> MapSummary:
-    """Counts the solids of known geometry, as `summarize_splat` does splats.
+    """Counts the solids of known geometry, like `summarize_splat` for splats.
 
     Args:
         scene: The scene.
         places: Points p_WP where the robot will be, shape (3,), by name [m].
-        reach: How far the robot may get from there [m].
+        reach: Distance up to which solids are within reach of a place [m].
     """
     field = SignedDistanceField(scene, rows="per_primitive")
     return MapSummary(
@@ -133,7 +133,7 @@ def summarize_splat(
         cropped_W: The splats that were cropped away.
         oracle: The oracle, which determines which splats count.
         places: Points p_WP where the robot will be, shape (3,), by name [m].
-        reach: How far the robot may get from there [m].
+        reach: Distance up to which splats are within reach of a place [m].
         floor_height: Height below which everything is the floor [m].
     """
     p_WP = np.array(list(places.values()), np.float32).reshape(-1, 3)
@@ -186,7 +186,7 @@ def _within(
 def _standing(
     splat_W: GaussianSplat, index: np.ndarray, floor_height: float
 ) -> np.ndarray:
-    """Returns those of some splats that are above the floor."""
+    """Returns the splats that are above the floor."""
     return index[splat_W.p_GK[index, 2] >= floor_height]
 
 

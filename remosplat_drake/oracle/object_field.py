@@ -1,4 +1,4 @@
-"""`ObjectField`: distances to objects, which a hand may be allowed to touch."""
+"""`ObjectField`: distances to objects, with contact rules."""
 
 import hashlib
 from collections.abc import Sequence
@@ -33,17 +33,17 @@ class ObjectArrays(NamedTuple):
     """k objects, as arrays for kernels.
 
     Attributes:
-        solids: Their boxes and cylinders; of a convex hull the pose counts.
-        reach: Radii of balls around their frames' origins that hold them, shape
-            (k,) [m].
+        solids: Their boxes and cylinders; for a convex hull only its pose is
+            used.
+        reach: Radii of enclosing balls around their frames' origins, shape (k,)
+            [m].
         planes: The planes of convex hulls in their frames, as unit normals and
             offsets, shape (p, 4) [1, m].
-        first: Where each object's planes begin, and the end, shape (k + 1,);
-            boxes and cylinders have none.
-        relief: By how much the distance of each of the robot's spheres from
-            each object is reported too large, and in the last row that of what
-            is no sphere of the robot, shape (n + 1, k) [m]; see
-            `contact_rules`.
+        first: Index of each object's first plane, and the end, shape (k + 1,);
+            boxes and cylinders have no planes.
+        relief: Relief that is added to the distance of each of the robot's
+            spheres from each object; the last row is for other spheres, shape
+            (n + 1, k) [m]; see `contact_rules`.
     """
 
     solids: Primitives
@@ -54,14 +54,14 @@ class ObjectArrays(NamedTuple):
 
 
 class ObjectField(DistanceField):
-    """Distances to objects, some of which some links may touch.
+    """Distances to objects; contact rules may allow some links to touch some.
 
     Distances to boxes and cylinders are exact. That to a convex hull is the
     largest of the signed distances to the planes of its faces: exact inside and
     in front of a face, and too small in front of edges and corners.
 
     Args:
-        objects: The objects, where they are.
+        objects: The objects at their present poses.
         relief: The relief of each pair, as `contact_rules.reliefs` returns it;
             None for none.
     """
@@ -86,7 +86,7 @@ class ObjectField(DistanceField):
 
     @cached_property
     def compiled_rows(self) -> Packed[Maps]:
-        """The same; see `DistanceField.compiled_rows`."""
+        """The objects' arrays; see `DistanceField.compiled_rows`."""
         return together([self._arrays])
 
     def clearances(
@@ -95,13 +95,13 @@ class ObjectField(DistanceField):
         """Measures the clearance of each sphere; see `DistanceField`.
 
         Returns:
-            At most one row per sphere: the least, reliefs included.
+            At most one row per sphere: the least distance, including reliefs.
         """
         maps = self.compiled_rows
         return asked_in_one(maps, spheres, max_distance, self.revision)
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Names the object at a place; see `DistanceField.thing_at`."""
+        """Returns the object at a point; see `DistanceField.thing_at`."""
         if not self.objects:
             return Thing(SOLID, "an object")
         off = [
@@ -147,15 +147,15 @@ def _is_beyond(p_WS, p_WP, within):
 
 @kernel
 def query(objects, spheres, answer):
-    """Finds the object that is nearest to each sphere, reliefs included.
+    """Finds the object nearest to each sphere, including reliefs.
 
     Args:
         objects: The `ObjectArrays`.
-        spheres: (n, 6): centre p_WS, the distance from the centre that an
-            answer must undercut, the height below which objects are ignored,
-            and the sphere's index.
-        answer: (n, 8), filled: the object's number or -1, its signed distance
-            from the centre and the relief, p_WC, n_W.
+        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
+            centre that a result must undercut, the height below which objects
+            are ignored [m], and the sphere's index.
+        answer: Output, shape (n, 8): the object's index or -1, its signed
+            distance from the centre plus the relief, p_WC and n_W.
     """
     solids, first, relief = objects.solids, objects.first, objects.relief
     last = len(relief) - 1
@@ -167,7 +167,7 @@ def query(objects, spheres, answer):
         for j in range(len(solids.is_box)):
             if solids.top[j] <= spheres[i, 4]:
                 continue
-            # An infinite relief leaves nothing to look at.
+            # With an infinite relief, the distance is infinite.
             within = least - relief[row, j] + objects.reach[j]
             if within <= 0.0 or _is_beyond(spheres[i], solids.p_WP[j], within):
                 continue
@@ -209,14 +209,14 @@ def _scene(solid: Box | Cylinder | ConvexHull) -> PrimitiveScene:
         return PrimitiveScene(cylinders=(solid,))
     if isinstance(solid, Box):
         return PrimitiveScene(boxes=(solid,))
-    # Its pose counts, and its planes; the size is not looked at.
+    # Only its pose and its planes are used, not the size.
     return PrimitiveScene(boxes=(Box(solid.X_WP, np.ones(3)),))
 
 
 def _planes(thing: SceneObject) -> np.ndarray:
     if not isinstance(thing.solid, ConvexHull):
         return np.zeros((0, 4))
-    # A face of several triangles has as many equal equations.
+    # A face of several triangles has several equal equations.
     equations = scipy.spatial.ConvexHull(thing.solid.vertices).equations
     return np.unique(equations.round(12), axis=0)
 

@@ -67,10 +67,10 @@ class SphereToEllipsoid(Config):
 
         Args:
             splat_W: The splat in W.
-            truth: Not looked at.
+            truth: Not used.
 
         Raises:
-            MissingInputError: There is no splat.
+            MissingInputError: The scene has no splat.
             FieldError: The backend cannot work here.
         """
         del truth  # Unused.
@@ -143,10 +143,10 @@ class DepthRasterization(Config):
 
         Args:
             splat_W: The splat in W.
-            truth: Not looked at.
+            truth: Not used.
 
         Raises:
-            MissingInputError: There is no splat.
+            MissingInputError: The scene has no splat.
             FieldError: The backend cannot work here.
         """
         del truth  # Unused.
@@ -208,11 +208,11 @@ class GroundTruth(Config):
         """Builds the field of true geometry.
 
         Args:
-            splat_W: Not looked at.
+            splat_W: Not used.
             truth: The scene's true geometry in W.
 
         Raises:
-            MissingInputError: There is none.
+            MissingInputError: The scene's true geometry is unknown.
         """
         del splat_W  # Unused.
         if truth is None:
@@ -227,7 +227,7 @@ OracleConfig = SphereToEllipsoid | DepthRasterization | GroundTruth
 
 
 class OracleMaker(Protocol):
-    """The settings of an oracle: one of the above, or a user's."""
+    """Interface of an oracle's settings: the above, or a user's class."""
 
     def make(
         self, splat_W: GaussianSplat | None, truth: PrimitiveScene | None

@@ -37,10 +37,10 @@ class PlacedUnknownSpace(DistanceField):
     Args:
         coverage: The seen space, in G.
         X_WG: Pose of G in W.
-        floor_height: Height in W below which floor links see nothing [m].
+        floor_height: Height in W below which floor links ignore the scene [m].
 
     Raises:
-        RemoSplatError: Nothing was seen.
+        RemoSplatError: No voxel was seen.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class PlacedUnknownSpace(DistanceField):
 
     @property
     def compiled_rows(self) -> Packed[Maps] | None:
-        """The same; see `DistanceField.compiled_rows`."""
+        """The grid's rows if G is W; see `DistanceField.compiled_rows`."""
         return self._field.compiled_rows if self._is_in_W else None
 
     def clearances(
@@ -104,7 +104,7 @@ class PlacedUnknownSpace(DistanceField):
 
     @property
     def surfaces(self) -> None:
-        """None: unseen space has none; see `DistanceField.surfaces`."""
+        """None: unseen space has no surface; see `DistanceField.surfaces`."""
         return None
 
     def thing_at(self, p_W: np.ndarray) -> Thing:

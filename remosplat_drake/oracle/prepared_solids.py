@@ -28,9 +28,7 @@ from remosplat_drake.splat.hierarchy_cache import (
 )
 
 _NONE = np.zeros(0, np.float32)
-_NONE.flags.writeable = (
-    False  # Like the arrays of a splat, so that one kernel serves both.
-)
+_NONE.flags.writeable = False  # As a splat's arrays: one kernel.
 
 PACKED = 12
 """Number of values of a packed splat."""
@@ -202,7 +200,7 @@ def _holds(
     n_sigma: float,
     solved: bool,
 ) -> bool:
-    """Whether every box contains everything below it."""
+    """Whether every box contains all boxes below it."""
 
     def look(nodes: slice) -> bool:
         return are_enclosed(

@@ -1,4 +1,4 @@
-"""Checks queries of spheres and formats them for kernels."""
+"""Checks distance queries of spheres, and formats them for kernels."""
 
 import math
 
@@ -10,14 +10,14 @@ from remosplat_drake.signals.compiled_map import Maps, clearance_rows
 from remosplat_drake.signals.distance_field import Clearances
 
 UNDEFINED = "a sphere's centre, radius or floor is undefined"
-"""Error for undefined spheres: NaN compares as false everywhere, and would look
-like a free path."""
+"""Error for undefined spheres. Comparisons with NaN are false, so such a sphere
+would count as free."""
 
 
 def asked_in_one(
     maps: Packed[Maps], spheres: Spheres, max_distance: float, revision: str
 ) -> Clearances:
-    """Queries several maps for all their clearances, in one compiled call.
+    """Computes the clearances from several maps, in one compiled call.
 
     Args:
         maps: The maps, as `DistanceField.compiled_rows`.
@@ -43,7 +43,7 @@ def asked_in_one(
 
 
 def question(spheres: Spheres, max_distance: float) -> np.ndarray:
-    """Makes the query for the kernels of `compiled_map.ask`.
+    """Makes the query array for `compiled_map.ask`.
 
     Args:
         spheres: The n robot spheres, placed in W.

@@ -57,7 +57,7 @@ class SignedDistanceField(DistanceField):
 
     @cached_property
     def compiled_rows(self) -> Packed[Maps] | None:
-        """The same; see `DistanceField.compiled_rows`."""
+        """The primitives' arrays; see `DistanceField.compiled_rows`."""
         if self.rows != "closest":
             return None
         return together([self._primitives])
@@ -77,7 +77,7 @@ class SignedDistanceField(DistanceField):
         return Clearances(sphere, distance, direction_W, p_WC, self.revision)
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Names the solid at a place; see `DistanceField.thing_at`."""
+        """Returns the solid at a point; see `DistanceField.thing_at`."""
         if not len(self.scene):
             return Thing(SOLID, "the scene")
         all_solids = SignedDistanceField(self.scene, "per_primitive")
@@ -89,7 +89,7 @@ class Primitives(NamedTuple):
     """Boxes and cylinders, as arrays for kernels.
 
     Attributes:
-        is_box: Which are boxes, shape (k,).
+        is_box: Whether each primitive is a box, shape (k,).
         size: Half extents of boxes; radius, radius and half height of
             cylinders, shape (k, 3) [m].
         R_WP: Orientations, shape (k, 3, 3).
@@ -174,15 +174,16 @@ def in_world(primitives, j, x, y, z):
 
 @helper
 def write_answer(answer, number, distance, p_WS, d, gx, gy, gz):
-    """Writes the answer of a map to a query; see `compiled_map.ask`.
+    """Writes the result of a query; see `compiled_map.ask`.
 
     Args:
-        answer: Filled, shape (8,).
+        answer: Output, shape (8,).
         number: Number of the nearest primitive.
         distance: The signed distance that is reported [m].
         p_WS: The point in W; further entries are not read.
-        d: Its signed distance from the primitive [m].
-        gx: The entries of the gradient of that in W, with `gy` and `gz`.
+        d: The point's signed distance from the primitive [m].
+        gx: The x entry of the gradient of `d` in W; `gy` and `gz` are the
+            others.
         gy: See above.
         gz: See above.
     """
@@ -199,11 +200,11 @@ def query(primitives, spheres, answer):
 
     Args:
         primitives: The `Primitives`.
-        spheres: (n, 6): centre p_WS, the distance from the centre that an
-            answer must undercut, and the height below which primitives are
-            ignored.
-        answer: (n, 8), filled: the primitive's number or -1, its signed
-            distance from the centre, p_WC, n_W.
+        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
+            centre that a result must undercut, and the height below which
+            primitives are ignored [m].
+        answer: Output, shape (n, 8): the primitive's index or -1, its signed
+            distance from the centre, p_WC and n_W.
     """
     for i in range(len(answer)):
         answer[i, 0] = -1.0

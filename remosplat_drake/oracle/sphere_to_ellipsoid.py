@@ -42,8 +42,8 @@ class SphereToEllipsoidField(DistanceField):
     minus uncertainty; closest point and direction are those of that splat's
     n-sigma shape.
 
-    The answer is exact: it equals trying every splat, ties going to the
-    lowest index, with any number of threads.
+    The result is exact: with any number of threads, it equals a search over all
+    splats, with ties to the lowest index.
     """
 
     def __init__(
@@ -65,14 +65,15 @@ class SphereToEllipsoidField(DistanceField):
             min_opacity: Splats below this opacity are ignored: with 0, as in
                 the paper, floaters block the robot.
             bisection_steps: None solves for the closest point to double
-                precision. A number stops bisecting after as many steps (the
-                authors' benchmark used 3): then a distance may be wrong by a
-                large part of the splat's size, but stays a distance to its box,
-                and the field is not Lipschitz continuous.
+                precision. A number is the number of bisection steps (the
+                authors' benchmark used 3). A distance may then be wrong by a
+                large part of the splat's size, but is still a distance to a
+                point in its box, and the field is not Lipschitz continuous.
             num_threads: Number of threads of a query, at most the number of
-                cores. One is steady; two are a little faster in the median and
-                far slower when the cores are busy.
-            subtract_uncertainty: Whether the splats' uncertainty counts.
+                cores. With one, the query time varies little; two are slightly
+                faster in the median, but far slower if the cores are busy.
+            subtract_uncertainty: Whether the splats' uncertainty is subtracted
+                from distances.
             prepared: The `prepared` of an equal field, to avoid building the
                 hierarchy again. Kernels do not check its indices.
 

@@ -7,9 +7,9 @@ is nearer to the scene by at most
 
     w = s + t r,
 
-with its lever arm r: each sphere has its own margin, and a stretched arm has
-larger ones. This holds along a whole path, since relative motion is known
-exactly; only the start is uncertain.
+with its lever arm r. So each sphere has its own margin, which is larger for a
+stretched arm. The margins are valid along a whole path, since the robot's
+motion relative to its start is known exactly; only the start is uncertain.
 """
 
 import numpy as np
@@ -70,7 +70,7 @@ class UncertainPlacement(DistanceField):
         return compiled, Misplacement(x, y, self._shift, self._turn)
 
     def margin(self, p_WS: np.ndarray) -> np.ndarray:
-        """Returns by how much the scene may be nearer, shape (n,) [m].
+        """Returns the margins w of spheres, shape (n,) [m].
 
         Args:
             p_WS: Centres of spheres in W, shape (n, 3) [m].
@@ -97,5 +97,5 @@ class UncertainPlacement(DistanceField):
         ).within(max_distance)
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Names the thing at a point; see `DistanceField.thing_at`."""
+        """Returns the object at a point; see `DistanceField.thing_at`."""
         return self._field.thing_at(p_W)

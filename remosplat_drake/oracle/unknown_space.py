@@ -65,7 +65,7 @@ class UnknownSpaceField(DistanceField):
         self.revision = f"unknown-space-{digest.hexdigest()[:16]}"
         grid = _prepare(unseen) if prepared is None else prepared
         for array in grid.values():
-            # One signature for the kernel, for arrays of any origin.
+            # Gives the arrays one type, so that the kernel is compiled once.
             array.flags.writeable = False
         self._octree = VoxelOctree(
             grid["unseen"],
@@ -96,7 +96,7 @@ class UnknownSpaceField(DistanceField):
 
     @cached_property
     def compiled_rows(self) -> Packed[Maps]:
-        """The same; see `DistanceField.compiled_rows`."""
+        """The voxels and their octree; see `DistanceField.compiled_rows`."""
         return together([self._packed])
 
     def clearances(
@@ -126,7 +126,7 @@ class UnknownSpaceField(DistanceField):
 
     @property
     def surfaces(self) -> None:
-        """None: unseen space has none; see `DistanceField.surfaces`."""
+        """None: unseen space has no surface; see `DistanceField.surfaces`."""
         return None
 
     def thing_at(self, p_W: np.ndarray) -> Thing:

@@ -97,7 +97,7 @@ def render(
     Arguments and result are those of `depth_rasterization_reference.render`.
     """
     rules = make_rules(sensor, splat_W.is_surfel)
-    # No pixel reaches beyond the corners of the far plane.
+    # The corners of the far plane are the farthest points of all pixels.
     largest = splat_W.scales.max(axis=1) * sensor.n_sigma
     offset = np.linalg.norm(splat_W.p_GK - p_WS, axis=1)
     reach = np.sqrt(3) * sensor.far / max(1 - rules.spread, 1e-9)

@@ -15,14 +15,15 @@ def step(v, target, dt, time_constant, acceleration, dead_band):
     Args:
         v: Velocity of the axis [rad/s, m/s].
         target: The command in effect [rad/s, m/s].
-        dt: Length of the step [s].
+        dt: Duration of the step [s].
         time_constant: Time constant of a first-order lag [s]; 0 for none.
-        acceleration: Bound on the rate of change of the velocity where there
-            is not a lag; infinite for none [rad/s^2, m/s^2].
+        acceleration: Bound on the rate of change of the velocity, used if there
+            is no lag; infinite for none [rad/s^2, m/s^2].
         dead_band: Least command that moves the axis [rad/s, m/s].
 
     Returns:
-        The velocity afterwards, and the way.
+        The velocity at the end [rad/s, m/s], and the distance travelled [rad,
+        m].
     """
     if abs(target) < dead_band:
         target = 0.0

@@ -1,8 +1,9 @@
-"""Models of axes that follow velocity commands, one an axis.
+"""Models of how the axes (base and joints) follow velocity commands.
 
-A command acts after a pure dead time, and the axis nears it by a first-order
-lag or on a ramp of bounded acceleration. The same model stands in for a real
-robot, predicts where it will be, and says how it comes to rest.
+A command acts after a pure dead time. The axis then approaches the commanded
+velocity with a first-order lag, or on a ramp of bounded acceleration. The same
+model simulates a real robot, predicts its configuration, and predicts how it
+comes to rest.
 """
 
 import dataclasses as dc
@@ -18,47 +19,48 @@ from remosplat_drake.robot.actuator_response import respond, step
 
 @dc.dataclass
 class Actuator(Config):
-    """How one axis follows its velocity command, and how well that is known."""
+    """Model of how one axis follows its velocity command, with error bounds."""
 
-    # Dead time from the command to its first effect [s]. Time that goes by
-    # unseen between a motion and the stamp of its measurement counts, too:
-    # commands and measurements alone do not tell the two apart.
+    # Dead time from the command to its first effect [s]. This includes the
+    # latency between a motion and the stamp of its measurement, since
+    # identification cannot separate the two.
     delay: Annotated[float, Interval(ge=0, le=1)] = 0.0
-    # Time constant of the first-order lag behind it [s].
+    # Time constant of the first-order lag after the dead time [s].
     time_constant: Annotated[float, Interval(ge=0, le=1)] = 0.0
-    # Bound on the rate of change of the axis' velocity instead of a lag;
+    # Bound on the rate of change of the axis' velocity, in place of a lag;
     # absent: none [rad/s^2, m/s^2].
     acceleration: Annotated[float, Interval(gt=0, le=1000)] | None = None
-    # Speed that the axis must be told at least to move at all [rad/s, m/s].
+    # Dead band: the least commanded speed that moves the axis [rad/s, m/s].
     dead_band: Annotated[float, Interval(ge=0, le=0.5)] = 0.0
-    # Largest error of a position that this model predicts, as a share of the
-    # greatest speed commanded meanwhile [s].
+    # Tube: largest error of a predicted position, divided by the greatest speed
+    # commanded since the measurement [s].
     tube: Annotated[float, Interval(ge=0, le=1)] = 0.0
-    # Largest error while the axis stands, from sensors' noise [rad, m].
+    # Largest error of the position while the axis stands still, from sensor
+    # noise [rad, m].
     noise: Annotated[float, Interval(ge=0, le=0.1)] = 0.0
 
     def check(self) -> Iterator[tuple[str, str]]:
-        """Yields an error where there are both a lag and a ramp."""
+        """Yields an error if both a lag and a ramp are given."""
         if self.time_constant and self.acceleration is not None:
             yield "acceleration", "excludes a time_constant: give one of them"
 
     @property
     def parameters(self) -> tuple[float, float, float, float]:
-        """The delay, time constant, acceleration and dead band of kernels."""
+        """Dead time, time constant, acceleration and dead band, for kernels."""
         ramp = np.inf if self.acceleration is None else self.acceleration
         return self.delay, self.time_constant, ramp, self.dead_band
 
     def step(self, v: float, target: float, dt: float) -> tuple[float, float]:
-        """Advances the axis by one step behind its dead time, exactly.
+        """Advances the axis by one step after its dead time, exactly.
 
         Args:
             v: Velocity of the axis [rad/s, m/s].
             target: Command that is in effect during the step [rad/s, m/s].
-            dt: Length of the step [s].
+            dt: Duration of the step [s].
 
         Returns:
-            The velocity at the end and the way of the step [rad/s and rad, or
-            m/s and m].
+            The velocity at the end, and the distance travelled [rad/s and rad,
+            or m/s and m].
         """
         return step(v, target, dt, *self.parameters[1:])
 
@@ -70,9 +72,9 @@ class ActuatorModel:
     Attributes:
         parameters: Delay [s], time constant [s], bound on the acceleration
             (infinite for none) and dead band of each axis, shape (n_u, 4).
-        tube: Largest errors of predicted positions, as shares of the speeds
-            commanded meanwhile, shape (n_u,) [s].
-        noise: Largest errors of axes that stand, shape (n_u,) [rad, m].
+        tube: Largest errors of predicted positions, divided by the speeds
+            commanded since the measurement, shape (n_u,) [s].
+        noise: Largest errors of axes that stand still, shape (n_u,) [rad, m].
     """
 
     parameters: np.ndarray
@@ -109,13 +111,14 @@ class ActuatorModel:
         v: np.ndarray,
         until: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Computes how far the axes go by a sequence of commands.
+        """Computes the motion of the axes under a sequence of commands.
 
         Args:
             sent: When the commands were sent, ascending, shape (h,) [s]; each
                 holds until the next one.
             u: The commands, shape (h, n_u) [rad/s, m/s].
-            start: Where in time each axis starts, shape (n_u,) [s].
+            start: Time at which the motion of each axis starts, shape (n_u,)
+                [s].
             v: Velocities at the start, shape (n_u,) [rad/s, m/s].
             until: Times of the returned positions, ascending and not before the
                 start, shape (k, n_u) [s].
@@ -130,8 +133,8 @@ class ActuatorModel:
 def default_actuators(n_base: int, n_arm: int) -> list[Actuator]:
     """Returns the assumed models of axes that could not be identified.
 
-    The tubes hold a robot that follows at once, a base that is 80 ms late and
-    an arm that is 20 ms late.
+    The tubes are wide enough for a robot that follows at once, for a base with
+    80 ms of delay, and for an arm with 20 ms.
 
     Args:
         n_base: Number of base commands, 0, 2 or 3.
@@ -147,12 +150,12 @@ _DAMPING = 50.0, 50.0, 50.0, 20.0, 20.0, 20.0, 10.0
 
 
 def panda_py_actuators(delay: float = 0.0) -> list[Actuator]:
-    """Returns the joints of a Panda under panda-py's `IntegratedVelocity`.
+    """Returns models of a Panda's joints under panda-py's `IntegratedVelocity`.
 
     Its law, tau = K_p (q_d - q) - K_d q_dot with the integral q_d of the
     commands, damps the absolute velocity. A joint whose inertia is small
-    beside K_d follows by a first-order lag of K_d / K_p: 83 ms for the first
-    joints, 200 ms for the last. The gains are the defaults of panda-py's
+    compared with K_d follows with a first-order lag of K_d / K_p: 83 ms for the
+    first joints, 200 ms for the last. The gains are the defaults of panda-py's
     integrated_velocity.cpp.
 
     Args:

@@ -1,4 +1,4 @@
-"""`ArmDynamics`: the torques that a motion takes, and those of the motors."""
+"""`ArmDynamics`: the joint torques of a motion, and the motors' limits."""
 
 import dataclasses as dc
 
@@ -17,15 +17,15 @@ from remosplat_drake.robot.payload import Payload
 
 @dc.dataclass(frozen=True, eq=False)
 class ArmDynamics:
-    """Inverse dynamics of a robot, by the masses of its model file.
+    """Inverse dynamics of a robot, with the masses of its model file.
 
-    Forces of the base's motors are left out.
+    Forces of the base's motors are not computed.
 
     Attributes:
         tree: The robot's tree.
         masses: The masses of its bodies.
         limit: Largest torques of the arm's joints, shape (n_arm,) [N m, N];
-            infinite where the model file has none.
+            infinite if the model file states none.
     """
 
     tree: KinematicTree
@@ -39,7 +39,7 @@ class ArmDynamics:
         base_joints: list[str],
         arm_joints: list[str],
     ) -> "ArmDynamics":
-        """Reads the dynamics off a finalized plant.
+        """Reads the dynamics from a finalized plant.
 
         Args:
             plant: A plant with the robot alone.

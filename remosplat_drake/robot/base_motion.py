@@ -1,4 +1,4 @@
-"""The way of a mobile base from one pose to another: one arc."""
+"""The motion of a mobile base between two poses, along one arc."""
 
 import math
 
@@ -9,24 +9,25 @@ from remosplat_drake.base.kernels import kernel
 
 @kernel
 def base_command(before, after, n_base):
-    """Returns the command that, held for a second, leads to another pose.
+    """Returns the command that drives the base to another pose in one second.
 
-    A differential base cannot slip: it gets as near as an arc from its heading
-    leads. `kinematics.advance` is the inverse.
+    A differential base cannot slip sideways, so it may end beside the pose, at
+    the end of an arc that starts along its heading. `kinematics.advance` is the
+    inverse function.
 
     Args:
         before: Pose x, y, yaw to start from, shape (3,) [m, m, rad].
-        after: Pose to end at, its yaw not wrapped, shape (3,) [m, m, rad].
+        after: Pose to drive to, with yaw not wrapped, shape (3,) [m, m, rad].
         n_base: Number of base commands, 2 or 3.
 
     Returns:
-        Way forward, with three commands the way to the left, and the turn,
-        shape (n_base,) [m, rad].
+        Distance forward, distance to the left if n_base is 3, and angle of the
+        turn, shape (n_base,) [m, rad].
     """
     turn = after[2] - before[2]
     heading = before[2] + 0.5 * turn
     c, s = math.cos(heading), math.sin(heading)
-    # The chord of an arc is shorter than the arc.
+    # Converts from the chord to the arc, which is longer.
     chord = math.sin(0.5 * turn) / (0.5 * turn) if turn != 0.0 else 1.0
     x, y = (after[0] - before[0]) / chord, (after[1] - before[1]) / chord
     command = np.empty(n_base)
@@ -38,11 +39,12 @@ def base_command(before, after, n_base):
 
 
 def base_way(before: np.ndarray, after: np.ndarray, n_base: int) -> np.ndarray:
-    """Measures how far a base has come between two poses, shape (n_base,).
+    """Computes a base's motion between two poses, shape (n_base,) [m, rad].
 
     Args:
         before: x, y and yaw, shape (3,) [m, m, rad].
-        after: The same a little later, in any turn.
+        after: x, y and yaw shortly afterwards; yaw may be wrapped, shape (3,)
+            [m, m, rad].
         n_base: Number of base commands, 2 or 3.
     """
     turn = math.remainder(after[2] - before[2], math.tau)

@@ -1,7 +1,7 @@
-"""The braking ramp: the quickest straight way to a standstill.
+"""The braking ramp: the fastest stop that keeps the direction of the command.
 
-A station executes a command until the next one comes, for `HELD` periods at
-most. Then it brakes by itself, by one step of the ramp in each period.
+A station executes a command until the next one arrives, for at most `HELD`
+periods. Afterwards it brakes by itself, by one step of the ramp in each period.
 """
 
 import math
@@ -19,19 +19,19 @@ def braking_command(
 ) -> np.ndarray:
     """Computes the next command of the ramp to zero within acceleration limits.
 
-    The whole vector shrinks by one factor, so that the robot keeps to the
-    path it was on; the joint that needs longest sets the pace.
+    All entries shrink by the same factor, so that the robot stays on its path.
+    The axis that needs the longest time to stop determines the factor.
 
     Args:
         u: The velocity command that was sent last, shape (n_u,) [rad/s, m/s].
         acceleration_limit: Bounds on |du/dt|, shape (n_u,) [rad/s^2, m/s^2].
-        time: Time since then [s]: a control period where nothing is late.
+        time: Time since then [s]; one control period if no tick is late.
 
     Returns:
         The command to send now, shape (n_u,); zero if u is not finite.
     """
-    # Copies, since numba compiles anew for arrays that may not be written: it
-    # must not do so while a robot brakes.
+    # Copies, since Numba would compile again for read-only arrays, which must
+    # not happen while a robot brakes.
     return next_on_ramp(
         np.array(u, float), np.array(acceleration_limit, float), float(time)
     )
@@ -55,7 +55,7 @@ def next_on_ramp(u, acceleration_limit, time):
 def executed_command(
     u: np.ndarray, acceleration_limit: np.ndarray, dt: float, age: float
 ) -> np.ndarray:
-    """Computes the velocities that a station executes of a command of some age.
+    """Computes the velocities that a station executes for a command of an age.
 
     Args:
         u: The command, shape (n_u,) [rad/s, m/s].
@@ -87,7 +87,7 @@ def held_command(u, acceleration_limit, dt, age):
 
 
 def spare_time(dt: float) -> float:
-    """Computes how much longer than a tick a station holds a command [s].
+    """Computes the time beyond a tick for which a station holds a command [s].
 
     Args:
         dt: Control period [s].
@@ -97,12 +97,12 @@ def spare_time(dt: float) -> float:
 
 @helper
 def held_share(age: float, dt: float, ramp: float) -> float:
-    """Computes which share of a command a station executes, 0 to 1.
+    """Computes the fraction of a command that a station executes, 0 to 1.
 
     Args:
         age: Time since the command began to act [s].
         dt: Control period [s].
-        ramp: How long the ramp from the command to zero takes [s].
+        ramp: Duration of the ramp from the command to zero [s].
     """
     steps = math.floor(age / dt - HELD) + 1
     if steps <= 0:
@@ -113,11 +113,11 @@ def held_share(age: float, dt: float, ramp: float) -> float:
 def periods_between(before: float, now: float, dt: float) -> float:
     """Counts the control periods between two ticks, at least one.
 
-    Ticks that are left out are counted, too. Without a tick before, and where
-    the clock went back, it is one.
+    Skipped ticks are counted, too. The result is one if there was no tick
+    before, or if the clock went back.
 
     Args:
-        before: Time of the tick before [s]; NaN for none.
+        before: Time of the previous tick [s]; NaN for none.
         now: Time of the tick [s].
         dt: Control period [s].
     """
@@ -127,7 +127,7 @@ def periods_between(before: float, now: float, dt: float) -> float:
 
 @helper
 def braking_time(u, acceleration_limit) -> float:
-    """Computes how long the ramp from a command to zero takes [s].
+    """Computes the duration of the ramp from a command to zero [s].
 
     Args:
         u: The command, shape (n_u,).
@@ -141,7 +141,7 @@ def braking_time(u, acceleration_limit) -> float:
 
 @helper
 def braking_steps(u, acceleration_limit, dt) -> float:
-    """Counts the ticks of the braking ramp from u, not rounded.
+    """Computes the number of ticks of the braking ramp from u, not rounded.
 
     Args:
         u: The command at the start of the ramp, shape (n_u,).
@@ -153,22 +153,22 @@ def braking_steps(u, acceleration_limit, dt) -> float:
 
 @kernel
 def stopping_times(u, acceleration_limit, dt, spare):
-    """Computes when a tick with u and each tick of its braking ramp end.
+    """Computes the path times at which the ticks of u and of its ramp end.
 
-    Time is counted as if u were held: the ramp shrinks u evenly, by the
-    factors 1 - 1/n, 1 - 2/n, ..., and the way of each tick shrinks with it.
-    Last is where a station ends that is sent nothing more: it holds u for
-    longer.
+    A path time is the time that the robot would take to the same place with u
+    held. The ramp multiplies u by 1 - 1/n, 1 - 2/n, ..., so each of its ticks
+    covers that fraction of a tick's path. The last entry is the place at which
+    a station stops if no further command arrives, since it holds u for longer.
 
     Args:
         u: The command of the first tick, shape (n_u,).
         acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
         dt: Length of the ticks [s].
-        spare: How much longer than a tick a station holds a command [s].
+        spare: Time beyond one tick for which a station holds a command [s].
 
     Returns:
-        The ends of the ticks, and that of the station, ascending, shape (k,)
-        [s].
+        The path times of the ends of the ticks, and that of the station's own
+        stop, ascending, shape (k,) [s].
     """
     steps = max(braking_steps(u, acceleration_limit, dt), 1.0)
     times = np.empty(math.ceil(steps) + 1)

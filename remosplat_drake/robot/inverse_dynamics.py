@@ -1,8 +1,8 @@
-"""Torques of a motion: recursive Newton-Euler equations, in a kernel.
+"""Joint torques of a motion: recursive Newton-Euler equations, in a kernel.
 
-Twists and wrenches of all bodies are taken in W and at its origin, so that they
-add up along a chain without being moved (Featherstone, Rigid Body Dynamics
-Algorithms, 2008).
+Twists and wrenches of all bodies are expressed in W about its origin, so they
+add up along a chain without a change of reference point (Featherstone, Rigid
+Body Dynamics Algorithms, 2008).
 """
 
 from typing import NamedTuple
@@ -32,10 +32,10 @@ class MassArrays(NamedTuple):
     Attributes:
         mass: Masses, shape (b,) [kg].
         p_BBcm: Centres of mass in their bodies, shape (b, 3) [m].
-        I_BBcm: Rotational inertias about these, in their bodies, shape
-            (b, 3, 3) [kg m^2].
-        rotor: Inertias of the joints' rotors as the joints feel them, shape
-            (n_q,) [kg m^2, kg].
+        I_BBcm: Rotational inertias about the centres of mass, in their bodies,
+            shape (b, 3, 3) [kg m^2].
+        rotor: Rotor inertias reflected to the joints, shape (n_q,) [kg m^2,
+            kg].
         damping: Viscous friction of the joints, shape (n_q,) [N m s/rad,
             N s/m].
     """
@@ -50,7 +50,7 @@ class MassArrays(NamedTuple):
     def read(
         plant: MultibodyPlant, tree: KinematicTree, joint_names: list[str]
     ) -> "Packed[MassArrays]":
-        """Reads the masses off a finalized plant.
+        """Reads the masses from a finalized plant.
 
         Args:
             plant: A plant with the robot alone.
@@ -94,7 +94,7 @@ def motors(plant: MultibodyPlant) -> dict[str, JointActuator]:
 
 @kernel(returns=reals(3))
 def inverse_dynamics(tree, masses, q, v, a):
-    """Computes the torques that motions take, gravity included.
+    """Computes the joint torques of motions, including gravity.
 
     Args:
         tree: The `TreeArrays`.
@@ -154,7 +154,7 @@ def _torques(tree, masses, placed, v, a, work, torque):
     """Fills in the torques of one motion at one configuration."""
     screw, p_WBcm, I_W = placed
     twist, change, wrench = work
-    # Gravity acts as if the world were accelerated upwards.
+    # Gravity is equivalent to an upward acceleration of the world.
     change[0, 5] = _GRAVITY
     for i in range(1, len(tree.parent)):
         parent, j = tree.parent[i], tree.position[i]
@@ -189,7 +189,7 @@ def _torques(tree, masses, placed, v, a, work, torque):
 
 @helper
 def _push(mass, p, I_W, i, motion):
-    """Returns the moment and the force at W's origin that a motion takes."""
+    """Returns the moment about W's origin and the force of a body's motion."""
     w, v, turn, speed_up = motion
     momentum, needed = _times(I_W, i, w), _times(I_W, i, turn)
     across, spun = cross(w, p), cross(turn, p)

@@ -1,4 +1,4 @@
-"""`JointLimits`: greatest ways, speeds and accelerations of a robot's axes."""
+"""`JointLimits`: limits of position, speed, acceleration and jerk."""
 
 from typing import NamedTuple
 
@@ -31,11 +31,11 @@ class JointLimits(NamedTuple):
     def read(
         description: RobotDescription, plant: MultibodyPlant
     ) -> "JointLimits":
-        """Reads them off a robot's description and its model.
+        """Reads the limits from a robot's description and its model.
 
         Args:
-            description: The description, which has those of u.
-            plant: A plant with the robot's model, which has those of q.
+            description: The description, which states the limits of u.
+            plant: A plant with the robot's model, which states the limits of q.
 
         Raises:
             FieldError: The description has too many or too few numbers, or a

@@ -1,13 +1,13 @@
 """Forward kinematics and Jacobians of a whole robot in microseconds (numba).
 
-`KinematicTree` is read off a MultibodyPlant once; the kernels below then work
-on arrays alone, so that a control tick, verification and rollouts cost
-microseconds and need no plant context. Tests compare them with the plant.
+`KinematicTree` is read from a MultibodyPlant once. The kernels below work only
+on arrays, so they take microseconds and need no plant context. Tests compare
+them with the plant.
 
-Notation: u is the command (of a base its forward speed, its speed to the left
-if it can, and its yaw rate; then the arm joint rates); q the configuration (x,
-y, yaw, arm). Column j of a Jacobian is a screw: the axis a_j and a point o_j on
-it.
+Notation: u is the command: forward speed, speed to the left (omnidirectional
+bases only) and yaw rate of the base, then the arm's joint rates. q is the
+configuration: x, y, yaw, arm joints. Column j of a Jacobian is a screw: the
+axis a_j and a point o_j on it.
 """
 
 import dataclasses as dc
@@ -87,10 +87,10 @@ class KinematicTree:
     def with_offsets(
         self, bodies: np.ndarray, position: float
     ) -> "KinematicTree":
-        """Returns the tree with other positions of joints that do not move.
+        """Returns the tree with other constant positions of locked joints.
 
         Args:
-            bodies: Indices of the bodies that these joints carry.
+            bodies: Indices of the bodies whose inboard joints these are.
             position: Their position [m, rad].
         """
         offset = self.offset.copy()
@@ -163,7 +163,7 @@ def make_kinematic_tree(
 
     world = int(plant.world_body().index())
     order = [world]
-    for body in order:  # Grows while it is walked: breadth first.
+    for body in order:  # The list grows: breadth-first search.
         order += [
             child
             for child, joint in inboard.items()
@@ -216,15 +216,15 @@ def make_kinematic_tree(
 def advance(q, u, n_base, time):
     """Integrates the configuration while u is held constant, exactly.
 
-    A base moves on an arc: the chord is v t sinc(omega t / 2), with v as seen
-    from the mid-way heading. A differential one (n_base = 2) has no speed to
-    the left, which an omnidirectional one (n_base = 3) has.
+    A base moves on an arc. The chord is v t sinc(omega t / 2), with v rotated
+    by the heading at half time. An omnidirectional base (n_base = 3) has a
+    speed to the left, a differential one (n_base = 2) has none.
 
     Args:
         q: Configuration, shape (n_q,).
         u: Command, shape (n_u,).
         n_base: Number of base commands, 3, 2 or 0.
-        time: How long u is held [s].
+        time: Time for which u is held [s].
 
     Returns:
         The configuration afterwards, shape (n_q,).
@@ -296,7 +296,7 @@ def body_poses(tree, q):
 
 @kernel(linked=True)
 def compose(X_AB, X_BC, X_AC):
-    """Writes the product of two poses, shape (4, 4) each, into a third."""
+    """Writes the product of two poses, shape (4, 4) each, into an array."""
     for r in range(3):
         for c in range(4):
             total = X_AB[r, 3] if c == 3 else 0.0
@@ -323,7 +323,7 @@ def joint_pose(kind, axis, value, X):
     Args:
         kind: REVOLUTE or PRISMATIC.
         axis: Axis in F, a unit vector, shape (3,).
-        value: Angle or way [rad, m].
+        value: Angle or displacement [rad, m].
         X: The pose, shape (4, 4), filled in.
     """
     for r in range(4):

@@ -1,7 +1,7 @@
 """Tables by link, in YAML files that may include those of another robot.
 
-Frankie carries a Panda: the data of the arm's links are only in the Panda's
-files.
+For example, Frankie carries a Panda arm, and its tables include the Panda's
+tables with the data of the arm's links.
 """
 
 import dataclasses as dc
@@ -16,10 +16,11 @@ from remosplat_drake.base.strict_yaml import load_strict
 
 @dc.dataclass
 class LinkTable(Config):
-    """A file that says something of every link of a robot."""
+    """A file with an entry for each link of a robot."""
 
-    # File of the same kind with further links, which come after this one's,
-    # relative to this file; it includes no other. Empty for none.
+    # File of the same kind with further links, relative to this file; they come
+    # after the links of this file. An included file must not include another
+    # one. Empty for none.
     include: str = ""
 
 
@@ -29,7 +30,7 @@ Table = TypeVar("Table", bound=LinkTable)
 def load_link_table(
     schema: type[Table], path: Path, field: str
 ) -> dict[str, Any]:
-    """Reads a table by link, with the one that it includes.
+    """Reads a table by link, and the table that it includes.
 
     Args:
         schema: Schema of the file.

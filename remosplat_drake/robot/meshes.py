@@ -1,8 +1,8 @@
 """Visual meshes of the robot: rtb-data's, converted once for Drake.
 
-Drake draws .gltf and .obj; the meshes of the Robotics Toolbox are .dae and
-.stl, one of them 16 MB. The first use converts them into the user's cache
-directory (a few seconds, offline); later uses only look there. Without the
+Drake draws .gltf and .obj files; the meshes of the Robotics Toolbox are .dae
+and .stl files of up to 16 MB. The first use converts them into the user's cache
+directory (a few seconds, offline); later uses read the cache. Without the
 `meshes` extra and without the cache there are no meshes, and callers draw
 collision primitives instead.
 """
@@ -28,13 +28,15 @@ from remosplat_drake.robot.visuals import load_visuals
 if TYPE_CHECKING:
     import trimesh
 
-# Raised when the conversion changes, so that old cache files are left alone.
+# Version of the conversion; increased with each change, so that old cache files
+# are not used.
 _VERSION = 3
 _MAX_FACES = 32_000
 _SMOOTHING_ANGLE = np.deg2rad(30)
-# Full white would leave no room for light and shade.
+# Pure white would show no shading.
 _WHITE = 0.93
-# Finer than anything that is seen of a link: [m], and of a unit vector.
+# Rounding steps finer than visible details: of positions [m], and of unit
+# vectors.
 _POSITION_STEP, _NORMAL_STEP = 2.0**-16, 2.0**-8
 _EXTRA = ("rtbdata", "trimesh", "collada", "fast_simplification", "PIL")
 
@@ -95,7 +97,7 @@ def register_link_meshes(
     for link, entries in meshes.items():
         body = plant.GetBodyByName(link)
         for i, mesh in enumerate(entries):
-            # Without a colour of ours: the file brings its own.
+            # No colour is set, since the file contains one.
             plant.RegisterVisualGeometry(
                 body,
                 GeometryInstance(
@@ -214,20 +216,20 @@ def rounded(document: bytes) -> bytes:
 
 
 def _linear(colour: tuple) -> list[float]:
-    """A display colour in 0..255 as glTF's linear one; alpha stays."""
+    """Converts a display colour in 0..255 to glTF's linear one; keeps alpha."""
     rgba = np.array(colour) / 255
     rgba[:3] = linear_rgb(_WHITE * rgba[:3])
     return rgba.tolist()
 
 
 def _by_colour(scene: "trimesh.Scene") -> dict[tuple, "trimesh.Trimesh"]:
-    """The scene's meshes in its own frame, joined where colours agree."""
+    """Returns the scene's meshes in its frame, joined if colours are equal."""
     import trimesh
 
     groups: dict[tuple, list[trimesh.Trimesh]] = {}
     for part in scene.dump():
         if not isinstance(part, trimesh.Trimesh):
-            continue  # Stray edges of the drawing.
+            continue  # Skips stray edges of the drawing.
         material = getattr(part.visual, "material", part.visual)
         colour = tuple(int(x) for x in material.main_color)
         bare = trimesh.Trimesh(part.vertices, part.faces, process=False)

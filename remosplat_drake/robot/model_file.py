@@ -44,8 +44,8 @@ def add_robot_model(
         instances = parser.AddModels(str(path))
         _weld_roots_to_world(plant, instances)
         return instances
-    # Where C++ would abort, since a limit is negative for example, Python is
-    # asked to exit.
+    # Drake aborts in C++, for a negative limit for example; from Python, this
+    # raises SystemExit.
     except (RuntimeError, ValueError, SystemExit) as error:
         raise FileError(path, in_one_line(error)) from error
 
@@ -58,8 +58,8 @@ def find_frame(
     Args:
         plant: The finalized plant with the robot.
         name: Name of the frame.
-        where: Source for errors, such as a file.
-        field: The field of it that has the name.
+        where: Source to name in errors, such as a file.
+        field: The field of `where` that contains the name.
 
     Raises:
         FieldError: There is no such frame; the text lists the existing ones.
@@ -71,18 +71,18 @@ def find_frame(
 
 
 def _frame_names(plant: MultibodyPlant) -> set[str]:
-    """Names of the frames that something may be fixed to, but the world's."""
+    """Names of the frames that may be used, except the world's."""
     names = {
         plant.get_frame(FrameIndex(i)).name() for i in range(plant.num_frames())
     }
-    # Drake adds frames of its own, on the parents of joints.
+    # Skips the frames that Drake adds on the parents of joints.
     joints = map(plant.get_joint, plant.GetJointIndices())
     added = {f"{joint.name()}_parent" for joint in joints}
     return names - added - {"", "world"}
 
 
 def in_one_line(error: BaseException) -> str:
-    """Drake's message, without the place in its own sources."""
+    """Returns Drake's message without the position in Drake's source code."""
     text = " ".join(str(error).split())
     return re.sub(r"^Failure at \S+ in ", "Drake refuses it in ", text)
 

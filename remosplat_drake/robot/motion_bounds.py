@@ -1,7 +1,7 @@
 """Bounds the speed of points of the robot, and the turn of their velocities.
 
-Over all configurations within the joint limits: verification relies on these
-bounds between the places where it looks.
+The bounds hold for all configurations within the joint limits. Verification
+relies on them between the configurations that it checks.
 """
 
 import numpy as np
@@ -18,14 +18,14 @@ def jacobian_bound(
 ) -> np.ndarray:
     """Bounds |dp_WP/du_j| of points P that are fixed to bodies L.
 
-    A turning joint moves a point by no more than the length of the links
-    between them; a slide moves it one to one.
+    A revolute joint moves a point by at most the length of the links between
+    them, per radian; a prismatic joint moves a point as far as itself.
 
     Args:
         tree: The robot's tree.
-        reach: How far from zero each joint can be, shape (n_q,) [m, rad].
-        screws: The body of the tree that each command's joint moves, and
-            whether it turns it, shape (n_u,) each.
+        reach: Largest absolute position of each joint, shape (n_q,) [m, rad].
+        screws: For each command, the body of the tree that its joint moves, and
+            whether the joint is revolute, shape (n_u,) each.
         body: The body of each of the n points, shape (n,).
         p_LP: The points in their bodies, shape (n, 3) [m].
 
@@ -50,14 +50,14 @@ def hessian_bound(
 ) -> np.ndarray:
     """Bounds |d2p_WP / dq_j dq_k| of points P.
 
-    Two turning joints: the outer one's axis or the arm from it to the point is
-    carried around by the inner one, so that the outer one's Jacobian bound
-    holds. A slide's unit vector is carried around by a turning joint, and a
-    slide carries nothing around.
+    For two revolute joints, the inner one rotates the axis of the outer one and
+    the lever from it to the point, so the outer joint's Jacobian bound applies.
+    A revolute joint rotates the unit vector of an outer prismatic joint. A
+    prismatic joint rotates nothing.
 
     Args:
         bound: The points' `jacobian_bound`, shape (n, n_u).
-        turning: Which commands turn and do not slide, shape (n_u,) bool.
+        turning: Which commands are of revolute joints, shape (n_u,) bool.
         moves: Which points each command moves, shape (n, n_u) bool.
 
     Returns:
@@ -71,11 +71,11 @@ def hessian_bound(
 
 
 def travel(tree: kin.KinematicTree, reach: np.ndarray, link: int) -> float:
-    """Returns how far a body's inboard joint can slide from zero [m].
+    """Returns the largest displacement of a body's inboard joint from zero [m].
 
     Args:
         tree: The robot's tree.
-        reach: How far from zero each joint can be, shape (n_q,) [m, rad].
+        reach: Largest absolute position of each joint, shape (n_q,) [m, rad].
         link: Index of the body in the tree.
     """
     if tree.kind[link] != kin.PRISMATIC:

@@ -16,7 +16,7 @@ class Payload:
     Payloads of equal content are equal, also in different processes.
 
     Attributes:
-        name: Name of the object, which becomes that of the further link.
+        name: Name of the object, and of the link that represents it.
         link: Name of the link L that carries it.
         X_LO: Pose of the object's frame O in L, shape (4, 4).
         spheres: Spheres in O that enclose the object.
@@ -24,8 +24,9 @@ class Payload:
             (v, 3) each [m].
         mass: Its mass [kg]; 0 if it is not known.
         p_OOcm: Its centre of mass in O, shape (3,) [m].
-        I_OOcm: Its rotational inertia about that, in O, shape (3, 3) [kg m^2].
-        holders: Names of the links that hold it, and touch it.
+        I_OOcm: Its rotational inertia about the centre of mass, in O, shape (3,
+            3) [kg m^2].
+        holders: Names of the links that hold it and may touch it.
     """
 
     name: str

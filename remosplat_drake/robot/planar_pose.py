@@ -1,10 +1,10 @@
-"""Poses (x, y, yaw) in a plane: the base's, and their corrections."""
+"""Operations on planar poses (x, y, yaw), of a base for example."""
 
 import numpy as np
 
 
 def matrix(pose: np.ndarray) -> np.ndarray:
-    """Returns the transform of poses, shape (..., 3) to (..., 4, 4)."""
+    """Returns the transforms (..., 4, 4) of poses of shape (..., 3)."""
     x, y, yaw = np.moveaxis(np.asarray(pose, float), -1, 0)
     X = np.zeros((*x.shape, 4, 4))
     X[..., 0, 0] = X[..., 1, 1] = np.cos(yaw)
@@ -52,16 +52,16 @@ def odometry_frame(X_WB: np.ndarray, X_OB: np.ndarray) -> np.ndarray:
 def stepped(
     pose: np.ndarray, X_WB: np.ndarray, X_OB: np.ndarray, most: float
 ) -> np.ndarray:
-    """Moves the pose of the odometry's frame towards another one.
+    """Moves the pose X_WO of the odometry's frame by a limited step.
 
-    A turn of a far frame swings the base; so it is the base whose motion is
-    limited.
+    A small turn of a distant frame O would move the base far, so the step of
+    the base's pose in W is limited.
 
     Args:
         pose: The pose X_WO in effect, shape (3,) [m, rad].
-        X_WB: Where the base is to be, shape (3,) [m, rad].
+        X_WB: Desired pose of the base, shape (3,) [m, rad].
         X_OB: The base's measured pose, shape (3,) [m, rad].
-        most: Greatest shift of the base [m], and greatest turn [rad].
+        most: Largest shift of the base [m], and largest turn [rad].
     """
     now = composed(pose, X_OB)
     turn = relative(now, X_WB)[2]
@@ -76,9 +76,9 @@ def largest_error(
     """Bounds the distance of a reported pose from the true one.
 
     Args:
-        covariance: Covariance of the pose X_WB by W's axes, shape (3, 3).
+        covariance: Covariance of the pose X_WB along W's axes, shape (3, 3).
         sigmas: Number of standard deviations that count.
-        X_WB: Where it is expected, shape (3,) [m, rad].
+        X_WB: Expected pose of the base, shape (3,) [m, rad].
         told: The reported pose that a caller uses, shape (3,) [m, rad].
 
     Returns:

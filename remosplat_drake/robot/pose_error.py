@@ -49,7 +49,7 @@ def pose_error(X_WE: np.ndarray, X_WT: np.ndarray) -> PoseError:
 
 @kernel
 def error_arrays(X_WE, X_WT):
-    """Computes the attributes of a `PoseError`, one after the other.
+    """Computes the attributes of a `PoseError`, as a tuple.
 
     Args:
         X_WE: Pose of the end effector, shape (4, 4).

@@ -22,10 +22,10 @@ def shoulder(robot: RobotModel, q: np.ndarray, effector: int = 0) -> np.ndarray:
 
 
 def arm_reach(robot: RobotModel) -> float:
-    """Returns a bound on how far the arm reaches from its shoulder [m].
+    """Returns an upper bound on the arm's reach from its shoulder [m].
 
-    It is the length of the arm laid out straight, at any joint limits, to
-    the surface of its farthest sphere: an upper bound.
+    It is the length of the straight arm, regardless of joint limits, up to the
+    surface of its farthest sphere.
     """
     tree, first = robot.tree, _body_moved_by(robot, robot.n_q - len(robot.home))
     travel = np.maximum(abs(robot.position_lower), abs(robot.position_upper))
@@ -44,9 +44,9 @@ def arm_reach(robot: RobotModel) -> float:
 
 
 def end_effector_reach(robot: RobotModel, effector: int = 0) -> float:
-    """Returns how far an end effector can be from its arm's first joint [m].
+    """Returns the largest distance of an end effector from its shoulder [m].
 
-    It is the length of all links together, at any limits of the joints.
+    It is the sum of all links' lengths, regardless of joint limits.
 
     Args:
         robot: The robot.
@@ -66,10 +66,11 @@ def end_effector_reach(robot: RobotModel, effector: int = 0) -> float:
 def beyond_reach(
     robot: RobotModel, q: np.ndarray, p_WT: np.ndarray, effector: int = 0
 ) -> float:
-    """Returns how far a point is beyond an end effector's reach at least [m].
+    """Returns a lower bound on a point's distance beyond the reach [m].
 
-    A base drives on a plane, so that of its robot only the height of the arm's
-    first joint counts. At zero the point may still be out of reach.
+    If the robot has a mobile base, only the height of the arm's first joint
+    counts, since the base can drive to any x and y. A result of zero does not
+    prove that the point is within reach.
 
     Args:
         robot: The robot.
@@ -83,7 +84,7 @@ def beyond_reach(
 
 
 def _body_moved_by(robot: RobotModel, joint: int) -> int:
-    """The body that a joint moves, by the joint's entry of q."""
+    """Returns the body that the joint with an entry of q moves."""
     return int(np.flatnonzero(robot.tree.position == joint)[0])
 
 

@@ -7,11 +7,11 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 def levers(robot: RobotModel, link_A: str, link_B: str) -> np.ndarray:
-    """Bounds how far B's origin is from the axes of the joints between A and B.
+    """Bounds the distances of B's origin from the joints between A and B.
 
     Relative to A, a revolute joint between the two carries B around its axis.
     Its largest lever is the length of the links between the axis and B, laid
-    out straight. Motion that carries both links does not count.
+    out straight. Joints that move both links together are not counted.
 
     Args:
         robot: The robot.
@@ -19,8 +19,9 @@ def levers(robot: RobotModel, link_A: str, link_B: str) -> np.ndarray:
         link_B: Name of the link that is seen moving.
 
     Returns:
-        One length for each command, shape (n_u,) [m]: for turning joints the
-        bound, for sliding joints 1, for all others -1.
+        One length for each command, shape (n_u,) [m]: the bound for revolute
+        joints, 1 for prismatic joints, and -1 for joints that are not between A
+        and B.
     """
     tree = robot.tree
     outward_A = tree.chain(tree.index(link_A))

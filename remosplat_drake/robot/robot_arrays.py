@@ -1,4 +1,4 @@
-"""A robot, and where it is, packed for kernels."""
+"""A robot and its state, packed for kernels."""
 
 from typing import NamedTuple
 
@@ -24,15 +24,14 @@ class RobotArrays(NamedTuple):
         p_LS: Centres of the spheres in their links, shape (n, 3) [m].
         radius: Radii of the spheres, shape (n,) [m].
         hessian_bound: `RobotModel.hessian_bound`.
-        ignore_below: Height below which each sphere sees nothing, shape (n,)
-            [m].
-        index: Number of each sphere, by which contact rules know it, shape
-            (n,).
+        ignore_below: Height below which each sphere ignores the scene, shape
+            (n,) [m].
+        index: Index of each sphere in contact rules, shape (n,).
         jacobian_bound: `RobotModel.jacobian_bound`.
-        leading: Which spheres move with the hand of each of e end effectors,
-            shape (e, n), bool.
+        leading: For each end effector, which spheres move with its arm's last
+            joint, shape (e, n), bool.
         body_E: Bodies of the end effectors, shape (e,).
-        X_LE: The end effectors in these, shape (e, 4, 4).
+        X_LE: Poses of the end effectors in these bodies, shape (e, 4, 4).
         body_B: Body of the base.
         n_base: Number of base commands, 3, 2 or 0.
         screw_axis_F: Axes of the commands' joints in their inboard frames,
@@ -146,11 +145,12 @@ def add_rate(robot, state, body, p_W, n_W, sign, row):
     Args:
         robot: The `RobotArrays`.
         state: The `StateArrays`.
-        body: The body that the point is on.
+        body: Index of the body that the point is fixed to.
         p_W: The point, shape (3,) [m].
         n_W: The direction, shape (3,) or three numbers.
         sign: Factor of the added terms.
-        row: One entry a command, shape (n_u,) [m/rad or 1].
+        row: The row to change, one entry for each command, shape (n_u,) [m/rad
+            or 1].
 
     Example:
         >>> import remosplat_drake as rs

@@ -16,20 +16,20 @@ from remosplat_drake.robot.actuators import Actuator
 
 DIFFERENTIAL, OMNIDIRECTIONAL = "differential", "omnidirectional"
 DRIVES = (DIFFERENTIAL, OMNIDIRECTIONAL)
-"""Choices of how a base drives: forwards and turning, or to the side, too."""
+"""Types of drives: forward and turning, or also sideways."""
 
 
 @dc.dataclass
 class MobileBase(Config):
     """A mobile base, modelled by three planar joints."""
 
-    # How it drives: `differential`, commanded by its forward speed and yaw
-    # rate, or `omnidirectional`, by its speeds forward and to the left and its
-    # yaw rate.
+    # Type of drive: `differential`, commanded by forward speed and yaw rate, or
+    # `omnidirectional`, commanded by speeds forward and to the left and yaw
+    # rate.
     drive: Annotated[str, OneOf(DRIVES)] = DIFFERENTIAL
     # Names of the joints x, y (prismatic) and yaw (revolute), in this order.
     joints: list[str] = dc.field(default_factory=list)
-    # Name of the body that drives along its x axis.
+    # Name of the base's body, whose x axis is forward.
     body: str = ""
 
 
@@ -74,12 +74,12 @@ class RobotDescription(Config):
     hands: dict[str, Hand] = dc.field(default_factory=dict)
     # Name of the frame E that the controller drives to the target.
     end_effector_frame: str = ""
-    # Frames of several end effectors by what these are called, in place of
-    # `end_effector_frame`: {left: left_tool, right: right_tool}. The joints of
-    # all arms are `arm`'s, each after those that carry it.
+    # Frames of several end effectors by their names, in place of
+    # `end_effector_frame`: {left: left_tool, right: right_tool}. `arm` then
+    # lists the joints of all arms, each after the joints that carry it.
     end_effectors: dict[str, str] = dc.field(default_factory=dict)
-    # Symmetric bounds on the command u: the base's speeds as `base.drive` has
-    # them, if there is a base, then the arm's joint rates [m/s, rad/s].
+    # Symmetric bounds on the command u: the base's speeds in the order of
+    # `base.drive`, if there is a base, then the arm's joint rates [m/s, rad/s].
     velocity_limits: list[Annotated[float, Interval(gt=0, le=100)]] = dc.field(
         default_factory=list
     )
@@ -88,30 +88,30 @@ class RobotDescription(Config):
         dc.field(default_factory=list)
     )
     # Bounds on the arm's jerk, the absolute rate of change of du/dt, for
-    # reports; empty where none are stated [rad/s^3, m/s^3].
+    # reports; empty if unknown [rad/s^3, m/s^3].
     jerk_limits: list[Annotated[float, Interval(gt=0, le=1e6)]] = dc.field(
         default_factory=list
     )
-    # How each axis follows its velocity command, in the order of u; empty where
-    # it has not been measured. `remosplat identify` writes it.
+    # How each axis follows its velocity command, in the order of u; empty if
+    # not measured. `remosplat identify` writes it.
     actuators: list[Actuator] = dc.field(default_factory=list)
     # Arm configuration to start from [rad, m for prismatic joints].
     home: list[JointPosition] = dc.field(default_factory=list)
-    # Constant positions of further joints by name, for example of the fingers
-    # [rad, m for prismatic joints].
+    # Constant positions of joints that the controller does not move, by name,
+    # such as the fingers [rad, m for prismatic joints].
     locked: dict[str, JointPosition] = dc.field(default_factory=dict)
-    # Names of links that stand on the floor: their spheres do not see it.
+    # Names of links that stand on the floor: their spheres ignore it.
     floor_links: list[str] = dc.field(default_factory=list)
-    # Pairs of links that may touch or overlap: they are not watched. Links with
-    # fewer than two moving joints between them never are.
+    # Pairs of links that may touch or overlap; their distances are not checked.
+    # Pairs with fewer than two moving joints between them are never checked.
     allowed_collisions: list[Annotated[list[str], Len(2, 2)]] = dc.field(
         default_factory=list
     )
     # SRDF file whose disabled collisions are allowed, too, relative to this
     # file; empty for none.
     srdf: str = ""
-    # What people call a link, by its name: elbow, wrist. Others are called by
-    # their names.
+    # Display names of links, such as elbow or wrist, by the links' names. Other
+    # links are displayed with their names.
     link_names: dict[str, str] = dc.field(default_factory=dict)
     # Sphere sets by name; their files are relative to this one.
     spheres: dict[str, str] = dc.field(default_factory=dict)
@@ -212,11 +212,11 @@ class RobotDescription(Config):
 
 
 def unknown_effector(name: str, effectors: Iterable[str]) -> str:
-    """Words an error about an end effector that a robot does not have.
+    """Formats an error about an end effector that a robot does not have.
 
     Args:
-        name: The name that was given.
-        effectors: Those of the robot's end effectors; a single one has none.
+        name: The unknown name.
+        effectors: Names of the robot's end effectors; empty for a single one.
     """
     if any(effectors):
         return unknown_name("end effector", name, effectors)
@@ -233,11 +233,11 @@ def shipped_robots() -> list[str]:
 
 
 MODEL_SUFFIXES = (".urdf", ".xacro", ".sdf", ".xml", ".mjcf")
-"""Endings of models of robots, which are not descriptions."""
+"""Suffixes of robot model files, which are not descriptions."""
 
 
 def _is_a_model(path: Path) -> str:
-    """Names the right kind of file, if another one was given."""
+    """Returns the error text for a file that is a model, not a description."""
     made = path.name.partition(".")[0]
     return (
         f"is a model, not a robot's description; `remosplat import-robot"

@@ -3,7 +3,7 @@
 Configuration q = (x, y, yaw, arm joints), command u = (v, omega, arm joint
 rates): a differential base has three positions but two velocities. An
 omnidirectional one has a third, to the left, between the two. An arm without a
-mobile base has neither part, and everything here works the same.
+mobile base has neither base positions nor base velocities.
 """
 
 import copy
@@ -44,24 +44,26 @@ from remosplat_drake.robot.sphere_model import (
 from remosplat_drake.robot.sphere_tree import SphereTree
 
 ROUNDING = 1e-3
-"""Distance beyond a joint's limit that is no more than rounding [rad, m]."""
+"""Excess over a joint limit that counts as rounding [rad, m]."""
 
 _MOST_TURNED_BEYOND, _MOST_SLID_BEYOND = 0.5, 0.05
-"""How far beyond its limits a hinge may start [rad], and a slide [m]."""
+"""Largest excess over its limits at the start, of a revolute joint [rad] and of
+a prismatic joint [m]."""
 
 
 class RobotModel:
     """Kinematics, limits and collision spheres of one robot.
 
-    Copying returns the object itself: it is never changed after it was made.
+    The object never changes after its creation; copying returns the object
+    itself.
 
     Attributes:
         description: The robot description that it was made from.
         spheres: The sphere model in use.
-        payload: What its hand carries, a link of it like others; None for
-            nothing.
+        payload: The object that its hand carries, which is one of its links;
+            None for nothing.
         tree: The kinematic tree, body 0 being the world.
-        dynamics: The torques that motions take.
+        dynamics: The inverse dynamics.
         n_q: Number of configuration variables (10 for Frankie).
         n_u: Number of commanded velocities (9 for Frankie).
         n_base: Number of base commands: 3 (omnidirectional), 2 (differential)
@@ -77,9 +79,9 @@ class RobotModel:
             for the base.
         fingers: Bodies of `tree` that are the hand's fingers, shape (f,).
         screw_body: Body of `tree` whose inboard joint each command moves, shape
-            (n_u,); all of a base's move the one that turns.
-        screw_turns: Whether each command turns that body, or else slides it,
-            shape (n_u,), bool.
+            (n_u,); all base commands move the body that yaws.
+        screw_turns: Whether each command rotates that body; otherwise it
+            translates it, shape (n_u,), bool.
 
     Example:
         >>> import remosplat_drake as rs
@@ -95,7 +97,7 @@ class RobotModel:
         spheres: SphereModel,
         floor_height: float = -np.inf,
     ):
-        """Reads the kinematics off a plant that is made for that purpose.
+        """Reads the kinematics from a plant, which is not kept.
 
         Args:
             description: The robot description.
@@ -144,22 +146,22 @@ class RobotModel:
     def holding(self, payload: Payload | None) -> "RobotModel":
         """Returns the same robot with another payload in its hand.
 
-        The payload is a further link of it, the last of its tree, and its
-        spheres are the last. Everything else that is computed of the robot
-        follows from that. Equal calls return the same object.
+        The payload becomes the last link of the tree, and its spheres the last
+        spheres; all other quantities follow. Equal calls return the same
+        object.
 
         Args:
-            payload: What it carries; None for nothing.
+            payload: The object that it carries; None for nothing.
 
         Raises:
-            RemoSplatError: The robot has a link of the payload's name, or none
-                of that of its link.
+            RemoSplatError: A link of the robot already has the payload's name,
+                or the robot lacks the link that shall carry it.
         """
         empty = self if self._empty is None else self._empty
         return empty if payload is None else _holding(empty, payload)
 
     def _copied(self) -> "RobotModel":
-        """A copy without the properties that are computed once."""
+        """Returns a copy without its cached properties."""
         copied = copy.copy(self)
         for name in vars(self):
             if isinstance(getattr(type(self), name, None), cached_property):
@@ -169,8 +171,8 @@ class RobotModel:
     def with_hand_width(self, width: float) -> "RobotModel":
         """Returns the same robot with its fingers at another width.
 
-        Their spheres and convex shapes move with their joints, each finger by
-        the same way. Equal calls return the same object.
+        Spheres and convex shapes of both fingers move by the same distance.
+        Equal calls return the same object.
 
         Args:
             width: Opening of the hand, the sum of the fingers' positions [m].
@@ -185,7 +187,7 @@ class RobotModel:
 
     @property
     def as_described(self) -> "RobotModel":
-        """The robot with empty hand and the width that its description has."""
+        """The robot with empty hand and the hand width of its description."""
         empty = self.holding(None)
         return empty if empty._described is None else empty._described
 
@@ -252,10 +254,10 @@ class RobotModel:
 
     @property
     def assumed_actuators(self) -> list[Actuator]:
-        """How a real robot's axes are taken to follow their commands.
+        """The assumed models of a real robot's axes, one for each command.
 
-        As its description says, or else, where they have not been measured,
-        as cautious defaults say.
+        They are those of the description or, if not measured, cautious
+        defaults.
         """
         return list(self.description.actuators) or default_actuators(
             self.n_base, self.n_u - self.n_base
@@ -292,7 +294,7 @@ class RobotModel:
         self._X_LE = np.array(X_LE, order="C")
 
     def _set_screws(self):
-        """Finds the screw of each command and which bodies it moves."""
+        """Finds the screw of each command, and the bodies that it moves."""
         b = len(self.tree.names)
         joint_body = {
             int(position): body
@@ -319,7 +321,7 @@ class RobotModel:
     def hands(self) -> np.ndarray:
         """Which spheres move with the last joint of each arm, (e, n), bool.
 
-        An only arm's last joint is the last of all, with or without a hand.
+        A single arm's last joint is the robot's last, with or without a hand.
         """
         last = self._last_bodies
         spheres = [self.tree.chain(body) for body in self._body_S]
@@ -341,7 +343,8 @@ class RobotModel:
             body: Index of a body of the robot's tree.
 
         Returns:
-            The first one whose last joint moves the body; None if none does.
+            The first end effector whose arm's last joint moves the body; None
+            if none does.
         """
         chain = self.tree.chain(body)
         for effector, last in enumerate(self._last_bodies):
@@ -365,7 +368,7 @@ class RobotModel:
 
     @cached_property
     def arm_turns(self) -> np.ndarray:
-        """Which of the arm's joints are hinges, not slides, (n_arm,), bool."""
+        """Which of the arm's joints are revolute, shape (n_arm,), bool."""
         kinds = dict(zip(self.tree.position, self.tree.kind, strict=True))
         arm = range(self._base_q, self.n_q)
         return np.array([kinds[i] == kin.REVOLUTE for i in arm], bool)
@@ -381,9 +384,10 @@ class RobotModel:
         return np.concatenate([np.zeros(self._base_q), self.home])
 
     def rounded_into_limits(self, q: np.ndarray) -> np.ndarray:
-        """Moves joints that rounding has put beyond a limit onto it.
+        """Moves joints that are beyond a limit by rounding onto the limit.
 
-        Files write 3.1416 for a limit of pi. Larger excesses stay.
+        For example, files contain 3.1416 for a limit of pi. Larger excesses are
+        not changed.
 
         Args:
             q: A configuration, shape (n_q,) [rad, m].
@@ -396,13 +400,13 @@ class RobotModel:
 
     @cached_property
     def most_beyond(self) -> np.ndarray:
-        """How far beyond its limits each joint may start, (n_q,) [rad, m]."""
+        """Largest excess of each joint at the start, (n_q,) [rad, m]."""
         turns = np.ones(self.n_q, bool)
         turns[self._base_q :] = self.arm_turns
         return np.where(turns, _MOST_TURNED_BEYOND, _MOST_SLID_BEYOND)
 
     def excess(self, q: np.ndarray) -> np.ndarray:
-        """Computes how far each joint is beyond its limits, (n_q,) [rad, m].
+        """Computes the excess of each joint over its limits, (n_q,) [rad, m].
 
         Args:
             q: A configuration, shape (n_q,) [rad, m].
@@ -411,7 +415,7 @@ class RobotModel:
         return np.maximum(np.maximum(lower - q, q - upper), 0.0)
 
     def beyond_limits(self, q: np.ndarray) -> str:
-        """Says which joint is farthest beyond its limits; empty if none is.
+        """Describes the joint farthest beyond its limits; empty if none is.
 
         Args:
             q: A configuration, shape (n_q,) [rad, m].
@@ -431,7 +435,7 @@ class RobotModel:
         return kin.body_poses(self.tree.arrays, self._whole(q))[0]
 
     def _whole(self, q: np.ndarray) -> np.ndarray:
-        """Copies a configuration; kernels would read beyond a shorter one."""
+        """Copies a configuration and checks its shape; kernels do not."""
         q = np.array(q, float)
         if q.shape != (self.n_q,):
             problem = f"a configuration has shape ({self.n_q},), not {q.shape}"
@@ -465,7 +469,7 @@ class RobotModel:
         return self.state_of(state_arrays(self.arrays, self._whole(q)))
 
     def state_of(self, arrays: StateArrays) -> RobotState:
-        """Returns the values that kernels have computed already.
+        """Wraps kinematic quantities that a kernel has already computed.
 
         Args:
             arrays: The kinematic quantities of a configuration of this robot.
@@ -493,11 +497,10 @@ class RobotModel:
         return N
 
     def sphere_tube(self, tube: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        """Bounds how far spheres may be off a predicted path, shape (n,) [m].
+        """Bounds deviations of spheres from predicted paths, shape (n,) [m].
 
         Args:
-            tube: By how much positions may be off, as shares of the speeds,
-                shape (n_u,) [s].
+            tube: Errors of positions divided by speeds, shape (n_u,) [s].
             speed: Greatest speeds, shape (n_u,) [m/s, rad/s].
         """
         return self.jacobian_bound @ (tube * speed)
@@ -514,7 +517,7 @@ class RobotModel:
         Args:
             q: Configuration to start from, shape (n_q,).
             u: Command that is held, shape (n_u,).
-            times: Durations, each counted from q on, shape (k,) [s].
+            times: Durations, each from the start, shape (k,) [s].
 
         Returns:
             The configuration after each duration, shape (k, n_q).
@@ -528,8 +531,8 @@ class RobotModel:
 
         Args:
             states: Configurations, shape (k, n_q).
-            state: Row of `states` for each wanted sphere, shape (m,); equal
-                ones that follow each other are computed once.
+            state: Row of `states` for each wanted sphere, shape (m,);
+                consecutive equal rows are computed once.
             sphere: Index of each wanted sphere, shape (m,).
         """
         p_WS, R_WL = kin.sphere_points_at(
@@ -558,7 +561,7 @@ class RobotModel:
     def placed(
         self, sphere: np.ndarray, p_WS: np.ndarray, R_WL: np.ndarray
     ) -> Spheres:
-        """Makes `Spheres` of some spheres whose placement is known.
+        """Makes `Spheres` from computed positions of some spheres.
 
         Args:
             sphere: Indices of the spheres, shape (m,).
@@ -616,9 +619,9 @@ class RobotModel:
 
     @cached_property
     def joint_reach(self) -> np.ndarray:
-        """How far from zero each joint can be, (n_q,) [m, rad].
+        """Largest absolute position of each joint, shape (n_q,) [m, rad].
 
-        It may start beyond its limits, by `most_beyond`.
+        This includes a start beyond its limits, by `most_beyond`.
         """
         reach = np.maximum(-self.position_lower, self.position_upper)
         return reach + self.most_beyond
@@ -688,7 +691,8 @@ def load_robot(
             below this height [m]; -inf sees everything.
 
     Raises:
-        RemoSplatError: Something named does not exist or does not fit.
+        RemoSplatError: The robot or sphere set does not exist, or does not fit
+            its model.
 
     Example:
         >>> import remosplat_drake as rs

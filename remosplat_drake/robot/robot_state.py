@@ -16,7 +16,7 @@ class RobotState:
     """All kinematic quantities of one configuration, computed together.
 
     Attributes:
-        arrays: Most of them, packed for kernels.
+        arrays: Most of the quantities, packed for kernels.
         spheres: The robot's spheres in W.
         robot: The robot, packed for kernels.
     """
@@ -63,17 +63,17 @@ class RobotState:
 
     @property
     def X_WE(self) -> np.ndarray:
-        """Pose of the end effector, of several of the first, a 4x4 matrix."""
+        """Pose of the first or only end effector, a 4x4 matrix."""
         return self.arrays.X_WE[0]
 
     @property
     def Jv_WE(self) -> np.ndarray:
-        """Translational Jacobian of that E's origin in W, shape (3, n_u)."""
+        """Translational Jacobian of the first E in W, shape (3, n_u)."""
         return self.arrays.Jv_WE[0]
 
     @property
     def Jw_WE(self) -> np.ndarray:
-        """Angular Jacobian of that E in W, shape (3, n_u)."""
+        """Angular Jacobian of the first end effector in W, shape (3, n_u)."""
         return self.arrays.Jw_WE[0]
 
     def J_WE(self, effector: int) -> np.ndarray:

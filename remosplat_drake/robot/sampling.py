@@ -1,4 +1,4 @@
-"""The ranges from which a robot's configurations are drawn at random."""
+"""Random configurations of a robot, and the ranges of their positions."""
 
 import numpy as np
 
@@ -6,10 +6,10 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 
 def position_ranges(robot: RobotModel) -> tuple[np.ndarray, np.ndarray]:
-    """Returns between which positions all postures of a robot lie.
+    """Returns the ranges of a robot's positions in random postures.
 
-    These are its joints' limits, and half a turn either way where there are
-    none. A mobile base has none, and its place does not matter.
+    The ranges are the joint limits, or half a turn either way for a joint or
+    base without limits.
 
     Args:
         robot: The robot.
@@ -29,7 +29,7 @@ def random_states(
 
     Args:
         robot: The robot.
-        count: How many.
+        count: Number of configurations.
         rng: Source of randomness.
     """
     return rng.uniform(*position_ranges(robot), (count, robot.n_q))

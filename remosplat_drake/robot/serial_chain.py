@@ -1,8 +1,8 @@
-"""`SerialChain`: the joints from the world to the end effector, in a row.
+"""`SerialChain`: the joints from the world to an end effector.
 
-Inverse kinematics needs the end effector alone, thousands of times: fixed
+Inverse kinematics evaluates only the end effector, thousands of times. So fixed
 transforms between two joints are merged, and other branches of the tree are
-left out.
+omitted.
 """
 
 from typing import NamedTuple
@@ -13,14 +13,14 @@ from remosplat_drake.robot import kinematics as kin
 
 
 class SerialChain(NamedTuple):
-    """The n joints that move an end effector E, the inmost first.
+    """The n joints that move an end effector E, from the base outwards.
 
     Attributes:
         kind: `kinematics.REVOLUTE` or PRISMATIC, shape (n,).
-        position: Entry of q that each joint has, shape (n,).
+        position: Index in q of each joint, shape (n,).
         axis_F: Axes in the joints' inboard frames F, shape (n, 3).
-        X_MF: Poses of the joints' frames F in the frame M that the joint
-            before moves, of the first in W, shape (n, 4, 4).
+        X_MF: Poses of the joints' inboard frames F in the outboard frame M of
+            the previous joint, of the first one in W, shape (n, 4, 4).
         X_ME: Pose of E in the frame M of the last joint, shape (4, 4).
     """
 

@@ -11,15 +11,15 @@ from remosplat_drake.robot.sphere_model import Spheres
 
 @dc.dataclass(frozen=True, eq=False)
 class SphereBatch:
-    """The n spheres of a robot in c configurations: one question about all.
+    """The n spheres of a robot in c configurations, for one distance query.
 
-    The arrays are NumPy's or torch's, also on a GPU. Answers are of the kind
-    that `p_WS` is.
+    The arrays are NumPy's or torch's, also on a GPU. Results have the array
+    type of `p_WS`.
 
     Attributes:
         p_WS: Centres in W, shape (c, n, 3) [m].
         R_WL: Orientations of the spheres' links in W, shape (c, n, 3, 3). Only
-            depth views look at it.
+            depth views use them.
         radius: Radii, shape (n,) [m].
         ignore_below: Height z in W below which scene points are invisible to
             each sphere, shape (n,) [m].
@@ -34,7 +34,7 @@ class SphereBatch:
         return len(self.p_WS)
 
     def __iter__(self) -> Iterator[Spheres]:
-        """Goes through the configurations' spheres, as NumPy's arrays."""
+        """Yields the spheres of each configuration, as NumPy arrays."""
         arrays = (self.p_WS, self.R_WL, self.radius, self.ignore_below)
         p_WS, R_WL, radius, floor = (_on_host(array) for array in arrays)
         for p, R in zip(p_WS, R_WL, strict=True):
@@ -42,7 +42,7 @@ class SphereBatch:
 
     @staticmethod
     def stacked(configurations: Sequence[Spheres]) -> "SphereBatch":
-        """Puts the spheres of at least one configuration together.
+        """Makes a batch of the spheres of one or more configurations.
 
         Args:
             configurations: The robot's spheres in each configuration. Radii and

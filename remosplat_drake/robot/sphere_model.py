@@ -18,8 +18,8 @@ from remosplat_drake.robot.link_table import LinkTable, load_link_table
 class SphereModel:
     """n spheres S, each fixed to a link L (paper section IV-B).
 
-    `remosplat_drake.robot.fitting.enclosure` defines and proves whether they
-    enclose the robot.
+    `remosplat_drake.robot.fitting.enclosure` defines when spheres enclose the
+    robot, and proves it.
 
     Attributes:
         name: Name of the sphere set, for tables and logs.
@@ -44,7 +44,7 @@ class SphereModel:
         return np.array([link in links for link in self.links], bool)
 
     def with_link(self, link: str, spheres: LinkSpheres) -> "SphereModel":
-        """Returns the model with the spheres of a further link, as the last.
+        """Returns the model, with the spheres of a further link at the end.
 
         Args:
             link: Name of the link.
@@ -72,10 +72,10 @@ class Spheres:
         R_WL: Orientations of the spheres' links in W, shape (n, 3, 3).
         radius: Radii, shape (n,) [m].
         ignore_below: Height z in W below which scene points are invisible to
-            each sphere, shape (n,) [m]; -inf sees everything. It keeps the
-            floor from blinding a mobile base (which always touches it).
-        index: Which of the robot's spheres each is, shape (n,); -1 for one
-            that is none, which is what they are if it is absent.
+            each sphere, shape (n,) [m]; -inf sees everything. Otherwise a
+            mobile base, which always touches the floor, could not move.
+        index: Index of each among the robot's spheres, shape (n,); -1 for a
+            sphere that is not one of these. By default all are -1.
     """
 
     p_WS: np.ndarray
@@ -133,7 +133,7 @@ LARGEST = 10.0
 
 @dc.dataclass
 class SphereFile(LinkTable):
-    """The spheres of every link of a robot, as their YAML file has them."""
+    """The content of a YAML file with the spheres of every link of a robot."""
 
     # Rows [x, y, z, radius] by link name [m]; a link may have none.
     spheres: dict[str, list[SphereRow] | None] = dc.field(default_factory=dict)

@@ -1,8 +1,7 @@
-"""`SphereTree`: balls around the spheres of a link, so that few are looked at.
+"""`SphereTree`: balls around the spheres of a link, for fewer distance queries.
 
-A lower bound of the distance to a ball holds for all spheres within. A ball
-moves with its link, as the spheres do, so the bounds on its motion are those of
-a sphere.
+A lower bound on the distance from a ball holds for all spheres inside it. A
+ball moves with its link like a sphere, so the same bounds on motion apply.
 """
 
 from collections.abc import Callable
@@ -16,22 +15,22 @@ _LARGEST = 0.2
 """Radius above which a ball is split, if it holds several spheres [m]."""
 
 _STEPS = 100
-"""Steps towards the centre of the least ball."""
+"""Number of steps towards the centre of the smallest enclosing ball."""
 
 
 class SphereTree(NamedTuple):
-    """g balls around n spheres, and the spheres behind them: m = g + n in all.
+    """g balls around n spheres, followed by these spheres: m = g + n in all.
 
     Attributes:
-        body: Body of each, shape (m,).
+        body: Body of each ball and sphere, shape (m,).
         p_LS: Centres in their links, shape (m, 3) [m].
         radius: Radii, shape (m,) [m].
         ignore_below: Height below which each ignores the map, shape (m,) [m].
-        index: Which sphere each is; -1 for a ball, shape (m,).
+        index: Index of the sphere; -1 for a ball, shape (m,).
         hessian_bound: Bounds on |d2p_WS / dq_j dq_k|, shape (m, n_u, n_u).
-        first: Place in `member` of each ball's first sphere, and the end, shape
+        first: Index in `member` of each ball's first sphere, and the end, shape
             (g + 1,).
-        member: The spheres by ball, as places in these m, shape (n,).
+        member: The spheres sorted by ball, as indices among the m, shape (n,).
     """
 
     body: np.ndarray
@@ -57,8 +56,9 @@ class SphereTree(NamedTuple):
             body_S: Their bodies, shape (n,).
             ignore_below: Height below which each ignores the map, shape (n,)
                 [m].
-            bend: Function that bounds |d2p_WP / dq_j dq_k| of points P, by
-                their bodies, shape (k,), and places there, shape (k, 3) [m].
+            bend: Function that bounds |d2p_WP / dq_j dq_k| of points P, given
+                their bodies, shape (k,), and positions in these, shape (k, 3)
+                [m].
         """
         groups = _groups(spheres)
         around = [
@@ -81,7 +81,7 @@ class SphereTree(NamedTuple):
 
 
 def _groups(spheres: SphereModel) -> list[np.ndarray]:
-    """Divides the spheres of each link into groups with small balls around."""
+    """Divides the spheres of each link into groups for enclosing balls."""
     links = np.array(spheres.links)
     left = [
         np.flatnonzero(links == link) for link in dict.fromkeys(spheres.links)
@@ -103,9 +103,10 @@ def _groups(spheres: SphereModel) -> list[np.ndarray]:
 def enclosing_ball(
     centers: np.ndarray, radius: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Finds a ball around balls, not much larger than the least.
+    """Finds a ball around balls, not much larger than the smallest one.
 
-    Steps towards the farthest one grow shorter (Badoiu and Clarkson 2003).
+    The centre moves towards the farthest ball in ever smaller steps (Badoiu and
+    Clarkson 2003).
 
     Args:
         centers: Their centres, shape (k, 3) [m].

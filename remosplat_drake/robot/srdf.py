@@ -1,4 +1,4 @@
-"""Reads pairs of links from an SRDF file, as MoveIt writes it."""
+"""Reads disabled collisions of pairs of links from an SRDF file."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Targets packed for kernels: errors, and the place of a tool on a line."""
+"""Targets packed for kernels: pose errors, and positions on a line."""
 
 import math
 from typing import NamedTuple
@@ -57,7 +57,7 @@ def target_of(aim, i) -> TargetArrays:
 
     Args:
         aim: The `AimArrays`.
-        i: Which of its targets.
+        i: Index of the target.
     """
     return TargetArrays(
         aim.X_WT[i], aim.weights[i], aim.onward[i], aim.X_WA[i], aim.speed[i]
@@ -68,8 +68,8 @@ def target_of(aim, i) -> TargetArrays:
 def asked_error(X_WE, target):
     """Computes a `PoseError`'s attributes in constrained directions.
 
-    It leads to the nearest pose that satisfies all constraints: free directions
-    keep the end effector's values.
+    It is the error to the nearest pose that satisfies the target: in free
+    directions the error is zero.
 
     Args:
         X_WE: Pose of the end effector, shape (4, 4).
@@ -87,7 +87,7 @@ def asked_error(X_WE, target):
 
 @helper
 def has_free(weights) -> bool:
-    """Returns whether a direction has no weight, and so is free.
+    """Returns whether any direction has weight zero, so is free.
 
     Args:
         weights: Weights of the directions, shape (6,).
@@ -100,7 +100,7 @@ def has_free(weights) -> bool:
 
 @helper
 def leave_free(target, p_W) -> None:
-    """Takes the free translations out of a vector.
+    """Removes the free translations from a vector.
 
     Args:
         target: The `TargetArrays`.
@@ -118,8 +118,8 @@ def leave_free(target, p_W) -> None:
 def asked_rotation(X_WE, X_WT, weights):
     """Computes the smallest rotation of E to its constrained orientation.
 
-    With one axis free that is the one which carries this axis of E to that of
-    T, along the shortest way.
+    If the rotation about one axis is free, the result is the smallest rotation
+    that aligns this axis of E with that of T.
 
     Args:
         X_WE: Pose of the end effector, shape (4, 4).
@@ -148,7 +148,7 @@ def asked_rotation(X_WE, X_WT, weights):
     factor = 1.0
     if sine > 1e-9:
         factor = math.atan2(sine, cosine) / sine
-    elif cosine < 0.0:  # Turned round: about any axis across.
+    elif cosine < 0.0:  # Opposite: about any perpendicular axis.
         other = X_WE[:3, (free + 1) % 3]
         normal, factor = (other[0], other[1], other[2]), math.pi
     for c in range(3):
@@ -158,17 +158,17 @@ def asked_rotation(X_WE, X_WT, weights):
 
 @kernel(returns=several(reals(1), REAL, reals(1), reals(1), reals(1)))
 def place_on_line(X_WE, target):
-    """Finds the place S on a target's line that is nearest to E.
+    """Finds the pose S on a target's line that is nearest to E.
 
     Args:
         X_WE: Pose of the end effector, shape (4, 4).
         target: The `TargetArrays`, with a line.
 
     Returns:
-        The line's direction, shape (3,), what is left of it [m], the
+        The line's direction, shape (3,), its remaining length [m], the
         translation from E to S, shape (3,) [m], the rotation to S, shape (3,)
-        [rad], and how far the line turns a metre, shape (3,) [rad/m]; all in W
-        and without what is free.
+        [rad], and the line's rotation per metre, shape (3,) [rad/m]; all in W,
+        without free directions.
     """
     along_W, turn_W, _ = asked_error(target.X_WA, target)
     length = norm(along_W)
@@ -193,7 +193,7 @@ def place_on_line(X_WE, target):
 
 @helper
 def _turned(X, turn_W, done):
-    """X, turned by `done` times a rotation vector; where it is is left out."""
+    """Returns X rotated by `done` times a rotation vector, at the origin."""
     angle = done * norm(turn_W)
     result = X.copy()
     if angle < 1e-12:

@@ -23,8 +23,8 @@ class LinkVisual(Config):
     translation: Position = dc.field(default_factory=lambda: [0.0] * 3)
     # Roll, pitch and yaw of the mesh in the link [deg].
     rpy_deg: RollPitchYawDeg = dc.field(default_factory=lambda: [0.0] * 3)
-    # Red, green, blue and alpha in [0, 1] of the shape that is drawn while
-    # there is no mesh.
+    # Red, green, blue and alpha in [0, 1] of the collision shape that is drawn
+    # if the mesh is missing.
     colour: Annotated[
         list[Annotated[float, Interval(ge=0, le=1)]], Len(4, 4)
     ] = dc.field(default_factory=lambda: [0.9, 0.9, 0.9, 1])

@@ -3,9 +3,10 @@
 `SafetySupervisor` stands between controller and station. Once a control
 period it looks for `symptoms`: stale or frozen measurements, a reflex or a
 protective stop, a late control tick, a command that is not followed, too
-little clearance. Any of them ramps the robot down into a latched stop, which
-only a release ends. `supervise` is that state machine as a pure function.
+little clearance. If it finds one, it brakes the robot along the braking ramp.
+The stop is latched: only a release ends it. `supervise` is that state machine
+as a pure function.
 
-`gates` is about runs that have not begun: properties of a map that must be
-known, or accepted by name, before a robot moves.
+`gates` checks a run before it begins: properties of map and start pose that
+must be good, or accepted by name, before a robot moves.
 """

@@ -1,9 +1,9 @@
-"""Gates: properties to know, or accept by name, before a robot moves.
+"""Gates: checks to pass, or accept by name, before a robot moves.
 
-Functions that examine a run's map and settings return its faults as `Gate`s.
-`open_gates` decides: a refusal ends the run before it begins, unless a person
-has accepted the gate by its name; a warning is printed. On the real robot
-each fault is a refusal that has not been accepted.
+Other functions examine a run's map and settings, and return a `Gate` for each
+fault. `open_gates` then lets the run pass or refuses it. Each gate has its own
+consequence in simulation and on a real robot. A refusal ends the run before it
+begins, unless a person has accepted the gate by its name; a warning is printed.
 """
 
 import dataclasses as dc
@@ -48,10 +48,11 @@ class Gate:
 
     Attributes:
         name: Name of the gate, a key of `GATES`.
-        problem: What is wrong, and where that helps, what would be right.
-        in_simulation: Its consequence in simulation: `SILENCE`, `WARNING` or
-            `REFUSAL`.
-        on_hardware: Its consequence for a real robot, likewise.
+        problem: What is wrong and, if that helps, what would be right.
+        in_simulation: Consequence of the gate in simulation: `SILENCE`,
+            `WARNING` or `REFUSAL`.
+        on_hardware: Consequence of the gate on a real robot, with the same
+            values.
     """
 
     name: str
@@ -63,13 +64,13 @@ class Gate:
         return f"{self.name}: {self.problem}"
 
     def leads_to(self, hardware: bool) -> str:
-        """Returns its consequence, in simulation or with the real robot."""
+        """Returns the gate's consequence, in simulation or on a real robot."""
         return self.on_hardware if hardware else self.in_simulation
 
 
 @dc.dataclass(frozen=True)
 class Passage:
-    """How a run got through its gates.
+    """The gates that were shut when a run passed: warnings and accepted ones.
 
     Attributes:
         warnings: Shut gates that do not prevent this run.
@@ -83,7 +84,7 @@ class Passage:
 def check_names(
     names: Collection[str], valid: Mapping[str, str] = GATES
 ) -> None:
-    """Checks the names that a person accepts.
+    """Checks the names of gates that a person accepts.
 
     Args:
         names: The accepted names.
@@ -111,10 +112,10 @@ def open_gates(
 
     Args:
         gates: The gates that are shut.
-        accepted: Names of the gates that a person accepts; those of gates
-            that are not shut do not matter.
+        accepted: Names of the gates that a person accepts. Names of gates that
+            are not shut have no effect.
         hardware: Whether a real robot moves.
-        where: The scenario that a refusal blames.
+        where: The scenario that the error names.
         otherwise: Purpose of accepting, in words.
 
     Returns:

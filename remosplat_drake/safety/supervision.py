@@ -19,17 +19,17 @@ class SupervisorLaw:
     """The supervisor's thresholds and limits, which never change in a run.
 
     Attributes:
-        config: The thresholds, and how long they may be passed.
+        config: The thresholds, and how long a value may exceed each.
         dt: Control period [s].
         acceleration: Bounds on |du/dt| of the braking ramp, shape (n_u,)
             [m/s^2, rad/s^2].
         velocity: Bounds on |u|, shape (n_u,) [m/s, rad/s].
-        min_clearance: Clearance below which the robot must stop [m], unless
-            it started there and comes no nearer.
+        min_clearance: Clearance below which the robot must stop [m], unless it
+            started with a smaller one and comes no nearer.
         strict: Whether a command beyond the bounds on |u| and |du/dt| stops
             the robot instead of being passed on.
-        obeyed: Whether the robot gets the commands; in shadow mode it does not,
-            and need not follow them.
+        obeyed: Whether the robot receives the commands. In shadow mode it does
+            not, and is not checked for following them.
     """
 
     config: SupervisorConfig
@@ -41,7 +41,7 @@ class SupervisorLaw:
     obeyed: bool = True
 
     def elapsed(self, before: float, now: float) -> float:
-        """Returns the time from one tick to the next, in whole periods [s].
+        """Returns the time between two ticks, rounded to whole periods [s].
 
         Args:
             before: Time of the previous tick [s]; NaN for none.
@@ -62,13 +62,13 @@ class SupervisorLaw:
         """Makes the law for a robot.
 
         Args:
-            config: The thresholds, and how long they may be passed.
+            config: The thresholds, and how long a value may exceed each.
             robot: The robot, for its limits.
             dt: Control period [s].
-            smallest_stopping: Least clearance that the controller goes to by
-                design [m].
-            strict: Whether no command beyond the robot's limits is passed on.
-            obeyed: Whether the robot gets the commands.
+            smallest_stopping: Smallest stopping distance that the controller
+                may use [m].
+            strict: Whether a command beyond the robot's limits stops the robot.
+            obeyed: Whether the robot receives the commands.
 
         Raises:
             FieldError: A threshold is unusable.
@@ -95,12 +95,13 @@ class Observation:
         report: The controller's latest report.
         status: The station's status.
         u_measured: Measured velocities, shape (n_u,) [m/s, rad/s].
-        motion: The motion of a robot with delay; None for one that executes
-            commands at once.
+        motion: Predicted motion of a robot with delay; None for a robot
+            without.
         map_age: Age of the map [s].
-        movers: Movers; None where they are not sensed.
-        stop: Why a person or a program requests a stop; empty if none does.
-        release: Whether a person or a program releases a stop.
+        movers: Movers; None if nothing senses them.
+        stop: Reason of a stop that a person or a program requests; empty
+            without a request.
+        release: Whether a person or a program requests a release.
     """
 
     time: float

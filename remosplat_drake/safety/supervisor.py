@@ -1,12 +1,10 @@
-"""The safety supervisor as a pure state machine: may the robot move, and how.
+"""The safety supervisor's state machine, as a pure function.
 
-It passes the controller's command as it is, or runs the braking ramp: what it
-lets the robot execute is what verification has checked, and nothing else. A
-share of a verified command would end its tick between two of the places that
-were looked at, where verification tolerates less. The ramp starts from the
-command being executed and is the one that was checked with it, with any of the
-controller's settings, so that a stop at any tick keeps the guarantee of
-`verify.py`.
+It passes on the controller's command unchanged, or runs the braking ramp.
+Verification has checked both. It has not checked a scaled command, which would
+end its tick between two checked configurations. The ramp starts from the
+command being executed, and is the ramp that verification checked together with
+that command. So a stop at any tick keeps the guarantee of `verify.py`.
 
 | mode     | output           | left when                           |
 |----------|------------------|-------------------------------------|
@@ -15,7 +13,7 @@ controller's settings, so that a stop at any tick keeps the guarantee of
 | stopping | the braking ramp | it is at zero                       |
 | stopped  | zero             | released, and well                  |
 
-A stop is latched: stopping and stopped end in no other way.
+A stop is latched: the modes stopping and stopped end in no other way.
 """
 
 import dataclasses as dc
@@ -95,7 +93,7 @@ def _since(
 def _tripped(
     found: list[Symptom], since: dict[str, float], now: Observation
 ) -> str:
-    """Why the robot must stop: the first symptom; empty if it need not."""
+    """Text of the earliest symptom that has lasted too long; else empty."""
     if now.stop:
         return now.stop
     causes = [
@@ -108,7 +106,7 @@ def _tripped(
 
 
 def _missing(now: Observation) -> str:
-    """The condition that a start still waits for."""
+    """The condition that is still missing for a start; empty if none is."""
     if now.status.age == math.inf:
         return "waiting for the first measurement"
     if math.isnan(now.report.time):
@@ -129,9 +127,9 @@ def _brake(
 def _rest(
     state: SupervisorState, now: Observation, found: list[Symptom]
 ) -> SupervisorState:
-    """Only a release ends a stop, and only where nothing is wrong."""
+    """Ends a stop if a release is requested and nothing is wrong."""
     if not now.release:
-        # Further faults of a robot that has not been released yet are news.
+        # A requested stop is reported although the robot is not armed yet.
         if state.reason == UNARMED and now.stop:
             return dc.replace(state, reason=now.stop)
         return state

@@ -21,9 +21,9 @@ ROBOT_MODES = (
 
 @dc.dataclass
 class SupervisorConfig(Config):
-    """Thresholds of the safety supervisor, and how long they may be passed.
+    """Thresholds of the safety supervisor, and how long each may be exceeded.
 
-    Beyond one of them the robot ramps down into a latched stop.
+    After that time, the robot brakes along the braking ramp to a latched stop.
     """
 
     # Whether there is a supervisor at all.
@@ -32,8 +32,8 @@ class SupervisorConfig(Config):
     max_status_age: Annotated[float, Interval(gt=0, le=1)] = 0.05
     # Greatest age of the controller's latest tick while the robot moves [s].
     max_tick_age: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Time by which the supervisor may be late for its own period [s]: a loop
-    # that stood still for longer is stopped.
+    # Time by which a tick of the supervisor may be late [s]. If the control
+    # loop pauses for longer, the robot is stopped.
     max_overrun: Annotated[float, Interval(ge=0, le=1)] = 0.1
     # Modes of the arm, by libfranka's names, in which the robot may move.
     robot_modes: Annotated[
@@ -43,11 +43,11 @@ class SupervisorConfig(Config):
     min_success_rate: Annotated[float, Interval(ge=0, le=1)] = 0.8
     # Time for which fewer commands may reach the arm [s].
     success_rate_dwell: Annotated[float, Interval(ge=0, le=2)] = 0.2
-    # How far the clearance may fall below the controller's smallest stopping
-    # distance, at which it rides by design, or below what a robot that started
-    # nearer to the scene has reached since [m].
+    # Amount by which the clearance may fall below the controller's smallest
+    # stopping distance [m]. For a robot that started nearer to the scene, the
+    # limit is the largest clearance since the start.
     clearance_margin: Annotated[float, Interval(ge=0, le=0.05)] = 0.005
-    # Time for which the clearance may be smaller than that [s].
+    # Time for which the clearance may be below this limit [s].
     clearance_dwell: Annotated[float, Interval(ge=0, le=1)] = 0.1
     # Time for which the controller may find no feasible command and brake
     # [s].
@@ -55,15 +55,16 @@ class SupervisorConfig(Config):
     # Greatest difference between commanded and measured velocity, as a share
     # of each joint's velocity limit.
     max_follow_error: Annotated[float, Interval(gt=0, le=1)] = 0.3
-    # Time for which the difference may be greater [s].
+    # Time for which the difference may exceed it [s].
     follow_dwell: Annotated[float, Interval(ge=0, le=5)] = 0.5
-    # Greatest error of the position that the actuators' model predicts, as a
-    # multiple of the model's own tube.
+    # Greatest error of the position predicted by the actuator model, as a
+    # multiple of the model's tube.
     max_tracking_error: Annotated[float, Interval(gt=0, le=100)] = 1.0
     # Greatest jump of the target between two ticks [m]; absent: any.
     max_target_jump: Annotated[float, Interval(gt=0, le=10)] | None = None
-    # Greatest age of what is known to move while the robot moves [s], where
-    # anything is told; and of the latest image of a camera that watches.
+    # Greatest age of the state of movers while the robot moves [s], if a source
+    # of movers is connected; also of the latest image of each camera that
+    # watches for movers.
     max_movers_age: Annotated[float, Interval(gt=0, le=2)] = 0.25
     # Greatest age of the map while the robot moves [s]; absent: any.
     max_map_age: Annotated[float, Interval(gt=0, le=86_400)] | None = None

@@ -33,7 +33,7 @@ STOP_BUTTON = "stop button"
 
 @dc.dataclass(frozen=True, eq=False)
 class _Sample:
-    """The findings of a tick before the controller ran."""
+    """The inputs of a tick, sampled before the controller ran."""
 
     time: float
     status: StationStatus
@@ -53,7 +53,7 @@ class _Memory:
     Attributes:
         before: The supervisor's state after the previous tick.
         sample: The findings of the present tick; None before the first one.
-        stop: Why a program requests a stop at the next tick.
+        stop: Reason of a stop that a program requests at the next tick.
         release: Whether a program releases the stop at the next tick.
     """
 
@@ -86,21 +86,21 @@ class SafetySupervisor(LeafSystem):
         - velocity_commanded
         - supervision
 
-    Measurements are sampled once a control period, at the instant at which
-    the controller ticks. The command is passed straight through, so that what
-    the controller decided at a tick acts from that very instant: there is no
-    tick of delay, and no algebraic loop, because the output depends on the
-    sample and on the controller's state only. It changes at ticks alone.
+    Measurements are sampled once a control period, at the time of the
+    controller's tick. The command is passed straight through, so it acts from
+    the tick at which the controller computed it, without a tick of delay. There
+    is no algebraic loop, because the output depends only on the sample and on
+    the controller's state. The output changes only at ticks.
 
     `velocity_commanded` is the command u on both sides, shape (n_u,) [m/s,
     rad/s]; `report` takes the controller's `TickReport`, `status` the
-    `StationStatus`, `velocity_measured` the measured u, `motion` what a robot
-    that does not execute commands at once is about to do, `map_age` seconds and
-    `map_hold` why a new map waits for the robot to stop, empty if none does.
-    `operator` takes the `OperatorRequests` of a stop button; one that does not
-    work stops the robot, too. `movers` are the `Movers`, which must be new.
-    `supervision` gives the `SupervisorState`. A stop is latched until it is
-    released.
+    `StationStatus`, `velocity_measured` the measured u, `motion` the predicted
+    `Motion` of a robot with delay, `map_age` the map's age [s], and `map_hold`
+    the reason for which a new map waits for the robot to stop, empty if none
+    waits. `operator` takes the `OperatorRequests` of a stop button; if the
+    button reports trouble, the robot is stopped, too. `movers` takes the
+    `Movers`, which must not be stale. `supervision` outputs the
+    `SupervisorState`. A stop is latched until it is released.
 
     Args:
         law: The thresholds and limits; its `dt` is the control period [s].
@@ -181,13 +181,13 @@ class SafetySupervisor(LeafSystem):
         controller: LeafSystem,
         armed: bool = True,
     ) -> "SafetySupervisor":
-        """Adds a supervisor to a diagram, and connects it with a controller.
+        """Adds a supervisor to a diagram, and connects it to a controller.
 
         Args:
             builder: Builder of the diagram.
             law: The thresholds and limits.
-            controller: A `ReactiveController`; it receives the command that was
-                executed.
+            controller: A `ReactiveController`; it receives the executed
+                command.
             armed: Whether the robot may start without a release.
         """
         supervisor = builder.AddSystem(SafetySupervisor(law=law, armed=armed))

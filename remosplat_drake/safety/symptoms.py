@@ -21,14 +21,14 @@ from remosplat_drake.signals.supervisor_state import (
 )
 
 _SOLVER = 1e-3
-"""How far solvers may leave a command beyond a bound, relative to it."""
+"""Relative tolerance with which a solver's command may exceed a bound."""
 
 _ROUNDING = 1e-6
-"""Errors of predicted positions that are rounding [m, rad]: a description may
-have delays and no tube."""
+"""Errors of predicted positions that count as rounding [m, rad], since a
+robot's description may state delays without a tube."""
 
 _TOUCH = 1e-6
-"""Clearance below which the scene is touched [m]."""
+"""Clearance below which the robot counts as touching the scene [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -49,9 +49,9 @@ class Symptom:
 def symptoms(
     law: SupervisorLaw, state: SupervisorState, now: Observation
 ) -> list[Symptom]:
-    """Finds all that is wrong at a control tick, the most telling first.
+    """Finds all symptoms at a control tick, the most informative first.
 
-    Comparisons are written so that NaN is always wrong.
+    A value of NaN is always a symptom.
 
     Args:
         law: The thresholds and limits.
@@ -146,7 +146,7 @@ def _of_tracking(law: SupervisorLaw, motion: Motion) -> Iterator[Symptom]:
         i = int((motion.residual / bound).argmax())
         yield Symptom(
             "tracking",
-            "the robot does not move as its actuators' model says: axis"
+            "the robot's motion deviates from its actuator model: axis"
             f" {i} is off by {motion.residual[i]:.3f}, beyond {bound[i]:.3f};"
             " `remosplat identify` measures the model",
         )
@@ -205,15 +205,16 @@ def _of_clearance(
             law.config.clearance_dwell,
         )
         return
-    # A robot that starts too near may leave: each command is verified to keep
-    # what clearance there is. It may not come nearer again, or touch again.
+    # A robot that starts too near may move away: verification ensures that each
+    # command keeps the present clearance. It may not come nearer again, or
+    # touch again.
     kept = kept_clearance(state, now)
     least = min(least, kept - law.config.clearance_margin)
     if kept > 0.0:
         least = max(least, _TOUCH)
     if clearances.is_known and clearances.minimum() >= least:
         return
-    # A person who has just changed the map shall read that it was the map.
+    # The text names the map if the map has just changed.
     maps = {state.map_revision, clearances.revision}
     is_new = "" not in maps and len(maps) == 2
     yield Symptom(
@@ -228,10 +229,10 @@ def _of_clearance(
 def kept_clearance(state: SupervisorState, now: Observation) -> float:
     """Returns the largest clearance since the robot was set going [m].
 
-    For a robot that stands and waits, it is the present clearance. For one that
-    was stopped in contact, it is more, so that it is not released there. A
-    robot that takes an object or puts it down, which it does at rest, is
-    another one: its payload may be as near to the scene as it was before.
+    Before a start it is the present clearance. After a stop it is at least the
+    clearance of a touch, so a robot in contact is not released. When the
+    payload changes, it is the present clearance again, since the new payload
+    may be near the scene.
 
     Args:
         state: The supervisor's state after the previous tick.
@@ -259,9 +260,9 @@ def _of_target_and_map(
 
 
 def _of_movers(law: SupervisorLaw, now: Observation) -> Iterator[Symptom]:
-    """The state of movers must be renewed all the time, by every camera.
+    """Symptoms of stale movers, and of cameras without new images.
 
-    Stamps from the future are as wrong as old ones.
+    A stamp in the future is a symptom like an old one.
     """
     if now.movers is None:
         return

@@ -78,7 +78,8 @@ def with_absolute_files(
     """Copies directives with absolute file names.
 
     Args:
-        directives: Their files are URIs (`package://`, `file://`) or paths.
+        directives: The directives, whose files are URIs (`package://`,
+            `file://`) or paths.
         folder: Base folder of relative paths.
 
     Raises:
@@ -91,7 +92,7 @@ def with_absolute_files(
             if added is not None and "://" not in added.file:
                 path = resolve(added.file, folder).resolve()
                 added.file = f"file://{path}"
-                # Drake returned a copy.
+                # Drake's attribute is a copy, which must be assigned back.
                 setattr(directive, name, added)
     return copies
 

@@ -1,8 +1,8 @@
 """`Movers`: moving objects, with pose, velocity and bounds on their motion.
 
 A person is a set of capsules, a door is a box. The future position of such an
-object is unknown. Its present velocity and the limits of its speed and
-acceleration bound it, see `kernels/mover_reach.py`.
+object is unknown, but bounded by its present velocity and its limits of speed
+and acceleration; see `kernels/mover_reach.py`.
 """
 
 import dataclasses as dc
@@ -20,11 +20,11 @@ from remosplat_drake.scene.kernels.mover_reach import MoverArrays
 from remosplat_drake.scene.mover_camera import MoverCamera
 
 FORESIGHT = 2.0
-"""Duration for which rollouts let movers keep their twist; then they rest
-[s]."""
+"""Time for which rollouts assume that movers keep their twist, before they
+rest [s]."""
 
 MOST = 200
-"""Largest number of movers: each costs some microseconds."""
+"""Largest number of movers; each takes some microseconds of a tick."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -32,8 +32,8 @@ class Mover:
     """A rounded box that moves: a sphere, a capsule, or a box.
 
     Its core is a box around the origin of its frame M, whose sides may be of
-    length zero; the mover is what lies within `radius` of the core. Copying
-    returns the object itself.
+    length zero. The mover is the set of points within `radius` of the core.
+    Copying returns the object itself.
 
     Attributes:
         name: Its display name, "left arm" for example.
@@ -197,7 +197,7 @@ class Movers:
         return iter(self.movers)
 
     def at(self, time: float) -> MoverArrays:
-        """Returns the movers as arrays for kernels, at a later time.
+        """Returns the movers as arrays for kernels, with their age at a time.
 
         Args:
             time: The time [s]; see `age`.
@@ -205,10 +205,10 @@ class Movers:
         return self.arrays.values._replace(age=self.age(time))
 
     def age(self, time: float) -> float:
-        """Returns the age of the information at a time [s].
+        """Returns the age of the movers' state at a time [s].
 
         Args:
-            time: The time [s]. A stamp later than that counts as equally old,
+            time: The time [s]. A stamp later than this counts as equally old,
                 since the clocks then disagree.
         """
         return abs(float(time) - self.stamp)
@@ -226,10 +226,10 @@ class Movers:
         return dc.replace(self, stamp=time, movers=moved)
 
     def moved_on(self, time: float, longest: float) -> "Movers":
-        """Advances them, as they would be measured later.
+        """Predicts the movers' measured state at a later time.
 
-        They keep their twists for `longest`, and then rest. The stamp stays, so
-        age and uncertainty at a given time do not change.
+        The movers keep their twists for `longest`, and then rest. The stamp
+        does not change, nor do age and uncertainty at a given time.
 
         Args:
             time: How much later [s].

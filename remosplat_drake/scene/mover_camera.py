@@ -11,7 +11,7 @@ from remosplat_drake.base.errors import FieldError
 
 @dc.dataclass(frozen=True, eq=False)
 class MoverCamera:
-    """The space that a camera watches for movers, and its latest image's time.
+    """The space that a camera watches for movers, and its latest image time.
 
     Its frame C has z ahead, x to the right and y down. Copying returns the
     object itself.
@@ -23,9 +23,9 @@ class MoverCamera:
         greatest_tangent: Greatest x / z and y / z in its view, shape (2,).
         near: Least depth z at which it can find a mover [m].
         far: Greatest depth z at which it can find a mover [m].
-        seen: Time of its latest usable image [s]. Nothing newer is known about
-            space that only it watches.
-        problem: Why there is no newer one; empty if nothing is wrong.
+        seen: Time of its latest usable image [s]. The state of space that no
+            other camera watches is as old.
+        problem: Why there is no newer usable image; empty if nothing is wrong.
 
     Raises:
         FieldError: A value is not finite, or there is no space between the

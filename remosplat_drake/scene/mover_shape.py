@@ -6,7 +6,7 @@ from remosplat_drake.scene.mover import Mover
 
 
 def shape_of(mover: Mover) -> Shape:
-    """Returns a shape for a mover, with sharp instead of rounded edges.
+    """Returns Drake's shape of a mover, with sharp edges if it is a box.
 
     Args:
         mover: A sphere, a capsule along z, or a box.

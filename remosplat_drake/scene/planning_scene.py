@@ -21,7 +21,7 @@ SHAPES = {"box": 3, "cylinder": 2}
 """Numbers of dimensions of the supported shapes."""
 
 OTHER_SHAPES = ("meshes", "planes")
-"""Lists of shapes of a collision object that must be empty."""
+"""Fields of a collision object for unsupported shapes, which must be empty."""
 
 
 @reads_file

@@ -15,15 +15,16 @@ from remosplat_drake.signals.target import Target
 
 @dc.dataclass(frozen=True, eq=False)
 class Aim:
-    """A target for each end effector, or none; copying returns the same object.
+    """The targets of all end effectors; copying returns the object itself.
 
     Attributes:
-        targets: The target of each end effector by its index, None for one
-            without a target; at least one has one.
-        u: Velocities that the axes shall have, for laws that track these, shape
-            (n_u,) [m/s, rad/s]; None if poses alone are given.
+        targets: One entry for each end effector, by its index: its target, or
+            None. At least one entry is a target.
+        u: Velocity reference of base and joints for control laws that track
+            one, shape (n_u,) [m/s, rad/s]; None if only poses are given.
         q: The configuration in which the targets are reached, shape (n_q,)
-            [rad, m], to which paths alone lead; None if any will do.
+            [rad, m]; only planned paths lead to it. None if any configuration
+            is good.
 
     Raises:
         ValueError: There is no target at all.
@@ -45,7 +46,7 @@ class Aim:
         """Returns an aim, or makes one from a target of the first end effector.
 
         Args:
-            wanted: An aim, a target, or the pose X_WT of a plain one.
+            wanted: An aim, a target, or the pose X_WT of a plain target.
         """
         return wanted if isinstance(wanted, Aim) else Aim((Target.of(wanted),))
 
@@ -114,7 +115,8 @@ class Aim:
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
-            arrived: Tells it of the error of a target that shall be held.
+            arrived: Function that returns whether the error of a target to be
+                held is small enough.
         """
 
         def left(item: tuple[int, Target]) -> tuple[bool, float]:
@@ -130,7 +132,8 @@ class Aim:
 
         Args:
             X_WEs: Poses of all end effectors, shape (e, 4, 4).
-            arrived: Tells it of the error of a target that shall be held.
+            arrived: Function that returns whether the error of a target to be
+                held is small enough.
         """
         return self.is_reached_by(self.errors(X_WEs), arrived)
 
@@ -139,11 +142,12 @@ class Aim:
         errors: Sequence[PoseError],
         arrived: Callable[[PoseError], bool],
     ) -> bool:
-        """Returns whether every target is reached, from known errors.
+        """Returns whether every target is reached, given its error.
 
         Args:
             errors: The error of each target, as `errors` returns them.
-            arrived: Tells it of the error of a target that shall be held.
+            arrived: Function that returns whether the error of a target to be
+                held is small enough.
         """
         return all(
             target.is_reached(error, arrived)

@@ -18,15 +18,15 @@ class BaseCorrection:
 
     A base measures its pose X_OB with its wheels, in the frame O of its
     odometry, which drifts away from the map's frame W. A map estimates the true
-    pose of the base when frames were taken, and the rate of the drift. Since
-    the estimate jumps, a user of it must approach it in small steps. Copying
-    returns the object itself.
+    pose of the base when frames were taken, and the rate of the drift. The
+    estimate jumps at each frame, so a system that uses it must approach it in
+    small steps. Copying returns the object itself.
 
     Attributes:
         estimate: The base's estimate at the newest frame; None if nothing has
             been corrected, so that W is O.
         drift: Drift model of the odometry.
-        version: Number of the map that it belongs to.
+        version: Number of the map that the estimate belongs to.
     """
 
     estimate: BaseEstimate | None = None
@@ -58,7 +58,8 @@ class BaseCorrection:
         """
         if self.estimate is None:
             return np.array(X_OB, float), np.zeros((3, 3))
-        # A frame's clock may be slightly ahead; that is not another run.
+        # A frame's stamp may be slightly ahead of this clock; such a small
+        # difference does not mean another run.
         now = max(time, self.estimate.time)
         after = predicted(self.estimate, X_OB, now, self.drift)
         return after.X_WB, after.covariance[:3, :3]

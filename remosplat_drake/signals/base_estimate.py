@@ -7,9 +7,9 @@ from one frame to the next, after a time t, as
     v' = a v + noise,      a = exp(-t / tau),   r = tau (1 - a),
 
 with the odometry's own poses o. The rate is an Ornstein-Uhlenbeck process of
-deviation sigma and correlation time tau, and the noise of b and v is the exact
-one of its integral (Bar-Shalom et al., "Estimation with applications to
-tracking and navigation", 2001, section 8.2.3).
+deviation sigma and correlation time tau, and the noise of b and v is that of
+its exact integral (Bar-Shalom et al., "Estimation with applications to tracking
+and navigation", 2001, section 8.2.3).
 """
 
 import dataclasses as dc
@@ -17,7 +17,7 @@ import dataclasses as dc
 import numpy as np
 
 _WHITE = np.array([5e-4, 5e-4, 2.5e-4])
-"""Standard deviations of other errors between two frames [m, rad]."""
+"""Standard deviations of errors between two frames besides drift [m, rad]."""
 
 OTHER_RUN = 30.0
 """Duration of assumed drift between two runs [s]."""
@@ -76,13 +76,13 @@ class BaseEstimate:
 
     @staticmethod
     def first(time: float, X_OB: np.ndarray, drift: Drift) -> "BaseEstimate":
-        """Returns the initial estimate, in which W is the odometry's frame."""
+        """Returns the initial estimate: W is the odometry's frame O."""
         P = np.kron(np.diag([0.0, 1.0]), np.diag(drift.variances))
         X_OB = np.array(X_OB, float)
         return BaseEstimate(time, X_OB, X_OB, np.zeros(3), P).certain()
 
     def certain(self) -> "BaseEstimate":
-        """Returns this pose as certain, so that it defines W."""
+        """Returns the estimate with a certain pose, which defines W."""
         P = np.zeros((6, 6))
         P[:3, :3] = np.diag(_WHITE**2)
         P[3:, 3:] = self.covariance[3:, 3:]
@@ -126,7 +126,7 @@ def moved(
         X_WB: The base's pose b, shape (3,) [m, rad].
         rate: The rate v, shape (3,) [m/s, rad/s].
         X_OB: The pose o by odometry then, shape (3,) [m, rad].
-        X_OB_after: The pose o' by odometry now, shape (3,) [m, rad].
+        X_OB_after: The pose o' by odometry at the end, shape (3,) [m, rad].
         seconds: Time between the two [s].
         drift: Drift model, with the correlation time.
 

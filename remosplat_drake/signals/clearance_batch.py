@@ -43,8 +43,8 @@ class ClearanceBatch:
         """Combines the clearances of c configurations.
 
         Args:
-            answers: Sphere, distance and direction of all rows of each
-                configuration, see `Clearances`.
+            answers: For each configuration, sphere, distance and direction of
+                all rows, as in `Clearances`.
             n: Number of the robot's spheres.
         """
         counts = [np.bincount(row[0], minlength=n) for row in answers]

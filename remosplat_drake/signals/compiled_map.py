@@ -1,7 +1,7 @@
 """`ask`: distances to a map, for callers in compiled kernels.
 
-A `DistanceField` is a Python object: a kernel would return to Python for every
-query. So a field may provide its arrays, as a packed named tuple, and the
+A `DistanceField` is a Python object, and a kernel would have to call Python for
+every query. So a field may provide its arrays as a packed named tuple. The
 tuple's type selects the kernel that computes the distances.
 """
 
@@ -97,7 +97,7 @@ class PythonMap(NamedTuple):
 
 
 _EPSILON = 2.0**-52
-"""Relative distance of neighbouring numbers."""
+"""Relative spacing of double-precision numbers."""
 
 LOOK, ROWS = 0, 1
 """Indices of the Python functions for clearances of spheres, and for all
@@ -109,12 +109,14 @@ def ask(compiled, question, answer) -> None:
 
     Args:
         compiled: The map, as `DistanceField.compiled`.
-        question: Points in W, the distances that a result must undercut, the
-            heights below which the map is ignored [m], and of which of the
-            robot's spheres each is the centre, -1 if of none, shape (n, 6).
-        answer: Filled in, shape (n, 8): the first column is negative if nothing
-            is that near; then the signed distance [m], the closest point in W,
-            shape (3,) [m], and the direction to it in W, shape (3,).
+        question: The queries, shape (n, 6): for each a point in W (three
+            columns), the distance that a result must undercut, the height below
+            which the map is ignored [m], and the index of the robot's sphere
+            with this centre, -1 if there is none.
+        answer: Output, shape (n, 8): a number that is negative if nothing is
+            nearer than the distance to undercut; the signed distance [m]; the
+            closest point in W (three columns) [m]; and the direction to it in W
+            (three columns).
     """
     raise NotImplementedError("this is called from compiled code")
 
@@ -162,7 +164,8 @@ def _ask_all(compiled, question, answer):
 
     def nearest(compiled, question, answer):
         ask(compiled[0], question, answer)
-        # The others are asked for what is nearer, which is quicker.
+        # The other maps need only results nearer than this one, which is
+        # faster.
         nearer, other = question.copy(), np.empty_like(answer)
         for i in range(len(answer)):
             if answer[i, 0] >= 0.0:
@@ -218,15 +221,17 @@ def clearance_rows(maps, p_WS, radius, ignore_below, index, within):
     Args:
         maps: The k maps, as `DistanceField.compiled_rows`.
         p_WS: Centres of the n spheres in W, shape (n, 3) [m].
-        radius: Their radii, shape (n,) [m].
-        ignore_below: Heights below which they ignore the map, shape (n,) [m].
-        index: Which of the robot's spheres they are, -1 if none, shape (n,).
+        radius: Radii of the spheres, shape (n,) [m].
+        ignore_below: Heights below which the spheres ignore the map, shape (n,)
+            [m].
+        index: Their indices among the robot's spheres, -1 for other spheres,
+            shape (n,).
         within: Rows at or beyond this distance are left out [m].
 
     Returns:
         The attributes `sphere`, `distance`, `direction_W` and `p_WC` of the
-        rows, sphere by sphere, and each in the order of the maps; and whether
-        the query is valid: no centre is infinite, and no value is NaN.
+        rows, sorted by sphere, then by map; and whether the query is valid: no
+        centre is infinite, and no value is NaN.
     """
     k, n = len(maps.parts), len(radius)
     question, is_defined = np.empty((n, 6)), True
@@ -267,7 +272,7 @@ def is_pythons(compiled) -> bool:
 
 @helper
 def are_known(rows):
-    """Whether all distances of rows are valid; minus infinity is not.
+    """Whether all distances are valid, neither NaN nor minus infinity.
 
     Args:
         rows: The `RowArrays`.
@@ -313,9 +318,10 @@ def _is_compiled(compiled):
 
 
 def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
-    """Computes clearances of spheres, exact below a reach, else the reach.
+    """Computes clearances of spheres, limited to a largest value each.
 
-    For kernels only. Unknown clearances are NaN.
+    A clearance below its reach is exact; a larger one is reported as the reach.
+    Unknown clearances are NaN. For kernels only.
 
     Args:
         placed: The map, as `DistanceField.compiled` if that is 1-Lipschitz, or
@@ -326,8 +332,9 @@ def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
         sphere: Indices of the spheres, shape (n,).
         p_WS: Their centres in W, shape (n, 3) [m].
         R_WL: Orientations of their links, shape (n, 3, 3).
-        reach: The reach of all, or of each, shape (n,) [m].
-        found: Filled in, shape (n,) [m].
+        reach: Largest clearance to report [m]: one for all spheres, or one for
+            each, shape (n,).
+        found: Output: the clearances, shape (n,) [m].
     """
     of_python = is_pythons(placed[0])
     find = _clearances_of_python if of_python else _clearances_of_kernels
@@ -359,7 +366,7 @@ def _clearances_of_kernels(placed, robot, sphere, p_WS, R_WL, reach, found):
         i, far = sphere[row], _reach_of(reach, row)
         for c in range(3):
             question[row, c] = p_WS[row, c]
-        # Not at the distance itself: the bound is exclusive.
+        # Slightly more than the distance itself, since the bound is exclusive.
         far += abs(far) * _EPSILON
         least = scale * far + _margin(off, p_WS[row])
         question[row, 3] = robot.radius[i] + least
@@ -399,6 +406,6 @@ def _longest_reach(reach):
 
 @helper
 def _margin(off, p_WS):
-    """Returns by how much a misplaced map may be nearer at a point [m]."""
+    """Returns the largest displacement of a misplaced map at a point [m]."""
     x, y = p_WS[0] - off.x, p_WS[1] - off.y
     return off.shift + off.turn * math.sqrt(x * x + y * y)

@@ -76,7 +76,8 @@ def with_free(coverage: Coverage, spheres: Spheres, margin: float) -> Coverage:
     """
     state = coverage.state.copy()
     ball = np.column_stack([spheres.p_WS, spheres.radius + margin])
-    # Many spheres are equal: a base stands still while the arm scans.
+    # Duplicates are removed: many are equal, since the base stands still while
+    # the arm scans.
     for *p_WS, reach in np.unique(ball, axis=0):
         _free_ball(state, coverage, np.array(p_WS), reach)
     return dc.replace(coverage, state=state)

@@ -143,10 +143,10 @@ class DistanceField(ABC):
     """Whether moving a sphere by s changes its distance by at most s
     (1-Lipschitz).
 
-    Verification can then skip spheres that are too far away to matter, and
-    covers the motion between two queries. Depth views and truncated bisections
-    are not 1-Lipschitz: they are queried at the end of every tick of a braking
-    ramp, and nothing is guaranteed in between.
+    Verification can then skip spheres that are too far from the scene, and also
+    guarantees the motion between two queries. Depth views and truncated
+    bisections are not 1-Lipschitz: verification queries them at the end of
+    every tick of a braking ramp, and guarantees nothing in between.
     """
 
     @property
@@ -168,7 +168,7 @@ class DistanceField(ABC):
 
     @property
     def surfaces(self) -> "DistanceField | None":
-        """Returns the map without unknown space; None if there is nothing else.
+        """Returns the map without unseen space; None if nothing remains.
 
         This part is displayed and can be clicked.
         """
@@ -184,7 +184,7 @@ class DistanceField(ABC):
 
     @property
     def placed(self) -> tuple[Packed, Misplacement] | None:
-        """Returns `compiled` and its misplacement, for verification."""
+        """Returns `compiled` with the map's misplacement, for verification."""
         return None if self.compiled is None else (self.compiled, IN_PLACE)
 
     @property
@@ -232,7 +232,7 @@ class DistanceField(ABC):
         return ClearanceBatch.gathered(rows, len(batch.radius))
 
     def thing_at(self, p_W: np.ndarray) -> Thing:
-        """Names the thing at a point, for display.
+        """Returns the kind and name of the object at a point, for display.
 
         Args:
             p_W: A point on the surface of something, such as the closest point

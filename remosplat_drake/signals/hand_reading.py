@@ -9,8 +9,7 @@ STILL = 0.002
 """Rate of the width below which fingers are at rest [m/s]."""
 
 SLIP = 0.005
-"""How much narrower or wider than around an object a hand may be that holds it
-[m]."""
+"""Tolerance of the width of a hand that still holds an object [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -49,14 +48,14 @@ class HandReading:
         Only the width counts, since many hands measure no force.
 
         Args:
-            held: Its width around the thing [m].
+            held: The hand's width around the object [m].
         """
         return self.width < held - SLIP
 
     def has_let_go(self, held: float) -> bool:
-        """Returns whether the hand does not hold any more what it held.
+        """Returns whether the hand has lost the object that it held.
 
         Args:
-            held: Its width when it took the thing [m].
+            held: The hand's width when it grasped the object [m].
         """
         return self.is_narrower(held) or self.width > held + SLIP

@@ -11,7 +11,8 @@ from remosplat_drake.robot.payload import Payload
 class Load:
     """What a robot carries; copying returns the object itself.
 
-    A value of a port cannot be None in every version of Drake.
+    `Load` wraps the payload, since some versions of Drake allow no None as the
+    value of a port.
 
     Attributes:
         payload: The payload; None for nothing.

@@ -11,8 +11,8 @@ class MapRequests:
     """Counts of requested changes of the map; copying returns the object.
 
     With counts, no press is lost between two reads, and nothing needs a reset.
-    Only `unfinished` may decrease: it does when a scan is aborted, since its
-    previous frame was then its last one.
+    Only `unfinished` may decrease: if a scan is aborted, its latest frame turns
+    out to be its last one.
 
     Attributes:
         frames: Number of requested camera frames.
@@ -21,7 +21,8 @@ class MapRequests:
         saves: Number of presses of the save button.
         unfinished: Number of frames that are followed by more frames of the
             same scan; the map is rebuilt only after the last one.
-        scene: Scene for a simulated camera from now on; None for no change.
+        scene: Scene that a simulated camera shows from now on; None for no
+            change.
     """
 
     frames: int = 0

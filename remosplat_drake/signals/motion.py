@@ -64,11 +64,11 @@ def prompt_motion(n_u: int) -> Packed[MotionArrays]:
 class Motion:
     """State of a robot between command and effect; copying returns the object.
 
-    Commands that were sent are committed: they cannot be withdrawn. A command
+    Commands that have been sent are committed: they will be executed. A command
     that is sent at `time` acts on the first axis at `start`.
 
     Attributes:
-        model: How the axes follow their commands.
+        model: Model of how the axes (base and joints) follow their commands.
         time: When the next command is sent [s].
         sent: When earlier commands were sent, ascending, shape (h,) [s].
         u: These commands, shape (h, n_u) [m/s, rad/s].
@@ -76,15 +76,15 @@ class Motion:
         q_start: Configuration at that time, predicted, shape (n_q,) [m, rad].
         v_start: Velocities at that time, predicted, shape (n_u,)
             [m/s, rad/s].
-        tube: Bound on position errors of the model, as a time by which speeds
-            are multiplied, shape (n_u,) [s].
+        tube: Bound on the model's position errors: the time by which an axis'
+            speed is multiplied, shape (n_u,) [s].
         q_planned: Configuration after all committed commands, each axis at its
             own time, shape (n_q,) [m, rad]. With the next commands it moves
             like a robot without delay.
         v_measured: Velocities that the model predicts for the time of the
             latest measurement, shape (n_u,) [m/s, rad/s].
-        way_measured: Distances in the model from the start to that time, shape
-            (n_u,) [m, rad].
+        way_measured: Distances travelled in the model from its beginning to the
+            latest measurement, shape (n_u,) [m, rad].
         residual: Errors of the model's prediction within the window of
             `prediction`, shape (n_u,) [m, rad].
         bound: Bounds on these errors, shape (n_u,) [m, rad].

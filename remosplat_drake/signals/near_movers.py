@@ -9,7 +9,7 @@ from remosplat_drake.scene.kernels.mover_reach import near_movers
 from remosplat_drake.scene.mover import Movers
 
 _BESIDE = 0.05
-"""Largest distance from a mover at which a map may show its surface [m]."""
+"""Largest distance from a mover of surface points that it may cause [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -19,8 +19,8 @@ class NearMovers:
     Attributes:
         sphere: Index of the sphere, shape (m,).
         mover: Index of the mover, shape (m,).
-        distance: Distance from the sphere's surface to the set of possible
-            positions of the mover, shape (m,) [m]; negative if they may touch.
+        distance: Least possible distance between the surfaces of sphere and
+            mover, shape (m,) [m]; negative if they may touch.
         direction_W: Unit vectors from the sphere's centre towards the mover,
             in W, shape (m, 3).
         closing: Approach speeds due to the movers alone, shape (m,) [m/s].
@@ -71,8 +71,8 @@ class NearMovers:
             time: The present time [s].
             spheres: The robot's spheres, placed in W.
             within: Pairs at or beyond this distance are left out [m].
-            by: Time from then on [s]: a mover may be as far from its prediction
-                as it can be after it.
+            by: Look-ahead time [s]: distances allow for the deviation of movers
+                from their predictions after this time.
         """
         return NearMovers(
             *near_movers(
@@ -89,8 +89,7 @@ def mover_at(movers: Movers | None, time: float, p_W: np.ndarray) -> str:
     """Names the mover whose surface may contain a point; empty if none.
 
     A map that is built while a person stands in view contains that person. So
-    the obstacle at a small clearance may be a mover and not an error of the
-    map.
+    the nearest surface of the map may be a mover's.
 
     Args:
         movers: The movers; None if none are known.

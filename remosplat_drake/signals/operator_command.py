@@ -11,9 +11,9 @@ class OperatorCommand:
 
     One-time events are counted, and an increased count is a request: no press
     is lost between two reads, and nothing needs a reset. Of several new
-    requests, the first in the order hold, home, pose, scan, velocity, moves is
-    obeyed, by the end effector that was chosen last. The hand is opened or
-    closed besides.
+    requests, the first one in this order counts: hold, home, pose, scan,
+    velocity, moves. It applies to the end effector that was chosen last.
+    Requests to open or close the hand are independent of these.
 
     Attributes:
         source: Name of the device that the operator uses, for display.
@@ -32,8 +32,8 @@ class OperatorCommand:
         scans: Number of requests of a scan.
         opens: Number of requests to open the hand.
         closes: Number of requests to close the hand.
-        effector: Name of the latest chosen end effector; empty for the first,
-            or an only one.
+        effector: Name of the end effector chosen last; empty for the first or
+            only one.
         choices: Number of times that an end effector was chosen.
         trouble: Why `X_WT` must not be followed now; empty if it may be.
     """

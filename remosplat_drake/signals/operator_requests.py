@@ -12,8 +12,7 @@ class OperatorRequests:
     Attributes:
         stops: Number of presses of the stop button.
         releases: Number of presses of the release button.
-        trouble: Why a press of stop would have no effect; empty if it would
-            have.
+        trouble: Why the stop button does not work now; empty if it works.
     """
 
     stops: int = 0

@@ -1,4 +1,4 @@
-"""`row_arrays`: clearances as kernels take them."""
+"""`row_arrays`: packs clearances for kernels."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ def row_arrays(rows: Clearances) -> RowArrays:
     """Returns clearances packed for kernels.
 
     Args:
-        rows: The clearances. Their arrays are copied, since numba compiles
-            anew for arrays that may not be written.
+        rows: The clearances. Their read-only arrays are copied, since Numba
+            would compile the kernels again for read-only arrays.
     """
     return RowArrays(
         np.array(rows.sphere, np.int64),

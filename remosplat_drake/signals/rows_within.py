@@ -22,7 +22,7 @@ def rows_within(maps, line, robot, state, within, below):
         robot: The `RobotArrays`.
         state: The `StateArrays`.
         within: Rows at or beyond this distance are left out [m].
-        below: Spheres that are nearer than this have `side_rows`, too [m].
+        below: Spheres that are nearer than this also get `side_rows` [m].
 
     Returns:
         The `RowArrays`. If the query is invalid, or a map failed, there is one

@@ -23,8 +23,10 @@ class SceneMap:
         time: Time at which the newest of these frames was taken, by the
             diagram's clock [s]; -inf without frames.
         field: Distance field of the map, which the distance oracle evaluates.
-        splat_W: The Gaussian splat in W; None if the map has none.
-        coverage: Which part of the workspace the cameras saw; None if unknown.
+        splat_W: The map's Gaussian splat in W; None if it is made of known
+            solids.
+        coverage: The part of the workspace that the cameras saw; None if
+            unknown.
         tiles: The splat as triangle meshes for Meshcat.
         quality: The reliability of the map in one line, for operators.
     """
@@ -41,7 +43,7 @@ class SceneMap:
 
     @property
     def is_blank(self) -> bool:
-        """Whether it shows nothing, as before the first scan."""
+        """Whether the map is empty, as before the first scan."""
         return self.splat_W is None or not len(self.splat_W)
 
     def __deepcopy__(self, memo) -> "SceneMap":

@@ -1,9 +1,10 @@
 """Rows beside the nearest ones, for spheres that are too near to a map.
 
-A sphere has a row to the nearest point of a map. In a corner, it recedes from
-one surface and comes nearer to the other, which becomes the nearest only then.
-Verification refuses that, so a sphere that must leave a corner needs rows to
-both surfaces. The other is the nearest from a point a little to the side.
+A sphere has a row to the nearest point of a map. In a corner, a sphere that
+recedes from the nearest surface may approach another one, which has no row.
+Verification rejects such a command. So a sphere that must leave a corner needs
+rows to both surfaces. The second surface is found by a query from a point
+slightly beside the sphere's centre.
 """
 
 import numpy as np
@@ -18,8 +19,8 @@ from remosplat_drake.signals.distance_field import Clearances, DistanceField
 from remosplat_drake.signals.row_arrays import row_arrays
 
 _STEP = 0.005
-"""How far to the side the map is queried [m]: farther than a robot that leaves
-something slowly moves in a tick."""
+"""Sideways offset of the additional queries [m]. It exceeds the motion in a
+tick of a robot that slowly leaves an obstacle."""
 
 _ALIKE = 0.99
 """Cosine of the angle below which two directions count as one."""
@@ -37,14 +38,14 @@ def with_side_rows(
     q: np.ndarray,
     below: float,
 ) -> Clearances:
-    """Adds rows for spheres that are nearer to a map than a distance.
+    """Adds rows to further surfaces for spheres that are too near to a map.
 
     Args:
         near: The clearances at q.
         field: The map. If only Python can query it, no row is added.
         robot: The robot.
         q: Configuration, shape (n_q,) [rad, m].
-        below: The distance [m].
+        below: Spheres nearer to the map than this distance get such rows [m].
 
     Returns:
         The clearances, followed by the new rows.
@@ -67,23 +68,26 @@ def with_side_rows(
 
 @kernel(returns=_ROWS)
 def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
-    """Adds rows for spheres that are nearer to a map than a distance.
+    """Adds rows to further surfaces for spheres near a map, in a kernel.
 
-    The distance to a convex obstacle is convex, so its tangent at a point to
-    the side is a lower bound of it at the sphere. That is the distance of the
-    new row, or the sphere's own distance if that is greater.
+    The distance to a convex obstacle is a convex function. So its tangent at
+    the offset point gives a lower bound on the distance from the sphere's
+    centre. The new row has this bound as its distance, or the distance of the
+    sphere's nearest row if that is greater.
 
     Args:
         maps: The maps, as `DistanceField.compiled_rows`.
         rows: The `RowArrays`.
         p_WS: Centres of the n spheres in W, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
-        ignore_below: Heights below which they ignore the map, shape (n,) [m].
-        index: Number of each sphere on the robot, -1 if none, shape (n,).
-        below: The distance [m].
+        ignore_below: Heights below which the spheres ignore the map, shape (n,)
+            [m].
+        index: Their indices among the robot's spheres, -1 for other spheres,
+            shape (n,).
+        below: Spheres nearer to the map than this distance get such rows [m].
 
     Returns:
-        The attributes of the `RowArrays`, those that are given first.
+        The attributes of the `RowArrays`: the given rows, then the new ones.
     """
     m = len(rows.sphere)
     sphere = np.empty((1 + _SIDES) * m, np.int64)
@@ -119,7 +123,7 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
                 sphere, direction_W, count, i, n_W
             ):
                 continue
-            # The tangent at the point to the side, back at the sphere.
+            # Evaluates the tangent at the offset point in the sphere's centre.
             beside = 0.0
             for c in range(3):
                 beside += n_W[c] * (question[side, c] - p_WS[i, c])
@@ -135,7 +139,7 @@ def side_rows(maps, rows, p_WS, radius, ignore_below, index, below):
 
 @helper
 def _is_known(sphere, direction_W, count, i, n_W):
-    """Tells whether a sphere has a row of nearly the same direction."""
+    """Whether a sphere already has a row of nearly the same direction."""
     for row in range(count):
         if sphere[row] == i and dot(direction_W[row], n_W) > _ALIKE:
             return True

@@ -68,7 +68,8 @@ class Standing:
             none.
         clearance: Distance from the link to the thing [m]; None if there is
             none.
-        way: Guidance's statement about a way to the target; may be empty.
+        way: Guidance's statement about a way around the cause, for display; may
+            be empty.
     """
 
     kind: str
@@ -85,7 +86,7 @@ class Standing:
         return self
 
     def is_news_after(self, before: "Standing") -> bool:
-        """Returns whether more than numbers has changed.
+        """Returns whether the state differs in more than its numbers.
 
         Args:
             before: The earlier state.
@@ -94,7 +95,7 @@ class Standing:
         return any(getattr(self, n) != getattr(before, n) for n in names)
 
     def document(self) -> dict:
-        """Returns the parts as JSON has them; unknown ones are null."""
+        """Returns the parts as a JSON object; unknown ones are null."""
         fields = {f.name: getattr(self, f.name) for f in dc.fields(self)}
         known = bool(np.isfinite(self.distance))
         fields["distance"] = self.distance if known else None

@@ -27,7 +27,7 @@ CHEAT_QUERY_OBJECT = "cheat.query_object"
 CHEAT_CONTACT = "cheat.contact"
 """Name of the output with the contact results (ground truth)."""
 CHEAT_OBJECTS = "cheat.objects"
-"""Name of the output with the objects as they lie now (ground truth)."""
+"""Name of the output with the objects at their present poses (ground truth)."""
 
 BASE_COMMAND = "base.velocity_commanded"
 """Name of the input with the base's commanded speeds [m/s, rad/s]."""
@@ -55,27 +55,27 @@ class Port:
 
 
 def arm_command(description: RobotDescription) -> str:
-    """Returns the name of the arm's velocity input."""
+    """Returns the name of the input for an arm's commanded joint rates."""
     return f"{description.arm.name}.velocity_commanded"
 
 
 def arm_position(description: RobotDescription) -> str:
-    """Returns the name of the arm's position output."""
+    """Returns the name of the output with an arm's joint positions."""
     return f"{description.arm.name}.position_measured"
 
 
 def arm_velocity(description: RobotDescription) -> str:
-    """Returns the name of the arm's velocity output."""
+    """Returns the name of the output with an arm's measured joint rates."""
     return f"{description.arm.name}.velocity_measured"
 
 
 def hand_command(hand: Hand) -> str:
-    """Returns the name of a hand's input."""
+    """Returns the name of a hand's command input."""
     return f"{hand.name}.command"
 
 
 def hand_state(hand: Hand) -> str:
-    """Returns the name of a hand's output."""
+    """Returns the name of a hand's state output."""
     return f"{hand.name}.state"
 
 

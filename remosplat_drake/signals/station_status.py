@@ -19,8 +19,8 @@ class StationStatus:
     Attributes:
         age: Age of the arm's measurements on the ports [s]; 0 in simulated
             stations.
-        base_age: Time by which the base's pose on the ports has been
-            extrapolated, from its measurement on [s].
+        base_age: Time since the measurement of the base's pose, by which the
+            pose on the ports has been extrapolated [s].
         mode: Either `RUNNING` or `STOPPED`.
         stop_reason: Why the station stopped, in one line; empty while running.
         robot_mode: The arm's own mode by libfranka's names: other, idle, move,

@@ -27,7 +27,7 @@ class Line:
     Attributes:
         X_WA: Pose of the end effector at the start A, shape (4, 4). Along the
             line, the end effector turns at a constant rate towards the target.
-        speed: Speed along it [m/s].
+        speed: Speed along the line [m/s].
     """
 
     X_WA: np.ndarray
@@ -46,11 +46,11 @@ class Target:
             translations along them, shape (6,): factors on the cost of their
             errors. A direction of weight zero is free. None, one or all of the
             rotations may be free.
-        line: The straight path to it; None leaves the path open.
-        passed_within: Distance at which it counts as passed, without a stop
-            [m]; None for a target to be reached and held.
-        onward: Length of the path behind a passed target; the end effector
-            keeps its speed for it [m].
+        line: The straight path to the target; None leaves the path open.
+        passed_within: Distance at which the target counts as passed, without a
+            stop [m]; None for a target to be reached and held.
+        onward: Length of the path after a passed target, along which the end
+            effector keeps its speed [m].
 
     Raises:
         ValueError: The weights are invalid.
@@ -93,7 +93,7 @@ class Target:
         return Target(np.array(wanted, float, order="C"))
 
     def without(self, *directions: str) -> "Target":
-        """Returns the target with some directions free.
+        """Returns this target with some directions free.
 
         Args:
             *directions: Names from `DIRECTIONS`.
@@ -107,7 +107,7 @@ class Target:
         return dc.replace(self, weights=weights)
 
     def on_line(self, X_WA: np.ndarray, speed: float) -> "Target":
-        """Returns the target, to be reached straight from a start A.
+        """Returns this target, to be reached on a straight line from a start A.
 
         Args:
             X_WA: Pose of the end effector at the start, shape (4, 4).
@@ -116,10 +116,10 @@ class Target:
         return dc.replace(self, line=Line(X_WA, speed))
 
     def passed(self, within: float) -> "Target":
-        """Returns the target, to be passed without a stop.
+        """Returns this target, to be passed without a stop.
 
         Args:
-            within: Distance at which it counts as passed [m].
+            within: Distance at which the target counts as passed [m].
         """
         return dc.replace(self, passed_within=within)
 
@@ -138,12 +138,12 @@ class Target:
 
     @property
     def is_plain(self) -> bool:
-        """Whether all directions have equal weights, on any path."""
+        """Whether the target is a plain pose: equal weights, and no line."""
         return self.line is None and bool((self.weights == 1.0).all())
 
     @cached_property
     def is_known(self) -> bool:
-        """Whether all its poses are finite."""
+        """Whether all poses of the target are finite."""
         start = 0.0 if self.line is None else self.line.X_WA.sum()
         return bool(np.isfinite(self.X_WT.sum() + start))
 
@@ -164,7 +164,7 @@ class Target:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """Names of the directions that are free, as in `DIRECTIONS`."""
+        """The names of the free directions, in the order of `DIRECTIONS`."""
         return tuple(
             name
             for name, weight in zip(DIRECTIONS, self.weights, strict=True)
@@ -172,7 +172,7 @@ class Target:
         )
 
     def equals(self, other: "Target") -> bool:
-        """Returns whether another target is the same.
+        """Returns whether another target is equal.
 
         Args:
             other: The other target.
@@ -199,14 +199,15 @@ class Target:
 
         Args:
             error: The target's error.
-            arrived: Tells it of a target that shall be held.
+            arrived: Function that returns whether the error of a target to be
+                held is small enough.
         """
         if self.passed_within is None:
             return arrived(error)
         return error.distance < self.passed_within
 
     def nearest_pose(self, X_WE: np.ndarray) -> np.ndarray:
-        """Returns the pose nearest to E that reaches the target, (4, 4).
+        """Returns the pose nearest to X_WE that reaches the target, (4, 4).
 
         Args:
             X_WE: Pose of the end effector, shape (4, 4).

@@ -17,7 +17,7 @@ from remosplat_drake.signals.aim import Aim
 
 @dc.dataclass(frozen=True, eq=False)
 class TargetPorts:
-    """Two inputs of a system, of which one is connected.
+    """A system's two inputs for a target, of which one is connected.
 
     Attributes:
         pose: The pose X_WT of a plain target, a `RigidTransform`.

@@ -43,11 +43,12 @@ class TargetState:
         arrived: Time at which the end effector reached that pose [s]; None
             before.
         frames_wanted: Number of camera frames that scans have requested so far.
-        unfinished: Number of these frames that another frame of the same scan
-            followed or will follow; one less when a scan is aborted.
+        unfinished: Number of these frames that are followed by another frame of
+            the same scan; one less after a scan is aborted.
         effector: Index of the end effector that the operator moves.
         X_WTs: Poses of the targets of all e end effectors, shape (e, 4, 4);
-            None for a single one. The others are held where they were left.
+            None for a single one. The targets that the operator does not move
+            stay in place.
     """
 
     mode: str

@@ -12,12 +12,12 @@ FLOOR = "floor"
 """Kind: the floor."""
 
 KINDS = (MAP, UNSEEN, SOLID, FLOOR)
-"""All kinds of things."""
+"""All kinds of objects."""
 
 
 @dc.dataclass(frozen=True)
 class Thing:
-    """Something in the scene.
+    """An object or a surface of the scene, to be named in a sentence.
 
     Attributes:
         kind: One of `KINDS`.

@@ -12,13 +12,14 @@ from remosplat_drake.signals.separation import Separation
 from remosplat_drake.signals.target import Target
 
 OPTIMAL = "optimal"
-"""Status of a tick whose quadratic program was solved as it stands."""
+"""Status of a tick whose quadratic program was solved without changes."""
 ACCELERATION_DROPPED = "acceleration_dropped"
 """Status of a tick whose program was solved without acceleration bounds."""
 RELAXED = "relaxed"
 """Status of a tick whose program was solved after relaxation.
 
-Rows that demand a retreat got the greatest share of it that all can have.
+Rows that demand a retreat are scaled by the greatest common factor that makes
+the program feasible.
 """
 BRAKING = "braking"
 """Status of a tick without a usable program: the command ramps down to zero."""
@@ -43,10 +44,10 @@ class TickReport:
         scale: Scale of the command after verification, from braking (0) to the
             program's optimum (1).
         clearances: The oracle's result: all rows within the influence distance.
-        kept: Which rows of `clearances` could bind, shape (m,), bool: the
-            others are implied by the velocity bounds.
-        tight: Which rows hold with equality at the program's optimum, before
-            verification, shape (m,), bool (the active constraints).
+        kept: Which rows of `clearances` could be active, shape (m,), bool; the
+            velocity bounds imply the others.
+        tight: Which rows of `clearances` hold with equality at the program's
+            optimum (active constraints), before verification, shape (m,), bool.
         aim: The targets of the end effectors at this tick.
         binding: All rows of any kind that hold with equality at the program's
             optimum, and the push against them.
@@ -55,13 +56,13 @@ class TickReport:
             no notable one.
         line_deviation: Largest deviation of end effectors from the lines of
             their targets [m]; NaN without lines.
-        objection: The constraint for which verification rejected that optimum:
-            `COLLISION`, `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`; empty if
-            nothing.
-        separation: Distance to a mover, with the protective separation
-            distance: of the pair with the least margin. None if nothing moves.
-        payload: What the robot carried at this tick, whose spheres are the last
-            of those that `clearances` names; None for nothing.
+        objection: The constraint for which verification rejected the program's
+            optimum: `COLLISION`, `JOINT_LIMIT`, `SELF_COLLISION` or `MOVER`;
+            empty if it accepted the optimum.
+        separation: Distance and protective separation distance of the pair of
+            link and mover with the least margin; None without movers.
+        payload: The object that the robot carried at this tick; its spheres
+            follow the robot's in `clearances`. None for nothing.
         timings: Wall-clock time of each phase [s]: guidance (of the period
             before), oracle, solve (by one of Drake's solvers), tick (the rest
             of it: kinematics, program, decision, verification), total.
@@ -90,7 +91,7 @@ class TickReport:
 
     @property
     def target(self) -> Target:
-        """The target of the end effector, the first of several."""
+        """The target of the first or only end effector that has one."""
         return self.aim.first
 
     @property

@@ -1,4 +1,4 @@
-"""The causes that hold a robot, or that it moves out of, and their places."""
+"""The cause that holds a robot, and the violation that it moves out of."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -28,21 +28,21 @@ from remosplat_drake.signals.thing import Thing
 from remosplat_drake.signals.tick_report import BRAKING, TickReport
 
 _LEAST_PRESSURE = 1e-3
-"""Pressure below which an active row does not hold the robot: the rest is
-rounding of the solver."""
+"""Pressure below which an active row does not hold the robot; smaller values
+are the solver's rounding."""
 
 _SHARE = 0.5
-"""Share of the greatest pressure with which a row is still named if it was
-named before: otherwise two rows of similar pressure would alternate."""
+"""Fraction of the greatest pressure above which the row named last keeps its
+name. Otherwise two rows of similar pressure would alternate."""
 
 _VETO = 0.5
-"""Scale below which verification holds the robot."""
+"""Scale of the verified command below which verification holds the robot."""
 
 _TOLD = 0.01
 """Least commanded speed at which a robot visibly moves [m/s, rad/s]."""
 
 Naming = Callable[[np.ndarray], Thing]
-"""Function that names the thing at a point in W, shape (3,) [m]."""
+"""Function that names the object at a point in W, shape (3,) [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -90,7 +90,7 @@ def find_hold(
 def find_inside(
     report: TickReport, robot: RobotModel, name: Naming
 ) -> Hold | None:
-    """Finds the deepest violation of a stopping distance, or None.
+    """Finds the deepest violation of a stopping distance; None without one.
 
     Args:
         report: The latest tick.
@@ -164,7 +164,7 @@ def _link(row: BoundRow, report: TickReport, robot: RobotModel) -> str:
 
 
 def _near(report: TickReport, robot: RobotModel, name: Naming, i: int) -> Hold:
-    """Returns the hold by row i of the clearances."""
+    """Returns the hold by the obstacle of row i of the clearances."""
     near = report.clearances
     link = robot.spheres.links[near.sphere[i]]
     p_WC = near.p_WC[i]
@@ -208,7 +208,8 @@ def _moved_by(robot: RobotModel, joint: str) -> str:
 def _near_itself(
     report: TickReport, robot: RobotModel, link: str, other: str
 ) -> Hold:
-    # The end of the arm is named as held, not the link that it approaches.
+    # The text names the link nearer to the arm's end as held, and the other one
+    # as the obstacle.
     if robot.tree.index(other) > robot.tree.index(link):
         link, other = other, link
     thing = f"the {robot.description.called(other)}"

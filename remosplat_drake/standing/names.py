@@ -17,15 +17,15 @@ def name_thing(
     floor_height: float = -np.inf,
     truth: SignedDistanceField | None = None,
 ) -> Thing:
-    """Names the thing at a point, as specifically as possible.
+    """Returns the kind and name of the object at a point.
 
-    A map has only surfaces. If the point is on the floor, or on a solid of the
-    true scene, the thing has that name.
+    A map has only surfaces without names. If the point is on the floor, or near
+    a solid of the true scene, the result has the name of the floor or solid.
 
     Args:
         field: The map.
         p_W: A point on a surface, in W, shape (3,) [m].
-        floor_height: Height below which everything is the floor [m].
+        floor_height: Height in W below which everything is the floor [m].
         truth: The true scene, whose solids have names; None if unknown.
     """
     thing = field.thing_at(p_W)

@@ -34,15 +34,15 @@ _ADVICE = {
     things.UNSEEN: "add a frame that sees it",
     JOINT_LIMIT: "turn the target",
     SELF_COLLISION: "turn the target",
-    MOVER: "it goes on when that has passed",
+    MOVER: "it continues when that has passed",
     stands.VERIFICATION: "there would be no way to stop in time",
     stands.NOT_OBEYED: "see whether the robot is enabled",
     stands.NOTHING: "nothing is in the way, it may be out of reach",
 }
-"""One action for a person, or else the reason, by cause."""
+"""For each cause, an action for a person, or the reason."""
 
 _NEAR = 0.1
-"""Distance below which millimetres and degrees matter [m]."""
+"""Distance below which texts use millimetres and degrees [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -52,20 +52,22 @@ class Situation:
     Attributes:
         error: The error from the end effector to the present target; of
             several, the largest error.
-        target: The present target; None stands for a pose.
+        target: The present target; None means a plain pose.
         effector: Name of that end effector; empty if the robot has only one.
-        beside_line: How far the end effector is beside the target's line [m];
-            NaN without one.
+        beside_line: Distance of the end effector from the target's line [m];
+            NaN without a line.
         is_there: Whether the end effector has arrived at the target.
         hold: The cause that holds the robot; None while it moves.
         inside: The deepest violation of a stopping distance; None if there is
             none.
-        beyond: How far the target is out of reach at least; 0 if that is not
-            known [m].
+        beyond: Lower bound on the target's distance out of reach [m]; 0 if
+            unknown.
         no_nearer_for: Time since the robot last came nearer to the target [s].
-        progress: Progress along the targets; None if they are not counted.
+        progress: Progress along the targets; None if no sequence of targets
+            runs.
         supervision: State of the safety supervisor; None without one.
-        selection: Guidance's selection; None without guidance.
+        selection: Guidance's latest selection of a candidate; None without
+            guidance.
     """
 
     error: PoseError
@@ -129,7 +131,7 @@ def at_end(standing: Standing, why: str) -> Standing:
         why: Why the run ended: "reached", "time limit", "interrupted".
     """
     if why == stands.REACHED:
-        # Targets of other packages may define the end differently.
+        # Other packages' targets may end a run for other reasons.
         text = standing.text if standing.kind == why else stands.REACHED
         return dc.replace(standing, kind=stands.REACHED, text=text)
     if standing.kind not in (stands.MOVING, stands.HELD):
@@ -139,7 +141,7 @@ def at_end(standing: Standing, why: str) -> Standing:
 
 
 def _waits_for(supervision: SupervisorState | None) -> str:
-    """Returns the condition that a start waits for; empty if none."""
+    """Returns the condition that a start waits for; empty without one."""
     if supervision is None or supervision.mode != STARTING:
         return ""
     return supervision.reason
@@ -159,13 +161,13 @@ def _stopped(supervision: SupervisorState, now: Situation) -> Standing:
 
 
 def _inside(now: Situation, inside: Hold, robot: RobotDescription) -> Standing:
-    """Formats the state of a robot that starts too near to something."""
+    """Formats the state of a robot that violates a stopping distance."""
     moves, part = now.hold is None, robot.called(inside.link)
     if inside.clearance is None:
         where = f"{part} beyond {inside.thing}"
     else:
         where = f"{part} {_gap(inside.clearance)} {inside.thing}"
-    text = "moving out" if moves else "no motion found that leads out"
+    text = "moving out" if moves else "no motion away from it found"
     return Standing(
         stands.MOVING if moves else stands.HELD,
         f"{text}: {where}, {_away(now)} from {_target(now)}",
@@ -208,7 +210,7 @@ def _what_holds(hold: Hold, part: str) -> str:
     if hold.cause == stands.NO_COMMAND:
         return f"braking: {hold.thing}"
     if hold.cause == stands.NOT_OBEYED:
-        return "robot is told to move and stands still"
+        return "robot is commanded to move and stands still"
     if hold.cause == stands.NOTHING:
         return "robot stands still"
     if hold.cause == stands.MOVER:
@@ -272,7 +274,7 @@ def _reached(progress: TargetProgress) -> str:
 
 
 def _way(selection: Selection | None) -> str:
-    """Returns the result of guidance about another way."""
+    """Returns guidance's statement about another way to the target."""
     if selection is None:
         return ""
     if selection.missing:

@@ -67,8 +67,8 @@ class StandingSystem(LeafSystem):
 
     `configuration` takes the measured q, `report` the controller's
     `TickReport`, `distance_field` the oracle's `DistanceField`, `progress` a
-    `TargetProgress`, `supervision` a `SupervisorState` and `selection` a
-    `Selection`. `standing` gives the `Standing`.
+    `TargetProgress`, `supervision` a `SupervisorState` and `selection`
+    guidance's `Selection`. `standing` outputs the `Standing`.
 
     Args:
         robot: The robot.
@@ -111,8 +111,8 @@ class StandingSystem(LeafSystem):
             self._calc_standing,
             {self.abstract_state_ticket(self._memory_index)},
         )
-        # At every tick, though most events do nothing: another period would add
-        # event times between the ticks.
+        # The event is at every tick, though most do nothing, since another
+        # period would add event times between the ticks.
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._look)
 
     @staticmethod
@@ -159,7 +159,7 @@ class StandingSystem(LeafSystem):
     def _look(self, context: Context, state: State):
         memory = self._memory(context)
         passed = context.get_time() - memory.looked
-        # Half a period is more than rounding.
+        # Half a period is a tolerance far above rounding.
         is_early = 0 <= passed < LOOK - 0.5 * self._period
         if is_early and memory.standing is not NOT_STARTED:
             return
@@ -203,7 +203,7 @@ class StandingSystem(LeafSystem):
         return _Memory(standing, still, time)
 
     def _beyond(self, aim: Aim, q: np.ndarray) -> float:
-        """Returns how far targets are out of reach; 0 if that is not known."""
+        """Returns a lower bound on the distance out of reach [m]; or 0."""
         if not (aim.is_known and np.isfinite(q).all()):
             return 0.0
         lacking = (

@@ -13,8 +13,8 @@ STILL = 0.01
 command may oscillate between two constraints."""
 
 PAUSE = 1.0
-"""Time of standing still after which the robot is held [s]. One that takes
-longer to change by `STILL` creeps, and is held, too."""
+"""Time of standstill after which the robot counts as held [s]. A robot that
+takes longer than this to move by `STILL` also counts as held."""
 
 _NEARER = 0.01
 """Least decrease of the distance that counts as progress [m]."""
@@ -29,14 +29,16 @@ class Stillness:
     """Memory of the robot's motion; copying returns the object itself.
 
     Attributes:
-        q: Configuration at which the robot has stayed, shape (n_q,).
-        there_since: Time at which it arrived there [s].
-        since: Time since when it has not moved, or last had a reason to rest;
-            it may have crept [s].
+        q: Configuration from which the robot has not moved by `STILL`, shape
+            (n_q,) [m, rad].
+        there_since: Time at which it arrived at `q` [s].
+        since: Start of the present standstill [s]: the robot has since then
+            neither moved faster than creeping nor had a reason to rest.
         aim: The current aim.
-        nearest: Least distance to it so far, summed over end effectors; for a
-            target of orientation only, the angle times a length [m].
-        nearest_at: Time at which it was reached [s].
+        nearest: Least distance to the aim so far, summed over end effectors
+            [m]. For a target of orientation only, it is the angle times a
+            length.
+        nearest_at: Time at which `nearest` was reached [s].
     """
 
     q: np.ndarray
@@ -68,7 +70,7 @@ def observe(
         aim: The current aim.
         X_WEs: Poses of the end effectors, shape (e, 4, 4).
         may_rest: Whether the robot has a reason to stand still, at its target
-            for example; that time does not count.
+            for example. Such time does not count as standstill.
     """
     left = sum(_left(t, t.error(X_WEs[i])) for i, t in aim.items)
     if before is None or time < before.since:

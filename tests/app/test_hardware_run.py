@@ -205,7 +205,7 @@ def test_a_shadow_computes_everything_and_sends_nothing(robot, tmp_path):
         assert_stays_still(client)
     assert not heard
     said = " ".join(ran.stdout.split())
-    assert "time limit: robot is told to move and stands still" in said
+    assert "time limit: robot is commanded to move and stands still" in said
     written = load_trajectory(tmp_path / "trajectory.npz")
     # It would have driven: each tick begins at rest, where the robot is.
     assert np.abs(written.u).max() > 0

@@ -138,12 +138,12 @@ SENTENCES = {
             stands.JOINT_LIMIT, "the upper limit of joint 4", "panda_link4"
         ),
     ),
-    "no motion found that leads out: hand 31 mm inside the base, 0.52 m from"
+    "no motion away from it found: hand 31 mm inside the base, 0.52 m from"
     " the target": held(
         stands.NOTHING,
         inside=Hold(stands.SELF_COLLISION, "the base", HAND, ROUND, -0.031),
     ),
-    "hand waits for Ada, 0.52 m from the target: it goes on when that has"
+    "hand waits for Ada, 0.52 m from the target: it continues when that has"
     " passed": held(stands.MOVER, "Ada", HAND),
     "robot held by leash (dog), 0.52 m from the target": held(
         stands.CONSTRAINT, "leash (dog)"
@@ -153,7 +153,7 @@ SENTENCES = {
     "braking: target is not finite, 0.52 m from the target": held(
         stands.NO_COMMAND, "target is not finite"
     ),
-    "robot is told to move and stands still, 0.52 m from the target: see"
+    "robot is commanded to move and stands still, 0.52 m from the target: see"
     " whether the robot is enabled": held(stands.NOT_OBEYED),
     "robot stands still, 0.52 m from the target: nothing is in the way, it may"
     " be out of reach": held(stands.NOTHING),

@@ -44,7 +44,7 @@ def kernel(
     Args:
         function: The function; omitted if there are options.
         returns: Type of its result, see `Kernel`.
-        linked: Whether kernels that call it contain it, as a helper.
+        linked: Whether kernels that call it contain its code, like a helper's.
         options: Numba's options.
     """
     if function is None:
@@ -62,7 +62,7 @@ def numpy_kernel(function: Any = None, **options: Any) -> Any:
 
 
 def parallel_kernel(function: Any) -> Any:
-    """A `kernel` whose loops over `prange` are shared by threads."""
+    """A `kernel` whose loops over `prange` run on several threads."""
     return kernel(function, parallel=True)
 
 
@@ -76,7 +76,7 @@ numpy_helper = register_jitable(no_cfunc_wrapper=True, error_model="numpy")
 
 
 def overload(function: Callable) -> Callable[[Callable], Callable]:
-    """Numba's `overload`: chooses how kernels compile a function.
+    """Numba's `overload`: decorates a function that selects an implementation.
 
     Args:
         function: The function.

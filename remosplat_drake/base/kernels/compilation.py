@@ -29,8 +29,8 @@ extending_modules: list[str] = []
 they compile."""
 
 _ASKED, _BEGUN, _ENDED, _READY = range(4)
-"""Messages of a worker about a variant: it needs it, it begins to compile it,
-it has compiled it. The last one: it waits for the next variant."""
+"""Messages of a worker about a variant: the worker needs it, begins to compile
+it, has compiled it; and that the worker waits for the next variant."""
 
 _USUAL = 1.0
 """Assumed compilation time of a variant if it is unknown [s]."""
@@ -40,21 +40,23 @@ class _Compilation:
     """The queue of variants to compile, and the worker processes.
 
     Attributes:
-        changed: Notified when a variant is asked for or has been compiled.
+        changed: Condition, notified when a variant is requested or has been
+            compiled.
         asked: All requested variants.
-        waiting: Those that no process has begun, in order.
-        running: Those that workers compile.
+        waiting: Requested variants that no process has begun, in order.
+        running: Variants that workers compile at present.
         processes: Number of workers.
         idle: Number of idle workers.
-        expected: Returns the variants that this process will need; None after
-            its call.
+        expected: Function that returns the variants that this process will
+            need; None after its call.
         tell: Sends messages to the process for which this one compiles; None if
             there is none.
         weights: Known compilation times of variants, on a reference processor
             [s].
         missing: Compilation times of the variants that were missing [s].
         compiled: The missing variants that have been compiled.
-        shows: Called with whether this process waits for kernels.
+        shows: Callback with the argument whether this process waits for
+            kernels.
     """
 
     def __init__(self):
@@ -78,9 +80,9 @@ def expect(variants: Callable[[], Mapping[Any, float]]) -> None:
     """Declares which variants this process will need.
 
     Args:
-        variants: Returns the variants, in the order of compilation, and their
-            compilation times on a reference processor [s]. It is called once,
-            when the first variant is missing on disk.
+        variants: Function that returns the variants, in the order of
+            compilation, and their compilation times on a reference processor
+            [s]. It is called once, when the first variant is missing on disk.
     """
     _state.expected = variants
 
@@ -89,8 +91,8 @@ def show(shows: Callable[[bool], None] | None) -> None:
     """Sets a callback that reports whether this process waits for kernels.
 
     Args:
-        shows: Called with True when it begins to wait, perhaps again, and with
-            False at the end.
+        shows: Called with True when the process begins to wait, possibly
+            several times, and with False at the end.
     """
     _state.shows = shows
 
@@ -101,8 +103,9 @@ class Count(NamedTuple):
     Attributes:
         done: Number of missing kernels that have been compiled.
         total: Number of missing kernels.
-        work_done: Compilation time of the former on a reference processor [s].
-        work: Compilation time of all missing kernels there [s].
+        work_done: Compilation time of the compiled kernels on a reference
+            processor [s].
+        work: Compilation time of all missing kernels on that processor [s].
     """
 
     done: int
@@ -157,7 +160,8 @@ def ask(variant: Unit) -> None:
 def begin(variant: Unit) -> None:
     """Records that this thread compiles a variant, which is not on disk.
 
-    If another process compiles it already, this returns when that is done.
+    If another process already compiles it, this returns when that process has
+    finished.
 
     Args:
         variant: The variant.
@@ -198,7 +202,7 @@ def end(variant: Unit) -> None:
 
 
 def finish(variant: Unit) -> None:
-    """Loads or compiles all that a variant calls.
+    """Loads or compiles all variants that a variant calls.
 
     Args:
         variant: A variant that is compiled or loaded.
@@ -247,7 +251,7 @@ class _Process:
         self._busy: set[Unit] = set()
 
     def run(self) -> None:
-        """Sends it variants from the queue until it exits."""
+        """Sends variants from the queue to the worker until it exits."""
         try:
             while True:
                 self._compile(self._next())

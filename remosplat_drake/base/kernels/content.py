@@ -1,4 +1,4 @@
-"""The digest of all that a compiled kernel contains.
+"""The digest of a compiled kernel's content.
 
 A kernel contains the functions that it calls and the constants that it reads,
 of any file. The digest covers their bytecode and these values, as they are in
@@ -78,7 +78,7 @@ def content_digest(function: Callable) -> str:
 
 
 class _Walk:
-    """Yields the content of values, each function once."""
+    """Iterates over the content of values, each function once."""
 
     def __init__(self):
         self._seen: dict[Any, int] = {}
@@ -189,7 +189,7 @@ def _plain(value: Any) -> bytes:
 
 
 def _is_known_by_name(value: Any) -> bool:
-    """Whether it is a function of Numba, NumPy or C, or an intrinsic.
+    """Whether a value is a function of Numba, NumPy or C, or an intrinsic.
 
     Intrinsics that reach this function are defined in `_COMPILER_FILES`.
     """

@@ -1,9 +1,9 @@
-"""Files of compiled kernels: one for each, named by its content.
+"""Files of compiled kernels, one for each kernel, named by its content.
 
-A file is named by what the kernel contains, the types of its arguments and the
-processor that it is compiled for. So a file is never out of date, and folders
-can be copied and shared. Kernels are read from two places: the user's cache,
-where new ones are written, and the package, if its wheel contains kernels.
+A file's name depends on the content of the kernel, the types of its arguments,
+and the target processor. So a file is never out of date, and folders can be
+copied and shared. Kernels are read from two places: the user's cache, where new
+ones are written, and the package, if its wheel contains kernels.
 """
 
 import fcntl
@@ -55,9 +55,9 @@ def made_for() -> str:
 
 
 def unfit() -> str:
-    """Returns the versions that the wheel's kernels fit, if others are here.
+    """Returns the versions that the wheel's kernels require, if they differ.
 
-    Empty if they fit this system, or there are none.
+    The text is empty if they fit this system, or if there are none.
     """
     try:
         made = (PACKAGED / MADE_FOR).read_text()
@@ -117,7 +117,7 @@ def _remove_oldest() -> None:
 
 @contextmanager
 def locked(name: str) -> Iterator[None]:
-    """Lets one process at a time compile a kernel.
+    """Context in which only this process compiles a kernel.
 
     If the folder is read-only, each process compiles for itself.
 

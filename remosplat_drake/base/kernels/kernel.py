@@ -30,8 +30,8 @@ Returns = types.Type | Callable[..., types.Type] | None
 class Kernel(Referenced):
     """A compiled function, kept on disk under the digest of its content.
 
-    Python calls it with values. Other kernels call it by its address: it is
-    compiled once, and they are not compiled again when it changes.
+    Python calls it with values. Other kernels call it by its address, so it is
+    compiled only once, and they are not compiled again when it changes.
 
     Attributes:
         py_func: The function, as it was written.
@@ -56,7 +56,7 @@ class Kernel(Referenced):
 
         Args:
             function: The function.
-            returns: See above.
+            returns: The type of its result, see `Kernel`.
             linked: Whether kernels that call it contain it.
             options: Numba's.
         """
@@ -84,14 +84,14 @@ class Kernel(Referenced):
             raise
 
     def variant(self, arguments: Types) -> Variant:
-        """Returns the kernel for arguments of certain types."""
+        """Returns the variant for argument types."""
         if arguments not in self._variants:
             self._variants[arguments] = Variant(self, arguments)
         return self._variants[arguments]
 
     @property
     def variants(self) -> list[Variant]:
-        """Those that are compiled or loaded."""
+        """The variants that are compiled or loaded."""
         return [v for v in self._variants.values() if v.uses is not None]
 
     @property

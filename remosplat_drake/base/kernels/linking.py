@@ -39,7 +39,7 @@ class LinkedLibrary(codegen.JITCodeLibrary):
             super()._optimize_final_module()
 
     def _hide_linked(self):
-        """Keeps machine code of other kernels from calling helpers here.
+        """Hides helpers from the machine code of other kernels.
 
         Functions are numbered per process, so two different ones could have the
         same name.
@@ -73,9 +73,9 @@ class LinkedLibrary(codegen.JITCodeLibrary):
         return super().get_pointer_to_function(name)
 
     def _compile(self):
-        """Generates its machine code."""
+        """Generates the library's machine code."""
         self._only_linked = False
-        self._get_module_for_linking()  # As it was before compilation.
+        self._get_module_for_linking()  # Restores the state before compilation.
         super()._optimize_final_module()
         super()._finalize_final_module()
 
@@ -140,7 +140,7 @@ def globals_of(library: Any, prefix: str) -> list[str]:
 
     Args:
         library: Numba's library.
-        prefix: Begins their names.
+        prefix: Prefix of their names.
     """
     variables = library._final_module.global_variables
     return sorted(v.name for v in variables if v.name.startswith(prefix))

@@ -85,7 +85,7 @@ def _contiguous(value: Any) -> Any:
 
 
 def _unpacked(value: Any) -> Any:
-    """Returns the values of what is packed already in its place."""
+    """Replaces packed values by the named tuples that they contain."""
     if isinstance(value, Packed):
         return value.values
     return _of_parts(value, _unpacked)
@@ -121,7 +121,7 @@ _codes: dict[type, Any] = {}
 
 
 def bind_code(kind: type, function: Any) -> None:
-    """Binds the code that works on a named tuple to the tuple's type.
+    """Associates the code that processes a named tuple with the tuple's type.
 
     Kernels that contain this code are then compiled again when it changes. Must
     be called before the first such tuple is packed.
@@ -138,7 +138,7 @@ def _code_of(kind: type) -> str:
     try:
         return content_digest(_codes[kind]) if kind in _codes else ""
     except UnknownContentError:
-        return f"unknown at 0x{id(_codes[kind]):x}"  # No file may be named so.
+        return f"unknown at 0x{id(_codes[kind]):x}"  # Invalid as a file name.
 
 
 class PackedType(types.Type):

@@ -14,9 +14,9 @@ _FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 
 
 def choose() -> None:
-    """Makes Numba compile for the level, unless the user set another target.
+    """Makes Numba compile for x86-64-v3, unless the user set another target.
 
-    If Numba has compiled something already, the target stays as it is.
+    If Numba has already compiled code, the target does not change.
     """
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
         return

@@ -56,7 +56,7 @@ class Variant:
         uses: The variants that it calls; None before it is compiled or loaded.
         time: Compilation time on one core, without the variants that it calls
             [s].
-        was_kept: Whether it was on disk.
+        was_kept: Whether it was loaded from disk.
     """
 
     def __init__(self, kernel: KernelCode, arguments: Types):
@@ -213,7 +213,7 @@ class Variant:
         )
 
     def name_cell(self) -> None:
-        """Lets machine code find the cell."""
+        """Makes the cell's name known to machine code."""
         if self.name not in _named:
             _named[self.name] = self
             binding.add_symbol(self.name, ctypes.addressof(self._cell))
@@ -294,7 +294,7 @@ def abandon(outer: int = 0) -> None:
 
 
 class VariantCache:
-    """Takes the place of a Numba dispatcher's cache."""
+    """Replaces the cache of a Numba dispatcher."""
 
     def __init__(self, kernel: KernelCode):
         self._kernel = kernel

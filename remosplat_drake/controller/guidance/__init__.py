@@ -1,7 +1,8 @@
-"""Guidance: which way round an obstacle, chosen by looking ahead.
+"""Guidance: chooses a way around obstacles by rollouts.
 
-The program of a tick is local and stalls where the hand is pressed against
-something between it and its target. A guidance bends the tick: towards one
-side, with less appetite for clearance, closer to the scene. The selector
-tries a few of them on the known map, ahead of time, and keeps what arrives.
+The program of a tick is local, so the robot stalls if an obstacle is between
+end effector and target. A `Guidance` modifies the tick: it steers to one side,
+weakens the cost on proximity, or allows a smaller stopping distance. The
+selector simulates a few of these candidates on the known map, and follows one
+that arrives.
 """

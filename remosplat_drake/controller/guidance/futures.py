@@ -1,4 +1,4 @@
-"""Several rollouts side by side, on the cores that are free."""
+"""Advances several rollouts in parallel, on the free cores."""
 
 import math
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from remosplat_drake.controller.guidance.rollout import (
 )
 
 Futures = tuple[Rollout, ...]
-"""Rollouts that began together, those among them that have ended, too."""
+"""Rollouts that began together, including those that have ended."""
 
 
 def are_open(futures: Futures) -> bool:
@@ -29,18 +29,18 @@ def advance_together(
     budget: int,
     threads: int,
 ) -> tuple[Futures, int]:
-    """Advances rollouts by a stride each, first those that are behind.
+    """Advances rollouts by a stride each, starting with the shortest ones.
 
-    Once one of them has arrived, those that cannot arrive at a lower price any
-    more are not simulated to their end: they are outrun.
+    Once a rollout has arrived, those that can no longer arrive at a lower score
+    end early, with the status `OUTRUN`.
 
     Args:
         futures: The rollouts, at least one of them running.
-        advance: Function that simulates so many steps of one of them, unless
-            it ends before. It is called from several threads.
-        first_tier: The usual stopping distance, for the price [m].
-        budget: Number of steps that may be spent. When it is used up, a stride
-            is shortened, or left to the next call.
+        advance: Function that simulates a number of steps of a rollout, or
+            fewer if it ends. It is called from several threads.
+        first_tier: The usual stopping distance, for the score [m].
+        budget: Largest number of steps. When it is used up, strides are
+            shortened, or postponed to the next call.
         threads: Number of rollouts that are simulated at the same time. It has
             no effect on results.
 
@@ -57,7 +57,7 @@ def advance_together(
 
 
 def _shares(futures: Futures, budget: int) -> dict[int, int]:
-    """The number of steps of each future."""
+    """Returns the number of steps that each rollout advances."""
     running = [i for i, r in enumerate(futures) if r.status == RUNNING]
     shares = {}
     for i in sorted(running, key=lambda i: futures[i].num_steps):
@@ -74,7 +74,7 @@ def _all_of(
 ) -> list[Rollout]:
     if threads < 2 or len(jobs) < 2:
         return [advance(*job) for job in jobs]
-    # This thread takes its part, too.
+    # This thread computes its share, too.
     pool = kept_threads("rollouts", threads - 1)
     others = [pool.submit(advance, *job) for job in jobs[1:]]
     try:
@@ -84,7 +84,7 @@ def _all_of(
 
 
 def _without_outrun(futures: Futures, first_tier: float) -> Futures:
-    """Ends those that cannot be the cheapest any more."""
+    """Ends rollouts that can no longer have the lowest score."""
     arrived = (r.score(first_tier) for r in futures if r.status == REACHED)
     cheapest = min(arrived, default=math.inf)
     return tuple(

@@ -19,38 +19,38 @@ from remosplat_drake.controller.program.solvers import SOLVERS
 class GuidanceConfig(Config):
     """How guidance is selected by rollouts on the known map."""
 
-    # Whether guidance is selected; without it the controller goes straight.
+    # Whether guidance is selected; otherwise the controller always drives
+    # straight to the target.
     enabled: bool = True
-    # Number of rollout steps that a control tick may spend. Each costs about
-    # 0.2 ms with ellipsoids, and 10 leave room in a period of 10 ms. A tick
-    # that searches a path at once spends more, to compare it. With 0 nothing is
-    # simulated: whenever the robot stalls, the next candidate is tried.
+    # Number of rollout steps in a control tick. Each takes about 0.2 ms with
+    # ellipsoids, so 10 fit into a period of 10 ms. A tick that immediately
+    # searches a path takes more steps, to compare it. With 0 nothing is
+    # simulated: whenever the robot stalls, it follows the next candidate.
     budget: Annotated[int, Interval(ge=0, le=10_000)] = 10
-    # Whether a process of its own looks ahead, so that ticks do not wait for
-    # it, as real robots need. Runs then depend on the machine, and
-    # `budget_ms` counts in place of `budget`.
+    # Whether a separate process computes the rollouts, so that ticks do not
+    # wait for them, as real robots require. Runs then depend on the machine's
+    # speed, and `budget_ms` replaces `budget`.
     asynchronous: bool = False
-    # Time that the process of `asynchronous` takes for an answer, best a
-    # little less than the control period [ms]. What it has not finished then,
-    # it goes on with.
+    # Time after which the process of `asynchronous` answers, ideally slightly
+    # less than the control period [ms]. It then continues unfinished rollouts.
     budget_ms: Annotated[float, Interval(gt=0, le=1000)] = 8.0
     # Convex solver of the rollouts, with the same choices as that of the
     # controller.
     solver: Annotated[str, OneOf(SOLVERS, "solver")] = "active_set"
-    # Time that one step of a rollout simulates [s].
+    # Duration of one step of a rollout [s].
     step: Annotated[float, Interval(gt=0, le=0.1)] = 0.1
-    # Longest time that a rollout simulates [s].
+    # Longest simulated time of a rollout [s].
     horizon: Annotated[float, Interval(gt=0, le=60)] = 8.0
-    # What proposes the candidates: the library's, which are direct, left and
-    # right, or one's own as `package.module:Class`.
+    # Planner of the candidates: the library's, which proposes direct, left and
+    # right, or another one as `package.module:Class`.
     planner: SidePlanner | GuidancePlanner = dc.field(
         default_factory=SidePlanner
     )
-    # How paths are searched where none of these candidates arrives.
+    # Search of paths if none of these candidates arrives.
     planning: PlanningConfig = dc.field(default_factory=PlanningConfig)
-    # Smaller stopping distances that may be tried when nothing arrives with
-    # the usual one, largest first [m]. They need a map that is accurate
-    # enough, as `scene.map_error` or the quality report says.
+    # Smaller stopping distances that may be tried if no candidate arrives with
+    # the usual one, largest first [m]. They require a sufficiently accurate
+    # map, according to `scene.map_error` or the quality report.
     tiers: Annotated[
         list[Annotated[float, Interval(gt=0, le=1)]], Len(0, 16)
     ] = dc.field(default_factory=list)

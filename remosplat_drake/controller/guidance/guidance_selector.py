@@ -1,4 +1,4 @@
-"""`GuidanceSelector`: looks ahead beside the controller, as a system."""
+"""`GuidanceSelector`: selects guidance by rollouts, as a Drake system."""
 
 import dataclasses as dc
 from time import perf_counter
@@ -34,7 +34,7 @@ from remosplat_drake.signals.tick_report import TickReport
 
 
 class GuidanceSelector(LeafSystem):
-    """Chooses how the next ticks are bent.
+    """Selects the guidance of the next ticks by rollouts.
 
     .. pydrake_system::
 
@@ -50,29 +50,30 @@ class GuidanceSelector(LeafSystem):
         output_ports:
         - selection
 
-    Every period it spends its budget of rollout steps, so that results do
-    not depend on how fast the machine is. The `Selection` it hands out may
-    come late without harm: safety does not rest on it. So rollouts may use
-    a coarser field than control does, see `DistanceField.for_look_ahead`.
+    In each period it simulates a fixed number of rollout steps, so results do
+    not depend on the machine's speed. Safety does not depend on the
+    `Selection`: it may be late, and rollouts may use a coarser field than
+    control does, see `DistanceField.for_look_ahead`.
 
-    One of `target`, a pose, and `aim`, a `Target`, is needed. For a line there
-    is no guidance, since it defines the way.
+    One of `target`, a pose, and `aim`, a `Target`, is needed. A target with a
+    line has no guidance, since the line defines the way.
 
-    With a `LookAheadProcess` it only passes on the decisions of that process,
-    and runs depend on the machine. If the process is lost, the selector cycles
-    as with no budget, and `Selection.missing` says why.
+    With a `LookAheadProcess`, the selector only outputs the decisions of that
+    process, and runs depend on the machine's speed. If the process is lost, the
+    selector cycles through the candidates as with budget 0, and
+    `Selection.missing` contains the reason.
 
-    `movers` are the `Movers` around the robot, which move in rollouts and are
-    obstacles of paths; without them nothing moves. `motion` is the `Motion` of
-    a robot with delay, which rollouts include, too.
+    `movers` are the `Movers` around the robot. They move in rollouts, and are
+    obstacles for paths; if unconnected, there are none. `motion` is the
+    `Motion` of a robot with delay, which rollouts include, too.
 
     Args:
         rule: Which guidances are tried, and when a rollout has arrived.
-        budget: Number of rollout steps a period; 0 cycles through the
-            candidates whenever the robot stalls.
+        budget: Number of rollout steps in a period; with 0, the selector takes
+            the next candidate whenever the robot stalls.
         period: Time between two updates [s].
-        process: The process that looks ahead instead of the selector; None: the
-            selector does it itself.
+        process: The process that computes the rollouts; None: the selector
+            computes them itself.
 
     Example:
         >>> import remosplat_drake as rs
@@ -128,12 +129,12 @@ class GuidanceSelector(LeafSystem):
     ) -> "GuidanceSelector":
         """Adds a selector and connects it to a controller and its oracle.
 
-        `configuration` and the target are left to the caller.
+        The caller connects `configuration` and the target.
 
         Args:
             builder: The builder of the diagram.
-            controller: The controller whose ticks are bent.
-            oracle: The system that hands out the map, as `distance_field`.
+            controller: The controller that follows the selected guidance.
+            oracle: The system with the map at its output `distance_field`.
             **arguments: Arguments of the constructor.
 
         Returns:
@@ -197,14 +198,14 @@ def updated(
     now: PresentState,
     field: DistanceField,
 ) -> Selection:
-    """Updates a selection by the decision of the look-ahead process.
+    """Updates a selection with the decision of the look-ahead process.
 
-    Without the process it cycles through the candidates, and `missing` says
-    why.
+    If the process does not answer, it cycles through the candidates, and
+    `missing` contains the reason.
 
     Args:
-        process: The process that looks ahead.
-        rule: The rule, which names the candidates that are cycled through.
+        process: The process that computes the rollouts.
+        rule: The rule, which contains the candidates.
         selection: The selection so far.
         now: The robot's present state.
         field: The map.

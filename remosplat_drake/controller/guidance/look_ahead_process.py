@@ -1,4 +1,4 @@
-"""`LookAheadProcess`: rollouts beside the control tick, not inside it."""
+"""`LookAheadProcess`: computes rollouts in a separate process."""
 
 import logging
 import weakref
@@ -22,16 +22,16 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 
 START_TIME = 60.0
-"""Time that the process may take to start [s]."""
+"""Longest time for the start of the process [s]."""
 
 PATIENCE = 5.0
 """Time without an answer after which the process counts as lost [s]."""
 
 _NICENESS = 10
-"""Niceness of the process: the control tick goes first."""
+"""Nice value of the process: the control tick has precedence."""
 
 _IN_USE = 2
-"""Cores that the control loop, its page and its messages need."""
+"""Number of cores that the control loop, its page and its messages need."""
 
 DIED = "the look-ahead process has died"
 
@@ -39,19 +39,21 @@ _log = logging.getLogger(__name__)
 
 
 class LookAheadProcess:
-    """A process that looks ahead with a budget of wall-clock time.
+    """A process that computes rollouts with a budget of wall-clock time.
 
-    The process is spawned, yields to everybody, and has a thread for each core
-    that the control loop and what serves it leave free. The map goes to it once
-    a revision; after that messages are small. Once it has started, nothing
-    waits for it: what is not there yet comes at a later tick. When it dies or
-    fails, that is logged once, and `missing` says it from then on; when it
-    hangs, or gets no time on a busy computer, until it answers again.
+    The process is spawned at low priority, and has a thread for each core that
+    the control loop does not need. It receives each revision of the map once;
+    all other messages are small. After its start, the control loop never waits
+    for it: late answers are used at a later tick. If the process dies or fails,
+    this is logged once, and `missing` contains the reason from then on. If it
+    does not answer for a while, `missing` contains the reason until it answers
+    again.
 
     Attributes:
-        missing: Why there is no look-ahead at present; empty if there is.
+        missing: Why there are no rollouts at present; empty if there are.
         process: The operating system's process.
-        close: Ends the process; called at the latest when this object goes.
+        close: Ends the process; called at the latest when this object is
+            deleted.
     """
 
     def __init__(
@@ -59,16 +61,16 @@ class LookAheadProcess:
     ):
         """Starts the process and waits until it has loaded everything.
 
-        It rehearses planning, so that the first path is there as soon as
-        others.
+        The process rehearses planning, so that the first search is not slower
+        than later ones.
 
         Args:
             rule: Which guidances are tried, and when a rollout has arrived.
-                The process must be able to import the classes of its law's
-                ingredients and its other parts: what is typed into a notebook
-                it cannot find.
+                The process must be able to import the classes of all its parts,
+                such as the law's ingredients; classes defined in a notebook
+                cannot be imported.
             budget: Time that an answer may take [s].
-            field: The map, or one of its kind.
+            field: The map, or another one of the same kind.
 
         Raises:
             TransferError: A part of the rule, which the text names, cannot
@@ -88,7 +90,7 @@ class LookAheadProcess:
         self._wait_until_ready(field)
 
     def _wait_until_ready(self, field: DistanceField) -> None:
-        # If it has ended already, its last message says why.
+        # If it has already ended, its last message contains the reason.
         with suppress(OSError):
             send_arrays(self._connection, field)
         try:
@@ -107,12 +109,13 @@ class LookAheadProcess:
     ) -> Selection:
         """Returns the process's latest answer, or else the present selection.
 
-        Only an answer about this map and target counts. The present state is
-        sent as soon as the one before is answered, or at once if the map or the
-        target is new: then the process drops its present work.
+        Answers about another map or target are ignored. The present state is
+        sent as soon as the previous one is answered, or at once if the map or
+        the target is new: then the process aborts its present work.
 
         Args:
-            selection: The present selection, which stays in the meantime.
+            selection: The present selection, which is returned if there is no
+                new answer.
             now: The robot's present state.
             field: The map.
         """
@@ -144,7 +147,7 @@ class LookAheadProcess:
         late = perf_counter() - self._asked_at > PATIENCE
         if self._unanswered and late and not self.missing:
             self.missing = f"look-ahead has not answered for {PATIENCE:g} s"
-            _log.warning("%s; going on without until it does", self.missing)
+            _log.warning("%s; continuing without until then", self.missing)
         return selection
 
     def _send(self, now: PresentState, field: DistanceField) -> None:
@@ -159,7 +162,8 @@ class LookAheadProcess:
         if not new_map:
             self._connection.send(now)
             return
-        # A map is larger than the pipe: sending it waits for the reader.
+        # A map is larger than the pipe's buffer, so sending it waits for the
+        # reader.
         self._sender = Thread(
             target=_send_both, args=(self._connection, field, now), daemon=True
         )
@@ -167,7 +171,7 @@ class LookAheadProcess:
 
     def _give_up(self, reason: str) -> None:
         self.missing, self._lost = reason, True
-        _log.warning("%s; going on without", reason)
+        _log.warning("%s; continuing without", reason)
         self._child.end(patience=0.0)
 
 
@@ -186,4 +190,4 @@ def _send_both(
         send_arrays(connection, field)
         connection.send(now)
     except OSError:
-        return  # It has died; the next `update` finds out.
+        return  # The process has died; the next `update` handles this.

@@ -1,4 +1,4 @@
-"""Planners: they propose the guidances among which the selector chooses."""
+"""Planners, which propose the candidates of guidance."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from remosplat_drake.signals.target import Target
 
 @dc.dataclass(frozen=True, eq=False)
 class Situation:
-    """The inputs of a planner when the present guidance does not arrive.
+    """The inputs of a planner.
 
     Attributes:
         robot: The robot, with its limits and kinematics.
@@ -39,7 +39,7 @@ class Situation:
 
     @property
     def target(self) -> Target:
-        """The target, the first of several."""
+        """The target; the first of several."""
         return self.aim.first
 
     @property
@@ -49,15 +49,15 @@ class Situation:
 
 
 class GuidancePlanner(Protocol):
-    """Proposes guidances that may be tried: `SidePlanner`, or one's own."""
+    """Interface of planners, such as `SidePlanner`, which propose guidances."""
 
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
-        """Proposes the candidates of a round of selection, tier after tier.
+        """Proposes the candidates of a round of selection, by tiers.
 
-        The candidates of a tier are rolled out side by side from where the
-        robot is when their turn comes, and share the budget, so that many of
-        them take long. The next tier is tried if none of those before arrives.
-        Safety does not rest on them.
+        The candidates of a tier are simulated in parallel, from the robot's
+        state at that time. They share the budget, so many candidates take
+        longer. A tier is tried if no candidate of the previous ones arrives.
+        Safety does not depend on candidates.
 
         Args:
             situation: Robot, target, map and the stopping distances that may
@@ -71,10 +71,10 @@ class GuidancePlanner(Protocol):
 
 @dc.dataclass
 class SidePlanner(Config):
-    """Proposes to go direct, left and right at every stopping distance."""
+    """Proposes the ways direct, left and right at each stopping distance."""
 
-    # Angle by which the base turns from the end effector towards the side
-    # that is taken [rad].
+    # Angle by which the base turns from the end effector towards the chosen
+    # side [rad].
     bearing: Annotated[float, Interval(ge=-3.2, le=3.2)] = 0.8
     # Factor on the gain of the active collision cost while an obstacle is
     # passed on a side.
@@ -83,11 +83,12 @@ class SidePlanner(Config):
     def propose(self, situation: Situation) -> Sequence[Sequence[Guidance]]:
         """Proposes direct, left and right for each tier.
 
-        Left and right turn the base: a robot without one only goes direct.
+        Left and right turn the base, so a robot without a base gets only
+        direct.
 
         Args:
             situation: The stopping distances that may be tried, and the robot;
-                its other values do not matter here.
+                other values are not used.
         """
         if not situation.robot.n_base:
             return [[Guidance("direct", stopping=t)] for t in situation.tiers]

@@ -1,4 +1,4 @@
-"""`PresentState`: robot and movers, as a decision about guidance starts."""
+"""`PresentState`: state of robot and movers at the start of a decision."""
 
 import dataclasses as dc
 
@@ -12,7 +12,7 @@ from remosplat_drake.signals.motion import Motion
 
 @dc.dataclass(frozen=True, eq=False)
 class PresentState:
-    """The state from which a decision starts.
+    """State of robot and movers from which a decision about guidance starts.
 
     Attributes:
         time: Present time [s].
@@ -20,7 +20,7 @@ class PresentState:
         u: Command being executed, shape (n_u,).
         aim: The targets of the end effectors.
         movers: The movers; None if none are known.
-        motion: The motion that commands in flight lead to; None for a robot
+        motion: Predicted motion from commands in flight; None for a robot
             without delay.
         payload: What the robot carries; None for nothing.
     """

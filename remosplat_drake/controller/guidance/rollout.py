@@ -26,31 +26,31 @@ from remosplat_drake.signals.motion import MotionArrays, prompt_motion
 from remosplat_drake.signals.target import Target
 
 RUNNING, REACHED, STALLED, HORIZON = "running", "reached", "stalled", "horizon"
-"""Statuses of a rollout: the last three are ends."""
+"""Statuses of a rollout; all but the first are final."""
 
 OUTRUN = "outrun"
-"""Another end: one that began at the same time has arrived at a lower price."""
+"""Final status: another rollout of the same start has a lower score."""
 
 _STALL_SPEED = 0.012
-"""Below this speed nothing moves any more: max(|v|, |q_dot| / 2)."""
+"""Speed below which the robot stands still: max(|v|, |q_dot| / 2)."""
 
 _STALL_TIME = 0.5
-"""Time of standing still after which a rollout has stalled [s]."""
+"""Time of standstill after which a rollout has stalled [s]."""
 
 STRIDE = 5
-"""Steps in one call. Steps beyond a rollout's end are in vain; but one that is
-called by itself finds caches cold, and takes a fifth longer."""
+"""Number of steps in one kernel call. Steps beyond a rollout's end are wasted,
+but single-step calls take a fifth longer, because of cold caches."""
 
 _LATER = "sent", "u", "time", "start", "v_start", "q_start"
 """The part of `MotionArrays` that changes from step to step."""
 
 _Steps = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""For each step the command, and q and the poses X_WE after it."""
+"""For each step, the command, and then q and the poses X_WE."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Rollout:
-    """A simulated future, advanced by some steps at a time.
+    """A simulation of the closed loop, advanced by a few steps at a time.
 
     Attributes:
         guidance: The candidate that is tried.
@@ -59,15 +59,16 @@ class Rollout:
         time: Simulated time since the start [s].
         still: Time for which the robot has stood still [s].
         status: One of RUNNING, REACHED, STALLED, HORIZON and OUTRUN.
-        position_error: Distance from end effector to target at q, the largest
+        position_error: Largest distance from an end effector to its target at q
             [m].
-        angle_error: Angle from end effector to target at q, the largest [rad].
-        path: Positions of the end effector, of several of the first that has a
-            target, in W so far, shape (3,) each [m].
+        angle_error: Largest angle from an end effector to its target at q
+            [rad].
+        path: Positions so far of the first end effector that has a target, in
+            W, shape (3,) each [m].
         movers: The movers around the robot when the rollout began; None if none
             were known.
-        start: When it began [s].
-        motion: The motion that commands in flight lead to; None for a robot
+        start: Start of the rollout [s].
+        motion: Predicted motion from commands in flight; None for a robot
             without delay.
     """
 
@@ -93,18 +94,19 @@ class Rollout:
         return len(self.path)
 
     def ended(self, status: str) -> "Rollout":
-        """Returns the rollout as one that goes no further.
+        """Returns the rollout with a final status.
 
         Args:
-            status: Why it does not.
+            status: The final status.
         """
         return dc.replace(self, status=status)
 
     def score(self, first_tier: float) -> float:
-        """Prices the rollout, in seconds: the lower, the better.
+        """Computes the rollout's score [s]; lower is better.
 
-        One that arrives costs its `arrival`; any other 58 s, and more the
-        farther it ends from the target. One that is outrun cannot be the best.
+        The score of a rollout that arrives is its `arrival`. The score of any
+        other is 58 s plus a term that grows with its final error. An outrun
+        rollout is never the best.
 
         Args:
             first_tier: The usual stopping distance [m].
@@ -116,10 +118,10 @@ class Rollout:
         return 58.0 + 10.0 * self.position_error + self.angle_error
 
     def arrival(self, first_tier: float) -> float:
-        """Returns the cost of an arrival at this time [s].
+        """Returns the score of an arrival at this time [s].
 
-        It is the time to the target, and 4 s for every 10 mm of stopping
-        distance given up.
+        It is the time to the target, plus 4 s for every 10 mm by which the
+        stopping distance is reduced.
 
         Args:
             first_tier: The usual stopping distance [m].
@@ -138,12 +140,11 @@ def advance_rollout(
     horizon: float,
     steps: int = 1,
 ) -> Rollout:
-    """Simulates it further, by the very tick that drives the robot.
+    """Advances a rollout with the robot's own control tick.
 
-    Movers keep their twists for `FORESIGHT` and rest afterwards. At every step,
-    their measurements are as old as when the rollout began. A robot that stands
-    still while a mover moves may be waiting for it to pass, and has not
-    stalled.
+    Movers keep their twists for `FORESIGHT` and rest afterwards. Their
+    measurements have the same age at every step. A robot that stands still
+    while a mover moves may be waiting for it, so it has not stalled.
 
     Args:
         law: The control law, with the rollout's step as its period.
@@ -153,7 +154,7 @@ def advance_rollout(
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         arrived: Predicate: whether a `PoseError` counts as arrival.
         horizon: Longest simulated time [s].
-        steps: Number of steps, unless it ends before.
+        steps: Number of steps; fewer are simulated if the rollout ends.
 
     Returns:
         The rollout after these steps.
@@ -177,8 +178,8 @@ def _followed(
     arrived: Callable[[PoseError], bool],
     horizon: float,
 ) -> Rollout:
-    """The rollout after the simulated part, to its end at most."""
-    # Without a path, a base that only turns has nowhere to go.
+    """Returns the rollout after the simulated steps, up to its end."""
+    # Without a path, turning the base alone counts as standing still.
     n_moves = law.robot.n_base - (rollout.guidance.path is None)
     anything_moves = _anything_moves(rollout.movers)
     time, still, path = rollout.time, rollout.still, list(rollout.path)
@@ -218,7 +219,7 @@ def _simulated(
     aim: Aim,
     steps: int,
 ) -> tuple[_Steps, Packed[MotionArrays]]:
-    """Simulates some steps; and the motion after the last."""
+    """Simulates steps; returns them and the motion after the last one."""
     motion = rollout.motion or prompt_motion(law.robot.n_u)
     given = TickInputs(
         rollout.start, aim, field, rollout.guidance, motion, rollout.movers

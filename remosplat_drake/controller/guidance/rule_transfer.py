@@ -1,8 +1,8 @@
-"""Send a selection rule to another process, part by part.
+"""Sends a selection rule to another process, part by part.
 
-A rule holds what others have written: an ingredient that is a lambda cannot
-be sent, and the class of one that was typed into a notebook cannot be found
-again. So each part is packed by itself, too, and what fails is named.
+A rule may contain code from outside the library. A lambda cannot be pickled,
+and a class defined in a notebook cannot be imported by the other process. So
+each part is also packed by itself, and errors name the part.
 """
 
 import dataclasses as dc
@@ -28,8 +28,8 @@ class PackedRule:
         parts: Name and pickle of each part that may come from outside the
             library.
         whole: Pickle of the whole rule, without its arrays.
-        arrays: The arrays' bytes, immutable where the array is read-only:
-            kernels are compiled again for arrays that may be written.
+        arrays: The arrays' bytes, immutable for read-only arrays, since kernels
+            would be compiled again for writable ones.
     """
 
     parts: tuple[tuple[str, bytes], ...]

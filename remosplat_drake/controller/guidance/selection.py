@@ -1,4 +1,4 @@
-"""`Selection`: the state of the choice between guidances."""
+"""`Selection`: the state of the selection of guidance."""
 
 import dataclasses as dc
 
@@ -25,33 +25,33 @@ class Selection:
     Attributes:
         guidance: The guidance to follow now.
         reason: Why it is followed, for people.
-        running: The rollouts in progress, which began together, and those of
-            them that have ended already; empty between rounds.
-        waiting: Candidates of the present round still to be tried, a tuple for
-            each tier.
-        plans: Results of the searches of the present round, one for each
+        running: The present group of rollouts, which began together, including
+            ended ones; empty between rounds.
+        waiting: Candidates of the present round that have not been tried yet, a
+            tuple for each tier.
+        plans: Results of the path searches of the present round, one for each
             stopping distance that was tried.
-        failures: Number of rounds in a row with searches in which nothing
-            arrives.
-        unreachable: Why no path leads to the target as far as is known, for
-            people; empty if one does or none was searched.
+        failures: Number of consecutive rounds with searches in which no
+            candidate arrives.
+        unreachable: Why no path to the target was found, for display; empty if
+            one was found or none was searched.
         effort: Effort of all searches since the start of the run.
-        found: Corners of the paths that were found to the present target on
-            the present map.
-        roadmap: Corners of those that were found before.
-        around: Standing movers that were obstacles when a path was searched.
-        finished: Rollouts of the present round before those, the first of them
-            with the guidance that is followed.
+        found: Corners of the paths found to the present target on the present
+            map.
+        roadmap: Corners of the paths found earlier.
+        around: Standing movers that were obstacles in the latest path search.
+        finished: Rollouts of the earlier groups of the present round, first the
+            one with the followed guidance.
         latest: Rollouts of the latest complete round.
-        idle_until: Time before which nothing is computed [s], but see
+        idle_until: Time before which nothing is computed [s]; see also
             `hopeless_at`.
-        hopeless_at: Configuration at which the latest round has ended without
-            an arrival, shape (n_q,), else None; once the robot has moved on
-            from it, the next round starts before `idle_until`.
-        revision: Revision of the map that the round looks at.
+        hopeless_at: Configuration at which the latest round ended without an
+            arrival, shape (n_q,), else None. Once the robot has moved away from
+            it, the next round starts even before `idle_until`.
+        revision: Revision of the map of the round.
         aim: The aim of the round.
-        missing: Why nothing is simulated although it should be, for people;
-            empty if it is.
+        missing: Why nothing is simulated although it should be, for display;
+            empty if rollouts work.
         seconds: Wall-clock time of the latest update [s].
     """
 
@@ -84,21 +84,21 @@ class Selection:
         return self.hopeless_at is not None
 
     def has_given_up(self, attempts: int) -> bool:
-        """Returns whether a target that nothing leads to is not tried for more.
+        """Returns whether no further attempts are made to reach the target.
 
-        Obstacles that may leave are waited for.
+        While obstacles may still leave, attempts continue.
 
         Args:
-            attempts: Number of rounds with searches that are made.
+            attempts: Number of rounds with searches after which to give up.
         """
         return self.failures >= attempts and not len(self.around)
 
 
 def start_selection(rule: SelectionRule) -> Selection:
-    """Makes the selection before anything is known.
+    """Makes the initial selection.
 
     Args:
-        rule: The rule, which names the guidance to start with.
+        rule: The rule, which contains the initial guidance.
     """
     return Selection(rule.start)
 
@@ -106,10 +106,10 @@ def start_selection(rule: SelectionRule) -> Selection:
 def on_the_same_world(
     rule: SelectionRule, selection: Selection, revision: str, aim: Aim
 ) -> Selection:
-    """Returns the selection, or a fresh one for a new target or a new map.
+    """Returns the selection, or an initial one for a new target or map.
 
     Args:
-        rule: The rule, which names the guidance to start with.
+        rule: The rule, which contains the initial guidance.
         selection: The selection so far.
         revision: Revision of the present map.
         aim: The present aim.

@@ -1,9 +1,10 @@
-"""The selector's rule, as a pure function: chooses a guidance.
+"""The selector's algorithm, as a pure function.
 
-The present guidance is rolled out from the present state. If it arrives, it
-stays, and nothing is computed for a while. If not, the other candidates are
-tried tier by tier, those of a tier side by side, a few steps a tick, while the
-robot keeps moving; the cheapest one takes over if it is better by a margin.
+The present guidance is simulated from the present state. If it arrives, it is
+kept, and nothing is computed for a while. If not, the other candidates are
+simulated tier by tier, those of a tier in parallel, a few steps in each tick,
+while the robot keeps moving. The one with the lowest score replaces the present
+one if it is better by a margin.
 """
 
 import dataclasses as dc
@@ -44,26 +45,25 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.target import Target
 
 IDLE = 1.0
-"""Time for which a guidance that arrives is trusted before it is checked
-again [s]."""
+"""Time after which a guidance that arrives is simulated again [s]."""
 
 IDLE_AMONG_MOVERS = 0.3
-"""The same where something moves, which may do something else meanwhile [s]."""
+"""The same time if there are movers, since their motion may change [s]."""
 
 PATIENCE = 1.0
-"""Time that the next round waits after one in which nothing arrives [s], unless
-the robot moves: from where it stands the round would end the same."""
+"""Pause after a round in which no candidate arrives [s]. It ends early if the
+robot moves; from the same configuration, a round would have the same result."""
 
 _MOVED = 0.05
-"""Change of a configuration variable that makes another round worth while
-[m, rad]."""
+"""Change of a configuration variable after which another round starts [m,
+rad]."""
 
 _MARGIN = 0.5
-"""Score by which a candidate must be better to take over [s]."""
+"""Least improvement of the score for a change of guidance [s]."""
 
 _NEARBY, _LEVER = 0.1, 0.3
-"""Pose error up to which no path is searched at once [m], and the weight of an
-angle in it [m/rad]."""
+"""Pose error up to which no path is searched immediately [m], and the weight of
+the angle in it [m/rad]."""
 
 
 def advance_selection(
@@ -82,20 +82,19 @@ def advance_selection(
     interrupted: Callable[[], bool] = lambda: False,
     threads: int = 1,
 ) -> Selection:
-    """Looks ahead by at most `budget` rollout steps and decides if it can.
+    """Advances rollouts by at most `budget` steps, and decides if possible.
 
-    A new target or a new map ends the round: what was simulated is about
-    another world. Candidates start from the robot's state when the turn of
-    their tier comes, so a round that takes several ticks may end differently
-    from one that a larger budget finishes in a single tick.
+    A new target or a new map starts a new round. The candidates of a tier start
+    from the robot's state at that time. So a round over several ticks may end
+    differently from a round that a larger budget finishes in one tick.
 
-    The update that searches a path at once continues until its first candidates
-    have ended, beyond the budget: a robot loses time if it starts in a
+    An update that searches a path immediately exceeds the budget until its
+    first candidates have ended, since a robot loses time if it starts in a
     direction that it soon leaves.
 
-    Movers do not end a round: rollouts move them on from their places at the
-    start, and are repeated more often. A path avoids standing movers; as soon
-    as one has gone, the direct way is tried as at the start.
+    Motion of movers does not end a round: rollouts predict it, and are repeated
+    more often. A path avoids standing movers. As soon as one has left, the
+    direct way is tried again.
 
     Args:
         rule: Which guidances are tried, and when a rollout has arrived.
@@ -108,13 +107,13 @@ def advance_selection(
         field: The map.
         budget: Number of rollout steps that may be spent.
         movers: The movers; None if none are known.
-        motion: The motion that commands in flight lead to; None for a robot
+        motion: Predicted motion from commands in flight; None for a robot
             without delay.
         payload: What the robot carries; None for nothing.
-        interrupted: Predicate: whether a search of a path, which may take long,
-            shall end at once.
+        interrupted: Predicate: whether to abort a path search, which may take
+            long.
         threads: Number of rollouts that may be simulated at the same time. It
-            makes no difference to the selection.
+            has no effect on the result.
 
     Returns:
         The selection after these steps; the same object if there was nothing
@@ -126,7 +125,7 @@ def advance_selection(
     before = selection
     selection = on_the_same_world(rule, selection, field.revision, aim)
     if aim.has_line:
-        return selection  # A line is followed, not gone round.
+        return selection  # A line is always followed directly.
     if selection is not before:
         still = rule.still_open(selection.guidance, q, field)
         selection = dc.replace(selection, guidance=still)
@@ -188,11 +187,11 @@ def _is_due(
     before: Selection,
     now: PresentState,
 ) -> bool:
-    """Whether a path is searched at once, beside the direct candidate.
+    """Whether to search a path immediately, besides the direct candidate.
 
-    It is at the first update at which the target is the same as at the one
-    before: to one that moves on, there would be no time to follow it. What is
-    near needs none.
+    A path is searched at the first update at which the target has not moved
+    since the previous one, since a path to a moving target would soon be
+    useless. Near targets need no path.
     """
     motions = rule.motions
     if motions is None or not motions.config.at_once:
@@ -211,7 +210,7 @@ def _with_path(
     field: DistanceField,
     interrupted: Callable[[], bool],
 ) -> Selection:
-    """Restarts the round with a path beside the first tier's candidates."""
+    """Restarts the round with a path and the first tier's candidates."""
     selection, path = _planned(rule, selection, now, field, interrupted, 1)
     first = rule.candidates(now.q, now.aim, field)[:1]
     others, _ = _next_group(first, selection.guidance)
@@ -224,8 +223,8 @@ def _way_is_free(
 ) -> Selection:
     """Begins a round with the initial candidates, without earlier results.
 
-    The present guidance is followed meanwhile, and is also tried, if that does
-    not arrive.
+    Meanwhile the robot follows the present guidance. It is tried later if the
+    initial candidate does not arrive.
     """
     return Selection(
         selection.guidance,
@@ -247,7 +246,7 @@ def _file(
     field: DistanceField,
     interrupted: Callable[[], bool],
 ) -> Selection:
-    """Files rollouts that have ended and begins the next, or decides."""
+    """Stores ended rollouts, then begins the next group or decides."""
     incumbent = (selection.finished or ended)[0]
     finished = (*selection.finished, *ended)
     arrives = any(r.status == REACHED for r in ended)
@@ -264,7 +263,7 @@ def _file(
     waiting = selection.waiting
     if ended[0] is incumbent:
         candidates = rule.candidates(now.q, now.aim, field)
-        # Beside a path, those of the first tier have been tried.
+        # Together with a path, the first tier has already been tried.
         waiting = (selection.guidance,), *candidates[bool(selection.plans) :]
     group, waiting = _next_group(waiting, incumbent.guidance)
     if not group:
@@ -282,7 +281,7 @@ def _file(
 def _next_group(
     waiting: tuple[tuple[Guidance, ...], ...], tried: Guidance
 ) -> tuple[tuple[Guidance, ...], tuple[tuple[Guidance, ...], ...]]:
-    """The first group that holds another guidance, and those behind it."""
+    """Returns the first group with another guidance, and later groups."""
     for i, group in enumerate(waiting):
         others = tuple(guidance for guidance in group if guidance != tried)
         if others:
@@ -298,16 +297,16 @@ def _planned(
     interrupted: Callable[[], bool],
     tiers: int | None = None,
 ) -> tuple[Selection, tuple[Guidance, ...]]:
-    """Searches a path, at one stopping distance after the other.
+    """Searches a path, with each stopping distance in turn.
 
-    With `tiers`, only so many of them are tried.
+    `tiers` limits the number of stopping distances that are tried.
     """
     motions, plans = rule.motions, selection.plans
     if motions is None or selection.failures >= motions.config.attempts:
         return selection, ()
     guidance, effort, found = None, selection.effort, selection.found
     around = standing(now)
-    # What is remembered is no news if it was tried, or failed nearby.
+    # A path along the roadmap is not new if it was tried, or failed nearby.
     again = selection.failures or found
     roadmap = NO_ROADMAP if again else selection.roadmap
     while guidance is None and len(plans) < (tiers or len(rule.tiers)):
@@ -339,7 +338,8 @@ def _decide(
     incumbent = finished[0]
     best = min(finished, key=lambda rollout: rollout.score(first_tier))
     gain = incumbent.score(first_tier) - best.score(first_tier)
-    # What was found at once is the first choice: it cannot waver.
+    # An immediately found path is the first choice, so the selection does not
+    # alternate.
     margin = _MARGIN if selection.latest or not selection.plans else 0.0
     if best is incumbent or gain <= margin:
         best = incumbent
@@ -385,12 +385,12 @@ def _end_round(
 
 
 def _trusted_for(movers: Movers | None) -> float:
-    """For how long a guidance that arrives is trusted [s]."""
+    """Returns the time until a guidance that arrives is simulated again [s]."""
     return IDLE if movers is None or not len(movers) else IDLE_AMONG_MOVERS
 
 
 def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
-    """Returns the results of a round's searches, as fields."""
+    """Returns the results of a round's searches, as fields of a selection."""
     plans = selection.plans
     if arrives:
         return {"plans": plans}
@@ -406,6 +406,6 @@ def _searched(selection: Selection, *, arrives: bool) -> dict[str, Any]:
 
 
 def _has_moved(selection: Selection, q: np.ndarray) -> bool:
-    """Whether the robot has left the place of a hopeless round."""
+    """Whether the robot has moved since a round without an arrival."""
     there = selection.hopeless_at
     return there is not None and bool(np.abs(q - there).max() > _MOVED)

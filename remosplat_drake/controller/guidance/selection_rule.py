@@ -1,4 +1,4 @@
-"""`SelectionRule`: the selector's candidates, and its test of arrival."""
+"""`SelectionRule`: the selector's settings."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -25,7 +25,7 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.distance_field import DistanceField
 
 _TIME_ON_PATH = 4.0
-"""Time that a rollout gets for each radian or metre of a path [s]."""
+"""Longest simulated time for each radian or metre of a path [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -39,8 +39,8 @@ class SelectionRule:
         arrived: Predicate: whether a `PoseError` counts as arrival; it may be
             called from several threads.
         horizon: Longest simulated time of a rollout [s].
-        start: The guidance that is followed at first.
-        motions: The planner of paths if no candidate arrives; None for none.
+        start: The initial guidance.
+        motions: The planner of paths; None if no paths are searched.
     """
 
     law: ReactiveLaw
@@ -71,10 +71,10 @@ class SelectionRule:
         )
 
     def holding(self, payload: Payload | None) -> "SelectionRule":
-        """Returns the rule of the robot with another payload.
+        """Returns the rule for the robot with another payload.
 
         Args:
-            payload: What it carries; None for nothing.
+            payload: The payload; None for nothing.
         """
         law = self.law.holding(payload)
         if law is self.law:
@@ -89,7 +89,7 @@ class SelectionRule:
     def candidates(
         self, q: np.ndarray, aim: Aim, field: DistanceField
     ) -> tuple[tuple[Guidance, ...], ...]:
-        """Asks the planner for candidates, a tuple for each tier.
+        """Returns the planner's candidates, a tuple for each tier.
 
         Args:
             q: Present configuration, shape (n_q,) [rad, m].
@@ -115,11 +115,11 @@ class SelectionRule:
             now: The present state.
             field: The map.
             tier: Index of the tier.
-            attempt: Number of rounds of searches before this one.
-            interrupted: Predicate: whether to give up at once.
+            attempt: Number of earlier rounds with searches.
+            interrupted: Predicate: whether to abort the search.
             roadmap: Corners of earlier paths, which are tried first.
-            around: Obstacles, which is gone round as far as verification will
-                keep off it.
+            around: Standing movers, from which paths keep the same distance as
+                verification.
 
         Returns:
             The guidance along the path, None without one, and the result of the
@@ -154,7 +154,7 @@ class SelectionRule:
     def still_open(
         self, guidance: Guidance, q: np.ndarray, field: DistanceField
     ) -> Guidance:
-        """Cuts a guidance's path off where another map blocks it.
+        """Truncates a guidance's path before the part that another map blocks.
 
         Args:
             guidance: The guidance, with or without a path.
@@ -162,7 +162,7 @@ class SelectionRule:
             field: The other map.
 
         Returns:
-            The guidance, the same object if nothing of it is blocked.
+            The guidance; the same object if its path is not blocked.
         """
         path = guidance.path
         if path is None or self.motions is None:
@@ -189,16 +189,16 @@ def make_selection_rule(
     config: GuidanceConfig,
     arrived: Callable[[PoseError], bool],
 ) -> SelectionRule:
-    """Makes the rule of the selector beside a controller.
+    """Makes the selector's rule for a controller.
 
-    Rollouts run the controller's own law, with all its ingredients, at a
-    longer step and with a solver that is quicker with small programs.
-    Verification is part of it: a future that it would stop must not count as
-    arrival.
+    Rollouts use the controller's law with all its ingredients, with a longer
+    step and a solver that is faster for small programs. They include
+    verification, so that a rollout that verification would stop does not count
+    as an arrival.
 
     Args:
         law: The control law of the controller.
-        config: How far and how much the selector looks ahead.
+        config: Horizon and budget of the selector.
         arrived: Predicate: whether a `PoseError` counts as arrival.
 
     Raises:

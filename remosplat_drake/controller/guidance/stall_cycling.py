@@ -1,4 +1,4 @@
-"""Guidance without look-ahead: when stuck, try the next candidate."""
+"""Guidance without rollouts: if the robot stalls, takes the next candidate."""
 
 import dataclasses as dc
 from itertools import chain
@@ -18,10 +18,10 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.target import Target
 
 STALL_SPEED = 0.03
-"""Speed below which an end effector that has not arrived is stuck [m/s]."""
+"""Speed below which an end effector that has not arrived stalls [m/s]."""
 
 STALL_TIME = 0.2
-"""Time for which the end effector must be that slow to be stuck [s]."""
+"""Time for which the end effector must be that slow to have stalled [s]."""
 
 
 def cycle_when_stalled(
@@ -37,20 +37,20 @@ def cycle_when_stalled(
     motion: Motion | None = None,
     payload: Payload | None = None,
 ) -> Selection:
-    """Keeps the guidance while the end effector moves, else takes the next.
+    """Keeps the guidance while the end effector moves; else takes the next one.
 
     Args:
-        rule: The rule whose candidates are cycled through, tier after tier.
-        selection: The selection so far; its `idle_until` is when patience
-            with the present guidance ends.
+        rule: The rule, whose candidates are taken in turn, tier after tier.
+        selection: The selection so far; `idle_until` is the time from which the
+            robot counts as stalled.
         time: Present time [s].
         q: Measured configuration, shape (n_q,) [rad, m].
         u: Command being executed, shape (n_u,).
         aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         field: The map.
-        movers: Movers; it does not matter here.
-        motion: The motion that commands in flight lead to; nor does it.
+        movers: Not used.
+        motion: Not used.
         payload: What the robot carries; None for nothing.
     """
     del movers, motion
@@ -59,7 +59,7 @@ def cycle_when_stalled(
         return selection
     selection = on_the_same_world(rule, selection, field.revision, aim)
     if aim.has_line:
-        return selection  # It is followed, however slowly.
+        return selection  # A line is followed even if the motion is slow.
     state = rule.law.robot.state(q)
     aimed = [i for i, _ in aim.items]
     speed = np.linalg.norm(state.arrays.Jv_WE[aimed] @ u, axis=1).max()
@@ -81,6 +81,6 @@ def cycle_when_stalled(
         selection,
         guidance=following,
         reason=f"{selection.guidance.name} stalled",
-        # A standing robot needs time to pick up speed.
+        # A standing robot needs time to accelerate.
         idle_until=time + 2 * STALL_TIME,
     )

@@ -1,6 +1,7 @@
-"""Movers that stand still: paths go round them, until they have gone.
+"""Standing movers, which paths avoid until they have left.
 
-The robot waits for movers that pass: they will be gone when it comes.
+For moving movers, paths need no detour: they will have left when the robot
+arrives, or the robot waits.
 """
 
 import dataclasses as dc
@@ -11,17 +12,17 @@ from remosplat_drake.controller.guidance.present_state import PresentState
 from remosplat_drake.scene.mover import Mover, Movers
 
 SLOW = 0.1
-"""Below this speed something stands still [m/s]."""
+"""Speed below which a mover counts as standing [m/s]."""
 
 _GONE = 0.2
-"""How far it has gone once it no longer counts as being there [m]."""
+"""Displacement beyond which a mover counts as having left [m]."""
 
 NOTHING = Movers(0.0)
-"""Nothing stands anywhere."""
+"""No standing movers."""
 
 
 def standing(now: PresentState) -> Movers:
-    """Finds the movers that stand still, at their places.
+    """Finds the standing movers, at their present poses.
 
     Args:
         now: The present state.
@@ -43,7 +44,7 @@ def standing(now: PresentState) -> Movers:
 
 
 def gone_mover(before: Movers, now: PresentState) -> str:
-    """Names a mover that stood somewhere and has gone; empty if none has.
+    """Returns the name of a standing mover that has left; empty if none has.
 
     Args:
         before: The standing movers, as `standing` found them.
@@ -57,7 +58,7 @@ def gone_mover(before: Movers, now: PresentState) -> str:
 
 
 def _is_at(mover: Mover, before: Mover) -> bool:
-    """Whether a mover is the one that was there before, and where it was."""
+    """Whether a mover is the same as before, and at the same place."""
     moved = mover.X_WM.translation() - before.X_WM.translation()
     is_near = bool(np.linalg.norm(moved) <= _GONE)
     return mover.name == before.name and is_near

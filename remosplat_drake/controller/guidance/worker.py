@@ -1,8 +1,8 @@
-"""Looking ahead in a separate process: the code that runs inside it.
+"""The code that runs inside the look-ahead process.
 
-It receives each new version of the map, and the robot's states. It answers
-every state within a budget of wall-clock time, with the selection if that has
-changed since the previous answer.
+The process receives each new version of the map, and the robot's states. It
+answers every state within a budget of wall-clock time, with the selection if
+this has changed since the previous answer.
 """
 
 import dataclasses as dc
@@ -42,10 +42,10 @@ READY = "ready"
 
 @dc.dataclass(frozen=True)
 class Failure:
-    """Message of the process when it has given up.
+    """Message of the process when it ends because of a failure.
 
     Attributes:
-        reason: Why it has given up, for people.
+        reason: Reason of the failure, for display.
     """
 
     reason: str
@@ -57,12 +57,12 @@ def serve(
     """Runs in the look-ahead process until the other end is closed.
 
     Args:
-        connection: The process's end of a pipe. It brings maps, by
-            `base.array_pipe`: one with which planning is rehearsed, and one
-            before the first `PresentState`. It takes READY after the
-            rehearsal, then for each state a `Selection`, or None where the
-            latest one still holds. After a `Failure` or a `TransferError`
-            nothing follows.
+        connection: The process's end of a pipe. The process receives maps by
+            `base.array_pipe`, one for the rehearsal of planning and one before
+            the first `PresentState`, and states. It sends READY after the
+            rehearsal, then for each state a `Selection`, or None if the latest
+            one is still valid. A `Failure` or a `TransferError` is its last
+            message.
         packed: The selection rule, as `pack_rule` packs it.
         budget: Time that an answer may take [s].
         threads: Number of rollouts that may be simulated at the same time.
@@ -113,7 +113,7 @@ def look_ahead(
     interrupted: Callable[[], bool],
     threads: int = 1,
 ) -> Selection:
-    """Advances a selection until there is nothing to do or time is up.
+    """Advances a selection until it is complete or the time is over.
 
     Args:
         rule: Which guidances are tried, and when a rollout has arrived.
@@ -121,7 +121,7 @@ def look_ahead(
         now: The robot's present state.
         field: The map.
         until: Time at which to end, by `perf_counter` [s].
-        interrupted: Predicate, called every few steps: whether to end at once.
+        interrupted: Predicate, called every few steps: whether to abort.
         threads: Number of rollouts that may be simulated at the same time.
     """
     while perf_counter() < until and not interrupted():
@@ -146,7 +146,7 @@ def _at_once(
     field: DistanceField,
     threads: int,
 ) -> int:
-    """How many steps take no longer than a stride, or one that is slow."""
+    """Returns the number of steps between two checks of the time."""
     if asks_python(rule.law, field):
         return 1
     running = [r for r in selection.running if r.status == RUNNING]

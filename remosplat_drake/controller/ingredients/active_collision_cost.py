@@ -1,4 +1,4 @@
-"""Prefer motions that gain clearance: the paper's active collision cost."""
+"""Active collision cost of the paper: prefers motions that gain clearance."""
 
 import dataclasses as dc
 from typing import Annotated, NamedTuple
@@ -29,19 +29,19 @@ class ActiveCollisionCostConfig(Config):
 
     # Gain g of the cost; 0 leaves the cost out. Guidance may scale it down.
     gain: Annotated[float, Interval(ge=0, le=100)] = 0.6
-    # How far ahead the cost looks at what moves [s].
+    # Look-ahead time for movers [s].
     lead: Annotated[float, Interval(ge=0, le=5)] = 0.5
 
 
 class ActiveCollisionCost(CompiledIngredient):
-    """A linear cost on the approach to everything near (paper section IV-E).
+    """A linear cost on the approach to near obstacles (paper section IV-E).
 
     `add_active_collision_cost` computes it.
 
     Args:
-        config: Gain of the cost, and how far ahead it looks.
+        config: Gain of the cost, and its look-ahead time.
         damper: The collision damper's distances d_i and d_s.
-        movers: Those of the damper for movers; None takes its defaults.
+        movers: Distances of the damper for movers; None takes its defaults.
     """
 
     term = "active collision"
@@ -82,7 +82,7 @@ class ActiveCollisionSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_active_collision_cost(own, k, tick, program):
-    """Adds a linear cost on the approach to everything near.
+    """Adds a linear cost on the approach to near obstacles.
 
     The cost is c'u (paper section IV-E), where c is the weighted mean of the
     collision rows A_j = n_j' Jv_WS_j, n_j in W:
@@ -91,13 +91,13 @@ def add_active_collision_cost(own, k, tick, program):
         w_j = (d_i - d_j) / (d_i - d_s)
 
     for clearances d_j, the influence distance d_i and the stopping distance
-    d_s [m]. The weight w_j is 0 at d_i and 1 at d_s. The gain that grows with
-    nearness is that of RMMI (Marticorena et al. 2024). Guidance may scale g
-    down and set d_s.
+    d_s [m]. The weight w_j is 0 at d_i and 1 at d_s. A gain that grows with
+    proximity is also used by RMMI (Marticorena et al. 2024). Guidance may scale
+    g down and set d_s.
 
-    Movers count like the scene, with d_i and d_s of their own damper, but at
-    their places after the time `lead`: so the robot starts to make way before
-    it must.
+    Movers are included in the same way, with d_i and d_s of their own damper,
+    at their predicted positions after the time `lead`. So the robot starts to
+    move out of their way early.
 
     See `CompiledIngredient` for the arguments.
     """

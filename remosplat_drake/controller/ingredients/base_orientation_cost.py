@@ -1,4 +1,4 @@
-"""Turn the base towards the end effector."""
+"""Base orientation cost: turns the base towards the end effector."""
 
 import dataclasses as dc
 import math
@@ -59,8 +59,8 @@ def add_base_orientation_cost(own, k, tick, program):
     (paper eq. 6, J_o; after the holistic controller of Haviland, Sünderhauf
     and Corke 2022). theta is the bearing of the end effector E in the base's
     frame B, or of the mean position of all end effectors that have targets;
-    psi is the bearing that guidance wants, normally zero [rad]. There is no
-    cost without a base, and none on a planned path.
+    psi is the desired bearing, set by guidance and normally zero [rad]. There
+    is no cost without a base, and none on a planned path.
 
     See `CompiledIngredient` for the arguments.
     """

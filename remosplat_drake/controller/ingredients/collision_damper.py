@@ -1,4 +1,4 @@
-"""Slow down near the scene: the paper's hard collision constraint."""
+"""Collision damper: the paper's collision constraint, which limits approach."""
 
 import dataclasses as dc
 import math
@@ -23,18 +23,19 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import COLLISION
 
 _LAST_MARGIN, _LAST_SLOPE = 0.005, 2.1
-"""Distance before the stopping distance [m] in which the law's slope is no
-greater than so much [1/s]."""
+"""Range of clearances above the stopping distance in which the law's slope is
+limited [m], and the largest slope there [1/s]."""
 
 _SUDDEN = 0.9
-"""Share of the greatest deceleration that a row of a steep law may demand."""
+"""Fraction of the greatest deceleration that a row of a steep law may
+demand."""
 
 
 @dc.dataclass
 class CollisionDamperConfig(Config):
-    """How close to the scene the robot may come, and how fast."""
+    """Settings of the damper that limits the approach to the scene."""
 
-    # Influence distance d_i: farther away the scene does not matter [m].
+    # Influence distance d_i, beyond which the scene is ignored [m].
     influence: Annotated[float, Interval(gt=0, le=5)] = 0.5
     # Stopping distance d_s, which the robot keeps from the scene [m].
     stopping: Annotated[float, Interval(ge=0, le=1)] = 0.021
@@ -45,8 +46,7 @@ class CollisionDamperConfig(Config):
         """Returns the stopping distance d_s of a tick [m].
 
         Args:
-            guidance: How the tick is bent; it may come with a stopping
-                distance of its own.
+            guidance: The guidance, which may contain another stopping distance.
         """
         if guidance.stopping is None:
             return self.stopping
@@ -72,8 +72,8 @@ class CollisionDamper(CompiledIngredient):
     `add_collision_damper` computes its rows.
 
     Attributes:
-        config: Distances d_i and d_s, and the speed xi. Verification and the
-            oracle's queries of a `ReactiveLaw` go by these distances, too.
+        config: Distances d_i and d_s, and the speed xi. A `ReactiveLaw` uses
+            these distances for verification and for queries of the oracle, too.
     """
 
     term = COLLISION
@@ -89,7 +89,7 @@ class CollisionDamper(CompiledIngredient):
     def about(
         self, robot: RobotModel, movers: Movers | None, number: int
     ) -> str:
-        """Names a sphere and its link; see `CompiledIngredient`."""
+        """Returns a sphere's name with its link; see `CompiledIngredient`."""
         return f"sphere {number} on {robot.spheres.links[number]}"
 
 
@@ -109,7 +109,7 @@ def approach_speed(own, scale, stopping, margin):
         own: The `CollisionSettings`, or the configuration.
         scale: Factor on the gain.
         stopping: The stopping distance d_s [m].
-        margin: Excess of a clearance over it, without tubes [m].
+        margin: Excess of the clearance over d_s and the tube [m].
     """
     return scale * own.gain * margin / (own.influence - stopping)
 
@@ -125,23 +125,24 @@ def add_collision_damper(own, k, tick, program):
     (paper section IV-D; Faverjon and Tournassoud 1987). n is the direction
     from the sphere towards the scene in W, Jv_WS the Jacobian of the sphere's
     centre in W, and xi the largest speed of approach [m/s]. A sphere nearer
-    than the stopping distance d_s [m] must recede. No approach uses up more in
-    a period than there is. Guidance may set d_s, and scale xi.
+    than the stopping distance d_s [m] must recede. In one period, a sphere may
+    use up at most the remaining distance to d_s. Guidance may set d_s, and
+    scale xi.
 
-    Within `_LAST_MARGIN`, the law's slope over d is `_LAST_SLOPE` at most. With
-    a steeper one, a sphere that glides along an obstacle would soon be at its
-    stopping distance, where the bend of its way alone takes it nearer, so that
-    verification allows nothing. Nor may a sphere then be faster than
-    sqrt(a (d - d_s)), with the greatest deceleration a of the sphere that the
-    acceleration limits allow: half of it is enough to stop. A planned path
-    bends where it may and slows down ahead of time: it has the law as it
-    stands. And no row of a steep law demands a deceleration that the
-    acceleration limits do not allow, as where a path ends beside something:
-    verification then decides.
+    Within `_LAST_MARGIN` of d_s, the law's slope over d is at most
+    `_LAST_SLOPE`. With a steeper law, a sphere that slides along an obstacle
+    would soon be at its stopping distance, where the curvature of its path
+    alone brings it nearer, and verification rejects every command. In addition,
+    a steep law limits the approach to sqrt(a (d - d_s)), where a is the
+    sphere's greatest deceleration within the acceleration limits; half of a
+    suffices to stop. These limits do not apply on a planned path, which keeps
+    away from obstacles and slows down early. No row of a steep law demands a
+    deceleration beyond the acceleration limits, near the end of a path beside
+    an obstacle for example: verification then decides.
 
-    A sphere may be off its path by its tube [m], which is zero for a robot that
-    executes commands at once. Verification subtracts it, too: without it here,
-    the program could command a slide along an obstacle that verification
+    The tube bounds the deviation of a sphere from its path [m]; it is zero for
+    a robot without delay. Verification subtracts the tube, too. If the program
+    did not, it could command a slide along an obstacle that verification
     rejects.
 
     See `CompiledIngredient` for the arguments.

@@ -1,4 +1,4 @@
-"""Bend the servo's velocity around obstacles of the hand."""
+"""Deflects the servo's velocity around obstacles of the hand."""
 
 import numpy as np
 
@@ -6,33 +6,34 @@ from remosplat_drake.base.kernels import helper
 from remosplat_drake.base.vectors import dot, norm
 
 NEAR = 0.10
-"""Clearance within which an obstacle bends the path, d_c [m]."""
+"""Clearance d_c below which an obstacle deflects the velocity [m]."""
 
 _PASSED = 0.05
-"""Depth at which a sphere would stand in the obstacle at the target for the
-obstacle to count in full [m]."""
+"""Penetration that a sphere would have at the target, from which on the
+obstacle has full weight [m]."""
 
 
 @helper
 def deflection(v_WE, p_ET_W, rows, leading, side, stopping, max_speed):
-    """Bends the servo's translational velocity to the guidance's side.
+    """Deflects the servo's translational velocity to the guidance's side.
 
-    An obstacle counts if it is near a leading sphere (w), ahead of it (a)
-    and still in its way at the target (b): without b, the table top on which
-    the target lies would count as something to go round. The direction then
-    turns from straight ahead to along the obstacle, horizontally.
+    An obstacle has the weights w if it is near a leading sphere, a if it is
+    ahead of the sphere, and b if it is still in the way at the target. Without
+    b, the robot would try to go around the table top on which the target lies.
+    With the weight, the direction turns horizontally from straight ahead to
+    along the obstacle.
 
     Args:
         v_WE: Desired velocity of E in W, shape (3,) [m/s].
         p_ET_W: Translation from end effector to target, shape (3,) [m].
         rows: Spheres, distances and directions of the m clearances.
-        leading: Whether each sphere moves with the hand, shape (n,) bool.
+        leading: Which spheres move with the hand, shape (n,) bool.
         side: The guidance's side.
         stopping: Stopping distance d_s of this tick [m].
         max_speed: The servo's bound on |v_WE| [m/s].
 
     Returns:
-        The bent velocity of E in W, shape (3,) [m/s].
+        The deflected velocity of E in W, shape (3,) [m/s].
     """
     sphere, distance, direction_W = rows
     speed = norm(v_WE)
@@ -67,5 +68,5 @@ def deflection(v_WE, p_ET_W, rows, leading, side, stopping, max_speed):
 
 @helper
 def _share(x):
-    """x, cut off at 0 and at 1."""
+    """Returns x, clamped to [0, 1]."""
     return min(max(x, 0.0), 1.0)

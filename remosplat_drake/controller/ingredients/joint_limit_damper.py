@@ -1,4 +1,4 @@
-"""Slow down before a joint limit."""
+"""Joint limit damper: limits the approach to joint limits."""
 
 import dataclasses as dc
 import math
@@ -30,26 +30,26 @@ from remosplat_drake.signals.binding import JOINT_LIMIT
 
 @dc.dataclass
 class JointLimitDamperConfig(Config):
-    """How close to its limits a joint may come, and how fast.
+    """Settings of the damper that limits the approach to joint limits.
 
-    Hinges are measured by angles, slides by lengths. For a joint with a short
-    range, the influence distances are at most a third of it, the stopping
-    distances a tenth: the rest stays free.
+    Distances of revolute joints are angles, those of prismatic joints lengths.
+    They are limited for joints with a short range: influence distances to a
+    third of the range, stopping distances to a tenth.
     """
 
-    # Largest speed of approach of a hinge at the influence distance [rad/s].
+    # Largest speed of approach of a revolute joint at the influence distance
+    # [rad/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 5.0
-    # Influence distance: nearer to a hinge's limit than this the damper acts
-    # [deg].
+    # Influence distance, below which the damper acts on a revolute joint [deg].
     influence: Annotated[float, Interval(gt=0, le=180)] = 50.0
-    # Stopping distance, which a hinge keeps from its limits [deg].
+    # Stopping distance, which a revolute joint keeps from its limits [deg].
     stop: Annotated[float, Interval(ge=0, le=90)] = 10.0
-    # Largest speed of approach of a slide at the influence distance [m/s].
+    # Largest speed of approach of a prismatic joint at the influence distance
+    # [m/s].
     slide_gain: Annotated[float, Interval(gt=0, le=10)] = 1.0
-    # Influence distance: nearer to a slide's limit than this the damper acts
-    # [m].
+    # Influence distance, below which the damper acts on a prismatic joint [m].
     slide_influence: Annotated[float, Interval(gt=0, le=5)] = 0.15
-    # Stopping distance, which a slide keeps from its limits [m].
+    # Stopping distance, which a prismatic joint keeps from its limits [m].
     slide_stop: Annotated[float, Interval(ge=0, le=1)] = 0.01
 
     def check(self) -> Iterator[tuple[str, str]]:
@@ -110,7 +110,7 @@ class JointLimitDamper(CompiledIngredient):
     def about(
         self, robot: RobotModel, movers: Movers | None, number: int
     ) -> str:
-        """Names a joint of the arm; see `CompiledIngredient`."""
+        """Returns the name of a joint of the arm; see `CompiledIngredient`."""
         return robot.description.arm.joints[number]
 
 
@@ -134,10 +134,11 @@ def add_joint_limit_damper(own, k, tick, program):
 
         u_j <= gain (rho_j - stop) / (influence - stop)
 
-    before the upper limit, and the same of -u_j before the lower one
-    (Faverjon and Tournassoud 1987, as the paper's program uses it). A hinge
-    has its gain in rad/s and its distances in rad, a slide in m/s and m.
-    Guidance may set `stop`, which is a share of the joint's range at most.
+    before the upper limit, and the same for -u_j before the lower one (Faverjon
+    and Tournassoud 1987, as the paper's program uses it). For a revolute joint,
+    the gain is in rad/s and distances are in rad; for a prismatic joint, in m/s
+    and m. Guidance may set `stop`, which is limited to a fraction of the
+    joint's range.
 
     See `CompiledIngredient` for the arguments.
     """

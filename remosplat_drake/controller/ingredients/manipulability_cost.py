@@ -1,4 +1,4 @@
-"""Keep the arm away from singularities."""
+"""Manipulability cost: keeps the arm away from singularities."""
 
 import dataclasses as dc
 from typing import Annotated, NamedTuple
@@ -60,8 +60,8 @@ def add_manipulability_cost(own, k, tick, program):
     (paper eq. 6, J_m; Yoshikawa 1985). J are the columns of the end effector's
     Jacobian in W, angular above translational, that belong to the arm, and the
     gradient is over the arm's joints: see `manipulability`. An arm with fewer
-    than six joints has no such gradient. Of several end effectors, each that
-    has a target adds its own. There is no cost on a planned path.
+    than six joints has no such gradient. Each end effector that has a target
+    adds a cost. There is no cost on a planned path.
 
     See `CompiledIngredient` for the arguments.
     """
@@ -87,8 +87,8 @@ def manipulability(Jw, Jv):
 
     The measure is Yoshikawa's (1985). Its gradient is dm/dq_k =
     m tr((J J')^-1 dJ/dq_k J'), where the derivative of a geometric Jacobian
-    follows from its own columns: a joint further in turns the column, a joint
-    further out moves its tip.
+    follows from its own columns: a joint nearer to the base rotates the column,
+    a joint farther out moves the end effector relative to the column's axis.
 
     Args:
         Jw: Angular Jacobian of the end effector, shape (3, n).
@@ -124,11 +124,11 @@ def manipulability(Jw, Jv):
 
 @helper
 def _cholesky(J):
-    """Lower triangle L with L L' = J J'; zero from a lost rank on.
+    """Returns the lower triangle L with L L' = J J'; zero from a lost rank on.
 
-    Written out, because numba takes seconds to compile NumPy's.
+    NumPy's function is not used, since Numba takes seconds to compile it.
     """
-    rows = len(J)  # Not 6, for which compilers would write out all loops.
+    rows = len(J)  # Not 6: compilers would unroll all loops.
     L = np.zeros((rows, rows))
     for r in range(rows):
         for c in range(r + 1):
@@ -146,7 +146,7 @@ def _cholesky(J):
 
 @helper
 def _solve(L, J):
-    """(L L')^-1 J by forward and backward substitution."""
+    """Returns (L L')^-1 J, by forward and backward substitution."""
     P = J.copy()
     for j in range(J.shape[1]):
         for r in range(len(L)):

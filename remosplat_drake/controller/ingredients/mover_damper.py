@@ -1,4 +1,4 @@
-"""Slow down near movers, and retreat from those that come too fast."""
+"""Mover damper: limits the approach to movers, and retreats from fast ones."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -21,11 +21,11 @@ from remosplat_drake.signals.binding import MOVER
 
 @dc.dataclass
 class MoverDamperConfig(Config):
-    """How close to things that move the robot may come, and how fast."""
+    """Settings of the damper that limits the approach to movers."""
 
-    # Influence distance d_i: farther away a mover does not matter [m].
+    # Influence distance d_i, beyond which a mover is ignored [m].
     influence: Annotated[float, Interval(gt=0, le=5)] = 0.8
-    # Distance d_s that the robot keeps from where movers can be [m].
+    # Distance d_s that the robot keeps from possible positions of movers [m].
     separation: Annotated[float, Interval(ge=0, le=1)] = 0.05
     # Largest speed xi of approach at the influence distance [m/s].
     gain: Annotated[float, Interval(gt=0, le=10)] = 1.0
@@ -50,8 +50,8 @@ class MoverDamper(CompiledIngredient):
     `add_mover_damper` computes its rows.
 
     Attributes:
-        config: Distances d_i and d_s, and the speed xi. Verification keeps
-            d_s, too.
+        config: Distances d_i and d_s, and the speed xi. Verification also keeps
+            d_s.
     """
 
     term = MOVER
@@ -67,7 +67,7 @@ class MoverDamper(CompiledIngredient):
     def about(
         self, robot: RobotModel, movers: Movers | None, number: int
     ) -> tuple[str, str]:
-        """Names a sphere's link and a mover; see `CompiledIngredient`."""
+        """Returns the names of a link and a mover; see `CompiledIngredient`."""
         assert movers is not None
         mover, sphere = divmod(int(number), len(robot.spheres))
         return robot.spheres.links[sphere], movers.movers[mover].name
@@ -92,15 +92,16 @@ def add_mover_damper(own, k, tick, program):
 
     n is the direction from the sphere towards the mover in W, Jv_WS the
     Jacobian of the sphere's centre in W, xi the largest speed of approach at
-    d_i [m/s], d_s the separation [m], and c the speed at which the mover comes
-    nearer by itself [m/s]. The tube is by how much the sphere may be off its
-    path [m]. If the mover comes faster than the row allows, the robot must
-    retreat. These rows are the first that yield in an infeasible program: then
-    the robot only does not approach. Verification decides what is touched.
+    d_i [m/s], d_s the separation [m], and c the approach speed of the mover
+    itself [m/s]. The tube bounds the sphere's deviation from its path [m]. If
+    the mover approaches faster than the right-hand side allows, the robot must
+    retreat. In an infeasible program these rows yield first; the robot then
+    only does not approach. Verification ensures that a moving robot does not
+    touch the mover.
 
-    d is the distance from the places that the mover can reach while a station
-    executes one command. Verification requires that for every moving sphere,
-    and would not let a sphere glide along the mover any nearer.
+    d is the distance from all places that the mover can reach while a station
+    executes one command. Verification uses the same distance for every moving
+    sphere, so a sphere can slide along the mover at this distance.
 
     See `CompiledIngredient` for the arguments.
     """

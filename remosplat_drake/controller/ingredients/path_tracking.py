@@ -1,4 +1,4 @@
-"""Follow a planned path: a quadratic price on leaving it."""
+"""Path tracking: a quadratic cost on deviations from a planned path."""
 
 import dataclasses as dc
 import math
@@ -24,45 +24,45 @@ from remosplat_drake.controller.program.kernels.path_speeds import (
 from remosplat_drake.robot.robot_model import RobotModel
 
 _TURNING = 1e-9
-"""Way of the base below which a stretch of the path only turns it [m]."""
+"""Length of a stretch below which the base only turns on it [m]."""
 
 _SHORTEST_PURSUIT = 0.2
-"""Least distance at which a base steers for a place [m]: steering for a nearer
-one would make it swing."""
+"""Least distance of a point towards which a base steers [m]. With nearer
+points, the heading would oscillate."""
 
 _NEAR = 0.02
-"""Distance at which a place with zero speed counts as reached, in radians and
+"""Distance within which a point of zero speed counts as reached, in radians and
 metres alike: the robot continues at the speed for that distance."""
 
 CREEP = 0.3
-"""Speed along a path below which no row slows the whole motion down, in radians
-and metres alike [1/s]: rows let the robot slide past near things."""
+"""Speed along a path below which rows do not scale down the whole motion, in
+radians and metres alike [1/s]. Rows then let the robot slide past near
+obstacles."""
 
 
 @dc.dataclass
 class PathTrackingConfig(Config):
-    """How a planned path is followed."""
+    """Settings of the tracking of planned paths."""
 
     # Weight of the squared deviation from the velocity along the path.
     weight: Annotated[float, Interval(gt=0, le=1000)] = 1.0
-    # How far ahead on the path the robot aims at least, in radians and metres
-    # alike.
+    # Least look-ahead distance on the path, in radians and metres alike.
     look_ahead: Annotated[float, Interval(gt=0, le=2)] = 0.05
-    # Proportional gain on what is left of a path without speeds, and where one
-    # with speeds has the speed zero [1/s].
+    # Proportional gain on the remaining length of a path without speeds, and of
+    # a path with speeds where its speed is zero [1/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
-    # Bound on the speed of all of the robot's spheres; absent: none, but
-    # 0.35 m/s on a real robot [m/s].
+    # Bound on the speed of all of the robot's spheres [m/s]; absent: none, but
+    # 0.35 m/s on a real robot.
     max_speed: Annotated[float, Interval(gt=0, le=10)] | None = None
 
 
 class PathTracking(CompiledIngredient):
-    """Makes the robot follow the path of the tick's guidance, if it has one.
+    """A cost that makes the robot follow the path of guidance, if it has one.
 
     `add_path_tracking` computes its cost.
 
     Args:
-        config: Weight, speed and how far ahead the robot aims.
+        config: Weight, speed and look-ahead distance.
     """
 
     term = "path"
@@ -92,15 +92,15 @@ class PathTrackingSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_path_tracking(own, k, tick, program):
-    """Adds the cost of leaving the path of the tick's guidance.
+    """Adds a cost on deviations from the path of guidance.
 
     The cost is, up to a constant,
 
         weight/2 |u - u_path|^2,
 
-    where u_path leads to a point of the path a little ahead of the nearest one
-    (pure pursuit; Coulter 1992): see `_path_velocity`. All rows of the program
-    stay. Without a path there is no cost.
+    where u_path leads to a point of the path slightly ahead of the nearest one
+    (pure pursuit; Coulter 1992): see `_path_velocity`. All rows still hold.
+    Without a path there is no cost.
 
     See `CompiledIngredient` for the arguments.
     """
@@ -117,14 +117,14 @@ def add_path_tracking(own, k, tick, program):
 def _path_velocity(own, tick, program):
     """Computes the command that leads along the path, shape (n_u,).
 
-    It leads from q to the point that lies `look_ahead` beyond the nearest one,
-    or as far as a tick leads. It is as fast as the path's own speeds at the
-    nearest point allow, wherever the robot should be by now: one that is late
-    or was pushed goes on from where it is. Without such speeds, it is as fast
-    as `gain` times what is left of the path.
+    The command leads from q to the point at the distance `look_ahead` beyond
+    the nearest one, or farther if a tick leads farther. Its speed is the path's
+    speed at the nearest point, regardless of time, so a robot that is late or
+    was pushed continues from its present place. If the path has no speeds, the
+    speed is `gain` times the remaining length.
 
-    A differential base does not look beyond the corner at which it goes over
-    from turning to driving or back, where its path's speed is zero.
+    For a differential base, the look-ahead ends at corners between turning and
+    driving, where the path's speed is zero.
     """
     robot, q = tick.robot, tick.state.q
     path_q, path_s = tick.guidance.path_q, tick.guidance.path_s
@@ -174,16 +174,16 @@ def _path_velocity(own, tick, program):
 
 @helper
 def _speed_within(program, along, speed):
-    """The speed along a direction that the program has room for.
+    """Returns the largest feasible speed along a direction, up to the desired.
 
-    Its rows and bounds slow the whole motion down, so that it stays on the
-    path. If the bounds allow no command in this direction, because the robot
-    moves in another one, the joints concerned reverse by themselves.
+    Rows and bounds scale the whole command, so that the robot stays on the
+    path. The bounds of an axis that still moves in the opposite direction are
+    ignored here; that axis reverses first.
 
     Args:
         program: The `ProgramArrays`, with rows and bounds.
         along: The direction, shape (n_u,).
-        speed: The speed that is wanted.
+        speed: The desired speed.
     """
     for i in range(program.count[0]):
         rate = 0.0
@@ -204,7 +204,7 @@ def _speed_within(program, along, speed):
 
 @helper
 def _fastest(robot, state, u):
-    """The speed of the fastest sphere under a command [m/s]."""
+    """Returns the speed of the fastest sphere under a command [m/s]."""
     square = 0.0
     for i in range(len(robot.body_S)):
         x, y, z = 0.0, 0.0, 0.0
@@ -232,11 +232,10 @@ def _drives_on(path_q, k):
 
 @helper
 def _corner_after(path_q, path_s, s):
-    """Next place beyond s where the base starts to turn or to drive.
+    """Returns the next corner beyond s between turning and driving.
 
     Returns:
-        The arc length of the first such corner; that of the path's end if
-        there is none.
+        The arc length of this corner; that of the path's end without one.
     """
     for k in range(1, len(path_s) - 1):
         turns = _drives_on(path_q, k) != _drives_on(path_q, k - 1)
@@ -247,11 +246,11 @@ def _corner_after(path_q, path_s, s):
 
 @helper
 def _without_slip(path_q, path_s, goal, q, e):
-    """Maps a way e through q to a base that cannot slip sideways, (n_u,).
+    """Maps a displacement e of q to a command without side slip, (n_u,).
 
-    On a stretch on which the base drives, it steers along the circle that is
-    tangent to its heading and passes through the goal (pure pursuit). On one
-    on which it turns, it turns as the way does.
+    On a stretch on which the base drives, it follows the circle that is tangent
+    to its heading and passes through the goal (pure pursuit). On a stretch on
+    which it turns, the turn is that of e.
     """
     cosine, sine = math.cos(q[2]), math.sin(q[2])
     forward = cosine * e[0] + sine * e[1]

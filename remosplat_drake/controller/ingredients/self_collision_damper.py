@@ -1,4 +1,4 @@
-"""Slow down before the robot touches itself."""
+"""Self-collision damper: limits the approach of the robot's own links."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -25,19 +25,19 @@ from remosplat_drake.scene.mover import Movers
 from remosplat_drake.signals.binding import SELF_COLLISION
 
 _CROWDED = 1.2
-"""Share of the stopping distance below which all shapes of two links have rows:
-verification keeps each of them apart."""
+"""Fraction of the stopping distance below which all pairs of shapes of two
+links have rows, since verification checks each pair."""
 
 
 @dc.dataclass
 class SelfCollisionDamperConfig(Config):
-    """How close two parts of the robot may come, and how fast."""
+    """Settings of the damper that limits the approach of two links."""
 
-    # Whether the robot is kept from touching itself.
+    # Whether self-collision is prevented.
     enabled: bool = True
-    # Influence distance: links farther apart than this do not matter [m].
+    # Influence distance, beyond which two links are ignored [m].
     influence: Annotated[float, Interval(gt=0, le=1)] = 0.1
-    # Stopping distance, which the shapes of two links keep from each other [m].
+    # Stopping distance between the shapes of two links [m].
     stopping: Annotated[float, Interval(ge=0, le=0.5)] = 0.01
     # Largest speed of approach at the influence distance [m/s].
     gain: Annotated[float, Interval(gt=0, le=10)] = 0.5
@@ -62,12 +62,12 @@ class SelfCollisionDamper(CompiledIngredient):
     `add_self_collision_damper` computes its rows.
 
     Args:
-        config: Distances of the damper, and its speed of approach.
+        config: Distances and speed of approach.
         robot: The robot, for its shapes and links.
 
     Attributes:
-        config: The damper's settings; verification of a `ReactiveLaw` uses
-            their distances, too.
+        config: The damper's settings; a `ReactiveLaw` also uses the distances
+            for verification.
     """
 
     term = SELF_COLLISION
@@ -80,7 +80,7 @@ class SelfCollisionDamper(CompiledIngredient):
     def near_question(self) -> NearQuestion:
         """Pairs and reach, the arguments of `near_arrays`.
 
-        The reach is negative where the damper is not enabled.
+        The reach is negative if the damper is disabled.
         """
         pairs, config = self._pairs, self.config
         reach = float(config.influence) if config.enabled else -1.0
@@ -96,7 +96,7 @@ class SelfCollisionDamper(CompiledIngredient):
     def about(
         self, robot: RobotModel, movers: Movers | None, number: int
     ) -> tuple[str, str]:
-        """Names the links of a pair; see `CompiledIngredient`."""
+        """Returns the names of a pair's links; see `CompiledIngredient`."""
         return self._pairs.links(number)
 
 
@@ -119,9 +119,9 @@ def add_self_collision_damper(own, k, tick, program):
     (Faverjon and Tournassoud 1987). p is on the first link and q on the
     second, Jv_Wp and Jv_Wq are their Jacobians in W, n is the unit normal from
     p to q in W, d their distance and d_s the stopping distance [m], and `gain`
-    the largest speed of approach [m/s]. Two links have a row for their nearest
-    points, and up to four for those that would be the nearest after a small
-    turn.
+    the largest speed of approach [m/s]. Two links have one row for their
+    nearest points, and up to four more for points that would be the nearest
+    after a small rotation.
 
     See `CompiledIngredient` for the arguments.
     """

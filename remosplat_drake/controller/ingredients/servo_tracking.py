@@ -1,4 +1,4 @@
-"""Follow the servo's twist, as far as the slack's price allows."""
+"""Servo tracking: the end effector follows the servo's twist, with slack."""
 
 import dataclasses as dc
 import math
@@ -33,27 +33,27 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.robot.target_arrays import place_on_line, target_of
 
 LAST_STRETCH, LAST_DRIVE = 0.01, 0.1
-"""Remaining length of a planned path from which on the servo takes part
-again, in radians and metres alike. It is slower than the path's own end. But
-a base that cannot slip sideways, whose length is the second one, ends beside
-the path."""
+"""Remaining length of a planned path below which the servo is active again, in
+radians and metres alike. The first is small, since the servo is slower than
+path tracking. The second is for differential bases, which end slightly beside
+the path since they cannot slip sideways."""
 
 SERVO_SPEED = 1.0
-"""Bound on the servo's speed where a configuration has none [m/s]."""
+"""Bound on the servo's speed if the configuration has none [m/s]."""
 
 
 @dc.dataclass
 class ServoTrackingConfig(Config):
-    """How fast the end effector heads for its target."""
+    """Gain and speed bounds of the servo."""
 
     # Proportional gain beta on the pose error [1/s].
     gain: Annotated[float, Interval(gt=0, le=100)] = 4.0
-    # Bound on the end effector's translational speed; absent: 1 m/s, but
-    # 0.35 m/s on a real robot [m/s].
+    # Bound on the end effector's translational speed [m/s]; absent: 1 m/s, but
+    # 0.35 m/s on a real robot.
     max_speed: Annotated[float, Interval(gt=0, le=10)] | None = None
-    # Bound on each entry of the slack delta; where the servo's twist is
-    # faster, that is the bound, so that standing still stays feasible
-    # [m/s, rad/s].
+    # Bound on each entry of the slack delta [m/s, rad/s]. If the servo's twist
+    # is larger, its magnitude is the bound, so that standing still remains
+    # feasible.
     slack_limit: Annotated[float, Interval(gt=0, le=1000)] = 10.0
 
     @property
@@ -69,7 +69,7 @@ class ServoTracking(CompiledIngredient):
 
     Args:
         config: Gain and bounds of the servo.
-        damper: The collision damper's distances, which the bend depends on.
+        damper: The collision damper's distances, for the deflection.
     """
 
     term = "servo tracking"
@@ -112,15 +112,15 @@ def add_servo_tracking(own, k, tick, program):
     (paper eq. 2; holistic controller of Haviland, Sünderhauf and Corke 2022).
     J_E is the Jacobian of the end effector in W, V_WE the desired twist in W,
     angular above translational [rad/s, m/s], and e the error to the target [m]:
-    see `servo.error_scale`. The price 1/e grows near the target, so that the
-    end effector first gets there roughly and then exactly. The bounds on the
-    slack hold entry by entry, and leave u = 0 feasible.
+    see `servo.error_scale`. The weight 1/e grows near the target, so the end
+    effector approaches roughly at first, and exactly at the end. The bounds on
+    the slack hold for each entry, and keep u = 0 feasible.
 
-    A direction that the target leaves free has no row, and the others are
-    weighed as the target says. Guidance bends the translational part of V_WE,
-    except on a line. If guidance has a path, nothing is tracked until the
-    path's last stretch, `LAST_STRETCH` or `LAST_DRIVE`; nor is it if the aim
-    names the configuration, which poses alone do not lead to.
+    A free direction of the target has no row; the others have the target's
+    weights. Guidance deflects the translational part of V_WE, except on a line.
+    If guidance has a path, nothing is tracked before the path's last stretch,
+    `LAST_STRETCH` or `LAST_DRIVE`. Nothing is tracked either if the aim names a
+    configuration, since poses alone do not lead to it.
 
     See `CompiledIngredient` for the arguments.
     """
@@ -146,7 +146,7 @@ def add_servo_tracking(own, k, tick, program):
 
 @helper
 def _track_target(own, tick, program, i, row):
-    """Tracks the twist to a target from a row on; returns the one after."""
+    """Writes a target's rows, from a row on; returns the next row."""
     target, effector = target_of(tick.aim, i), tick.aim.effector[i]
     guidance, X_WE = tick.guidance, tick.state.X_WE[effector]
     Jw, Jv = tick.state.Jw_WE[effector], tick.state.Jv_WE[effector]
@@ -197,9 +197,9 @@ def _track(Jw, Jv, w, v, program, row):
 def _track_directions(target, Jw, Jv, w, v, along_W, program, row):
     """Tracks a twist in the constrained directions of a target.
 
-    There is a row for each axis of T that is not free, as long as the root of
-    its weight, for the turn about it and for the way along it. A line makes
-    the rows longer that lead off it.
+    Each direction of T that is not free, of rotation or translation, has a row,
+    scaled by the root of its weight. On a line, rows perpendicular to it are
+    scaled up.
     """
     stiff = math.sqrt(LINE_STIFFNESS) if target.speed > 0.0 else 1.0
     direction = np.empty(3)

@@ -1,4 +1,4 @@
-"""Limits of the actuators, as bounds of the program."""
+"""Velocity limits: bounds the command by the limits of the actuators."""
 
 import dataclasses as dc
 from typing import Annotated, NamedTuple
@@ -18,38 +18,37 @@ from remosplat_drake.robot.robot_model import RobotModel
 
 @dc.dataclass
 class VelocityLimitsConfig(Config):
-    """Limits of the robot that bound the command, and the shares in use."""
+    """Settings of the bounds on the command."""
 
     # Fraction of the robot's velocity and acceleration limits that the program
-    # may use. Braking ramps keep the full deceleration: a careful robot stops
-    # no later.
+    # may use. Braking ramps always use the full deceleration.
     fraction: Annotated[float, Interval(gt=0, le=1)] = 1.0
     # Whether the acceleration limits bound the change of the command:
     # |u - u_previous| <= a_max dt.
     acceleration: bool = True
-    # Whether acceleration bounds hold even where no command within them keeps
-    # all rows: rows then yield, or the robot brakes. Otherwise the bounds go
-    # first. A real robot is always strict.
+    # Whether acceleration bounds hold even if no command within them satisfies
+    # all rows; rows then yield, or the robot brakes. Otherwise the bounds are
+    # dropped. A real robot is always strict.
     strict: bool = False
-    # Bound on the base's speed forwards; absent: the robot's own limit [m/s].
+    # Bound on the base's forward speed [m/s]; absent: the robot's own limit.
     max_forward: Annotated[float, Interval(ge=0, le=5)] | None = None
-    # Bound on the base's speed backwards; absent: the robot's own limit [m/s].
+    # Bound on the base's backward speed [m/s]; absent: the robot's own limit.
     max_reverse: Annotated[float, Interval(ge=0, le=5)] | None = None
-    # Bound on the speed of an omnidirectional base to either side; absent: the
-    # robot's own limit [m/s].
+    # Bound on the sideways speed of an omnidirectional base [m/s]; absent: the
+    # robot's own limit.
     max_sideways: Annotated[float, Interval(ge=0, le=5)] | None = None
-    # Bound on the base's yaw rate; absent: the robot's own limit [rad/s].
+    # Bound on the base's yaw rate [rad/s]; absent: the robot's own limit.
     max_yaw_rate: Annotated[float, Interval(ge=0, le=20)] | None = None
 
     def base_bounds(self, n_base: int) -> tuple[np.ndarray, np.ndarray]:
-        """Returns lower and upper bounds on the base, beside the robot's own.
+        """Returns additional lower and upper bounds on the base's commands.
 
         Args:
             n_base: Number of the base's commands.
 
         Returns:
-            Both have the shape (n_base,) [m/s, rad/s] and are infinite where
-            there is no bound.
+            Lower and upper bounds, shape (n_base,) each [m/s, rad/s]; infinite
+            without a bound.
         """
         forward, reverse, aside, yaw_rate = (
             np.inf if bound is None else bound
@@ -70,7 +69,7 @@ class VelocityLimits(CompiledIngredient):
     """Bounds on the command, which `add_velocity_limits` computes.
 
     Args:
-        config: Which limits are enforced, and how much of them.
+        config: The limits to enforce, and the usable fraction.
 
     Attributes:
         config: The same.
@@ -102,18 +101,18 @@ class VelocityLimitsSettings(NamedTuple):
 
 @kernel(returns=NOTHING)
 def add_velocity_limits(own, k, tick, program):
-    """Bounds the command by the capabilities of the actuators.
+    """Bounds the command by the limits of the actuators.
 
     With the fraction f of the robot's limits u_max [rad/s, m/s] and, if
     `acceleration` is set, a_max [rad/s^2, m/s^2],
 
         |u| <= f u_max,    |u - u_previous| <= f a_max dt
 
-    The base's own bounds may be tighter, backwards above all, where no safety
-    sensor watches. A u_previous outside the first bounds is moved to them in
-    the second: their fraction may have changed, and something must be left
-    between. A command is never clipped joint by joint afterwards, which would
-    break the collision rows.
+    The base may have tighter bounds, for example backwards, where no safety
+    sensor watches. In the second inequality, u_previous is first clipped to the
+    first bounds, since f may have changed and both must be feasible together. A
+    command is never clipped joint by joint after the solution, which would
+    violate the collision rows.
 
     See `CompiledIngredient` for the arguments.
     """

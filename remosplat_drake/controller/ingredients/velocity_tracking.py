@@ -1,4 +1,4 @@
-"""Move as an aim says axis by axis, where it names no poses but velocities."""
+"""Velocity tracking: the axes follow the velocities of an aim."""
 
 import numpy as np
 
@@ -7,11 +7,11 @@ from remosplat_drake.controller.program.tick import Tick
 
 
 class VelocityTracking:
-    """The cost of being slower or faster than `Aim.u`, of any axis.
+    """A quadratic cost on each axis' deviation from `Aim.u`.
 
-    It is for laws without `ServoTracking`: the axes then move as requested,
-    within all bounds and rows, and after verification. An aim without
-    velocities means rest.
+    It is for laws without `ServoTracking`. The axes then move at the requested
+    velocities within all bounds and rows, subject to verification. An aim
+    without velocities requests rest.
     """
 
     term = "velocity tracking"
@@ -19,7 +19,7 @@ class VelocityTracking:
     def AddToProgram(self, program: ReactiveProgram, tick: Tick) -> None:
         """Adds the cost sum_i w_i (u_i - u*_i)^2 / 2; see `Ingredient`.
 
-        The weights w make axes equal that have different bounds.
+        The weights w compensate for the axes' different bounds.
         """
         u = np.zeros(program.n_u) if tick.aim.u is None else tick.aim.u
         weights = 1.0 / tick.robot.velocity_limit**2

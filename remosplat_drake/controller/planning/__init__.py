@@ -1,7 +1,7 @@
-"""Planning: a path through configurations, where looking ahead is not enough.
+"""Planning: searches paths through configurations if rollouts do not arrive.
 
-Guidance bends the program towards the target; an arm that is folded the wrong
-way stays so. Here a path is searched through configurations, on the same map
-and with the same distances as verification keeps. It is one more candidate of
-guidance: nothing rests on it.
+The other candidates of guidance only modify the program: an arm that is folded
+the wrong way stays folded. So a path through configurations is searched on the
+same map and with the same distances as verification uses. It is a further
+candidate of guidance, and safety does not depend on it.
 """

@@ -1,9 +1,9 @@
-"""Round the corners of a path off, as far as the space beside them is free.
+"""Rounds off the corners of a path, as far as the space there is free.
 
-Through a corner the robot must pass slowly: there its velocity changes at once.
-A blend is a parabola from a point before the corner to one as far behind it
-(parabolic blends; Kunz and Stilman 2012 use circles), with the corner as its
-control point.
+The robot must pass a corner slowly, since its velocity changes instantly there.
+A blend is a parabola from a point before the corner to a point at the same
+distance after it, with the corner as its control point (Kunz and Stilman 2012
+use circles).
 """
 
 import math
@@ -25,15 +25,15 @@ def blended_corners(
 ) -> np.ndarray:
     """Replaces the corners of a path by collision-free blends.
 
-    A differential base must stop where it goes over from turning to driving:
-    its paths keep their corners.
+    A differential base must stop between turning and driving, so its paths keep
+    these corners.
 
     Args:
         space: The free space.
         corners: Corners of a free path, no two neighbours equal, shape
             (k, n_q) [rad, m].
-        longest: Longest way from a corner to the ends of its blend, in radians
-            and metres alike.
+        longest: Largest distance from a corner to the ends of its blend, in
+            radians and metres alike.
 
     Returns:
         Corners of the blended path, shape (m, n_q) [rad, m].
@@ -63,7 +63,8 @@ def _blend(
     pieces = math.ceil(turn / _TURN) + 1
     share = np.linspace(0.0, 1.0, pieces + 1)[:, None]
     for reach in most * 0.5 ** np.arange(_TRIES):
-        # The parabola's control points are start, 0 and end.
+        # Relative to the corner, the parabola's control points are start, 0 and
+        # end.
         off = (1.0 - share) ** 2 * start + share**2 * end
         points = corner + reach * off
         if _is_free(space, points):
@@ -72,5 +73,5 @@ def _blend(
 
 
 def _is_free(space: FreeSpace, points: np.ndarray) -> bool:
-    """Whether a blend is free; its first point is, on a free path."""
+    """Whether a blend is free; its first point, on the path, always is."""
     return all(space.is_free_between(a, b) for a, b in pairwise(points))

@@ -32,13 +32,14 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 
 class FreeSpace:
-    """The configurations from which nothing is nearer than it may be.
+    """The configurations and motions of a robot that keep all distances.
 
-    Each sphere keeps the stopping distance from the scene, shapes of two links
-    keep theirs from each other, both less where they have less at the start;
-    joints keep within bounds. Motions are looked at as verification looks at
-    commands: nothing slips through between two looks except for verification's
-        tolerance. A free space serves one thread at a time.
+    Each sphere keeps the stopping distance from the scene, and the shapes of
+    two links keep a distance from each other; if a distance is smaller at the
+    start, the present one is kept. Joints stay within bounds. Motions are
+    checked like commands in verification, so between two samples, distances may
+    be smaller only by verification's tolerance. A free space must not be used
+    by several threads at a time.
 
     Attributes:
         robot: The robot.
@@ -47,7 +48,7 @@ class FreeSpace:
         lower: Lower bounds of the joints, shape (n_q,) [rad, m].
         upper: Upper bounds of the joints, shape (n_q,) [rad, m].
         backing: Longest way that the base may drive backwards [m].
-        checks: Number of configurations and motions that were looked at.
+        checks: Number of configurations and motions that were checked.
         arrays: The space, packed for kernels.
     """
 
@@ -62,18 +63,18 @@ class FreeSpace:
         backing: float = 0.0,
         standing: StandingMovers = NOTHING_STANDS,
     ):
-        """Makes the free space of a robot that stands somewhere.
+        """Makes the free space of a robot at a start configuration.
 
         Args:
             robot: The robot.
             field: The map.
             stopping: Stopping distance [m].
-            self_clearance: Distances that the robot keeps from itself; None if
-                it keeps none.
+            self_clearance: Self-collision distances; None if self-collision is
+                not checked.
             bounds: Lower and upper bounds of q, shape (n_q,) each [rad, m].
-            start: Where the robot is, shape (n_q,) [rad, m].
+            start: Present configuration, shape (n_q,) [rad, m].
             backing: Longest way that the base may drive backwards [m].
-            standing: Obstacles besides the scene.
+            standing: Standing movers, which are further obstacles.
         """
         self.robot, self.field = robot, field
         self.stopping, self.backing = stopping, backing
@@ -95,7 +96,7 @@ class FreeSpace:
             level=level,
             balls=balls,
             ball_level=ball_level,
-            # Mostly the hand, whose balls are the last, is what has no room.
+            # The hand, whose balls are the last, collides most often.
             ball_order=np.arange(len(balls.first) - 1)[::-1],
             work=MapWork.make(len(ball_level)),
             own=own,
@@ -109,7 +110,7 @@ class FreeSpace:
             backing=float(backing),
         )
         self.arrays = Packed(values)
-        # Where there is less than that at the start, no more is kept.
+        # A smaller distance at the start is kept instead.
         level += self.rooms(start[None], 0.0)[0]
 
     def is_free(self, q: np.ndarray) -> bool:
@@ -134,12 +135,12 @@ class FreeSpace:
             return is_free_between(self.arrays, line, a, b)
 
     def rooms(self, q: np.ndarray, far: float) -> np.ndarray:
-        """Measures the excess of all spheres' distances.
+        """Measures the rooms: each clearance minus the required one.
 
         Args:
             q: Configurations, shape (k, n_q) [rad, m].
-            far: Room at which rooms are cut off: a small one makes the query
-                cheaper [m].
+            far: Value at which rooms are truncated [m]; a small one makes the
+                query cheaper.
 
         Returns:
             The rooms, shape (k, n) [m].
@@ -148,9 +149,9 @@ class FreeSpace:
             return rooms(self.arrays, line, np.array(q, float), far)
 
     def calls(self) -> AbstractContextManager[int]:
-        """Opens the line by which kernels query a map of Python's.
+        """Context in which kernels can query a map that is computed in Python.
 
-        A `with` statement gives its number.
+        A `with` statement returns the number of the calls.
         """
         if is_pythons(self.field):
             return MapCalls(self.robot, self.field)
@@ -158,7 +159,7 @@ class FreeSpace:
 
 
 def _most_by_link(pairs: PairArrays, level: np.ndarray) -> np.ndarray:
-    """Returns the largest level of each pair of links, shape (l,) [m]."""
+    """Returns the largest required distance of each pair of links, (l,) [m]."""
     if not len(pairs.boxes):
         return np.zeros(0)
     return np.maximum.reduceat(level - pairs.allowance, pairs.start[:-1])

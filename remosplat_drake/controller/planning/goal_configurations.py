@@ -1,4 +1,4 @@
-"""Goal configurations: those that reach the target and keep all distances."""
+"""Goal configurations, which reach the target and keep all distances."""
 
 import dataclasses as dc
 import math
@@ -17,26 +17,28 @@ from remosplat_drake.signals.aim import Aim
 from remosplat_drake.signals.target import Target
 
 _ROUND = 20, 100
-"""Groups of draws in the first round and in later ones; the search ends when it
-has found enough."""
+"""Number of groups of draws in the first round, and in later ones; the search
+ends as soon as it has found enough."""
 
 _COMPARED = 100
-"""Most configurations without room among which the best is taken."""
+"""Largest number of configurations with too little room that are compared."""
 
 _ENOUGH = 0.06
-"""Room beyond which more is no better [m]."""
+"""Room above which the price does not fall further [m]."""
 
 _GROUP = 4
-"""Number of draws for a seed; the one nearest to the target is taken."""
+"""Number of draws in a group, of which the one nearest to the target is the
+seed."""
 
 _PATIENCE = 4
-"""Groups of draws for each seed that may be tried: most bases are blocked."""
+"""Largest number of groups for each requested seed; most drawn bases
+collide."""
 
 _BASE_DISTANCE = (0.35, 0.95)
-"""Least and greatest distance of guessed bases from the target [m]."""
+"""Least and greatest distance of drawn bases from the target [m]."""
 
 _BASE_TURN = 0.8
-"""Largest turn of a guessed base away from the target [rad]."""
+"""Largest angle between a drawn base's heading and the target [rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -47,12 +49,13 @@ class GoalConfigurations:
         q: Goal configurations that keep all distances, the best first, shape
             (k, n_q) [rad, m].
         seeds: Number of seeds that were tried.
-        reached: Number of seeds from which the target was reached at all.
-        tightest: Index of the sphere that had too little room in the best of
-            those that keep too little distance; -1 if none reached or all did.
-        missing: How much room that sphere lacked [m].
-        cramped: That best one, shape (n_q,) [rad, m]; None if none reached or
-            all did.
+        reached: Number of seeds from which inverse kinematics reached the
+            target.
+        tightest: Index of the sphere with the least room in `cramped`; -1
+            without it.
+        missing: Distance that this sphere lacks [m].
+        cramped: The best configuration that reaches the target without keeping
+            all distances, shape (n_q,) [rad, m]; None if there is none.
     """
 
     q: np.ndarray
@@ -72,7 +75,7 @@ def goal_configurations(
     most: int,
     rng: np.random.Generator,
 ) -> GoalConfigurations:
-    """Searches configurations that reach a target and keep their distances.
+    """Searches configurations that reach a target and keep all distances.
 
     An aim that names its configuration has that one alone, with the base's yaw
     at the whole turn that is nearest.
@@ -81,9 +84,9 @@ def goal_configurations(
         space: The free space.
         aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
-        q: Where the robot is, shape (n_q,) [rad, m]; the nearer to it the
-            better.
-        seeds: Number of configurations to start from.
+        q: Present configuration, shape (n_q,) [rad, m]; near goals are
+            preferred.
+        seeds: Number of configurations from which inverse kinematics starts.
         most: Largest number of goal configurations.
         rng: Source of the seeds.
     """
@@ -141,7 +144,7 @@ def _cramped(
 
 
 def arms_of(space: FreeSpace, aim: Aim) -> Packed[Arms]:
-    """Returns a robot's arms for inverse kinematics.
+    """Returns a robot's arms, packed for inverse kinematics.
 
     Args:
         space: The free space, whose bounds the joints keep.
@@ -156,7 +159,7 @@ def arms_of(space: FreeSpace, aim: Aim) -> Packed[Arms]:
 def _reaching(
     space: FreeSpace, arms: Packed[Arms], draws: np.ndarray, most: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Calls `reaching`, and counts the configurations as checks."""
+    """Calls `reaching`, and counts its configurations as checks."""
     with space.calls() as line:
         found, is_open, seeds = reaching(space.arrays, line, arms, draws, most)
     space.checks += len(found)
@@ -170,10 +173,10 @@ def _draws(
     count: int,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Draws configurations all over the bounds, shape (count, n_q).
+    """Draws configurations uniformly within the bounds, shape (count, n_q).
 
-    Bases are drawn around the target, more or less turned towards it; where
-    ways along it are free, around its place that is nearest to the hand.
+    Bases are drawn around the target, roughly facing it. If the target has free
+    translations, they are drawn around its point nearest to the hand.
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)
@@ -194,7 +197,7 @@ def _draws(
 def _place(
     robot: RobotModel, q: np.ndarray, effector: int, target: Target
 ) -> np.ndarray:
-    """Returns the place of a target that is nearest to the hand, (3,)."""
+    """Returns the point of a target that is nearest to the hand, (3,) [m]."""
     if target.weights[3:].all():
         return target.X_WT[:3, 3]
     return target.nearest_pose(robot.end_effector_pose(q, effector))[:3, 3]
@@ -203,7 +206,7 @@ def _place(
 def _price(
     space: FreeSpace, arms: Packed[Arms], found: np.ndarray, q: np.ndarray
 ) -> np.ndarray:
-    """Prices goal configurations: far, cramped or at a limit is dear, (k,).
+    """Computes the costs of goals: far, cramped or near a limit is expensive.
 
     Roughly the time to get there [s].
     """

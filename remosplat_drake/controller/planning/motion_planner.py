@@ -1,4 +1,4 @@
-"""`MotionPlanner`: searches a path, or the reason why there is none."""
+"""`MotionPlanner`: searches a path, and reports why none is found."""
 
 import dataclasses as dc
 import math
@@ -37,7 +37,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.signals.target import Target
 
 _ROAM = 2.0
-"""How far beyond start and goals the base may go [m]."""
+"""Distance by which the base may go beyond start and goals [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -46,9 +46,9 @@ class MotionPlanner:
 
     Attributes:
         robot: The robot.
-        self_clearance: Distances that the robot keeps from itself; None if it
-            keeps none.
-        config: How much is searched.
+        self_clearance: Self-collision distances; None if self-collision is not
+            checked.
+        config: Budgets of searches.
         timing: Bounds of speeds along paths.
     """
 
@@ -72,17 +72,17 @@ class MotionPlanner:
         """Searches a path to a target; equal calls find equal paths.
 
         Args:
-            q: Where the robot is, shape (n_q,) [rad, m].
+            q: Present configuration, shape (n_q,) [rad, m].
             aim: The targets of the end effectors: an `Aim`, or for the first of
                 them a `Target` or the pose X_WT of a plain one, shape (4, 4).
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
-            attempt: Number of searches before; another one draws other
+            attempt: Number of earlier searches; each draws other random
                 numbers.
-            interrupted: Predicate: whether to give up at once.
+            interrupted: Predicate: whether to abort the search.
             roadmap: Corners of earlier paths, which are tried first.
             around: Standing movers; None for none.
-            separation: Distance that all spheres keep from it [m].
+            separation: Distance that all spheres keep from standing movers [m].
         """
         started = perf_counter()
         space = self.free_space(q, field, stopping, around, separation)
@@ -134,7 +134,7 @@ class MotionPlanner:
         return Plan(path, "", checks, len(goals.q), corners=corners)
 
     def _timed(self, space: FreeSpace, corners: np.ndarray) -> Path:
-        """Rounds the corners of a path off, and finds its speeds."""
+        """Rounds off the corners of a path, and computes its speeds."""
         blended = blended_corners(space, corners, self.config.blend)
         return timed_path(space, blended, self.timing)
 
@@ -146,15 +146,15 @@ class MotionPlanner:
         attempt: int = 0,
         interrupted: Callable[[], bool] = lambda: False,
     ) -> Search:
-        """Returns the search of a path to goal configurations.
+        """Prepares the search of a path to goal configurations.
 
         Args:
             space: The free space.
-            q: Where paths start, shape (n_q,) [rad, m].
-            goals: Where they may end, shape (k, n_q) [rad, m].
-            attempt: Number of searches before; another one draws other
-                numbers, and may look twice as often.
-            interrupted: Predicate: whether to give up at once.
+            q: Start of paths, shape (n_q,) [rad, m].
+            goals: Possible ends of paths, shape (k, n_q) [rad, m].
+            attempt: Number of earlier searches; each draws other random
+                numbers, and may check twice as many motions.
+            interrupted: Predicate: whether to abort the search.
         """
         return Search(
             space,
@@ -168,11 +168,11 @@ class MotionPlanner:
     def open_part(
         self, path: Path, q: np.ndarray, field: DistanceField, stopping: float
     ) -> Path:
-        """Cuts a path off where a map blocks its remaining part.
+        """Truncates a path before the part ahead that a map blocks.
 
         Args:
             path: The path.
-            q: Where the robot is, shape (n_q,) [rad, m].
+            q: Present configuration, shape (n_q,) [rad, m].
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
 
@@ -196,14 +196,14 @@ class MotionPlanner:
         around: Movers | None = None,
         separation: float = 0.0,
     ) -> FreeSpace:
-        """Returns the free space of the robot where it is.
+        """Returns the free space of the robot at its configuration.
 
         Args:
-            q: Where the robot is, shape (n_q,) [rad, m].
+            q: Present configuration, shape (n_q,) [rad, m].
             field: The map.
             stopping: Distance that all spheres keep from the scene [m].
             around: Standing movers; None for none.
-            separation: Distance that all spheres keep from it [m].
+            separation: Distance that all spheres keep from standing movers [m].
         """
         return FreeSpace(
             self.robot,

@@ -1,4 +1,4 @@
-"""`StandingMovers`: movers that stand in the way of a path."""
+"""`StandingMovers`: standing movers as obstacles for paths."""
 
 import dataclasses as dc
 
@@ -10,31 +10,31 @@ from remosplat_drake.scene.mover import Mover, Movers
 from remosplat_drake.signals.near_movers import NearMovers
 
 _START = 0.1
-"""A path leaves the room that these may need when they move again: what they
-can get to in so much time [s]. It can be followed so much the faster."""
+"""Time for which paths leave room in case standing movers start to move [s]:
+paths avoid all places that they can reach within it. This permits higher speeds
+along the path."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class StandingMovers:
-    """Movers that stand, as a path must go round them.
+    """Standing movers, enlarged by the room that paths leave.
 
-    Motions are looked at by verification's own sweep, as if they could not
-    move.
+    Motions are checked with verification's sweep, with movers that cannot move.
 
     Attributes:
-        movers: The movers, at rest, stamped now, and as large as what they
-            keep clear of the robot.
+        movers: The movers, at rest, stamped now, and enlarged by the required
+            distance.
     """
 
     movers: Movers
 
     @staticmethod
     def make(movers: Movers, separation: float) -> "StandingMovers":
-        """Makes them of movers at rest.
+        """Makes the obstacles from movers at rest.
 
         Args:
             movers: The movers, stamped now.
-            separation: Distance that spheres keep from them [m].
+            separation: Distance that spheres keep from movers [m].
         """
         return StandingMovers(
             Movers(movers.stamp, [_swollen(m, separation) for m in movers])
@@ -46,9 +46,9 @@ class StandingMovers:
         return self.movers.at(self.movers.stamp)
 
     def levels(self, spheres: Spheres) -> np.ndarray:
-        """Returns the distances that spheres keep from them, (n,) [m].
+        """Returns the distances that spheres keep from the movers, (n,) [m].
 
-        A sphere that is nearer than it should be must not come nearer still.
+        A sphere that is already nearer keeps its present distance.
 
         Args:
             spheres: The robot's n spheres at the start.

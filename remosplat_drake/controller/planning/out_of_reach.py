@@ -1,4 +1,4 @@
-"""Targets that no configuration reaches, by the lengths of the arms alone."""
+"""Detects targets out of reach, from the lengths of the arms."""
 
 import numpy as np
 
@@ -8,12 +8,12 @@ from remosplat_drake.signals.aim import Aim
 
 
 def out_of_reach(robot: RobotModel, aim: Aim, q: np.ndarray) -> str:
-    """Tells why an aim is out of reach; empty if that is not proved.
+    """Returns why an aim is out of reach; empty if that is not proved.
 
     Args:
         robot: The robot.
         aim: The targets of the end effectors.
-        q: Where the robot is, shape (n_q,) [rad, m].
+        q: Present configuration, shape (n_q,) [rad, m].
     """
     for effector, target in aim.items:
         if not target.asks_for_all_of_place:

@@ -13,12 +13,12 @@ class Plan:
 
     Attributes:
         path: The path; None if none was found.
-        reason: Why there is none, for people; empty if there is one.
-        checks: Number of configurations and motions that were looked at.
+        reason: Why no path was found, for display; empty if one was found.
+        checks: Number of configurations and motions that were checked.
         goals: Number of goal configurations.
         seconds: Wall-clock time of the search [s].
-        corners: Corners of the path before these were rounded off, shape
-            (k, n_q) [rad, m]; None without a path.
+        corners: Corners of the path before rounding off, shape (k, n_q) [rad,
+            m]; None without a path.
     """
 
     path: Path | None
@@ -35,10 +35,10 @@ class SearchEffort:
 
     Attributes:
         searches: Number of searches.
-        checks: Number of configurations and motions that they looked at.
+        checks: Number of configurations and motions that they checked.
         seconds: Wall-clock time of them all [s].
-        first_path: Wall-clock time of the searches up to the first path, that
-            one included; None if none was found [s].
+        first_path: Wall-clock time of all searches up to and including the one
+            that found the first path [s]; None if none was found.
         first_checks: Number of checks up to the first path.
     """
 
@@ -49,7 +49,7 @@ class SearchEffort:
     first_checks: int = 0
 
     def with_plan(self, plan: Plan) -> "SearchEffort":
-        """Returns the effort with one search more.
+        """Returns the effort with one more search.
 
         Args:
             plan: The result of the search.

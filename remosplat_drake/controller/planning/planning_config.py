@@ -1,4 +1,4 @@
-"""`PlanningConfig`: budgets of searches where nothing else arrives."""
+"""`PlanningConfig`: budgets and settings of path searches."""
 
 import dataclasses as dc
 from typing import Annotated
@@ -10,21 +10,20 @@ from remosplat_drake.base.ranges import Config
 
 @dc.dataclass
 class PlanningConfig(Config):
-    """How paths are searched that lead where no guidance arrives."""
+    """Settings of path searches."""
 
-    # Whether a path is searched when no other guidance arrives.
+    # Whether a path is searched if no other guidance arrives.
     enabled: bool = True
-    # Whether a path is searched as soon as a target is given, too, and followed
-    # if it arrives before what goes straight.
+    # Whether a path is also searched as soon as a target is given, and followed
+    # if it arrives earlier than the direct way.
     at_once: bool = True
     # Number of configurations from which inverse kinematics starts in search
     # of goal configurations.
     seeds: Annotated[int, Interval(ge=1, le=100_000)] = 1000
-    # Largest number of goal configurations that a search may end at.
+    # Largest number of goal configurations of a search.
     goals: Annotated[int, Interval(ge=1, le=1000)] = 6
-    # Number of motions that a search may look at. Every attempt may look at
-    # twice as many as the one before: most paths are found soon or by other
-    # random numbers.
+    # Largest number of motions that the first search checks. Each further
+    # attempt may check twice as many, with other random numbers.
     checks: Annotated[int, Interval(ge=1, le=10_000_000)] = 1500
     # Number of attempts, each with a search at every stopping distance, after
     # which the target is given up until it moves or the map changes.
@@ -34,16 +33,16 @@ class PlanningConfig(Config):
     give_up: bool = False
     # Seed of the searches' random numbers.
     seed: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
-    # Stopping distance that hinges keep from their limits on a path, in place
+    # Stopping distance of revolute joints from their limits on a path, in place
     # of the damper's [deg].
     joint_stop: Annotated[float, Interval(ge=0, le=45)] = 0.1
-    # The same of slides [m].
+    # Stopping distance of prismatic joints from their limits on a path [m].
     slide_stop: Annotated[float, Interval(ge=0, le=0.5)] = 0.001
     # Longest way that the base may drive backwards at a time [m].
     backing: Annotated[float, Interval(ge=0, le=10)] = 0.5
-    # Factor on the gain of the collision damper on a path, which slows down
-    # ahead of time.
+    # Factor on the gain of the collision damper on a path; it may exceed 1,
+    # since paths slow down early.
     approach_scale: Annotated[float, Interval(gt=0, le=10)] = 4.0
-    # Longest way from a corner of a path to the ends of the blend that rounds
-    # it off, in radians and metres alike; 0 keeps the corners.
+    # Largest distance from a corner of a path to the ends of its blend, in
+    # radians and metres alike; 0 keeps the corners.
     blend: Annotated[float, Interval(ge=0, le=10)] = 1.0

@@ -1,4 +1,4 @@
-"""Rehearse planning, so that the first path is found as soon as others."""
+"""Rehearses planning, so that the first search is as fast as later ones."""
 
 import dataclasses as dc
 
@@ -14,20 +14,20 @@ _TURN = 0.2
 def rehearse(
     planner: MotionPlanner, q: np.ndarray, field: DistanceField
 ) -> None:
-    """Searches a short path, so that its code is loaded, or compiled first.
+    """Searches a short path, which compiles and loads the code of planning.
 
     Args:
         planner: The planner.
         q: A configuration, shape (n_q,) [rad, m].
-        field: The map. Kernels are loaded for each kind, since they query it in
-            compiled code.
+        field: The map. Each kind of map needs its own kernels.
     """
     few = dc.replace(planner.config, seeds=4, checks=8)
     planner = dc.replace(planner, config=few)
     end = q.copy()
     end[-1] += _TURN
     planner.plan(q, planner.robot.end_effector_pose(end), field, 0.0)
-    # A single motion may have led there: trees and shortcuts come on top.
+    # The search may have ended with a single motion, so trees and shortcuts are
+    # also run.
     space = planner.free_space(q, field, 0.0)
     search = planner.search(space, q, end[None])
     search.path_to(end[None])

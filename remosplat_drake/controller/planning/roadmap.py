@@ -1,7 +1,7 @@
-"""`Roadmap`: the corners of earlier paths, for searches that come after.
+"""`Roadmap`: the corners of earlier paths, for later searches.
 
-Its edges count as free until a path uses them; only then are they checked
-(Bohlin and Kavraki 2000). So it outlives maps, targets and stopping distances.
+Edges are checked only when a path uses them (Bohlin and Kavraki 2000). So the
+roadmap remains useful if map, target or stopping distance change.
 """
 
 import dataclasses as dc
@@ -13,28 +13,29 @@ import scipy
 from remosplat_drake.controller.planning.free_space import FreeSpace
 
 _NEIGHBOURS = 6
-"""Number of corners to which start and goals are tied."""
+"""Number of corners to which start and goals are connected."""
 
 _UNKNOWN = 4.0
-"""How much dearer a tie is than an edge that a path has had."""
+"""Factor on the cost of a new connection, compared with an edge of a path."""
 
 _NO_WAY = 1e-9
-"""Additional cost of an edge: SciPy treats a zero as no edge [rad, m]."""
+"""Additional cost of each edge, since SciPy treats a zero as no edge [rad,
+m]."""
 
 _MOST = 400
-"""Largest number of corners that are remembered, the latest."""
+"""Largest number of stored corners; the oldest are removed."""
 
 _TRIES = 12
-"""Number of blocked paths after which nothing more is tried."""
+"""Number of blocked paths after which the search ends."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Roadmap:
-    """Configurations, and between which of them a robot has driven or may.
+    """Corners of earlier paths, and the edges between them.
 
     Attributes:
         q: Corners, shape (m, n_q) [rad, m]; None if there is none.
-        edges: Pairs of corners that followed each other, shape (e, 2).
+        edges: Pairs of consecutive corners, shape (e, 2).
     """
 
     q: np.ndarray | None = None
@@ -59,15 +60,16 @@ class Roadmap:
     def path_between(
         self, space: FreeSpace, q: np.ndarray, goals: np.ndarray
     ) -> np.ndarray | None:
-        """Finds a free path along remembered corners.
+        """Finds a free path along stored corners.
 
         Args:
             space: The present free space.
-            q: Where the path starts, shape (n_q,) [rad, m].
-            goals: Where it may end, shape (k, n_q) [rad, m].
+            q: Start of the path, shape (n_q,) [rad, m].
+            goals: Possible ends of the path, shape (k, n_q) [rad, m].
 
         Returns:
-            The corners, shape (m, n_q); None if the roadmap holds none.
+            The corners, shape (m, n_q); None if the roadmap contains no free
+            path.
         """
         if self.q is None:
             return None
@@ -101,12 +103,12 @@ NO_ROADMAP = Roadmap()
 
 
 def _distance(q: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """How far configurations (..., n_q) are from one, (...) [rad, m]."""
+    """Returns distances of configurations (..., n_q) from one, shape (...)."""
     return np.abs(other - q).max(axis=-1) + _NO_WAY
 
 
 def _shortest(cost: dict, count: int, goals: range) -> list[int] | None:
-    """Finds the cheapest way from place 0 to a goal, as places."""
+    """Finds the cheapest path from node 0 to a goal, as node indices."""
     ends = np.array(list(cost), int).reshape(-1, 2)
     graph = scipy.sparse.csr_array(
         (list(cost.values()), (ends[:, 0], ends[:, 1])), (count, count)
@@ -126,7 +128,7 @@ def _shortest(cost: dict, count: int, goals: range) -> list[int] | None:
 def _first_blocked(
     space: FreeSpace, places: np.ndarray, way: list[int]
 ) -> tuple[int, int] | None:
-    """The first step of a way that is not free; None if all are."""
+    """Returns the first step of a path that is not free; None if all are."""
     for a, b in pairwise(way):
         if not space.is_free_between(places[a], places[b]):
             return a, b

@@ -1,4 +1,4 @@
-"""`Search`: corners of a path from a configuration to one of several."""
+"""`Search`: searches a path from a configuration to one of several goals."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -19,16 +19,16 @@ from remosplat_drake.controller.planning.kernels.trees import (
 from remosplat_drake.controller.planning.tucked_arm import tucked_arm
 
 _DRAWS = 32
-"""Number of configurations that are drawn at a time; an even number."""
+"""Number of configurations drawn at a time, an even number."""
 
 _CHUNK = 128
-"""Number of motions between two checks of the interruption."""
+"""Number of motions between two checks for an interruption."""
 
 _SHORTCUTS = 20
-"""Number of shortcuts that are tried."""
+"""Number of tried shortcuts."""
 
 _TUCKED = 3
-"""One of so many random configurations has its arm folded."""
+"""One in this number of random configurations has a tucked arm."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -37,12 +37,12 @@ class Search:
 
     Attributes:
         space: The free space.
-        q: Where paths start, shape (n_q,) [rad, m].
+        q: Start of paths, shape (n_q,) [rad, m].
         bounds: Bounds between which configurations are drawn, shape (n_q,)
             each [rad, m].
-        checks: Number of motions that a search may look at.
+        checks: Largest number of motions that a search checks.
         seed: Seed of the search.
-        interrupted: Predicate: whether to give up at once.
+        interrupted: Predicate: whether to abort the search.
     """
 
     space: FreeSpace
@@ -53,10 +53,10 @@ class Search:
     interrupted: Callable[[], bool] = lambda: False
 
     def straight_to(self, goals: np.ndarray) -> np.ndarray | None:
-        """Returns the start and the first goal to which a single motion leads.
+        """Returns the start, and the first goal that a single motion reaches.
 
         Args:
-            goals: Where it may end, the best first, shape (k, n_q) [rad, m].
+            goals: Possible ends, the best first, shape (k, n_q) [rad, m].
 
         Returns:
             Both, shape (2, n_q); None if no motion is free.
@@ -72,7 +72,7 @@ class Search:
         """Searches corners of a path to one of several configurations.
 
         Args:
-            goals: Where it may end, shape (k, n_q) [rad, m].
+            goals: Possible ends, shape (k, n_q) [rad, m].
 
         Returns:
             The corners, shape (m, n_q); None if no path was found.
@@ -97,7 +97,7 @@ class Search:
         return None
 
     def shortened(self, corners: np.ndarray) -> np.ndarray:
-        """Returns a path between the same ends, mostly a quicker one.
+        """Returns a path with the same ends, usually a faster one.
 
         Args:
             corners: Corners of a free path, shape (m, n_q) [rad, m].
@@ -114,7 +114,7 @@ class Search:
         return corners
 
     def _tucked(self) -> np.ndarray | None:
-        """Returns the arm that is tucked in; None if nothing carries it."""
+        """Returns the tucked arm's joints; None if nothing carries the arm."""
         if not self.space.robot.n_base:
             return None
         return tucked_arm(self.space, self.q, self.seed)
@@ -122,7 +122,7 @@ class Search:
     def _draws(
         self, rng: np.random.Generator, tucked: np.ndarray | None
     ) -> np.ndarray:
-        """Draws configurations to grow to, shape (k, n_q)."""
+        """Draws configurations for the growth of trees, shape (k, n_q)."""
         lower, upper = self.bounds
         share = rng.random((_DRAWS, len(self.q)))
         draws = lower + share * (upper - lower)

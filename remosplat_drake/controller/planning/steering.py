@@ -1,10 +1,9 @@
-"""Steering: the motion between two configurations, in stretches of held u.
+"""Steering: the motion between two configurations, with piecewise constant u.
 
-An arm moves on the straight line between its joints. A differential base
-cannot slip sideways: it turns towards the place, drives there, and turns. An
-omnidirectional one drives and turns at once, on arcs so short that they stay
-beside the straight line. The arm's joints move along, evenly over the whole
-way.
+An arm moves on a straight line in joint space. A differential base cannot slip
+sideways: it turns towards the goal, drives there, and turns. An omnidirectional
+base drives and turns simultaneously, on arcs so short that they stay near the
+straight line. The arm's joints move uniformly during the base's motion.
 """
 
 import math
@@ -19,11 +18,11 @@ _NO_WAY = 1e-6
 """Distance below which the base need not drive [m]."""
 
 _ARC = 0.2
-"""Largest turn on an arc of an omnidirectional base: it is off the straight
-line by at most a fortieth of its length [rad]."""
+"""Largest turn on an arc of an omnidirectional base [rad]: the arc deviates
+from the straight line by at most a fortieth of its length."""
 
 _NO_MOTION = 1e-12
-"""Change of q below which two corners are one [rad, m]."""
+"""Change of q below which two corners count as one [rad, m]."""
 
 
 @kernel
@@ -59,7 +58,7 @@ def waypoints(a, b, n_base, backing):
 
 @helper
 def _straight(a, end, pieces):
-    """The corners of a straight line that is cut into equal pieces."""
+    """Returns the corners of a straight line, divided into equal pieces."""
     corners = np.empty((pieces + 1, len(a)))
     for k in range(pieces + 1):
         for j in range(len(a)):
@@ -71,14 +70,14 @@ def _straight(a, end, pieces):
 
 @helper
 def _turned_and_driven(a, b, x, y, backing):
-    """The corners of a motion on which a base turns, drives and turns."""
+    """Returns the corners of a base's motion: turn, drive, turn."""
     way, heading = math.hypot(x, y), math.atan2(y, x)
     h = a[2] + wrapped(heading - a[2])
     if way <= backing:
         back = a[2] + wrapped(heading + math.pi - a[2])
         if _turn(a, b, back) < _turn(a, b, h):
             h = back
-    # The share of the whole at which each of the three parts ends.
+    # Fraction of the motion at which each of the three parts ends.
     first, last = abs(h - a[2]), abs(wrapped(b[2] - h))
     whole = first + way + last
     corners = np.empty((4, len(a)))
@@ -104,13 +103,13 @@ def _turned_and_driven(a, b, x, y, backing):
 
 @helper
 def _turn(a, b, heading):
-    """How far a base turns that drives on a heading [rad]."""
+    """Returns the total turn of a base that drives along a heading [rad]."""
     return abs(heading - a[2]) + abs(wrapped(b[2] - heading))
 
 
 @kernel
 def stretch_command(a, b, n_base):
-    """Returns the u that, held for one second, leads from corner a to b.
+    """Returns the command u that leads from corner a to b in one second.
 
     Args:
         a: A corner of a motion, shape (n_q,) [rad, m].
@@ -148,5 +147,5 @@ def stretch_commands(corners, n_base):
 
 @kernel(linked=True)
 def wrapped(angle):
-    """Returns the angle in [-pi, pi) that points the same way [rad]."""
+    """Wraps an angle to [-pi, pi) [rad]."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi

@@ -1,7 +1,6 @@
-"""Write a path out in the stretches that are driven, without needless turns.
+"""Converts a path to the stretches that are driven, without needless turns.
 
-Between two drives of the base its heading does not matter; a search draws one
-nevertheless.
+The base's heading between two drives is arbitrary, but a search draws one.
 """
 
 from itertools import pairwise
@@ -13,7 +12,7 @@ from remosplat_drake.controller.planning.steering import waypoints, wrapped
 
 
 def driven_corners(space: FreeSpace, corners: np.ndarray) -> np.ndarray:
-    """Returns all corners of a path, those between turn and drive included.
+    """Returns all corners of a path, including those between turn and drive.
 
     Args:
         space: The free space.
@@ -37,7 +36,7 @@ def driven_corners(space: FreeSpace, corners: np.ndarray) -> np.ndarray:
 
 
 def _unwound(before: np.ndarray, corner: np.ndarray) -> np.ndarray:
-    """Returns a corner with the yaw that is nearest to the one before."""
+    """Returns a corner with its yaw unwrapped relative to the previous one."""
     corner = corner.copy()
     corner[2] = before[2] + wrapped(corner[2] - before[2])
     return corner
@@ -46,7 +45,7 @@ def _unwound(before: np.ndarray, corner: np.ndarray) -> np.ndarray:
 def _without_spins(
     space: FreeSpace, corners: list[np.ndarray]
 ) -> list[np.ndarray]:
-    """Leaves out where the base turns one way, and then again."""
+    """Omits corners between two consecutive turns of the base."""
     kept = [corners[0]]
     for corner in corners[1:]:
         corner = _unwound(kept[-1], corner)
@@ -61,6 +60,6 @@ def _without_spins(
 
 
 def _only_turns(*corners: np.ndarray) -> bool:
-    """Returns whether the base stays where it is."""
+    """Returns whether the base only turns."""
     places = np.array(corners)[:, :2]
     return bool(np.abs(places - places[0]).max() < 1e-6)

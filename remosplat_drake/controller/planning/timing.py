@@ -1,9 +1,9 @@
-"""Speeds along a path: as fast as the arm allows, slower where room is small.
+"""Speeds along a path: as fast as limits and clearances permit.
 
-The greatest speed at each place keeps the robot's limits of velocity,
-acceleration and torque, and the law of the damper for the scene, from there
-to the path's end. It depends on the place alone: a robot that is late or was
-pushed goes on from where it is.
+With the greatest speed at a point of the path, the robot can keep its limits of
+velocity, acceleration and torque, and the collision damper's law, up to the
+path's end. The speed depends only on the point, not on time, so a robot that is
+late or was pushed continues from its present place.
 """
 
 import dataclasses as dc
@@ -31,8 +31,8 @@ _STEP = 0.06
 """Longest piece of a path between two speeds, in radians and metres alike."""
 
 _SHARE = 0.9
-"""Share of the limits of acceleration and torque that a path uses: the rest is
-left to get back to it."""
+"""Fraction of the limits of acceleration and torque that a path uses; the rest
+is for corrections."""
 
 _SHARP = 0.3
 """Least change of direction that makes a corner, not a bend [rad]."""
@@ -44,7 +44,7 @@ class TimingLimits:
 
     Attributes:
         damper: The damper for the scene.
-        approach_scale: Factor on its gain on paths.
+        approach_scale: Factor on the damper's gain on paths.
         dt: The control period [s].
     """
 
@@ -63,11 +63,11 @@ def timed_path(
     Args:
         space: The free space.
         corners: Corners of a free path, shape (k, n_q) [rad, m].
-        limits: Bounds of speeds besides the robot's limits.
+        limits: Bounds on speeds besides the robot's limits.
 
     Returns:
-        The path through these corners and through points between, with speeds;
-        without if it has only one corner.
+        The path through these corners and points in between, with speeds;
+        without speeds if it has only one corner.
     """
     robot, path = space.robot, Path.through(_refined(corners))
     if len(path.q) < 2:
@@ -85,7 +85,8 @@ def timed_path(
         fastest = speeds_in_room(
             space.arrays, line, (path.q, path.s), fastest, law
         )
-    # At a sharp corner, the command changes at once, by what a period allows.
+    # At a sharp corner, the command changes instantly, by at most the change
+    # that is permitted in one period.
     acceleration = _SHARE * robot.acceleration_limit
     through = _fastest(turn, acceleration * limits.dt)
     fastest[is_sharp] = np.minimum(fastest, through)[is_sharp]
@@ -110,7 +111,7 @@ def _refined(corners: np.ndarray) -> np.ndarray:
 
 
 def _fastest(rate: np.ndarray, limit: np.ndarray) -> np.ndarray:
-    """The greatest speeds v with |rate| v within a limit, shape (k,) [1/s]."""
+    """Returns the greatest v with |rate| v <= limit, shape (k,) [1/s]."""
     return (limit / np.maximum(np.abs(rate), 1e-9)).min(axis=1)
 
 
@@ -120,8 +121,8 @@ def _turns(
     """Changes of a rate at the nodes, shape (k, m), and those over arc length.
 
     Returns:
-        Both, and at which nodes the change is sharp, shape (k,): there it is no
-        bend, and over arc length it is zero.
+        Both, and whether the change at each node is sharp, shape (k,); if so,
+        the change over arc length is set to zero.
     """
     turn = np.diff(rate, axis=0, prepend=rate[:1])
     is_sharp = np.linalg.norm(turn, axis=1) > _SHARP
@@ -133,9 +134,9 @@ def _turns(
 def _torques(
     robot: RobotModel, path: Path
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Torques on a path: over dv/dt, over v^2, at rest, and their bounds.
+    """Returns torques on a path: per dv/dt, per v^2, at rest, and bounds.
 
-    At rest the bound of a motor is at least the torque that it needs.
+    The bound of a motor is at least the torque that it needs at rest.
     """
     step = np.diff(path.s)
     rate = np.diff(path.q, axis=0) / step[:, None]

@@ -1,7 +1,7 @@
-"""The arm that sticks out least: a base drives where there is little room.
+"""A tucked arm, for driving the base where there is little room.
 
-Ten dimensions are many where a door is narrow. With the arm tucked in, the
-base's three are left.
+A search in ten dimensions rarely finds a way through a narrow door. With the
+arm tucked in, only the base's three dimensions remain.
 """
 
 import numpy as np
@@ -9,20 +9,20 @@ import numpy as np
 from remosplat_drake.controller.planning.free_space import FreeSpace
 
 _DRAWS = 200
-"""Number of arms among which the most slender is taken."""
+"""Number of drawn arm postures, of which the most compact is taken."""
 
 
 def tucked_arm(space: FreeSpace, q: np.ndarray, seed: int) -> np.ndarray:
-    """Finds an arm that sticks out little, free where the robot stands.
+    """Finds a compact arm posture that is free at the robot's base pose.
 
     Args:
         space: The free space.
-        q: Where the robot is, shape (n_q,) [rad, m].
-        seed: Seed of the arms that are drawn.
+        q: Present configuration, shape (n_q,) [rad, m].
+        seed: Seed of the random postures.
 
     Returns:
-        The arm's joints, shape (n_arm,) [rad, m]; the present ones if none
-        other is free.
+        The arm's joint positions, shape (n_arm,) [rad, m]; the present ones if
+        no other posture is free.
     """
     robot = space.robot
     arm = slice(robot.n_q - len(robot.home), None)
@@ -40,7 +40,7 @@ def tucked_arm(space: FreeSpace, q: np.ndarray, seed: int) -> np.ndarray:
 
 
 def _stick_out(space: FreeSpace, q: np.ndarray) -> np.ndarray:
-    """Measures how far spheres are from the base's vertical axis, (k,) [m]."""
+    """Measures the largest extent from the base's vertical axis, (k,) [m]."""
     robot = space.robot
     k, n = len(q), len(robot.spheres)
     spheres = robot.spheres_of_all(q)

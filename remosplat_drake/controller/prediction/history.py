@@ -1,4 +1,4 @@
-"""`History`: the latest commands, and their motion by the model."""
+"""`History`: the latest commands, and the modelled motion."""
 
 import dataclasses as dc
 import math
@@ -14,29 +14,30 @@ from remosplat_drake.robot.actuators import ActuatorModel
 from remosplat_drake.robot.base_motion import base_way
 
 WINDOW = 1.0
-"""Time over which predictions are compared with measurements [s]: about as
-long as a robot takes to stop."""
+"""Time over which predictions are compared with measurements [s], about the
+time that a robot needs to stop."""
 
 _SETTLED = 5.0
-"""After so many time constants a lag is over."""
+"""Number of time constants after which a lag has settled."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class History:
-    """The past of commands and measurements; copying returns the object.
+    """Past commands and measurements; copying returns the object itself.
 
     Row i of `v` and `way` is the state of the model when command i was sent.
 
     Attributes:
-        sent: When commands were sent, ascending, shape (h,) [s].
+        sent: Times at which commands were sent, ascending, shape (h,) [s].
         u: The commands, shape (h, n_u) [m/s, rad/s].
         v: Velocities of the model, shape (h, n_u) [m/s, rad/s].
-        way: How far the model has moved since the start of the history, shape
+        way: Modelled distance since the start of the history, shape (h, n_u)
+            [m, rad].
+        drift: Measured minus modelled distance when the command was sent, shape
             (h, n_u) [m, rad].
-        drift: Measured motion less that of the model, as far as was known
-            when the command was sent, shape (h, n_u) [m, rad].
-        pose: Pose of the base that was measured last, shape (3,) or (0,).
-        measured: Motion that has been measured, shape (n_u,) [m, rad]; NaN
+        pose: Latest measured pose of the base, shape (3,) [m, m, rad], or (0,)
+            without a base.
+        measured: Measured distance since the start, shape (n_u,) [m, rad]; NaN
             before the first measurement.
     """
 
@@ -50,7 +51,7 @@ class History:
 
     @staticmethod
     def at_rest(n_u: int) -> "History":
-        """Makes the history of a robot that has never been commanded."""
+        """Makes the history of a robot before its first command."""
         zeros = np.zeros((1, n_u))
         return History(
             np.array([LONG_AGO]),
@@ -76,10 +77,10 @@ class History:
 
         Args:
             model: How the axes follow their commands.
-            time: When it was sent [s].
+            time: Time at which the command was sent [s].
             u: The command, shape (n_u,) [m/s, rad/s].
-            ramp: How the station brakes while none comes; None where it holds
-                the latest.
+            ramp: Braking of the station if no newer command arrives; None if it
+                holds the latest command.
         """
         if time <= self.sent[-1]:
             return self
@@ -97,7 +98,7 @@ class History:
             model.parameters,
             (self.sent, self.u, self.v, self.way, self.drift),
             float(time),
-            # A copy, since numba compiles for arrays that may be written.
+            # A copy, since Numba compiles for writable arrays.
             np.array(u, float),
             span,
         )
@@ -109,8 +110,9 @@ class History:
         """Compares a measured configuration with the model.
 
         Args:
-            q: The configuration at its stamps, shape (n_q,) [m, rad].
-            modelled: Ways of the model at these stamps, shape (n_u,) [m, rad].
+            q: The measured configuration, shape (n_q,) [m, rad].
+            modelled: Modelled distances at the measurements' stamps, shape
+                (n_u,) [m, rad].
             n_base: Number of base commands.
         """
         if not np.isfinite(q).all():
@@ -130,9 +132,10 @@ class History:
         return dc.replace(self, pose=pose, measured=measured, drift=drift)
 
     def residual(self, now: float) -> np.ndarray:
-        """Returns by how much measurements and model parted, shape (n_u,).
+        """Returns the drift between measurements and model, shape (n_u,).
 
-        It is the greatest difference between two errors within `WINDOW`.
+        It is the greatest difference between two values of `drift` within
+        `WINDOW`.
         """
         recent = self.drift[np.searchsorted(self.sent, now - WINDOW) :]
         return (
@@ -140,5 +143,5 @@ class History:
         )
 
     def peak(self) -> np.ndarray:
-        """Returns the greatest speeds that were commanded, shape (n_u,)."""
+        """Returns the greatest commanded speeds, shape (n_u,) [m/s, rad/s]."""
         return np.abs(self.u).max(axis=0)

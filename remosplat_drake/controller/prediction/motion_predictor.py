@@ -1,4 +1,4 @@
-"""`MotionPredictor`: predicts, between the station and the controller."""
+"""`MotionPredictor`: predicts motion, between station and controller."""
 
 import dataclasses as dc
 import math
@@ -23,7 +23,7 @@ from remosplat_drake.signals.motion import Motion
 from remosplat_drake.signals.station_status import StationStatus
 
 _RENEWED = 0.1
-"""Weight of the latest latency in the expected next one."""
+"""Weight of the latest latency in the running average of latencies."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -31,8 +31,9 @@ class _Known:
     """Memory between ticks; copying returns the object itself.
 
     Attributes:
-        time: The tick before [s]; NaN before the first.
-        latency: How long after their ticks commands are sent, lately [s].
+        time: Time of the previous tick [s]; NaN before the first.
+        latency: Running average of the time from a tick to the sending of its
+            command [s].
         history: Commands and measurements.
     """
 
@@ -50,7 +51,7 @@ class _Known:
         u: np.ndarray,
         ramp: StationRamp,
     ) -> "_Known":
-        """Adds the command of the tick before, sent at its time or later."""
+        """Adds the previous tick's command, sent at its time or later."""
         sent = max(self.time, sent)
         change = sent - self.time - self.latency
         return dc.replace(
@@ -61,7 +62,7 @@ class _Known:
 
 
 class MotionPredictor(LeafSystem):
-    """Predicts where the robot will be when the next command takes effect.
+    """Predicts the robot's state at the time when the next command acts.
 
     .. pydrake_system::
 
@@ -76,17 +77,17 @@ class MotionPredictor(LeafSystem):
         - configuration
         - motion
 
-    The measured q is as old as `status` says; a station that extrapolates its
-    base does so by the measured `base_velocity`, and the way back is taken
-    along it. `velocity_executed` is the command of the tick before; `status`
-    says when it was sent. The next one is expected as long after its tick as
-    the latest ones were. The output `configuration` is where all commands in
-    flight lead, which the program plans from; `motion` is the `Motion` that
-    verification and the supervisor look at.
+    `status` contains the age of the measured q. If a station extrapolates its
+    base by the measured `base_velocity`, this system reverses the extrapolation
+    with the same velocity. `velocity_executed` is the command of the previous
+    tick; `status` contains the time at which it was sent. The expected latency
+    of the next command is a running average. The output `configuration` is the
+    configuration after all commands in flight, from which the program plans;
+    `motion` is the `Motion` for verification and supervisor.
 
     Args:
         robot: The robot.
-        model: How its axes follow their commands.
+        model: Model of how its axes follow their commands.
         period: Control period [s].
     """
 
@@ -101,7 +102,7 @@ class MotionPredictor(LeafSystem):
         self.set_name("predictor")
         self._robot, self._model = robot, model
         self._ramp = StationRamp(robot.acceleration_limit, period)
-        # A station begins its ramp so much later than a tick on time would.
+        # A station begins its ramp later than a punctual tick by this time.
         self._slack = spare_time(period)
         self._configuration_input = self.DeclareVectorInputPort(
             "configuration", robot.n_q
@@ -136,7 +137,7 @@ class MotionPredictor(LeafSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(period, 0.0, self._tick)
 
     def _calc_history(self, context: Context, value: Value) -> None:
-        """The memory, with the command of the tick before."""
+        """Returns the memory with the command of the previous tick."""
         known: _Known = context.get_abstract_state(self._cell).get_value()
         if not math.isnan(known.time):
             known = known.with_command(
@@ -170,7 +171,7 @@ class MotionPredictor(LeafSystem):
         return context.get_time() - np.array(ages)
 
     def _measured(self, context: Context, port) -> np.ndarray:
-        """A port's q with the base where it was when it was measured."""
+        """Returns a port's q with the base's pose at its measurement."""
         q = np.array(port.Eval(context))
         age = self._status_input.Eval(context).base_age
         if age and self._base_input.HasValue(context):

@@ -1,4 +1,4 @@
-"""Leads a measurement forward to when the next command takes effect."""
+"""Propagates a measurement to the time when the next command acts."""
 
 import numpy as np
 
@@ -20,20 +20,20 @@ def predict(
     now: float,
     slack: float = 0.0,
 ) -> Motion:
-    """Predicts the motion that the commands up to now have committed.
+    """Predicts the motion by all commands sent so far.
 
-    Without delays and lags everything stays as it was measured.
+    Without delays and lags, the result is the measured configuration.
 
     Args:
         robot: The robot.
         model: How its axes follow their commands.
         history: The commands that were sent.
         q: Measured configuration, shape (n_q,) [m, rad].
-        stamp: When each axis was measured, shape (n_u,) [s].
-        now: When the next command is sent [s].
-        slack: By how much later than the model says commands may act [s].
+        stamp: Time at which each axis was measured, shape (n_u,) [s].
+        now: Time at which the next command is sent [s].
+        slack: Largest additional delay of commands compared with the model [s].
     """
-    # Copies, since numba compiles for arrays that may be written.
+    # Copies, since Numba compiles for writable arrays.
     start, q_start, v_start, q_planned, v_measured, way_measured = lead_forward(
         model.parameters,
         (history.sent, history.u, history.v, history.way),
@@ -62,14 +62,14 @@ def predict(
 def modelled_way(
     model: ActuatorModel, history: History, stamp: np.ndarray
 ) -> np.ndarray:
-    """Returns how far each axis of the model has moved, (n_u,) [m, rad].
+    """Returns the modelled distance of each axis, shape (n_u,) [m, rad].
 
-    It is counted from the start of the history.
+    It is measured from the start of the history.
 
     Args:
         model: How the axes follow their commands.
         history: The commands that were sent.
-        stamp: The time of each axis, shape (n_u,) [s].
+        stamp: The time for each axis, shape (n_u,) [s].
     """
     row = np.maximum(np.searchsorted(history.sent, stamp, side="right") - 1, 0)
     axis = np.arange(len(stamp))

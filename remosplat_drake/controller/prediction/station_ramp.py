@@ -1,4 +1,4 @@
-"""`StationRamp`: the ramp of a station that receives no newer command."""
+"""`StationRamp`: the braking ramp of a station without a newer command."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from remosplat_drake.robot.braking import HELD, executed_command
 
 @dc.dataclass(frozen=True, eq=False)
 class StationRamp:
-    """How a station brakes by itself, see `braking`.
+    """A station's own braking, see `braking`.
 
     Attributes:
         acceleration: Bounds on |du/dt|, shape (n_u,) [m/s^2, rad/s^2].
@@ -24,11 +24,11 @@ class StationRamp:
     def steps(
         self, u: np.ndarray, time: float
     ) -> Iterator[tuple[float, np.ndarray]]:
-        """Yields the commands after one within a time, and their ages then.
+        """Yields the ramp's steps: age of the command [s] and velocities.
 
         Args:
             u: The command, shape (n_u,) [m/s, rad/s].
-            time: Time until the next command [s].
+            time: Time until the next command [s], at which the ramp ends.
         """
         command = u
         for k in count():

@@ -1,9 +1,9 @@
 """A dual active-set method for small strictly convex programs (numba).
 
-Rollouts solve thousands of programs whose differences are small and whose
-size is nine. Goldfarb and Idnani's method (1983) starts at the unconstrained
-optimum and takes in one violated row after the other; with few rows active
-that is a few microseconds. `ClarabelSolver` is what it is tested against.
+Rollouts solve thousands of similar programs with about nine unknowns. Goldfarb
+and Idnani's method (1983) starts at the unconstrained optimum and adds one
+violated row after the other to the active set. With few active rows, this takes
+a few microseconds. Tests compare it with `ClarabelSolver`.
 """
 
 from typing import NamedTuple
@@ -14,20 +14,20 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import WHOLE, reals, several
 
 OPTIMAL, INFEASIBLE, UNDECIDED = 0, 1, 2
-"""How `solve_dense` ends: with the optimum, with the proof that no u satisfies
-all rows, or undecided by rounding errors (then another solver is used).
-"""
+"""Results of `solve_dense`: the optimum, the proof that no u satisfies all
+rows, or undecided because of rounding errors (then another solver is used)."""
 
 _TOLERANCE = 1e-10
-"""Violations below this are none; rows are scaled to length one."""
+"""Largest violation of a row, scaled to length one, that counts as none."""
 
 _DEPENDENT = 1e-12
-"""Squared length left of a row after projection, below which it is none."""
+"""Squared length of a row after projection below which it counts as
+dependent."""
 
 _STATIONARY = 1e-6
-"""Largest residual of H u + c + A' multipliers = 0, as a share of the larger of
-H u and c. Beyond it, a nearly dependent row has so large a multiplier that the
-terms neglected by `_DEPENDENT` matter."""
+"""Largest residual of H u + c + A' multipliers = 0, relative to the larger of H
+u and c. With a larger residual, a nearly dependent row has so large a
+multiplier that the terms neglected by `_DEPENDENT` matter."""
 
 _MAX_STEPS = 500
 
@@ -62,8 +62,8 @@ def solve_dense(H, c, A, b):
 
     Returns:
         The minimiser u, shape (n,), the Lagrange multipliers of the rows,
-        shape (m,), and how it ended: OPTIMAL, INFEASIBLE or UNDECIDED. The
-        first two mean something only with OPTIMAL.
+        shape (m,), and the status: OPTIMAL, INFEASIBLE or UNDECIDED. The first
+        two are valid only with OPTIMAL.
     """
     n, m = len(c), len(b)
     multipliers = np.zeros(m)
@@ -112,12 +112,13 @@ def _is_stationary(H, c, A, u, active, weight, n_active):
 
 @helper
 def _take_in(entering, excess, L, A, u, active, weight, n_active, Q, R):
-    """Moves u until a violated row holds with equality.
+    """Adds a violated row to the active set: moves u until it is an equality.
 
     Rows whose multiplier reaches zero on the way leave the active set.
 
     Returns:
-        How many rows are active then; -1 if the row excludes the others.
+        The number of active rows; -1 if the row is incompatible with the
+        others.
     """
     price = 0.0
     y = _forward(L, A[entering])
@@ -159,7 +160,7 @@ def _dot(a, b):
 
 @helper
 def _most_violated(A, b, length, u):
-    """The row that is violated most, or -1, and its excess A u - b."""
+    """Returns the most violated row, or -1, and its excess A u - b."""
     entering, excess, most = -1, 0.0, _TOLERANCE
     for i in range(len(b)):
         value = -b[i]
@@ -173,7 +174,7 @@ def _most_violated(A, b, length, u):
 
 @helper
 def _blocking(weight, r, n_active):
-    """The active row whose multiplier reaches zero first, and the step."""
+    """Returns the row whose multiplier first reaches zero, and the step."""
     leaving, step = -1, np.inf
     for k in range(n_active):
         if r[k] > 0.0 and weight[k] / r[k] < step:
@@ -183,7 +184,7 @@ def _blocking(weight, r, n_active):
 
 @helper
 def _drop(active, weight, n_active, leaving):
-    """Takes a row out of the active set; returns how many are left."""
+    """Removes a row from the active set; returns the new number of rows."""
     for k in range(leaving, n_active - 1):
         active[k], weight[k] = active[k + 1], weight[k + 1]
     return n_active - 1
@@ -191,11 +192,11 @@ def _drop(active, weight, n_active, leaving):
 
 @helper
 def _factor(L, A, active, n_active, Q, R):
-    """Q R = L^-1 N with the active rows as columns of N, by Gram-Schmidt."""
+    """Factors Q R = L^-1 N by Gram-Schmidt; columns of N are active rows."""
     for k in range(n_active):
         column = _forward(L, A[active[k]])
         for i in range(k):
-            # Twice, so that Q stays orthogonal to rounding.
+            # Repeated, so that Q is orthogonal up to rounding.
             R[i, k] = 0.0
         for _ in range(2):
             for i in range(k):
@@ -251,7 +252,7 @@ def _cholesky(H, L):
 
 @helper
 def _forward(L, x):
-    """L^-1 x, by forward substitution."""
+    """Computes L^-1 x by forward substitution."""
     y = x.copy()
     for row in range(len(y)):
         for k in range(row):
@@ -262,7 +263,7 @@ def _forward(L, x):
 
 @helper
 def _backward(L, x):
-    """L'^-1 x, by backward substitution."""
+    """Computes L'^-1 x by backward substitution."""
     y = x.copy()
     for row in range(len(y) - 1, -1, -1):
         for k in range(row + 1, len(y)):

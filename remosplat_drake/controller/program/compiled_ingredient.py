@@ -1,4 +1,4 @@
-"""Ingredients that are compiled: the library's, and some from outside."""
+"""Compiled ingredients: the library's, and some from outside."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -11,24 +11,24 @@ from remosplat_drake.scene.mover import Movers
 class CompiledIngredient(ABC):
     """An ingredient in compiled form: settings, and a function that adds terms.
 
-    The function is compiled, and runs inside the kernels of ticks and rollouts,
-    once a tick. Its docstring has the formula. It takes these arguments:
+    The function is compiled, and called once in each tick by the kernels of
+    ticks and rollouts. Its docstring contains the formula. Its arguments are:
 
     - `own`: the ingredient's `settings`.
-    - `k`: its number among the ingredients.
-    - `tick`: what is known at the tick, the `TickArrays`.
-    - `program`: the `ProgramArrays`, which take the terms.
+    - `k`: the ingredient's number.
+    - `tick`: the inputs of the tick, the `TickArrays`.
+    - `program`: the `ProgramArrays`, to which the terms are added.
 
-    An ingredient from outside the library has it as its static method `add`.
-    It adds costs to `program.linear[k]` and `program.quadratic[k]`, and rows by
-    `new_row`. Those of the library have functions `add_...` below their
-    classes, which `kernels/assemble.py` lists.
+    In an ingredient from outside the library, the function is the static method
+    `add`. It adds costs to `program.linear[k]` and `program.quadratic[k]`, and
+    rows by `new_row`. The library's ingredients have functions `add_...` below
+    their classes, listed in `kernels/assemble.py`.
 
-    A subclass that has a method `AddToProgram` is an `Ingredient` in Python,
-    and adds its terms by that method alone.
+    A subclass with a method `AddToProgram` is an `Ingredient` in Python: only
+    this method adds its terms.
 
     Attributes:
-        term: Name of all of its terms.
+        term: Name of all terms of the ingredient.
 
     Example:
         >>> import remosplat_drake as rs
@@ -59,7 +59,7 @@ class CompiledIngredient(ABC):
         """
 
     def make(self, robot: RobotModel) -> Self:
-        """Returns the ingredient: one that is a `Config` is its own maker.
+        """Returns the ingredient itself: a `Config` may be its own maker.
 
         Args:
             robot: The robot that is driven.
@@ -68,7 +68,7 @@ class CompiledIngredient(ABC):
         return self
 
     def most_rows(self, robot: RobotModel) -> int:
-        """Returns how many rows an ingredient from outside adds at most.
+        """Returns the largest number of rows that the function adds.
 
         Args:
             robot: The robot that is driven.
@@ -79,7 +79,7 @@ class CompiledIngredient(ABC):
     def about(
         self, robot: RobotModel, movers: Movers | None, number: int
     ) -> str | tuple[str, ...]:
-        """Names the subject of a row, for people: names, or a text.
+        """Returns the subject of a row for display: names, or a text.
 
         Args:
             robot: The robot that is driven.

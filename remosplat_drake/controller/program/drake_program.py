@@ -11,7 +11,7 @@ from remosplat_drake.controller.program.slack_form import SlackForm
 from remosplat_drake.controller.program.term import Term
 
 _ROUNDING = 1e-12
-"""Errors of the eigenvalues of a cost's matrix, relative to the largest."""
+"""Relative rounding errors of the eigenvalues of a cost's matrix."""
 
 
 class DrakeProgram:
@@ -40,10 +40,10 @@ class DrakeProgram:
 
 
 class KeptProgram:
-    """A `MathematicalProgram` of one size, filled with one program or another.
+    """A reusable `MathematicalProgram` of fixed size, filled with each program.
 
-    Making variables and bindings takes Drake longer than filling them in, so a
-    solver keeps one from tick to tick.
+    Drake takes longer to make variables and bindings than to fill in values, so
+    a solver reuses it at each tick.
 
     Args:
         n_u: Number of entries of the command u.
@@ -82,11 +82,11 @@ class KeptProgram:
             bound.evaluator().set_description(name)
 
     def has_size(self, n_u: int, r: int) -> bool:
-        """Returns whether it has so many entries of u and delta."""
+        """Returns whether u and delta have the given numbers of entries."""
         return self._size == (n_u, r)
 
     def fill(self, form: SlackForm) -> None:
-        """Fills a tick's program in.
+        """Fills in a tick's program.
 
         Args:
             form: The program, of the same size.
@@ -104,7 +104,7 @@ class KeptProgram:
 
 def _check_evaluator(evaluator: EvaluatorBase) -> None:
     term = Term(type(evaluator).__name__, evaluator.get_description())
-    # One coefficient that is not finite makes the value so, wherever it is.
+    # Any coefficient that is not finite makes the value not finite.
     value = evaluator.Eval(np.ones(evaluator.num_vars()))
     if not np.isfinite(value).all():
         raise term.error("it is not finite")

@@ -1,4 +1,4 @@
-"""`Guidance`: the bends of a tick, and the candidates to choose among."""
+"""`Guidance`: a modification of the control law, which the selector chooses."""
 
 import dataclasses as dc
 import math
@@ -16,23 +16,23 @@ from remosplat_drake.controller.program.path import Path
 
 @dc.dataclass(frozen=True)
 class Guidance:
-    """A bend of the control law; the default bends nothing.
+    """A modification of the control law; the default changes nothing.
 
     Attributes:
         name: Name of the guidance, for people.
         side: +1 passes obstacles on the left, -1 on the right, 0 goes
             straight.
-        bearing: Bearing psi of the end effector in the base that the base
-            turns for, positive to the left: with a negative one the base
-            heads to the left of the end effector [rad].
+        bearing: Desired bearing psi of the end effector in the base's frame,
+            positive to the left [rad]. With a negative one, the base heads to
+            the left of the end effector.
         active_scale: Factor on the gain of the active collision cost.
         stopping: Stopping distance d_s [m]; None keeps the configured one.
-        path: Path through configurations that is followed, instead of the
-            servo's way to the target; None for none.
-        joint_stop: Stopping distance of hinges from their limits [deg]; None
-            keeps the configured one.
-        slide_stop: Stopping distance of slides from their limits [m]; None
-            keeps the configured one.
+        path: Path through configurations to follow, in place of the servo's
+            direct way to the target; None for none.
+        joint_stop: Stopping distance of revolute joints from their limits
+            [deg]; None keeps the configured one.
+        slide_stop: Stopping distance of prismatic joints from their limits [m];
+            None keeps the configured one.
         approach_scale: Factor on the gain of the collision damper.
     """
 
@@ -74,7 +74,7 @@ def _or_nan(value: float | None) -> float:
 
 
 DIRECT = Guidance()
-"""The guidance that bends nothing."""
+"""The guidance that changes nothing."""
 
 
 def make_candidates(
@@ -85,8 +85,8 @@ def make_candidates(
     Args:
         tiers: Stopping distances in the order in which they may be tried,
             largest first [m].
-        bearing: Angle by which the base turns from the end effector towards
-            the side that is taken [rad].
+        bearing: Angle by which the base turns from the end effector towards the
+            chosen side [rad].
         active_scale: Factor on the active collision cost of both sides.
 
     Returns:

@@ -1,4 +1,4 @@
-"""`Ingredient`: a cost or constraint of which programs are built."""
+"""`Ingredient`: a cost or constraint of the program."""
 
 import traceback
 from collections.abc import Container, Sequence
@@ -19,9 +19,9 @@ from remosplat_drake.robot.robot_model import RobotModel
 class Ingredient(Protocol):
     """A cost or constraint of the program, in Python, from outside the library.
 
-    Any object with this method is one. The controller and its rollouts share
-    it, so `AddToProgram` must depend on its arguments alone; and it must be
-    possible to pickle it if rollouts run in a process of their own.
+    Any object with the method `AddToProgram` is an ingredient. The controller
+    and its rollouts share it, so the method must depend only on its arguments.
+    If rollouts run in a separate process, the object must be picklable.
 
     Example:
         >>> import remosplat_drake as rs
@@ -37,7 +37,8 @@ class Ingredient(Protocol):
         """Adds the ingredient's terms to the program of one tick.
 
         Args:
-            program: Takes costs, rows and bounds, each by a name of its own.
+            program: The program, to which costs, rows and bounds are added,
+                each with a unique name.
             tick: The state of the tick: the robot's state, the target, the
                 clearances and the command being executed.
         """
@@ -51,7 +52,7 @@ AnyIngredient = CompiledIngredient | Ingredient
 class IngredientMaker(Protocol):
     """The settings of an ingredient that depends on the robot.
 
-    Any `Config` with this method is one, and a scenario may name it in
+    Any `Config` with the method `make` is one, and a scenario may name it in
     `controller.extra`.
     """
 
@@ -70,13 +71,13 @@ def added(
     taken: Container[str],
     tick: Tick,
 ) -> ReactiveProgram:
-    """Lets ingredients from outside the library add their terms.
+    """Calls ingredients in Python, and returns the terms that they add.
 
     Args:
         ingredients: The ingredients.
         bounds: Lower and upper bounds on u so far, and the same without
             acceleration bounds, shape (4, n_u).
-        taken: Names that terms have already.
+        taken: Names of existing terms.
         tick: The state of the tick.
 
     Returns:
@@ -96,7 +97,7 @@ def added(
                 program.extension.check()
         except (TermError, NameTakenError) as error:
             raise type(error)(f"ingredient {name}: {error}") from None
-        except SystemExit as error:  # What fails a check of Drake's own.
+        except SystemExit as error:  # Drake's own checks raise these errors.
             raise TermError(f"ingredient {name}: prog: {error}") from None
         except Exception as error:
             raise IngredientError(ingredient, error) from error
@@ -104,16 +105,16 @@ def added(
 
 
 class IngredientError(RemoSplatError):
-    """An ingredient has raised, which the text says with file and line.
+    """An ingredient has raised an exception; the text has file and line.
 
     Args:
         ingredient: The ingredient.
-        error: The error that it raised.
+        error: The exception.
     """
 
     def __init__(self, ingredient: Ingredient, error: Exception):
         name = type(ingredient).__name__
-        # The first frame is the caller's, the next the ingredient's.
+        # The first frame is the caller's, the next one the ingredient's.
         called = traceback.extract_tb(error.__traceback__)[1:]
         own = [
             frame for frame in called if frame.filename == called[0].filename

@@ -1,14 +1,14 @@
-"""Distances from the limits of an arm's joints, hinges and slides alike."""
+"""Distances from joint limits, for revolute and prismatic joints."""
 
 import numpy as np
 
 from remosplat_drake.robot.robot_model import RobotModel
 
 INFLUENCE_SHARE = 1 / 3
-"""Largest influence distance, as a share of a joint's range."""
+"""Largest influence distance, as a fraction of a joint's range."""
 
 STOP_SHARE = 1 / 10
-"""Largest stopping distance, as a share of a joint's range."""
+"""Largest stopping distance, as a fraction of a joint's range."""
 
 
 def joint_margins(
@@ -18,9 +18,9 @@ def joint_margins(
 
     Args:
         robot: The robot, for the kinds and ranges of its joints.
-        hinge: Distance of a hinge from its limits [rad].
-        slide: Distance of a slide from its limits [m].
-        share: Largest distance, as a share of a joint's range.
+        hinge: Distance of a revolute joint from its limits [rad].
+        slide: Distance of a prismatic joint from its limits [m].
+        share: Largest distance, as a fraction of a joint's range.
 
     Returns:
         The distance of each joint, which is the same at both of its limits

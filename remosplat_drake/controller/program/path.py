@@ -1,4 +1,4 @@
-"""`Path`: a way through configurations, and how fast it may be followed."""
+"""`Path`: a path through configurations, with its greatest speeds."""
 
 import dataclasses as dc
 
@@ -7,7 +7,7 @@ import numpy as np
 
 @dc.dataclass(frozen=True, eq=False)
 class Path:
-    """Straight stretches through configurations, one after the other.
+    """A sequence of straight stretches through configurations.
 
     Lengths are counted in radians and metres alike.
 
@@ -15,8 +15,8 @@ class Path:
         q: The corners, shape (k, n_q) [rad, m].
         s: Arc length at each corner, shape (k,).
         v: Greatest speed ds/dt at each corner, shape (k,) [1/s]; v^2 is linear
-            in s between two. None without: the robot then slows down in
-            proportion to what is left.
+            in s between two. None for a path without speeds, on which the robot
+            slows down in proportion to the remaining length.
         a: Greatest dv/dt at each corner, at rest and at the speed v, and linear
             in v^2 in between, shape (k, 2) [1/s^2]; None without speeds.
     """
@@ -72,7 +72,7 @@ class Path:
         return Path.through(np.vstack([before, self.at(s)]))
 
     def left(self, q: np.ndarray) -> float:
-        """Returns how far it is to the end of the path.
+        """Returns the distance to the end of the path.
 
         Args:
             q: Configuration, shape (n_q,) [rad, m].
@@ -87,7 +87,8 @@ class Path:
             q: The configuration, shape (n_q,) [rad, m].
 
         Returns:
-            The arc length there, the largest of equals, and the distance.
+            The point's arc length, the largest one of equally near points, and
+            its distance.
         """
         if len(self.q) == 1:
             return 0.0, float(np.linalg.norm(q - self.q[0]))

@@ -6,12 +6,12 @@ from collections.abc import Callable
 import numpy as np
 
 Label = Callable[[int], str | tuple[str, ...]]
-"""Names the subject of a row, by its number: names of links or joints, or a
-text."""
+"""Function that returns the subject of a row by its index: names of links or
+joints, or a text."""
 
 
 def names_of(said: str | tuple[str, ...]) -> tuple[str, ...]:
-    """Returns the subject of a row as names: a text is one of them.
+    """Returns the subject of a row as a tuple of names; a text is one name.
 
     Args:
         said: The result of a `Label`.
@@ -20,7 +20,7 @@ def names_of(said: str | tuple[str, ...]) -> tuple[str, ...]:
 
 
 def row_name(term: str, about: tuple[str, ...]) -> str:
-    """Names a row for people.
+    """Returns the name of a row for display.
 
     Args:
         term: Name of its set of rows.
@@ -58,8 +58,8 @@ class Tracking:
     Attributes:
         name: The name of this tracking in the program.
         J: Jacobian of the end effector in W, angular above translational, in
-            the r directions that are tracked, shape (r, n_u).
-        V: The desired twist V_WE in these, shape (r,) [rad/s, m/s].
+            the r tracked directions, shape (r, n_u).
+        V: The desired twist V_WE in these directions, shape (r,) [rad/s, m/s].
         price: Weight of the squared slack delta in the cost.
         limit: Bounds on |delta|, shape (r,) [rad/s, m/s].
     """
@@ -72,11 +72,11 @@ class Tracking:
 
 
 def tracking_name(term: str, effector: str) -> str:
-    """Returns the name of the tracking of an end effector's twist.
+    """Returns the name of the term that tracks an end effector's twist.
 
     Args:
         term: Name of the term that tracks it.
-        effector: Name of the end effector; a single one has none.
+        effector: Name of the end effector; empty for a single one.
     """
     return f"{term} {effector}".rstrip()
 
@@ -90,7 +90,7 @@ class Terms:
         linear: Vectors c of linear costs c'u, shape (n_u,) each.
         quadratic: Diagonals w of quadratic costs u' diag(w) u / 2, shape
             (n_u,) each.
-        trackings: How the end effectors' twists are tracked.
+        trackings: The trackings of the end effectors' twists.
     """
 
     rows: dict[str, Rows] = dc.field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""`QuadraticProgram`: a tick's program as solvers take it."""
+"""`QuadraticProgram`: a tick's program in the form for solvers."""
 
 import numpy as np
 from pydrake.solvers import MathematicalProgram
@@ -23,16 +23,16 @@ class QuadraticProgram:
 
     Attributes:
         form: The program.
-        extension: Terms that an ingredient may have added to Drake's program
-            itself, which `form` does not contain; None for none.
+        extension: Drake's program, to which ingredients may have added further
+            terms that `form` does not contain; None for none.
     """
 
     def __init__(self, form: SlackForm, extension: DrakeProgram | None = None):
-        """Takes the program.
+        """Stores the program.
 
         Args:
             form: The program.
-            extension: Terms of Drake's program alone; None for none.
+            extension: Drake's program with further terms; None for none.
         """
         self.form, self.extension = form, extension
         self._filled: KeptProgram | None = None
@@ -50,23 +50,23 @@ class QuadraticProgram:
     def dense(self) -> DenseProgram:
         """Returns the program in u alone, its slack replaced by V - J u.
 
-        It leaves out terms that are in Drake's program alone.
+        Further terms of Drake's program are not included.
         """
         return DenseProgram(*dense(*self.form))
 
     def optimum(self) -> tuple[np.ndarray, int]:
-        """Solves `dense` by the library's own method.
+        """Solves `dense` with the library's own solver.
 
         Returns:
-            The optimal command u, shape (n_u,), which means something only
-            where it ended so, and how it ended; see `active_set.solve_dense`.
+            The command u, shape (n_u,), which is optimal only if the status is
+            OPTIMAL, and the status; see `active_set.solve_dense`.
         """
         u, _, ended = solve_dense(*self.dense())
         return u, ended
 
     @property
     def prog(self) -> MathematicalProgram:
-        """The program as Drake's `MathematicalProgram`, all terms included."""
+        """The program as Drake's `MathematicalProgram`, with all terms."""
         return self._drake.prog
 
     @property

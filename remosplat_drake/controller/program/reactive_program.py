@@ -1,8 +1,8 @@
-"""`ReactiveProgram`: the program that the ingredients of one tick add to.
+"""`ReactiveProgram`: the program to which ingredients in Python add terms.
 
 Decision variables are the command u and the slack delta of the end effectors'
-twists (paper section III-A); what is minimised and what must hold comes from
-the ingredients, one small class each.
+twists (paper section III-A). Ingredients, one small class each, add all costs
+and constraints.
 """
 
 from collections.abc import Container
@@ -44,8 +44,8 @@ class ReactiveProgram:
     the methods here do not support.
 
     Args:
-        velocity_limit: Bounds on |u| to begin with, shape (n_u,) [rad/s, m/s].
-        taken: Names that terms have already.
+        velocity_limit: Initial bounds on |u|, shape (n_u,) [rad/s, m/s].
+        taken: Names of existing terms.
 
     Attributes:
         lower: Lower bounds on u, shape (n_u,).
@@ -73,12 +73,12 @@ class ReactiveProgram:
 
     @staticmethod
     def within(bounds: np.ndarray, taken: Container[str]) -> "ReactiveProgram":
-        """Makes a program whose bounds others have narrowed already.
+        """Makes a program with given bounds.
 
         Args:
             bounds: Lower and upper bounds on u, and the same without
                 acceleration bounds, shape (4, n_u).
-            taken: Names that terms have already.
+            taken: Names of existing terms.
         """
         lower, upper, free_lower, free_upper = bounds
         program = ReactiveProgram(upper, taken)
@@ -99,7 +99,7 @@ class ReactiveProgram:
             c: Vector of the cost, shape (n_u,).
 
         Raises:
-            NameTakenError: There is a linear cost of that name already.
+            NameTakenError: A linear cost of that name exists.
             TermError: c has another shape, or is not finite.
         """
         term = self._term("linear cost", name, self.terms.linear)
@@ -110,11 +110,11 @@ class ReactiveProgram:
 
         Args:
             name: Name of the cost, unique among the quadratic costs.
-            weights: Weights of the squared entries of u, shape (n_u,); none
-                may be negative.
+            weights: Weights of the squared entries of u, shape (n_u,), not
+                negative.
 
         Raises:
-            NameTakenError: There is a quadratic cost of that name already.
+            NameTakenError: A quadratic cost of that name exists.
             TermError: The weights have another shape, are not finite, or are
                 negative.
         """
@@ -135,12 +135,12 @@ class ReactiveProgram:
             name: Name of the set of rows, unique among these.
             A: Coefficients of the rows, shape (m, n_u).
             b: Right-hand sides of the rows, shape (m,).
-            label: Function that names row i for people: links or joints, or a
-                text. It is called only if the row is relaxed or holds the
-                command back.
+            label: Function that returns the subject of row i for display: names
+                of links or joints, or a text. It is called only if the row is
+                relaxed or active.
 
         Raises:
-            NameTakenError: There are rows of that name already.
+            NameTakenError: A set of rows of that name exists.
             TermError: A or b has another shape, or is not finite.
         """
         term = self._term("set of rows", name, self.terms.rows)
@@ -160,8 +160,8 @@ class ReactiveProgram:
     ) -> None:
         """Tracks the end effector's twist: J u + delta = V with a slack delta.
 
-        The slack costs price |delta|^2 / 2. A twist is tracked in as many
-        directions as there are rows: all six, or fewer.
+        The slack has the cost price |delta|^2 / 2. J has one row for each
+        tracked direction: all six, or fewer.
 
         Args:
             name: Name of this tracking, unique among the trackings.
@@ -173,7 +173,7 @@ class ReactiveProgram:
             limit: Bounds on |delta|, shape (r,) [rad/s, m/s]; inf is none.
 
         Raises:
-            NameTakenError: There is a tracking of that name already.
+            NameTakenError: A tracking of that name exists.
             TermError: J, V, the price or the limit has another shape, is not
                 finite or, of the last two, is negative.
         """
@@ -194,17 +194,17 @@ class ReactiveProgram:
         *,
         acceleration: bool = False,
     ) -> None:
-        """Bounds u by lower <= u <= upper, besides the present bounds.
+        """Bounds u by lower <= u <= upper, in addition to the present bounds.
 
         Args:
             lower: Further lower bounds, shape (n_u,); -inf is none.
             upper: Further upper bounds, shape (n_u,); inf is none.
-            acceleration: Whether they bound accelerations, and are left out
-                where no command keeps to all rows.
+            acceleration: Whether these are acceleration bounds, which may be
+                dropped if no command satisfies all rows.
 
         Raises:
-            TermError: The bounds have another shape, are NaN, or leave nothing
-                between them.
+            TermError: The bounds have another shape, are NaN, or no command
+                satisfies them together with the present ones.
         """
         term = Term("bounds on u")
         lower = term.array("lower", lower, (self.n_u,), unbounded=True)
@@ -223,10 +223,10 @@ class ReactiveProgram:
 
     @property
     def prog(self) -> MathematicalProgram:
-        """Drake's `MathematicalProgram`, for terms of another kind.
+        """Drake's `MathematicalProgram`, for other kinds of terms.
 
-        It has the variables `u`, and what ingredients have added to it. Costs,
-        rows and bounds that are added here are not in it.
+        It contains the variables `u` and the terms that ingredients have added
+        to it directly, but not those added by the methods of this class.
         """
         return self._extension.prog
 
@@ -249,12 +249,12 @@ class ReactiveProgram:
     def write(
         self, bounds: np.ndarray, costs: np.ndarray, flags: np.ndarray
     ) -> None:
-        """Writes bounds and costs into arrays of zeros; see `OutsideArrays`.
+        """Writes bounds and costs into given arrays; see `OutsideArrays`.
 
         Args:
-            bounds: Takes the bounds on u, shape (4, n_u).
-            costs: Takes the sums of the costs, shape (2, n_u).
-            flags: Further inputs, shape (2,), bool.
+            bounds: Output: bounds on u, shape (4, n_u).
+            costs: Output: sums of the costs, initially zero, shape (2, n_u).
+            flags: Output: the flags of `OutsideArrays`, shape (2,), bool.
         """
         bounds[0], bounds[1] = self.lower, self.upper
         bounds[2], bounds[3] = self._free
@@ -285,14 +285,14 @@ class ReactiveProgram:
 
     @property
     def arrays(self) -> Packed[OutsideArrays]:
-        """All that has been added, packed for kernels."""
+        """All added terms, packed for kernels."""
         bounds, costs = np.empty((4, self.n_u)), np.zeros((2, self.n_u))
         flags = np.zeros(2, bool)
         self.write(bounds, costs, flags)
         return Packed(OutsideArrays(bounds, costs, flags, self.more.values))
 
     def finished(self) -> QuadraticProgram:
-        """Returns the program of these terms alone in the form for solvers."""
+        """Returns the program of only these terms in the form for solvers."""
         form = SlackForm(*slack_form_of_outside(self.arrays))
         return QuadraticProgram(form, self._drake)
 

@@ -9,16 +9,15 @@ from remosplat_drake.robot.target_arrays import place_on_line
 from remosplat_drake.signals.target import Target
 
 LINE_WIDTH = 0.02
-"""Distance beside a line at which an end effector goes no further along it
-[m]: it first comes back."""
+"""Distance from a line at which an end effector stops moving along it [m],
+until it is nearer again."""
 
 LINE_SCALE = 0.05
-"""Greatest error e that costs divide by on a line [m]: as if the target were
-never farther."""
+"""The greatest error e on a line [m], by which costs are divided."""
 
 LINE_STIFFNESS = 50.0
-"""Factor of the price of leaving a line over that of being too slow: beside an
-obstacle, the end effector slows down and does not slide along it."""
+"""Ratio of the cost of leaving a line to the cost of being too slow. Near an
+obstacle, the end effector slows down instead of sliding along it."""
 
 
 def servo_twist(
@@ -26,13 +25,13 @@ def servo_twist(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Computes the desired twist of E in W, proportional to the pose error.
 
-    If it is too fast, angular and translational part are scaled together.
+    If it is too fast, angular and translational parts are scaled together.
 
     Args:
         error: The pose error from the end effector E to the target T.
         gain: The paper's proportional gain beta [1/s].
         max_speed: Bound on the translational speed [m/s].
-        onward: Length of the path behind the target, for which the
+        onward: Length of the path after the target, along which the
             translational part keeps its speed [m].
 
     Returns:
@@ -70,11 +69,11 @@ def target_twist(
 
 @helper
 def servo_speed(p_ET_W, gain, max_speed):
-    """Computes the gain with which the servo stays within its bound [1/s].
+    """Computes the gain with which the servo keeps its speed bound [1/s].
 
     Args:
         p_ET_W: Translation to the target, shape (3,) [m].
-        gain: The gain without the bound [1/s].
+        gain: The gain without a bound [1/s].
         max_speed: Bound on the translational speed [m/s].
     """
     speed = gain * norm(p_ET_W)
@@ -89,7 +88,7 @@ def servo_gains(p_ET_W, gain, max_speed, onward):
         p_ET_W: Translation to the target, shape (3,) [m].
         gain: The gain without a bound [1/s].
         max_speed: Bound on the translational speed [m/s].
-        onward: Length of the path behind the target [m].
+        onward: Length of the path after the target [m].
     """
     slowed = servo_speed(p_ET_W, gain, max_speed)
     if onward == 0.0:
@@ -101,14 +100,14 @@ def servo_gains(p_ET_W, gain, max_speed, onward):
 
 @helper
 def line_twist(X_WE, target, gain, max_speed):
-    """Computes the twist that follows a line: along it, and back to it.
+    """Computes the twist that follows a line: along it, and back towards it.
 
     Args:
         X_WE: Pose of the end effector, shape (4, 4).
         target: The `TargetArrays`, with a line.
         gain: The proportional gain beta [1/s].
-        max_speed: Bound on the translational speed, and on that back to the
-            line [m/s].
+        max_speed: Bound on the translational speed, and on the speed back to
+            the line [m/s].
 
     Returns:
         The angular velocity, shape (3,) [rad/s], and the translational
@@ -127,9 +126,9 @@ def line_twist(X_WE, target, gain, max_speed):
 
 @helper
 def error_scale(p_ET_E, target) -> float:
-    """Computes the paper's error e, which costs divide by [m].
+    """Computes the paper's error e, by which costs are divided [m].
 
-    It is the L1 distance to the target plus the length of the path behind the
+    It is the L1 distance to the target plus the length of the path after the
     target. It is at least a millimetre, so that the costs stay finite at the
     target. On a line it is `LINE_SCALE` at most.
 

@@ -8,16 +8,17 @@ import numpy as np
 class SlackForm(NamedTuple):
     """The program in x = (u, delta): minimise 1/2 x'Q x + c'x.
 
-    All costs are one, and all rows; rows that the bounds on u imply are left
-    out.
+    Costs of all ingredients are summed, and rows stacked; rows that the bounds
+    on u imply are omitted.
 
     Attributes:
         lower: Lower bounds on u, shape (n_u,).
         upper: Upper bounds on u, shape (n_u,).
-        slack_lower: Lower bounds on delta, -inf where the bounds on u imply
-            one, shape (r,).
-        slack_upper: Upper bounds on delta, likewise, shape (r,).
-        A: Coefficients of the rows A u <= b that are kept, shape (m, n_u).
+        slack_lower: Lower bounds on delta, -inf if the bounds on u imply one,
+            shape (r,).
+        slack_upper: Upper bounds on delta, inf if the bounds on u imply one,
+            shape (r,).
+        A: Coefficients of the kept rows A u <= b, shape (m, n_u).
         b: Right-hand sides of these, shape (m,).
         J: The left-hand side J x = V of the tracked twists, shape (r, n_u + r).
         V: The tracked twists, shape (r,).

@@ -37,7 +37,7 @@ DRAKE_SOLVERS = {
 ACTIVE_SET = "active_set"
 
 SOLVERS = (ACTIVE_SET, *DRAKE_SOLVERS)
-"""All names of solvers; whether some of them work depends on licences."""
+"""All names of solvers; some require licences."""
 
 
 class Solver(Protocol):
@@ -55,9 +55,9 @@ class Solver(Protocol):
 class DrakeSolver:
     """One of Drake's solvers, which solves a `MathematicalProgram`.
 
-    It keeps the program from tick to tick, one for each thread, and fills in
-    the new values. Terms that an ingredient has added to Drake's program itself
-    exist only there, so that program is solved.
+    It reuses one program for each thread, and fills in each tick's values. If
+    an ingredient has added terms to Drake's program directly, that program is
+    solved instead.
 
     Args:
         solver: The solver, which must be available and enabled.
@@ -69,7 +69,7 @@ class DrakeSolver:
         self._attempts = _attempts(solver)
 
     def __reduce__(self):
-        # Drake's solvers hold nothing, but do not know how to be pickled.
+        # Drake's solvers have no state, but do not support pickling.
         return _drake_solver, (type(self._solver),)
 
     def solve(self, program: QuadraticProgram) -> np.ndarray | None:
@@ -121,13 +121,12 @@ class _KeptPrograms(local):
 
 
 def _attempts(solver: SolverInterface) -> tuple[SolverOptions | None, ...]:
-    """The options of a solver, tried in this order until it finds an optimum.
+    """Returns a solver's options, to try in this order until it succeeds.
 
-    For programs as small and well scaled as these, Clarabel is as exact
-    without equilibration, presolve and refinement, and needs two thirds of
-    the time; if it fails, it runs again with all of them. OSQP's own
-    tolerances leave errors of centimetres per second; they are used if it
-    does not converge further.
+    For these small and well scaled programs, Clarabel is as exact without
+    equilibration, presolve and refinement, in two thirds of the time. If it
+    fails, it runs again with all of them. OSQP's default tolerances cause
+    errors of centimetres per second; they are used only if tighter ones fail.
     """
     options = SolverOptions()
     if isinstance(solver, ClarabelSolver):
@@ -152,8 +151,8 @@ def _drake_solver(maker: type[SolverInterface]) -> DrakeSolver:
 class ActiveSetSolver:
     """The library's own dual active-set solver, on the dense program.
 
-    It finds the same optimum as Clarabel in a tenth of the time, as rollouts
-    require. Clarabel takes over if rounding leaves it undecided, or if an
+    It finds the same optimum as Clarabel in a tenth of the time, for rollouts.
+    Clarabel is used if the result is undecided because of rounding, or if an
     ingredient has used Drake's program.
     """
 
@@ -179,8 +178,8 @@ def make_solver(name: str, where: str, field: str = "solver") -> Solver:
 
     Args:
         name: One of `SOLVERS`.
-        where: Source for errors, for example a scenario's file.
-        field: The field of `controller` that errors blame.
+        where: Source to name in errors, such as a scenario's file.
+        field: The field of `controller` that errors name.
 
     Raises:
         FieldError: There is no such solver, or it is not usable here, for

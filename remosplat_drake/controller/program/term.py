@@ -1,4 +1,4 @@
-"""Checks the terms of a program: of its shape, finite, convex."""
+"""Checks the terms of a program: shapes, finite numbers, and convexity."""
 
 import dataclasses as dc
 from collections.abc import Container
@@ -12,25 +12,25 @@ from remosplat_drake.base.errors import RemoSplatError
 class TermError(RemoSplatError, ValueError):
     """A term of the program cannot be used, and the robot brakes.
 
-    Its shape is wrong, a number in it is not finite, or it is a concave cost.
+    The shape is wrong, a number is not finite, or a cost is concave.
     """
 
 
 class NameTakenError(RemoSplatError, ValueError):
-    """Two terms of a kind have one name: a mistake that no tick can mend."""
+    """Two terms of a kind have one name: an error in the law's definition."""
 
 
 @dc.dataclass(frozen=True)
 class Term:
-    """The name of a term that an ingredient adds, which errors say.
+    """The kind and name of a term, for errors.
 
     Attributes:
         kind: Kind of the term, such as "linear cost".
-        name: Its name; empty where it has none.
-        taken: The names that other terms of its kind have.
+        name: Its name; empty without one.
+        taken: The names of other terms of its kind.
 
     Raises:
-        NameTakenError: The name is taken.
+        NameTakenError: Another term has this name.
     """
 
     kind: str
@@ -66,10 +66,10 @@ class Term:
             what: Name of the part.
             value: Its numbers.
             shape: The shape that it must have.
-            unbounded: Whether its numbers may be infinite.
+            unbounded: Whether numbers may be infinite.
 
         Raises:
-            TermError: It has another shape, or a number is not finite.
+            TermError: The value has another shape, or a number is not finite.
         """
         array = np.asarray(value, float)
         if array.shape != shape:
@@ -85,7 +85,7 @@ class Term:
     def weights(
         self, what: str, value: ArrayLike, shape: tuple[int, ...]
     ) -> np.ndarray:
-        """Returns the weights of squares, which make a cost convex.
+        """Returns the weights of a convex quadratic cost, after checks.
 
         Args:
             what: Name of the weights.

@@ -25,14 +25,14 @@ class Tick:
         robot: The robot, with its limits and kinematics.
         state: Kinematics at the measured configuration q.
         aim: The targets of the end effectors.
-        clearances: The distances of the robot's spheres to the map that lie
-            within the influence distance.
+        clearances: The distances of the robot's spheres from the map, up to the
+            influence distance.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
-        guidance: How the tick is bent, as `GuidanceSelector` has chosen.
-        sphere_tube: How far each sphere may be off its predicted path, at the
-            speeds of the command that is being executed, shape (n,) [m]; None
-            for a robot without delay.
+        guidance: The guidance selected by `GuidanceSelector`.
+        sphere_tube: Bound on each sphere's deviation from its predicted path at
+            the speeds of the present command, shape (n,) [m]; None for a robot
+            without delay.
         movers: The movers; None if none are known.
         time: The time of the tick [s].
 
@@ -58,15 +58,14 @@ class Tick:
     def near_movers(
         self, within: float, ahead: float = 0.0, by: float = 0.0
     ) -> NearMovers:
-        """Finds movers near the robot at its present place.
+        """Finds movers near the robot's present configuration.
 
         Args:
             within: Pairs of a sphere and a mover at or beyond this distance
                 are left out [m].
-            ahead: How far ahead movers are looked at [s]: then they are where
-                their twists lead them.
-            by: Time from then on [s]: movers may be as far from their
-                predictions as they can be after it.
+            ahead: Time by which movers are predicted with constant twists [s].
+            by: Further time for which movers' deviations from their predictions
+                are allowed [s].
         """
         if self.movers is None:
             return NearMovers.none()
@@ -76,7 +75,7 @@ class Tick:
 
     @property
     def target(self) -> Target:
-        """The target, the first of several."""
+        """The target; the first of several."""
         return self.aim.first
 
     @property
@@ -91,7 +90,7 @@ class Tick:
 
     @property
     def error(self) -> PoseError:
-        """The pose error to the target, the first of several."""
+        """The pose error to the target; the first of several."""
         return self.errors[0]
 
     @property
@@ -104,8 +103,8 @@ class Tick:
     def error_scale(self) -> float:
         """The paper's error e: L1 distance to the target, at least 1e-3 [m].
 
-        The largest of several targets' errors. Costs divide by it; the bound
-        keeps them finite at the target.
+        With several targets, it is the largest error. Costs are divided by it;
+        its bound keeps them finite at the target.
         """
         return max(self.error_scales)
 

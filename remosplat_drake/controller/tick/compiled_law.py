@@ -1,4 +1,4 @@
-"""`CompiledLaw`: a law's ingredients, of which one kernel adds the most."""
+"""`CompiledLaw`: a law's ingredients, packed for the kernels of a tick."""
 
 from collections.abc import Sequence
 from typing import Any, cast
@@ -31,26 +31,26 @@ from remosplat_drake.robot.robot_model import RobotModel
 class CompiledLaw:
     """The ingredients of a law, packed for kernels.
 
-    One kernel adds the library's own, and calls compiled ones from outside;
-    those in Python add their terms afterwards. Settings are read when the law
-    is made.
+    One kernel adds the terms of the library's ingredients, and calls compiled
+    ones from outside. Ingredients in Python add their terms afterwards.
+    Settings are read only when the law is made.
 
     Attributes:
-        outside: The ingredients in Python, which no kernel adds.
+        outside: The ingredients in Python.
         names: Names of the terms of the other ingredients.
     """
 
     def __init__(self, robot: RobotModel, ingredients: Sequence[AnyIngredient]):
-        """Makes it of all ingredients of a law.
+        """Packs all ingredients of a law.
 
         Args:
             robot: The robot that is driven.
             ingredients: The ingredients.
 
         Raises:
-            NameTakenError: Two ingredients are of one kind of the library's, or
-                compiled ones from outside have a name that is taken.
-            RemoSplatError: A compiled one cannot be compiled.
+            NameTakenError: Two ingredients are of the same kind of the library,
+                or the name of a compiled one from outside is not unique.
+            RemoSplatError: A compiled ingredient cannot be compiled.
         """
         self._made_of = robot, tuple(ingredients)
         own: dict[type, CompiledIngredient] = {}
@@ -88,12 +88,12 @@ class CompiledLaw:
         self._near = Packed(near)
 
     def __reduce__(self):
-        # Functions have other addresses in another process.
+        # Functions have different addresses in another process.
         return CompiledLaw, self._made_of
 
     @property
     def ingredients(self) -> Sequence[CompiledIngredient]:
-        """Those that kernels add, in their order, one of each kind first."""
+        """The ingredients that kernels add; the library's come first."""
         return *self._parts, *self._functions.ingredients
 
     @property
@@ -105,12 +105,12 @@ class CompiledLaw:
     def near(self) -> Packed[NearQuestion]:
         """Arguments of `near_arrays`: the pairs and the largest distance.
 
-        It does not where there is no `SelfCollisionDamper`.
+        The distance is negative without a `SelfCollisionDamper`.
         """
         return self._near
 
     def check(self, found: Assembled) -> None:
-        """Checks that no terms were refused; see `CompiledOutside.check`.
+        """Checks that all terms are usable; see `CompiledOutside.check`.
 
         Args:
             found: The program that kernels have assembled.
@@ -139,5 +139,5 @@ def _names(ingredients: Sequence[CompiledIngredient]) -> frozenset[str]:
 
 
 def _floats(settings: Any) -> Any:
-    """Makes numbers floats: kernels are compiled again for whole numbers."""
+    """Converts numbers to floats; integers would compile kernels again."""
     return settings._make(float(x) if type(x) is int else x for x in settings)

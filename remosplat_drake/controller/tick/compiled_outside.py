@@ -1,4 +1,4 @@
-"""`CompiledOutside`: the compiled ingredients from outside that a law has."""
+"""`CompiledOutside`: a law's compiled ingredients from outside the library."""
 
 import re
 from collections.abc import Sequence
@@ -45,7 +45,7 @@ class CompiledOutside:
 
     Attributes:
         ingredients: The ingredients.
-        added_by: Their functions, as kernels call them.
+        added_by: Their functions, in the form that kernels call.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class CompiledOutside:
                 ingredient.
         """
         self.ingredients = tuple(ingredients)
-        # Kernels have their addresses alone: they must not get lost.
+        # Kernels have only their addresses, so a reference must be kept.
         self._functions = [_compiled(i, robot) for i in ingredients]
         words = [function.words for function in self._functions]
         most = [ingredient.most_rows(robot) for ingredient in ingredients]
@@ -71,13 +71,13 @@ class CompiledOutside:
         )
 
     def check(self, found: Assembled) -> None:
-        """Checks that no terms were refused.
+        """Checks that all terms are usable.
 
         Args:
             found: The program that kernels have assembled.
 
         Raises:
-            TermError: Terms were; the text names one, and its ingredient.
+            TermError: A term is unusable; the text names it and its ingredient.
         """
         if found.refused == NO_PART:
             return
@@ -112,14 +112,14 @@ def _compiled(
 
 
 def _cause(error: NumbaError) -> str:
-    """The text of the innermost of Numba's nested messages, in one line."""
+    """Returns the innermost of Numba's nested messages, in one line."""
     text = re.sub(r"\x1b\[\d+m", "", str(error))
     cause = text.rpartition("(step: nopython frontend)")[2]
     return " ".join(cause.partition("During: ")[0].split())
 
 
 def _turn(robot: RobotModel) -> Packed[Turn]:
-    """A turn of which the type alone means something."""
+    """Returns an example of a turn, of which only the type is used."""
     index, values, vectors = np.zeros(0, int), np.zeros(0), np.zeros((0, 3))
     movers = NearMoverArrays(index, index, values, vectors, values)
     tick = TickArrays(
@@ -146,7 +146,7 @@ def _turn(robot: RobotModel) -> Packed[Turn]:
 
 
 def _check_terms(term: str, most: int, found: Assembled) -> None:
-    """Lets the terms be checked as all from outside are."""
+    """Checks the terms like those of ingredients in Python."""
     if found.ended != DONE:
         does = "raises" if found.ended == RAISED else "fits no kernel"
         raise TermError(f"its function {does}")

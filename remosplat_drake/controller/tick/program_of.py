@@ -1,4 +1,4 @@
-"""The program of a tick, put together for people to look at."""
+"""Builds the program of a tick for inspection."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from remosplat_drake.scene.mover import STILL
 
 
 def program_of(compiled: CompiledLaw, tick: Tick) -> TickProgram:
-    """Builds the program of a tick as it stands.
+    """Builds the program of a tick, before any fallback.
 
     Args:
         compiled: The ingredients.
@@ -25,7 +25,7 @@ def program_of(compiled: CompiledLaw, tick: Tick) -> TickProgram:
         NameTakenError: Two terms of a kind have one name.
         IngredientError: An ingredient raises.
     """
-    # Copies, since numba compiles for arrays that may be written.
+    # Copies, since Numba compiles for writable arrays.
     clearances = tick.clearances
     rows = (
         clearances.sphere.copy(),

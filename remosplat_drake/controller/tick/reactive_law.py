@@ -43,12 +43,12 @@ T = TypeVar("T")
 
 
 LONGEST_VERIFIED = 0.1
-"""The longest control period that verified control allows [s]: nothing looks
-at the robot between two ticks."""
+"""Longest control period with verification [s], since nothing supervises the
+robot between two ticks."""
 
 
 class LawConfig(Protocol):
-    """The parts of a law, as `ReactiveControllerConfig` defines them."""
+    """Interface of a law's settings, such as `ReactiveControllerConfig`."""
 
     solver: str
     verify: bool
@@ -63,32 +63,32 @@ class LawConfig(Protocol):
 
 
 class ReactiveLaw:
-    """The control law: its constants from tick to tick.
+    """The control law: its ingredients and constants.
 
-    A law is a list of ingredients and how their program is solved. Its
-    distances have one source: they are those of the `CollisionDamper` and of
-    the `SelfCollisionDamper` among the ingredients.
+    A law consists of a list of ingredients, and the solver of their program.
+    Its distances are those of the `CollisionDamper` and the
+    `SelfCollisionDamper` among the ingredients.
 
         law = ReactiveLaw(robot, [*default_ingredients(robot), MyCost()])
 
-    Callers that need the law for other steps, rollouts above all, derive it
-    by `with_step`, so that no ingredient is ever left out.
+    For other steps, in rollouts for example, derive the law with `with_step`,
+    which keeps all ingredients.
 
     Attributes:
-        robot: The robot it drives.
+        robot: The robot.
         ingredients: Costs and constraints of the program.
-        compiled: The ingredients, as programs are built of them.
+        compiled: The ingredients, packed for kernels.
         dt: Control period [s].
         solver: The convex solver of the program.
         verify: Whether each command is checked against the map before it is
             applied.
         strict: Whether acceleration bounds hold even in an infeasible program.
-        collision: The influence distance d_i, beyond which nothing is looked
-            at, and the stopping distance d_s that verification keeps.
+        collision: The influence distance d_i, beyond which the scene is
+            ignored, and the stopping distance d_s, which verification keeps.
         self_clearance: The distances that verification keeps between the
             robot's own parts; None if it checks none.
-        movers: Distance up to which movers matter, and the distance that
-            verification keeps from them.
+        movers: Influence distance of movers, and the distance that verification
+            keeps from them.
 
     Example:
         >>> import remosplat_drake as rs
@@ -115,29 +115,28 @@ class ReactiveLaw:
             robot: The robot to drive.
             ingredients: Costs and constraints, in any order.
             dt: Control period [s].
-            solver: The name of a convex solver, one of `solvers.SOLVERS`, or
-                a solver of one's own.
+            solver: The name of a convex solver, one of `solvers.SOLVERS`, or a
+                `Solver`.
             verify: Whether each command is checked against the map before it
                 is applied.
-            collision: Distances from the scene where no `CollisionDamper` is
-                among the ingredients; None takes its defaults.
-            self_collision: Distances of the robot from itself where no
-                `SelfCollisionDamper` is among the ingredients; None takes its
-                defaults.
+            collision: Distances from the scene if no `CollisionDamper` is among
+                the ingredients; None takes its defaults.
+            self_collision: Self-collision distances if no `SelfCollisionDamper`
+                is among the ingredients; None takes its defaults.
 
         Raises:
             FieldError: `dt` or the solver is unusable, or distances are given
                 both here and by an ingredient.
-            NameTakenError: Two ingredients are of one kind of the library's, or
-                compiled ones from outside have a name that is taken.
-            RemoSplatError: A compiled one cannot be compiled.
+            NameTakenError: Two ingredients are of the same kind of the library,
+                or the name of a compiled one from outside is not unique.
+            RemoSplatError: A compiled ingredient cannot be compiled.
         """
         _check_step(dt, verify)
         self.robot = robot
         self.ingredients: Sequence[AnyIngredient] = tuple(ingredients)
         self.compiled = CompiledLaw(robot, self.ingredients)
         self.dt = dt
-        # The station's, also where a rollout takes longer steps.
+        # The period of the station, even if a rollout takes longer steps.
         self._spare = spare_time(dt)
         self.solver = _solver(solver)
         self.verify = verify
@@ -171,7 +170,7 @@ class ReactiveLaw:
         dt: float,
         ingredients: Iterable[Ingredient] = (),
     ) -> "ReactiveLaw":
-        """Makes the law that a configuration stands for.
+        """Makes the law of a configuration.
 
         Args:
             config: Settings of the controller and its ingredients.
@@ -182,7 +181,7 @@ class ReactiveLaw:
 
         Raises:
             FieldError: A value of the configuration is unusable, or `dt` is.
-            NameTakenError: A further one is of a kind of the library's.
+            NameTakenError: A further ingredient is of a kind of the library.
         """
         return ReactiveLaw(
             robot,
@@ -193,11 +192,11 @@ class ReactiveLaw:
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        # Without addresses, which mean nothing in another process.
+        # Addresses are removed, since they are invalid in another process.
         return {**vars(self), "_arrays": None}
 
     def program(self, tick: Tick) -> TickProgram:
-        """Builds the program of a tick as it stands, for people to look at.
+        """Builds the program of a tick for inspection, before any fallback.
 
         Args:
             tick: The state of the tick.
@@ -293,7 +292,7 @@ class ReactiveLaw:
             i for i in self.ingredients if isinstance(i, kind)
         ]
         if dampers and given is not None:
-            problem = f"the {kind.__name__} among the ingredients says it"
+            problem = f"is given by the ingredient {kind.__name__} already"
             raise FieldError("ReactiveLaw", name, problem)
         return dampers[0].config if dampers else given
 

@@ -42,13 +42,13 @@ from remosplat_drake.signals.target import Target
 from remosplat_drake.signals.tick_report import STATUSES, TickReport
 
 TOO_SUDDEN = "infeasible with acceleration bounds"
-"""Why acceleration bounds are left out."""
+"""Reason for dropping acceleration bounds."""
 
 BindingArrays = tuple[np.ndarray, np.ndarray, np.ndarray]
 """The result of `binding_arrays`."""
 
 NOT_FEASIBLE = "no feasible command found"
-"""Why the robot brakes where not even that helps."""
+"""Reason for braking if the program is infeasible even without them."""
 
 
 def run_tick(
@@ -69,23 +69,23 @@ def run_tick(
     Args:
         law: The control law.
         time: Time of the tick [s].
-        q: Configuration to plan from, measured or where all commands in flight
-            lead, shape (n_q,) [rad, m].
+        q: Configuration to plan from: measured, or predicted after all commands
+            in flight, shape (n_q,) [rad, m].
         aim: The targets of the end effectors: an `Aim`, or for the first of
             them a `Target` or the pose X_WT of a plain one, shape (4, 4).
         clearances: The oracle's distances and directions at q.
         field: The map, which verification queries along the command's path.
         u_previous: The command that was sent last, shape (n_u,).
-        guidance: How the tick is bent, as `GuidanceSelector` has chosen.
-        motion: The motion that commands in flight lead to; None for a robot
+        guidance: The guidance selected by `GuidanceSelector`.
+        motion: Predicted motion from commands in flight; None for a robot
             without delay.
         movers: The movers; None if none are known.
-        periods: How many control periods ago `u_previous` was sent: more than
-            one where the tick is late. The station brakes by itself from 1.5
-            periods on.
+        periods: Number of control periods since `u_previous` was sent; more
+            than one if the tick is late. After 1.5 periods, the station brakes
+            by itself.
 
     Returns:
-        The command, and how it was found. If q or the aim is not finite, the
+        The report with the command. If q or the aim is not finite, the
         clearances are unknown, or a term is unusable, it is a step of the
         braking ramp.
 
@@ -96,7 +96,7 @@ def run_tick(
     start = perf_counter()
     late = prompt_motion(law.robot.n_u) if motion is None else motion.arrays
     given = TickInputs(time, Aim.of(aim), field, guidance, late, movers)
-    # Copies, since numba compiles anew for arrays that may not be written.
+    # Copies, since Numba would compile again for read-only arrays.
     q, u = np.array(q, float), np.array(u_previous, float)
     near = clearances.within(law.collision.influence)
     stopping = guidance.stopping
@@ -163,11 +163,11 @@ def _settled(
 
 
 def named_binding(found: BindingArrays, names: RowNames) -> Binding:
-    """Names the rows that hold with equality.
+    """Returns the active rows with their names.
 
     Args:
         found: The rows, as `binding_arrays` returns them.
-        names: Function that names their subjects.
+        names: Function that returns their subjects.
     """
     tight, A, push = found
     if not len(tight):
@@ -183,7 +183,7 @@ def named_binding(found: BindingArrays, names: RowNames) -> Binding:
 def _inside(
     law: ReactiveLaw, found: Settled, names: RowNames, q: np.ndarray
 ) -> BoundRow | None:
-    """Names the deepest violation of a stopping distance or limit."""
+    """Returns the deepest violation of a stopping distance or limit, named."""
     if found.inside[0] != NO_PART:
         return BoundRow(*names.name(*found.inside))
     robot = law.robot
@@ -195,7 +195,7 @@ def _inside(
 
 
 def _reason(found: Settled, names: RowNames) -> str:
-    """Says why the command is not the optimum of the whole program."""
+    """Returns why the command is not the optimum of the whole program."""
     status = STATUSES[found.status]
     if status == tick_report.OPTIMAL:
         return ""
@@ -219,7 +219,7 @@ def _line_deviation(law: ReactiveLaw, aim: Aim, q: np.ndarray) -> float:
 def _separation(
     law: ReactiveLaw, given: TickInputs, q: np.ndarray, u: np.ndarray
 ) -> Separation | None:
-    """Returns where the protective separation distance is kept least."""
+    """Returns the pair with the least margin of protective separation."""
     robot, movers, motion = law.robot, given.movers, given.motion
     if movers is None or not len(movers) or not np.isfinite(q).all():
         return None

@@ -1,4 +1,4 @@
-"""Calls from kernels to Python in the middle of a tick."""
+"""Calls from kernels to Python during a tick."""
 
 from time import perf_counter
 
@@ -45,9 +45,9 @@ class TickCalls(MapCalls):
 
     Attributes:
         outside: The latest terms of ingredients in Python; None for none.
-        solving: Time that solvers of Drake's have taken [s].
-        unusable: Which term cannot be used, so that the robot brakes; empty if
-            all can.
+        solving: Wall-clock time of Drake's solvers [s].
+        unusable: Description of a term that is unusable, so that the robot
+            brakes; empty if all are usable.
     """
 
     def __init__(self, law: ReactiveLaw, given: TickInputs):
@@ -73,10 +73,10 @@ class TickCalls(MapCalls):
             super()._check()
 
     def _add(self, question: Question) -> int:
-        """Lets ingredients in Python add their terms; see `add_outside`."""
+        """Calls the ingredients in Python; see `add_outside`."""
         law, compiled = self._law, self._law.compiled
         bounds, costs, flags = (question[i] for i in range(3))
-        # Copies, since a kernel's memory is gone when it has returned.
+        # Copies, since a kernel's memory is freed when it returns.
         n = len(StateArrays._fields)
         told = [question[i].copy() for i in range(3, n + 8)]
         state, (u_previous, *rows) = StateArrays(*told[:n]), told[n:]
@@ -90,7 +90,7 @@ class TickCalls(MapCalls):
         return self._calls.handed(self.outside.more)
 
     def _solve(self, question: Question) -> int:
-        """Solves a program that kernels do not; see `decide`."""
+        """Solves a program that kernels cannot solve; see `decide`."""
         start = perf_counter()
         u, *form = (question[i] for i in range(11))
         extension = None if self.outside is None else self.outside.extension
@@ -102,7 +102,7 @@ class TickCalls(MapCalls):
         return INFEASIBLE if optimum is None else OPTIMAL
 
     def _refuse(self, question: Question) -> int:
-        """Names the unusable part of compiled terms; see `settle`."""
+        """Describes an unusable term of a compiled ingredient; see `settle`."""
         n = len(ProgramArrays._fields)
         program = ProgramArrays(*(question[i] for i in range(n)))
         found = Assembled(program, question[n], question[n + 1])

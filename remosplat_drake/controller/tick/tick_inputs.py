@@ -23,8 +23,8 @@ class TickInputs:
         time: Time of the tick [s].
         aim: The targets of the end effectors.
         field: The map, which verification queries along the command's path.
-        guidance: How the tick is bent.
-        motion: The motion that commands in flight lead to.
+        guidance: The guidance.
+        motion: Predicted motion from commands in flight.
         movers: The movers; None if none are known.
     """
 
@@ -37,7 +37,7 @@ class TickInputs:
 
     @property
     def moving(self) -> Movers:
-        """The movers; none if none are known."""
+        """The movers; an empty `Movers` if none are known."""
         return STILL if self.movers is None else self.movers
 
     def tick(
@@ -55,7 +55,7 @@ class TickInputs:
             state: Kinematics of the configuration to plan from.
             u_previous: The command being executed, shape (n_u,).
             clearances: The oracle's distances and directions at q.
-            ahead: How far ahead of `time` a rollout has come [s].
+            ahead: Time of a rollout's tick since `time` [s].
         """
         tube, movers = None, self.movers
         if self.motion.is_late:

@@ -33,7 +33,7 @@ subject."""
 
 @dc.dataclass(frozen=True, eq=False)
 class RowNames:
-    """Names the subjects of rows that kernels know by numbers.
+    """Converts the numbers by which kernels identify rows to names.
 
     Attributes:
         ingredients: The compiled ingredients, in the kernels' order.
@@ -48,12 +48,12 @@ class RowNames:
     outside: ReactiveProgram | None
 
     def name(self, part: int, index: int, about: int) -> RowName:
-        """Names a row.
+        """Returns the name of a row.
 
         Args:
-            part: Number of its ingredient.
-            index: Its number among the rows of the ingredient.
-            about: `ProgramArrays.about` of it.
+            part: Number of the row's ingredient.
+            index: The row's index among the rows of the ingredient.
+            about: `ProgramArrays.about` of the row.
         """
         if part < len(self.ingredients):
             ingredient = self.ingredients[part]
@@ -71,15 +71,15 @@ class TickProgram(QuadraticProgram):
     """The finished program of a tick, with all its terms by name.
 
     Attributes:
-        arrays: The terms, as kernels have put them together.
+        arrays: The terms, as assembled by kernels.
     """
 
     def __init__(self, arrays: ProgramArrays, names: RowNames):
-        """Takes the terms over.
+        """Stores the terms.
 
         Args:
             arrays: The terms.
-            names: The subjects of their rows.
+            names: Function object that returns names of rows.
         """
         extension = None if names.outside is None else names.outside.extension
         super().__init__(SlackForm(*slack_form(arrays)), extension)
@@ -97,7 +97,7 @@ class TickProgram(QuadraticProgram):
 
     @property
     def has_acceleration_bounds(self) -> bool:
-        """Whether some of the bounds are accelerations'."""
+        """Whether some of the bounds are acceleration bounds."""
         return bool(self.arrays.count[2])
 
     @property

@@ -1,4 +1,4 @@
-"""Maps, as kernels query them: by themselves, or through Python."""
+"""Maps in the form that kernels query: compiled, or through Python."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from remosplat_drake.signals.row_arrays import row_arrays
 
 
 def map_for_kernels(field: DistanceField) -> tuple[Packed, Misplacement]:
-    """Returns a map for verification: a `PythonMap` if kernels cannot query it.
+    """Returns a map for kernels of verification: compiled, or a `PythonMap`.
 
     Args:
         field: The map.
@@ -29,7 +29,7 @@ def map_for_kernels(field: DistanceField) -> tuple[Packed, Misplacement]:
 
 
 def rows_for_kernels(field: DistanceField) -> Packed[Maps] | Packed[PythonMap]:
-    """Returns a map as rollouts query its rows; see `map_for_kernels`.
+    """Returns a map whose rows rollouts can query; see `map_for_kernels`.
 
     Args:
         field: The map.
@@ -39,7 +39,7 @@ def rows_for_kernels(field: DistanceField) -> Packed[Maps] | Packed[PythonMap]:
 
 
 def is_pythons(field: DistanceField) -> bool:
-    """Returns whether kernels query a map through Python, which takes longer.
+    """Returns whether kernels query a map through Python, which is slower.
 
     Args:
         field: The map.
@@ -58,7 +58,7 @@ _PYTHONS = {known: _python_map(known) for known in (False, True)}
 
 
 class MapCalls:
-    """Answers queries of kernels to a map; `with` it, they have its number.
+    """Answers kernels' queries of a map; a context that returns its number.
 
     with MapCalls(robot, field) as line:
         kernel(..., line)
@@ -75,14 +75,14 @@ class MapCalls:
         self._calls = PythonCalls(*self._answers())
 
     def __enter__(self) -> int:
-        """Opens the line, and returns its number."""
+        """Registers the functions, and returns the number of the calls."""
         return self._calls.__enter__().number
 
     def __exit__(self, kind: object, *error: object) -> None:
-        """Closes the line.
+        """Ends the calls.
 
         Raises:
-            Exception: What an answer has raised.
+            Exception: The exception of a query.
         """
         self._calls.__exit__()
         if kind is None:
@@ -93,14 +93,14 @@ class MapCalls:
             raise self._calls.error
 
     def _answers(self) -> tuple:
-        """The functions that answer, by the numbers that kernels use."""
+        """The functions that answer, in the order of kernels' indices."""
         return self._look, self._rows
 
     def _look(self, question: Question) -> int:
         """Measures clearances of spheres; see `sphere_clearances`."""
         sphere, p_WS, R_WL, reach, found = (question[i] for i in range(5))
         spheres = self._robot.placed(sphere, p_WS, R_WL)
-        # Not at the distance itself: rows there are left out.
+        # Slightly more than the distance, since rows at the limit are omitted.
         rows = self._field.clearances(spheres, np.nextafter(reach, np.inf))
         found[:] = np.minimum(rows.per_sphere(len(sphere)), reach)
         return 0

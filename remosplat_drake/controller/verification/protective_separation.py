@@ -1,14 +1,14 @@
-"""The protective separation distance, of every sphere from every mover.
+"""The protective separation distance between spheres and movers.
 
-Speed and separation monitoring (ISO/TS 15066, now part of ISO 10218-2) keeps
-a person and a robot apart by
+Speed and separation monitoring (ISO/TS 15066, now part of ISO 10218-2) requires
+the distance
 
     S_p = S_h + S_r + S_s + C + Z_d + Z_r
 
-Verification is more precise than these sums: it includes where things will be,
-and when. But this is the standard measure for such robots, so it is reported.
-No conformity is claimed: cameras, computers and software here are not
-safety-rated.
+between a person and a robot. Verification is more precise than this sum, since
+it predicts positions over time. The sum is reported as the standard measure for
+such robots. No conformity is claimed: the cameras, computers and software are
+not safety-rated.
 """
 
 import dataclasses as dc
@@ -29,14 +29,15 @@ from remosplat_drake.signals.separation import Separation
 
 @dc.dataclass(frozen=True)
 class Monitoring:
-    """The required distances, and how soon the robot can rest.
+    """The required separation, and the robot's stopping times.
 
     Attributes:
-        separation: The distance C that is kept besides [m].
-        reaction: Time for which the command is held, and before it acts [s].
-        braking: Time from the end of that to rest [s].
-        braking_way: Time for which the command would lead as far as the way
-            from the end of that to rest [s].
+        separation: The additional distance C [m].
+        reaction: Time until the command acts, plus the time for which it is
+            held [s].
+        braking: Time from then to rest [s].
+        braking_way: Time in which the held command would cover the braking
+            distance [s].
     """
 
     separation: float
@@ -52,16 +53,17 @@ class Monitoring:
         separation: float,
         delay: float = 0.0,
     ) -> "Monitoring":
-        """Makes it of a command that is held for a tick, and of its ramp.
+        """Makes the monitoring of a command held for a tick, then ramped.
 
-        The ramp shrinks the command in n even steps, one a tick: it takes
-        n - 1 ticks and leads as far as the command in half as many.
+        The ramp scales the command down in n equal steps, one in each tick. It
+        takes n - 1 ticks, and covers the distance of the command in half that
+        time.
 
         Args:
             u: The command, shape (n_u,) [rad/s, m/s].
             acceleration_limit: Bounds on |du/dt| of the ramp, shape (n_u,).
             dt: Control period [s].
-            separation: The distance C that is kept besides [m].
+            separation: The additional distance C [m].
             delay: Time until the command acts [s].
         """
         steps = math.ceil(braking_steps(u, acceleration_limit, dt))
@@ -76,16 +78,19 @@ class ProtectiveSeparation:
     Attributes:
         sphere: Index of the sphere, shape (m,).
         mover: Index of the mover, shape (m,).
-        distance: Distance of their surfaces as the mover is predicted to be
-            now, shape (m,) [m].
-        mover_way: S_h, how far the mover can come nearer until the robot
-            rests, shape (m,) [m].
-        reaction_way: S_r, how far the sphere does before it brakes, (m,) [m].
-        braking_way: S_s, how far it does from then on, shape (m,) [m].
-        separation: C, what is kept besides [m].
-        mover_error: Z_d, how wrong the mover's position may be then, shape
+        distance: Distance of their surfaces, with the mover predicted to the
+            present time, shape (m,) [m].
+        mover_way: S_h, the largest approach of the mover until the robot rests,
+            shape (m,) [m].
+        reaction_way: S_r, the approach of the sphere before it brakes, shape
             (m,) [m].
-        robot_error: Z_r, how wrong the sphere's may be, shape (m,) [m].
+        braking_way: S_s, the approach of the sphere while it brakes, shape (m,)
+            [m].
+        separation: C, the additional distance [m].
+        mover_error: Z_d, the bound on the error of the mover's position at that
+            time, shape (m,) [m].
+        robot_error: Z_r, the bound on the error of the sphere's position, shape
+            (m,) [m].
     """
 
     sphere: np.ndarray
@@ -116,7 +121,7 @@ class ProtectiveSeparation:
         return self.distance - self.needed
 
     def least(self, links: Sequence[str], movers: Movers) -> Separation | None:
-        """Returns the pair with the least margin; None where nothing moves.
+        """Returns the pair with the least margin; None without movers.
 
         Args:
             links: Names of the spheres' links.
@@ -142,11 +147,11 @@ def least_separation(
     monitoring: Monitoring,
     tube: np.ndarray,
 ) -> Separation | None:
-    """Returns where S_p is kept least; None where nothing moves.
+    """Returns the pair with the least margin over S_p; None without movers.
 
-    It is `ProtectiveSeparation.least`, compiled, since every tick computes it.
-    Arguments are those of `protective_separation`, after the link of each
-    sphere.
+    It equals `ProtectiveSeparation.least`, but is compiled, since every tick
+    computes it. The first argument is the link of each sphere; the others are
+    those of `protective_separation`.
     """
     kept = monitoring
     sphere, mover, distance, needed = least_margin(
@@ -154,7 +159,7 @@ def least_separation(
         state.arrays,
         movers.at(time),
         np.array(u, float),
-        # Floats: kernels are compiled again for whole numbers.
+        # Converted to floats, since integers would compile the kernel again.
         (
             float(kept.separation),
             float(kept.reaction),
@@ -177,24 +182,25 @@ def protective_separation(
     monitoring: Monitoring,
     tube: np.ndarray,
 ) -> ProtectiveSeparation:
-    """Works out S_p for every sphere and mover.
+    """Computes S_p for every sphere and mover.
 
-    A mover that now comes nearer at the speed c, and whose points accelerate
-    by no more than b from its prediction, comes until the robot rests, a time
-    t from now and tau since its stamp, as near as
+    Let a mover approach at the present speed c, and let its points accelerate
+    by at most b relative to its prediction. The robot rests after the time t
+    from now, which is tau after the mover's stamp. Until then, the mover
+    approaches by at most
 
         S_h = min(max(c, 0) t + b tau^2 / 2, V tau + v (tau - t))
 
-    with the speed v that it has and the bound V on it. Z_d is e_p + e_v tau,
-    with the errors of its position and of its velocity. The sphere itself
-    comes nearer at n' Jv_WS u, or not at all.
+    where v is its present speed, and V its speed limit. Z_d is e_p + e_v tau,
+    with the errors of its position and of its velocity. The sphere approaches
+    at the speed max(n' Jv_WS u, 0).
 
     Args:
         state: Kinematics at the present configuration.
         movers: Movers.
         time: The present time [s].
         u: The command, shape (n_u,) [rad/s, m/s].
-        monitoring: What is kept, and how soon the robot can rest.
+        monitoring: The required separation, and the robot's stopping times.
         tube: Z_r of each sphere, shape (n,) [m].
     """
     spheres, seen = state.spheres, movers.at(time)
@@ -210,7 +216,7 @@ def protective_separation(
     speed = np.linalg.norm(seen.v_WM, axis=1) + turn * far
     most_speed, most_push, e_v, e_p = seen.bounds.T
     push, age = most_push + turn**2 * far, seen.age
-    # What is uncertain about it is counted by itself.
+    # Its uncertainty is the separate term Z_d.
     grown = np.minimum(
         (e_v + 0.5 * push * age) * age, (most_speed + speed) * age
     )

@@ -1,4 +1,4 @@
-"""`SelfClearance`: distances of the robot from itself, all along a path."""
+"""`SelfClearance`: the self-collision distances that verification keeps."""
 
 import dataclasses as dc
 from functools import cached_property
@@ -18,7 +18,7 @@ from remosplat_drake.robot.self_collision.shapes import CollisionShapes
 
 
 def no_own_arrays(robot: RobotModel) -> Packed[OwnArrays]:
-    """Returns the arrays of a robot that keeps no distance from itself.
+    """Returns arrays without pairs, for a robot without self-collision checks.
 
     Args:
         robot: The robot.
@@ -42,10 +42,10 @@ class SelfClearance:
         robot: The robot, with its kinematics.
         pairs: The k pairs of shapes that may meet.
         stopping: Stopping distance that the pairs keep [m].
-        lever: For each of l pairs of links, what `relative_motion.levers` says
-            of them, shape (l, n_u) [m].
-        rate: Bounds on how fast the distances of each of l pairs of links
-            change with each entry of the command, shape (l, n_u).
+        lever: The result of `relative_motion.levers` for each of l pairs of
+            links, shape (l, n_u) [m].
+        rate: Bounds on the rates of distances of l pairs of links per entry of
+            the command, shape (l, n_u).
     """
 
     robot: RobotModel
@@ -56,7 +56,7 @@ class SelfClearance:
 
     @staticmethod
     def make(robot: RobotModel, stopping: float) -> "SelfClearance":
-        """Makes the self-clearance of all pairs that are worth watching.
+        """Makes the self-clearance of all pairs that are checked.
 
         Args:
             robot: The robot, with its kinematics.
@@ -79,7 +79,7 @@ class SelfClearance:
 
     @cached_property
     def arrays(self) -> Packed[OwnArrays]:
-        """The pairs, and how fast they may near each other, for kernels."""
+        """The pairs and bounds on their approach, packed for kernels."""
         return Packed(
             OwnArrays(
                 self.pairs.pair_arrays.values,
@@ -94,7 +94,7 @@ class SelfClearance:
 
         Args:
             q: Configuration, shape (n_q,) [rad, m].
-            enough: Beyond this, lower bounds will do [m].
+            enough: Above this value, lower bounds suffice [m].
 
         Returns:
             The distances plus the pairs' allowances, shape (k,) [m].

@@ -1,9 +1,10 @@
-"""Verify-then-scale: every command leaves a way to stop that the map allows.
+"""Verify-then-scale: every command leaves a free path to a stop.
 
-The program's damper rows are linear in u and hold where the tick starts.
-Before a command is applied, the path that follows is checked: one tick of the
-command and its braking ramp to a standstill, up to where a station ends that is
-sent nothing more. The supervisor's ramp is the same one.
+The program's damper rows are linear in u, and hold only at the configuration
+where the tick starts. So before a command is applied, its path is checked: one
+tick of the command, and its braking ramp to a standstill, up to the place where
+a station stops that receives no further command. The supervisor uses the same
+ramp.
 
 The guarantee. Let d_0 be a distance when control starts: a sphere's clearance
 of the scene, or the distance of two of the robot's convex shapes. Let d_s be
@@ -15,32 +16,34 @@ the smallest stopping distance used. Then
 
 if
 
-- the scene does not move and the map is the truth (what the map misses is
-  not seen here either),
-- the robot executes commands exactly, each until the next one comes or the
+- the scene does not move, and the map is correct (verification cannot detect
+  obstacles that are missing in the map),
+- the robot executes commands exactly, each until the next one arrives or the
   station brakes by itself (`robot/braking.py`), and
-- the arithmetic is exact (it is so to about 1e-14 m).
+- the arithmetic is exact (its error is about 1e-14 m).
 
-The first of these is about ticks on time. A late one may end between two looks,
-at up to `TOLERANCE` less; see `between_looks.tolerated` for why this does not
-add up for a robot that starts with at least d_s.
+The first bound holds for ticks on time. A late tick may end between two looks,
+where the distance may be smaller by `TOLERANCE`; `between_looks.tolerated`
+explains why this does not accumulate for a robot that starts with at least d_s.
 
-A map that is not Lipschitz, such as depth views, allows less: its own answer
-at the end of every tick, and nothing about the time between.
+For a map that is not Lipschitz, such as depth views, the guarantee is weaker:
+its reported distances hold at the end of every tick, and nothing is guaranteed
+in between.
 
-What moves is kept off, too (`kernels/mover_sweep.py`). While a sphere moves,
-it is not touched by a mover that keeps its bounds, or it moves away from it,
-and that by all that is said above; a sphere at rest may be. Nothing tells a
-mover from the robot's own parts, or promises that perception sees it: no
-conformity to a standard is claimed. The distance that is kept is put together
-as the protective separation distance of ISO/TS 15066: the mover's way and the
-robot's until it stands, both their uncertainties, and the separation itself.
+Movers are included (`kernels/mover_sweep.py`). Under the conditions above, a
+moving sphere is not touched by a mover that keeps its bounds, or it moves away
+from that mover. A sphere at rest may be touched. There is no guarantee that
+perception detects a mover, or distinguishes it from the robot's own parts, so
+no conformity to a standard is claimed. The distance to keep has the same parts
+as the protective separation distance of ISO/TS 15066: the motion of the mover
+and of the robot until it stands, their uncertainties, and the separation
+itself.
 
-Proof: when a command is applied, its path has been checked, at a level not
-below min(d_s, d_0); the next tick either finds a better command whose path
-passes the check, or takes the first step of the ramp that has passed it
-already. Where movers can be is foreseen for the whole of a path, and so it was
-foreseen where they are later: the rest of a ramp stays checked.
+Proof: when a command is applied, its path has been checked at a level of at
+least min(d_s, d_0). The next tick either finds another command whose path
+passes the check, or takes the first step of the ramp that has already passed.
+The possible positions of movers are predicted for the whole path, and later
+predictions lie within them, so the rest of a ramp remains checked.
 """
 
 import dataclasses as dc
@@ -75,7 +78,7 @@ from remosplat_drake.signals.motion import prompt_motion
 
 @dc.dataclass(frozen=True, eq=False)
 class Surroundings:
-    """The known state at the start of a path, where nothing else moves.
+    """The known state at the start of a path, without movers.
 
     Attributes:
         robot: The robot, whose kinematics predict configurations.
@@ -98,7 +101,7 @@ class Surroundings:
     self_clearance: SelfClearance | None = None
 
     def path(self, u: np.ndarray) -> PathArrays:
-        """Makes the path of a command that is obeyed at once, and its ramp.
+        """Makes the path of a command and its ramp, for a robot without delay.
 
         Args:
             u: The command, shape (n_u,) [rad/s, m/s].
@@ -107,14 +110,14 @@ class Surroundings:
             self.robot.arrays,
             prompt_motion(self.robot.n_u),
             np.array(self.state.q, float),
-            # A copy, since numba compiles for arrays that may be written.
+            # A copy, since Numba compiles for writable arrays.
             np.array(u, float),
             float(self.dt),
             spare_time(self.dt),
         )
 
     def objection(self, path: PathArrays) -> str:
-        """Says what a path comes too near to.
+        """Returns the objection to a path.
 
         Args:
             path: The path.
@@ -160,7 +163,7 @@ def _path_objection(
     stopping,
     path,
 ):
-    """Asks `path_objection` of the kernels, for Python."""
+    """Calls the kernel `path_objection`, for Python."""
     kept = KeptArrays(dt, 0.0, looks_at_itself, own, own_stopping, 0.0)
     around = Around(
         robot,

@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 NOTHING = 1e30
-"""Distances from this value on mean that there is none [m]."""
+"""Distances from this value on mean that there is no surface [m]."""
 
 
 def batch_answer(
     batch: SphereBatch, reach: "Tensor", direction_W: "Tensor"
 ) -> ClearanceBatch:
-    """Makes the answer to a batch, of the same array type as its centres.
+    """Makes the result of a batch query, in the array type of its centres.
 
     Args:
         batch: The query.

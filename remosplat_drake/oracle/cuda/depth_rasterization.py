@@ -40,8 +40,8 @@ LIGHT = 2.0**20
 """log2 of the unit in which kernels count absorbed light."""
 
 _BAND, _SMALL_BAND = 6400, 2240
-"""Most pixels that a block draws, unless one row has more: the first for many
-views, the second if the views would not keep all blocks busy."""
+"""Largest number of pixels that a block draws, unless one row has more: the
+first for many views, the second if there are too few views for all blocks."""
 
 _THREADS = 256
 _BLOCKS = 4  # On each multiprocessor.
@@ -63,9 +63,10 @@ class CudaDepthField(DistanceField):
         splat_W: The scene, expressed in W.
         sensor: The views and the definition of a surface.
         nearest_only: Return only the nearest view of each sphere (cheaper).
-        subtract_uncertainty: Whether the splats' uncertainty counts.
+        subtract_uncertainty: Whether the splats' uncertainty is subtracted from
+            distances.
         prepared: The `prepared` of an equal field, to avoid sorting the splats
-            again. Kernels do not check it.
+            again. Kernels do not check these arrays.
 
     Raises:
         FieldError: The sensor has a low-pass filter, or an `alpha_cutoff` above
@@ -218,8 +219,8 @@ class CudaDepthField(DistanceField):
         few = n_views * self._rules.bands < 8 * self._blocks
         rules = self._rules_of_few if few else self._rules
         blocks = min(n_views * rules.bands, self._blocks)
-        # The keys of views, then in half as many bits those of spheres, and the
-        # counter of work.
+        # Keys of views (64 bits), keys of spheres (32 bits), and the work
+        # counter.
         keys = torch.full(
             (n_views + n // 2 + 1,), -1, dtype=torch.int64, device=device
         )
@@ -298,8 +299,9 @@ class RulesArgument(ctypes.Structure):
             is_surfel: Whether the splats are discs.
             nearest_only: Whether only a sphere's nearest view is computed.
             uncertainty: The splats' largest uncertainty [m].
-            band: Most pixels that a block draws, unless one row has more.
-            room: Most splats that a block lists at once.
+            band: Largest number of pixels that a block draws, unless one row
+                has more.
+            room: Largest number of splats that a block lists at once.
         """
         r = sensor.resolution
         band_rows = math.ceil(r / math.ceil(r * r / band))
@@ -378,5 +380,5 @@ def largest_uncertainty(clusters: Clusters) -> float:
 
 
 def view_rotations() -> np.ndarray:
-    """Returns the views' orientations as the kernel takes them, (6, 9)."""
+    """Returns the views' orientations in the kernel's layout, shape (6, 9)."""
     return R_DV.reshape(N_VIEWS, 9).astype(np.float32)

@@ -22,9 +22,9 @@ class DeviceClusters:
     """Copies of `Clusters` on a CUDA device.
 
     Attributes:
-        device: The device, torch's current one at first.
+        device: The device: torch's current one at construction.
         multiprocessors: Number of its multiprocessors.
-        records: See `Clusters`; so are the others.
+        records: See `Clusters`, also for the other arrays.
         argument: The argument of kernels.
     """
 
@@ -70,7 +70,7 @@ def sphere_rows(
 
     Args:
         p_WS: Centres, shape (n, 3) [m].
-        reach: Distances from the centres that an answer must undercut, shape
+        reach: Distances from the centres that a result must undercut, shape
             (n,) [m].
         ignore_below: Heights below which splats are ignored, shape (n,) [m].
 

@@ -1,7 +1,7 @@
 """Compiles CUDA C++ at run time, and launches it on torch's stream.
 
 NVRTC, the compiler, is part of every CUDA build of torch, and every system with
-a GPU has the driver. So users need neither nvcc nor a C++ compiler nor another
+a GPU has the driver. So users need no nvcc, no C++ compiler and no other
 package. Compiled code is kept in the user's cache.
 """
 
@@ -128,7 +128,7 @@ def find_compiler() -> ctypes.CDLL | None:
 
 
 def _brought(name: str) -> list[Path]:
-    """Returns where NVIDIA's wheels, on which torch depends, put a library."""
+    """Returns the path of a library in NVIDIA's wheels; None if absent."""
     spec = importlib.util.find_spec("nvidia")
     folders = spec.submodule_search_locations if spec else None
     return [
@@ -158,7 +158,7 @@ def _compiled(source: str, capability: int, version: str) -> bytes:
     try:
         return path.read_bytes()
     except OSError:
-        pass  # Not there yet.
+        pass  # The file is not in the cache yet.
     code = compile_source(source, main, headers, capability)
     write_atomically(path, code)
     return code
@@ -195,7 +195,7 @@ def compile_source(
     nvrtc.nvrtcGetNumSupportedArchs(ctypes.byref(count))
     known = (ctypes.c_int * count.value)()
     nvrtc.nvrtcGetSupportedArchs(known)
-    # For a GPU newer than the compiler, its driver translates the code.
+    # If the GPU is newer than the compiler, the driver translates the code.
     kind = "CUBIN" if capability in known else "PTX"
     arch = f"sm_{capability}" if kind == "CUBIN" else f"compute_{max(known)}"
     options = [

@@ -38,16 +38,17 @@ class CudaSphereToEllipsoidField(DistanceField):
     """`SphereToEllipsoidField`, computed on a CUDA device.
 
     Computation is in single precision: distances differ from the CPU's by a
-    relative error of about 10^-7, and of two equally near splats the other one
-    may be returned.
+    relative error of about 10^-7, and of two equally near splats, another one
+    than on the CPU may be returned.
 
     Args:
         splat_W: The Gaussian splat, expressed in W.
         n_sigma: Semi-axes of a splat in standard deviations.
         min_opacity: Splats below this opacity are ignored.
-        subtract_uncertainty: Whether the splats' uncertainty counts.
+        subtract_uncertainty: Whether the splats' uncertainty is subtracted from
+            distances.
         prepared: The `prepared` of an equal field, to avoid sorting the splats
-            again. Kernels do not check it.
+            again. Kernels do not check these arrays.
 
     Raises:
         RemoSplatError: torch or a CUDA device is missing.
@@ -132,7 +133,7 @@ class CudaSphereToEllipsoidField(DistanceField):
         return batch_answer(batch, answer[..., 0], answer[..., 4:7])
 
     def _answer(self, rows: "Tensor") -> "Tensor":
-        """Distances from the centres, vectors to the points, directions."""
+        """Computes distances from the centres, vectors and directions."""
         import torch
 
         n = len(rows)

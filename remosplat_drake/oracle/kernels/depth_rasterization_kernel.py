@@ -1,14 +1,15 @@
 """Finds the nearest pixels of depth views without rendering them (Numba).
 
-The result is only the smallest range of each view. Fragments are stored in any
-order. A further fragment can only move a median nearer, and can only increase
+Only the smallest range of each view is computed. Fragments are stored in any
+order. A further fragment can only move a median nearer, and only increase the
 accumulated alpha. So the smallest median of all complete pixels so far is an
-upper bound of the result. Splats are visited roughly from near to far, once for
-all six views of a sphere, until these bounds end the search; fragments behind
-the bound are discarded. For splats that cover many pixels, only pixels of a
-coarse grid are drawn at first, and the others when the bounds are tight. At the
-end, some pixels may have a nearer median but too little alpha from the stored
-fragments. Their rays are traced through the hierarchy, nearest first.
+upper bound on the result. Splats are visited roughly from near to far, once for
+all six views of a sphere, until the remaining ones are beyond these bounds;
+fragments behind the bound are discarded. For splats that cover many pixels,
+only pixels of a coarse grid are drawn at first, and the others once the bounds
+are tight. At the end, some pixels may have a nearer median, but too little
+alpha from the stored fragments. Their rays are traced through the hierarchy,
+nearest first.
 """
 
 from heapq import heappop, heappush
@@ -63,8 +64,8 @@ from remosplat_drake.oracle.kernels.splat_drawing import (
 from remosplat_drake.splat.bvh import leaf_range
 
 _SETS = ALL_VIEWS + 1
-"""Number of sets of views; a queued item is a link times this number, plus a
-set."""
+"""Number of sets of views. A queued item is a link of the hierarchy times this
+number, plus the set's number."""
 
 
 @numpy_kernel
@@ -211,7 +212,7 @@ def _draw_deferred(splats, rules, canvas):
 
 @helper
 def _complete(splats, rules, canvas):
-    """Decides pixels with a nearer median that are still too transparent."""
+    """Traces the rays of pixels with a nearer median but too little alpha."""
     heap = [(np.inf, -1)]
     pixels = rules.resolution * rules.resolution
     for i in range(canvas.count[CANDIDATES]):

@@ -33,7 +33,7 @@ from remosplat_drake.splat.bvh import leaf_range
 ALL_VIEWS = 2**N_VIEWS - 1
 """The set of all views."""
 
-# The views along and against each axis of D.
+# The views in positive and negative direction of each axis of D.
 _ALONG_X, _ALONG_Y, _ALONG_Z, _AGAINST_X, _AGAINST_Y, _AGAINST_Z = (
     int(np.argmax(R_DV[:, :, 2] @ axis)) for axis in [*np.eye(3), *-np.eye(3)]
 )
@@ -89,7 +89,8 @@ def views_of_boxes(splats, node, views, seen, limit, spread):
         node: Number of the node.
         views: The views.
         seen: Set of the views that need the node.
-        limit: Range from which on each view needs nothing, shape (6,) [m].
+        limit: Range from which on fragments of each view are irrelevant, shape
+            (6,) [m].
         spread: Reach of the low-pass filter, see `Rules`.
 
     Returns:
@@ -139,11 +140,13 @@ def views_of_balls(views, center, radius, nearest, seen, limit):
 
     Args:
         views: The views.
-        center: Their centres, from the camera's in W, as a tuple of lanes [m].
+        center: Vectors from the camera to their centres in W, as a tuple of
+            lanes [m].
         radius: Their radii [m].
         nearest: Lower bounds of the ranges in them [m].
         seen: Set of the requested views.
-        limit: Range from which on each view needs nothing, shape (6,) [m].
+        limit: Range from which on fragments of each view are irrelevant, shape
+            (6,) [m].
     """
     center = _in_sensor(views.R_WD, center[0], center[1], center[2])
     # Planes at 45 degrees separate the views.
@@ -186,9 +189,9 @@ def _views_beyond_sides(p, half, ahead, nearest, seen, limit):
 
 @inlined
 def _if_seen(view, farthest, beside, nearest, seen, limit):
-    """Returns the set of a view if it is requested and looks far enough."""
+    """Returns the set of a view if it is requested and within its limit."""
     reach = limit[view] if (seen >> view) & 1 else -np.inf
-    # Infinite boxes give NaN here: they may be anywhere.
+    # Infinite boxes give NaN here, and count as visible.
     reaches_in = ~(farthest < beside)
     return where(reaches_in & (nearest < reach), float(1 << view), 0.0)
 
@@ -243,7 +246,7 @@ def _interval(wide, at, axis, views):
 
 @inlined
 def centers_in_leaf(splats, leaf, views):
-    """Returns where the splats of a leaf are, and which are not ignored.
+    """Returns the positions of a leaf's splats, and which are not ignored.
 
     Args:
         splats: The `Footprints`.
@@ -251,8 +254,8 @@ def centers_in_leaf(splats, leaf, views):
         views: The views.
 
     Returns:
-        Their centres from the camera's in W, as a tuple of lanes [m], and a
-        mask.
+        Vectors from the camera to their centres in W, as a tuple of lanes [m],
+        and a mask.
     """
     first, end = leaf_range(leaf)
     p, row = views.p_WS, splats.bounds.shape[1]

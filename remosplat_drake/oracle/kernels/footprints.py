@@ -1,6 +1,6 @@
 """`Footprints`: splats in depth views, as functions of the ray (Numba).
 
-In a view, everything about a splat is a function of the ray (x, y, 1) of a
+In a view, depth and weight of a splat are functions of the ray (x, y, 1) of a
 pixel. A disc has three linear forms A, B, C and its plane's height h with u = A
 / C, v = B / C and depth h / C; the ray misses it where A^2 + B^2 > w C^2. That
 outline is a conic, whose rows and columns bound the pixels that must be tested.
@@ -38,7 +38,7 @@ Counting references to arrays takes a tenth of a query's time.
 inlined = register_jitable(
     no_cfunc_wrapper=True, error_model="numpy", _nrt=False, forceinline=True
 )
-"""The same for functions with more expensive arguments than work."""
+"""Like `lean`, for functions whose call costs more than their work."""
 
 # Pixels at an outline are tested one by one, so spans are widened by far more
 # than the rounding error [px].
@@ -124,7 +124,7 @@ def make_rules(
 
 
 def make_footprints(splat_W: GaussianSplat, sensor: DepthSensor) -> Footprints:
-    """Prepares the visible part of a splat that is expressed in W."""
+    """Makes the footprints of a splat that is expressed in W."""
     records, half = footprint_records(splat_W, sensor)
     center = records[:, :3]
     hierarchy = build_hierarchy(center - half, center + half, center[:, 2])
@@ -290,8 +290,9 @@ def project(records, k, rules, p_WV, R_WV):
     """Expresses splat k in the ray coordinates of a view.
 
     Returns:
-        Fifteen numbers: for a disc what `meet_plane` returns; for an ellipsoid
-        what `whiten` does, rows that whiten the ray and the whitened centre.
+        Fifteen numbers: for a disc the result of `meet_plane`; for an ellipsoid
+        the result of `whiten`, rows that whiten the ray and the whitened
+        centre.
     """
     p = (
         records[k, 0] - p_WV[0],
@@ -357,7 +358,7 @@ def is_within(z, weight, rules, shift):
 
 @inlined
 def pixel_span(low, high, resolution):
-    """Returns the first and last pixel with centres in [low, high] of a row.
+    """Returns the first and last pixel of a row with centres in [low, high].
 
     Both are whole numbers as floats, or lanes of them.
     """

@@ -1,8 +1,8 @@
 """Broad phase on the GPU: pairs of discs and views (torch).
 
 Tensors are float32 on one device. D is a sensor's frame, V that of one of its
-six views (OpenCV axes). A *camera* is 6 times the sphere plus the view's slot
-in `VIEWS`.
+six views (OpenCV axes). A *camera* is the number 6 s + v, with the index s of
+the sphere and the index v of the view in `VIEWS`.
 """
 
 import math

@@ -1,11 +1,11 @@
 """Six depth views of many spheres at once, composited by gsplat on a GPU.
 
-`footprint` bounds each disc in its image. gsplat's public functions do the
-rest: they sort, tile and composite, and its "median" of a colour channel that
-holds the *index* of the disc names the disc that the median depth lies on.
-`nearest_pixels` then meets that disc with the pixel's ray. The projection of
-gsplat is not used: it drops discs whose centre is behind the camera, and its
-bounds of discs that extend beside the camera are wrong.
+`footprint` bounds each disc in its image. gsplat's public functions sort, tile
+and composite. A colour channel contains the *index* of the disc, so gsplat's
+"median" of this channel is the disc of the median depth. `nearest_pixels` then
+intersects this disc with the pixel's ray. The projection of gsplat is not used:
+it drops discs whose centre is behind the camera, and its bounds of discs that
+extend beside the camera are wrong.
 
 Tensors are float32 on one device. C images are the cameras in use, P pairs
 one disc in one of them each (`gsplat_pairs`). V has OpenCV axes; rays are
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 TILE = 8
 """Side length of the tiles that gsplat sorts and composites [px]."""
 
-# Screen-space filter footprints reach no pixel there [px].
+# Position at which footprints of the screen-space filter reach no pixel [px].
 _NOWHERE = 1e6
 
 
@@ -54,7 +54,7 @@ class Footprint(NamedTuple):
     Attributes:
         center: Middle of the bounding box, shape (P, 2) [px].
         half: Half its sides, rounded up, shape (P, 2) [px]; 0 if unseen.
-        depth: Sorts the discs of an image, shape (P,) [m].
+        depth: Sort key of the discs in an image, shape (P,) [m].
         plane: The disc's plane (n, n . p), shape (4, P): a ray meets it at
             the depth n . p / (n . ray).
         uncertainty: Uncertainty of the disc, shape (P,) [m].
@@ -93,7 +93,7 @@ def footprint(
     half = ((high - low) / 2 * pixels).ceil()
     half *= (far_end >= sensor.near) & (near_end <= sensor.far + uncertainty)
     plane = _plane(axes, p)
-    # The depth of the centre, unless that lies outside of the image.
+    # The depth of the centre, unless the centre is outside the image.
     depth = plane[3] / (plane[0] * middle[0] + plane[1] * middle[1] + plane[2])
     depth = depth.clamp(near_end, far_end).clamp(min=sensor.near)
     return Footprint(
@@ -187,7 +187,7 @@ def _composite(
     bounds: Footprint,
     sensor: DepthSensor,
 ) -> tuple["Tensor", "Tensor"]:
-    """Renders with gsplat which pair holds the median of each pixel.
+    """Renders, with gsplat, the pair that contains the median of each pixel.
 
     Returns:
         The pair and the accumulated alpha, (C, resolution^2) each; the pair is
@@ -252,7 +252,7 @@ class NearestPixels(NamedTuple):
         pixel: Row-major index of the pixel, shape (C,).
         open_range: Smallest range of all pixels with a median, including those
             that do not count, shape (C,) [m]. If it is smaller than `range`,
-            discs farther behind could make that pixel count.
+            further discs behind it could make that pixel count.
     """
 
     range: "Tensor"
@@ -283,7 +283,7 @@ def nearest_pixels(
     z = height / (n_x * rays.x + n_y * rays.y + n_z)
     if sensor.low_pass_filter:
         z = _filtered_depth(frames_V[median], rays, z, sensor)
-    # A median outside these bounds is not a fragment.
+    # A median outside these bounds does not count.
     seen = z >= sensor.near
     z = z - bounds.uncertainty[median] / rays.length
     seen &= z <= sensor.far

@@ -34,7 +34,7 @@ def node_address(wide, node) -> int:
 
 @helper
 def around(p):
-    """Returns numbers in single precision around three coordinates.
+    """Rounds three coordinates to single precision, both down and up.
 
     Args:
         p: The coordinates.
@@ -66,7 +66,7 @@ def raised(limit):
 
 @helper
 def lowered(floor):
-    """Rounds a floor down to single precision.
+    """Rounds a floor's height down to single precision.
 
     Args:
         floor: The height [m].

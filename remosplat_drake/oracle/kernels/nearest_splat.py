@@ -78,10 +78,12 @@ def query(tree, spheres, answer):
 
     Args:
         tree: A `SplatTree`.
-        spheres: (n, 6): centre p_WS, the distance from the centre that an
-            answer must undercut, the height below which splats are ignored.
-        answer: (n, 8), filled: place of the splat in the records or -1, signed
-            distance from the centre less the splat's uncertainty, p_WC, n_W.
+        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
+            centre that a result must undercut, the height below which splats
+            are ignored [m], and the index of the sphere.
+        answer: Output, shape (n, 8): index of the splat in the records or -1,
+            signed distance from the centre minus the splat's uncertainty, p_WC
+            and n_W.
     """
     _query_range(tree, spheres, answer, 0, len(answer))
 
@@ -236,7 +238,7 @@ def _nearer(tree, place, p, floor, best):
     distance -= uncertainty
     if distance < best[0]:
         return distance, place, x
-    # A tie goes to the lowest index, in any order of the visits.
+    # Ties go to the lowest index, regardless of the order of visits.
     tie = distance == best[0] and best[1] >= 0
     if tie and tree.order[place] < tree.order[best[1]]:
         return distance, place, x
@@ -311,7 +313,7 @@ def _direction(y, x, e):
         largest = max(abs(u), max(abs(v), abs(w)))
     elif is_inside(y, e):
         largest = -largest
-    # Scaled first: squares of denormal numbers underflow.
+    # Scaled first, since squares of denormal numbers underflow.
     u, v, w = u / largest, v / largest, w / largest
     length = math.sqrt(u * u + v * v + w * w)
     return u / length, v / length, w / length

@@ -19,14 +19,15 @@ def query(grid, spheres, answer):
 
     Args:
         grid: The grid, a `VoxelOctree`.
-        spheres: (n, 5): centre p_WS, the distance from the centre that an
-            answer must undercut, the height below which voxels, by their
-            centres, count as seen.
-        answer: (n, 8), filled: 1, or -1 if there is none; signed distance from
-            the centre, p_WC, n_W.
+        spheres: Queries, shape (n, 6): centre p_WS, the distance from the
+            centre that a result must undercut, and the height below which
+            voxels, by their centres, count as seen [m]; the last column is not
+            used.
+        answer: Output, shape (n, 8): 1, or -1 without a result; signed distance
+            from the centre, p_WC and n_W.
     """
     nx, ny, nz = grid.unseen.shape
-    # Each level leaves at most seven nodes for later.
+    # Each level adds at most seven nodes to the stack.
     nodes = np.empty((8 * len(grid.levels), 4), np.int64)
     squares = np.empty(len(nodes))
     for row in range(len(answer)):
@@ -38,8 +39,8 @@ def query(grid, spheres, answer):
         j = _level(p[1], grid.lower[1], grid.voxel, ny)
         k = _level(p[2], grid.lower[2], grid.voxel, nz)
         if k >= first and grid.unseen[i, j, k]:
-            # Ignored space below counts as seen, so it bounds unseen space,
-            # too.
+            # Ignored space below counts as seen, so its boundary also bounds
+            # unseen space.
             start = np.inf, (-1, -1, -1)
             if first > 0:
                 start = _square(grid, p, i, j, first - 1), (i, j, first - 1)
@@ -77,7 +78,8 @@ def _nearest(grid, p, first, kind, best, nodes, squares):
         p: The point.
         first: Voxels below this index along z do not count.
         kind: The kind.
-        best: Squared distance to improve on, and the voxel if none does.
+        best: Squared distance to undercut, and the voxel to return if none
+            does.
         nodes: Memory for nodes to visit: level and three indices.
         squares: Memory for the squared distances to their boxes.
     """

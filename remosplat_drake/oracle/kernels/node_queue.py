@@ -81,7 +81,7 @@ def push(queue, key, item) -> bool:
 
 @helper
 def pop(queue) -> int:
-    """Removes a node of the first bucket; returns its place, -1 for none."""
+    """Removes a node of the first bucket; returns its index, -1 for none."""
     bucket = queue.count[_BUCKET]
     while queue.first[bucket] < 0:
         bucket += 1

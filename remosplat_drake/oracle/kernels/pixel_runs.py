@@ -153,7 +153,7 @@ def wipe(canvas, bound):
 
 @inlined
 def has_room(canvas, rules):
-    """Whether the canvas has room for eight more splats in one view."""
+    """Returns whether the canvas has room for eight more splats in one view."""
     most = WIDTH * rules.resolution * -(-rules.resolution // FEW)
     return canvas.count[RUNS] + most <= len(canvas.runs) and canvas.count[
         DEFERRED
@@ -259,10 +259,11 @@ def settle(canvas, rules, reach, pixel):
     ):
         return
     canvas.best[view], canvas.best_pixel[view] = reach, pixel
-    # Equally near pixels may still follow.
+    # Further pixels may be equally near.
     limit = np.nextafter(reach, np.inf)
     if rules.nearest_only:
-        # Among equal views the first one counts, in any order of visits.
+        # Of equal views, the first one counts, regardless of the order of
+        # visits.
         for other in range(N_VIEWS):
             canvas.limit[other] = min(canvas.limit[other], limit)
     canvas.limit[view] = min(canvas.limit[view], limit)

@@ -1,4 +1,4 @@
-"""Draws splats into depth views, as far as they matter (Numba).
+"""Draws the relevant parts of splats into depth views (Numba).
 
 Splats are collected for a view until there are eight, which are then projected
 at once, one per lane. For each, eight rows of pixels are bounded at once, and
@@ -304,7 +304,7 @@ def _draw_row(splats, rules, canvas, view, k, s, part, layer, row, first, end):
 
 @inlined
 def _judge_run(rules, canvas, row, layer, begin, alpha, light):
-    """Tests pixels whose light has changed, if that may matter."""
+    """Tests changed pixels, if they may become the nearest."""
     before, after = light
     index, first = canvas.layers.index[layer], row * rules.resolution
     median_at = rules.transmittance + ROUNDING

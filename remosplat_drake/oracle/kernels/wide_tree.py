@@ -1,4 +1,4 @@
-"""A hierarchy whose nodes have eight children, tested at once (Numba).
+"""A hierarchy whose nodes have eight children, tested together (Numba).
 
 It is built from a `BoundingVolumeHierarchy`: a node adopts the children of its
 largest child until it has eight. A query visits less than half as many nodes,
@@ -36,9 +36,9 @@ def widen(nodes, links, leaf_size):
         missing children. The second one has the number of each child, or its
         link if it is a leaf, shape (m, 8).
     """
-    # The usual number: allocating much more would be expensive.
+    # The usual number of nodes; allocating many more would be expensive.
     wide, children = _make_nodes(len(nodes) // 3 + 1)
-    # Nodes to fill: their number here and there.
+    # Nodes to fill: their numbers in the wide and in the binary hierarchy.
     waiting = np.zeros((MOST_WAITING, 2), np.int64)
     found = np.empty((WIDTH, 2), np.int64)
     height, count = 1, 1

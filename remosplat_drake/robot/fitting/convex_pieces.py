@@ -1,8 +1,8 @@
 """Cutting a link's mesh into convex collision shapes.
 
-Contact simulation wants a few convex shapes with few corners, and none of
-them may protrude from the spheres that the controller knows. So the mesh is
-cut where the spheres cut each other. What lies between these planes lies in
+Contact simulation needs few convex shapes with few corners, and none of them
+may protrude from the spheres that the controller uses. So the mesh is cut along
+the planes in which spheres intersect. Each part between these planes lies in
 one sphere, and so does its convex hull. Then hulls are joined as long as the
 spheres still enclose the result.
 """
@@ -60,8 +60,8 @@ def convex_pieces(
     Args:
         surface: Triangles in the link frame, shape (t, 3, 3) [m].
         spheres: The spheres of that link, which enclose the surface.
-        tolerance: How far the surface may protrude from the pieces [m]; more
-            needs fewer corners.
+        tolerance: Distance by which the surface may protrude from the pieces
+            [m]; a larger one needs fewer corners.
         filling: Two pieces are joined if their common hull adds at most this
             fraction to their volume.
 
@@ -71,7 +71,7 @@ def convex_pieces(
     out = standing_out(surface, spheres)
     if out > 0:
         raise RemoSplatError(
-            f"the mesh itself stands out of the spheres by {1e3 * out:.1f} mm"
+            f"the mesh protrudes from the spheres by {1e3 * out:.1f} mm"
         )
     parts = []
     for i in range(len(spheres.radius)):
@@ -84,10 +84,10 @@ def convex_pieces(
 
 
 def _in_cell(surface: np.ndarray, spheres: LinkSpheres, i: int) -> np.ndarray:
-    """The part of the surface that lies deeper in sphere i than in the others.
+    """Returns the part of a surface that is deepest in sphere i.
 
-    Depth is measured by a point's power, distance^2 - radius^2: two spheres
-    have the same on the plane in which they cut each other.
+    Depth is the power of a point, distance^2 - radius^2. On the plane in which
+    two spheres intersect, their powers are equal.
     """
     p_LS, square = spheres.p_LS, spheres.radius**2
     part = surface
@@ -104,8 +104,9 @@ def below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
 
     Args:
         part: Triangles, shape (t, 3, 3) [m].
-        normal: Normal of the plane that cuts, shape (3,).
-        offset: Its offset from the origin, in units of the normal's length [m].
+        normal: Normal of the cutting plane, shape (3,).
+        offset: Right-hand side of the inequality, in units of the normal's
+            length [m].
 
     Returns:
         Triangles, shape (s, 3, 3) [m].
@@ -113,7 +114,8 @@ def below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
     height = part @ normal - offset
     crossing = (height > 0).any(axis=1)
     pieces = [part[~crossing]]
-    # Each is turned until the corner that is alone on its side comes first.
+    # Each triangle's corners are rotated so that the one alone on its side of
+    # the plane comes first.
     for side, count in ((-1, 1), (1, 2)):
         alone = crossing & ((height < 0).sum(axis=1) == count)
         rows = np.arange(alone.sum())[:, None]
@@ -134,7 +136,7 @@ def below(part: np.ndarray, normal: np.ndarray, offset: float) -> np.ndarray:
 def _joined(
     parts: list[np.ndarray], spheres: LinkSpheres, filling: float
 ) -> list[np.ndarray]:
-    """Joins the two parts that fit each other best, again and again."""
+    """Joins the pair of parts whose hull adds least volume, repeatedly."""
     volume = [hull_volume(part) for part in parts]
     alive = list(range(len(parts)))
     candidates = list(combinations(alive, 2))
@@ -181,7 +183,7 @@ def hull_volume(p: np.ndarray) -> float:
 
 
 def convex_corners(p: np.ndarray) -> np.ndarray:
-    """Returns the points that are corners of the convex hull of all.
+    """Returns the points that are corners of the convex hull.
 
     Args:
         p: Points, shape (n, 3) [m].
@@ -194,14 +196,15 @@ def convex_corners(p: np.ndarray) -> np.ndarray:
 
 
 def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
-    """Makes the hull of as few of the points as leave none far outside it.
+    """Makes a hull of few of the points, which leaves no point far outside.
 
-    It starts with the outermost points along the axes and the diagonals; those
-    that are farthest outside come next, one a face at a time.
+    It starts with the outermost points along the axes and the diagonals. Each
+    iteration then adds the farthest point outside each face.
 
     Args:
         p: Points, shape (n, 3) [m].
-        tolerance: How far a point may be outside [m]; 0 keeps all corners.
+        tolerance: Greatest distance of a point outside the hull [m]; 0 keeps
+            all corners.
 
     Raises:
         RemoSplatError: The points are flat, or too few.
@@ -217,7 +220,7 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
     while True:
         hull = _hull(p[chosen])
         if hull is None:
-            # So thin that few points span nothing.
+            # The points are so thin that few of them span no volume.
             return _oriented(whole)
         planes = hull.equations
         heights = p @ planes[:, :3].T + planes[:, 3]
@@ -225,7 +228,7 @@ def convex_piece(p: np.ndarray, tolerance: float) -> ConvexPiece:
         far = above > max(tolerance, 0.5 * above.max())
         order = np.argsort(-above)
         order = order[far[order]]
-        # The first of each face is the farthest above it.
+        # The first point of each face is the farthest above it.
         new = order[np.unique(face[order], return_index=True)[1]]
         new = np.setdiff1d(new, chosen)
         if not len(new):

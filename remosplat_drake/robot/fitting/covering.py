@@ -20,7 +20,7 @@ from remosplat_drake.robot.fitting.sphere_fitting import (
 )
 
 _SLIT = 5e-4
-"""Depth at which points that the fit has missed lie in the end [m]."""
+"""Final depth inside the spheres of points that the fit had missed [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -29,7 +29,8 @@ class Covering:
 
     Attributes:
         fits: The spheres by link name.
-        bulges: How far they protrude from each link, by its name.
+        bulges: Distances by which the spheres protrude from each link, by link
+            name.
     """
 
     fits: dict[str, LinkSpheres]
@@ -42,7 +43,7 @@ class Covering:
         """Writes the sphere model in tenths of a millimetre, radii rounded up.
 
         Args:
-            comments: Lines that say how it was made.
+            comments: Comment lines that state how the model was made.
         """
         lines = [
             *(f"# {line}" for line in comments),
@@ -77,13 +78,14 @@ def fit_covering(
 
     Args:
         model: URDF, SDF or *.dmd.yaml; link names must be unique in it.
-        options: Options, which say which surfaces count.
+        options: Selection of the surfaces to enclose.
         count: Number of spheres to spend; None for a tolerance instead.
-        tolerance: How far the spheres may bulge [m]; only without a count.
-        most: With a tolerance: how many spheres a link takes at most.
+        tolerance: Distance by which the spheres may protrude from a link [m];
+            only without a count.
+        most: With a tolerance: largest number of spheres of a link.
         seed: Seed of all random choices.
-        on_progress: Called with the present step, the number of finished links,
-            and of all.
+        on_progress: Called with the name of the present step, the number of
+            finished links, and the number of links.
 
     Raises:
         RemoSplatError: The model cannot be read, a link is unknown or has no
@@ -107,7 +109,7 @@ def fit_covering(
         tolerance=tolerance,
         most=most,
     )
-    # Points that the fit has not seen find the slits between spheres.
+    # Points that were not used for the fit reveal the slits between spheres.
     on_progress("checking with fresh points", 0, 1)
     fresh = surface_points(model, options, seed + 1)
     fits = {

@@ -12,33 +12,33 @@ from remosplat_drake.robot.fitting.convex_pieces import (
 )
 
 SLACK = 4e-4
-"""How far corners that a piece does without may be outside it [m]."""
+"""Distance outside a piece of corners that it may omit [m]."""
 
 _MOST_CORNERS = 200
-"""Most corners of a piece: ticks look at all."""
+"""Largest number of corners of a piece; a tick may visit all of them."""
 
 _MORE = 1.5
-"""Factor on the slack until the corners suffice."""
+"""Factor by which the slack grows until the corners suffice."""
 
 _SPARE = 6e-5
-"""How deep in the pieces all lies [m]: files are in micrometres, and
-`standing_out` sees no less."""
+"""Least depth of the surface inside the pieces [m]: files are rounded to
+micrometres, and `standing_out` has a finite resolution."""
 
 _CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))
-"""The corners of the one around the unit ball."""
+"""The corners of the cube around the unit ball."""
 
 
 def enclosing_piece(surface: np.ndarray) -> ConvexPiece:
-    """Makes a piece with few corners that holds a surface.
+    """Makes a convex piece with few corners that encloses a surface.
 
-    The surface is thickened by the slack before corners are left out: for each
-    face of the piece, what is thickened is outside by the slack at most, and so
-    nothing of the surface is. The piece stands out by at most twice the slack,
-    however thin or sharp the surface is.
+    The surface is first thickened by the slack, then corners are omitted. The
+    thickened surface is outside each face of the piece by at most the slack, so
+    the surface itself is inside. The piece protrudes by at most twice the
+    slack, even if the surface is thin or sharp.
 
     Args:
-        surface: Triangles, shape (t, 3, 3) [m]. It may be flat, and gets a
-            thickness of two `SLACK` then.
+        surface: Triangles, shape (t, 3, 3) [m]. A flat surface gets a thickness
+            of two `SLACK`.
     """
     p = convex_corners(surface.reshape(-1, 3))
     cube = _CUBE @ _axes(p)
@@ -52,9 +52,9 @@ def enclosing_piece(surface: np.ndarray) -> ConvexPiece:
 
 
 def _axes(p: np.ndarray) -> np.ndarray:
-    """The link's axes or the principal ones, by the smaller box around p.
+    """Returns the link's or the principal axes, with the smaller box around p.
 
-    Thickened along its own axes, a box remains one.
+    A box that is thickened along its own axes remains a box.
     """
     main = np.linalg.eigh(np.cov(p.T))[1].T
     sizes = [
@@ -64,16 +64,17 @@ def _axes(p: np.ndarray) -> np.ndarray:
 
 
 class Pieces:
-    """Convex pieces as `standing_out` asks for them.
+    """Convex pieces, as `standing_out` requires them.
 
     Attributes:
-        planes: Outward normals and offsets of the faces of all pieces, normal .
-            x + offset being the height above them, shape (k, 4) [m].
-        first: Where each piece's planes begin, shape (n + 1,).
+        planes: Outward normals and offsets of the faces of all pieces, with
+            normal . x + offset as the height above the face, shape (k, 4) [m].
+        first: Index of the first plane of each piece, and the end, shape (n +
+            1,).
     """
 
     def __init__(self, pieces: list[ConvexPiece]):
-        """Finds the planes of some pieces, at least one."""
+        """Computes the planes of one or more pieces."""
         planes = [ConvexHull(piece.vertices).equations for piece in pieces]
         self.planes = np.vstack(planes)
         self.first = np.cumsum([0, *map(len, planes)])
@@ -85,7 +86,7 @@ class Pieces:
             p: Points, shape (n, 3) [m].
 
         Returns:
-            Shape (n, k) [m], negative inside; less than the distance where an
+            Shape (n, k) [m], negative inside; smaller than the distance if an
             edge or a corner is nearest.
         """
         heights = p @ self.planes[:, :3].T + self.planes[:, 3]

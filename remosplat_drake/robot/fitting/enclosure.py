@@ -2,18 +2,18 @@
 
 A sphere model *encloses* a robot if every point on the surface of every
 collision shape and of every visual mesh of each link lies inside or on a
-sphere of that same link. No tolerance is granted and no neighbouring link
-helps out, so this holds at every joint angle; it holds for joints that the
-controller does not move (a gripper's fingers) where they are locked. Then no
-collision shape is nearer to anything than the spheres are: a distance that
-the controller keeps for the spheres, every station keeps for the robot.
+sphere of that same link. There is no tolerance, and spheres of neighbouring
+links do not count. So the property holds at every joint angle; joints that the
+controller does not move (a gripper's fingers) are at their locked positions. No
+collision shape is then nearer to an obstacle than the spheres are: a distance
+that the controller keeps for the spheres holds for the whole robot.
 """
 
 from typing import Protocol
 
 import numpy as np
 
-# Triangles that are looked at together.
+# Number of triangles that are processed together.
 _CHUNK = 4096
 
 
@@ -21,7 +21,7 @@ class ConvexBodies(Protocol):
     """Convex bodies, such as spheres or pieces of a mesh."""
 
     def outside_each(self, p: np.ndarray) -> np.ndarray:
-        """Computes how far points are outside each body.
+        """Computes the distance of points outside each body.
 
         Args:
             p: Points, shape (n, 3) [m].
@@ -35,18 +35,18 @@ class ConvexBodies(Protocol):
 def standing_out(
     triangles: np.ndarray, bodies: ConvexBodies, resolution: float = 5e-5
 ) -> float:
-    """Bounds how far a surface stands out of a union of convex bodies [m].
+    """Bounds the distance by which a surface protrudes from convex bodies [m].
 
-    This is a bound for the whole surface, not for samples of it: the point of a
-    triangle that is farthest from a convex body is a corner. A triangle whose
-    corners are in no common body is cut in four until they are, or until the
-    bound is sharp.
+    The bound holds for the whole surface, not for samples of it, since the
+    point of a triangle that is farthest from a convex body is a corner. A
+    triangle whose corners lie in no common body is cut into four, until each
+    part lies in one body or the bound is tight.
 
     Args:
         triangles: Corners in the link frame, shape (t, 3, 3) [m].
         bodies: The bodies, such as the spheres of the link, in its frame.
-        resolution: How much too large the result may be [m]. A surface that is
-            enclosed with so much to spare has a result of at most 0.
+        resolution: Largest excess of the result over the true value [m]. If a
+            surface is at least that deep inside, the result is at most 0.
     """
     worst, lower = -np.inf, -np.inf
     todo = [triangles[i : i + _CHUNK] for i in range(0, len(triangles), _CHUNK)]
@@ -64,7 +64,7 @@ def standing_out(
 
 
 def in_four(triangles: np.ndarray) -> np.ndarray:
-    """Cuts triangles at the middles of their edges.
+    """Cuts each triangle into four at the midpoints of its edges.
 
     Args:
         triangles: Corners, shape (t, 3, 3) [m].

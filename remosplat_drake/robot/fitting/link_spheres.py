@@ -1,4 +1,4 @@
-"""`LinkSpheres`: spheres on one link, and how well they fit it."""
+"""`LinkSpheres`: spheres on one link, and their distance from its surface."""
 
 import dataclasses as dc
 
@@ -50,7 +50,7 @@ class LinkSpheres:
 
         Args:
             p: Points in the link frame, shape (n, 3) [m].
-            margin: Depth inside the spheres at which points must lie that were
+            margin: Depth inside the enlarged spheres of points that were
                 outside before [m].
         """
         missed = p[self.outside(p) > 0]
@@ -64,7 +64,7 @@ class LinkSpheres:
 
 @dc.dataclass(frozen=True)
 class Bulge:
-    """Mean and maximum of how far a link's spheres protrude from it [m]."""
+    """Mean and largest protrusion of a link's spheres from the link [m]."""
 
     mean: float
     max: float
@@ -73,7 +73,7 @@ class Bulge:
 def measure_bulge(
     spheres: LinkSpheres, solid: SolidGrid, directions: int = 2000
 ) -> Bulge:
-    """Measures how far the spheres' visible surface stands out of a solid.
+    """Measures the distance by which the spheres' union protrudes from a solid.
 
     Args:
         spheres: The spheres of one link.

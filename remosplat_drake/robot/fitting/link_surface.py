@@ -1,8 +1,8 @@
 """Points on the surfaces of a robot's links.
 
-Collision shapes are sampled exactly, meshes triangle by triangle. A mesh
-shape of the model file itself counts as its convex hull, as it does in
-Drake's collision queries.
+Collision shapes are sampled exactly, meshes triangle by triangle. A mesh that
+is a collision shape in the model file counts as its convex hull, as in Drake's
+collision queries.
 """
 
 import numpy as np
@@ -127,7 +127,7 @@ def collision_surface(
 def _sample_round(
     shape: Cylinder | Capsule, spacing: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """The side of a cylinder or capsule, and its flat or round ends."""
+    """Draws points on the side of a cylinder or capsule, and on its ends."""
     r, length = shape.radius(), shape.length()
     angle = rng.uniform(0, 2 * np.pi, _count(2 * np.pi * r * length, spacing))
     z = rng.uniform(-length / 2, length / 2, len(angle))

@@ -1,13 +1,13 @@
 """Differences between distances of convex pieces and of the meshes.
 
-Pieces hold their mesh, so that two links are never farther apart by their
-pieces than by their meshes, but may be nearer, by how far the pieces protrude.
-That matters in postures in which pieces come near each other. First, random
+Pieces enclose their mesh. So the distance between two links, computed from
+pieces, is never too large, but it is too small where the pieces protrude. This
+error matters in postures in which pieces come near each other. First, random
 postures are tried. Few of them bring two given links near each other, and they
-may miss all postures in which the pieces protrude. So an evolution strategy
-looks for worse ones: where the error is large, it changes the joints between
-two links at random, keeps the worst posture, and repeats this with smaller
-changes.
+may miss all postures with large errors. So an evolution strategy searches for
+larger errors: starting from postures with large errors, it changes the joints
+between the two links at random, keeps the postures with the largest errors, and
+repeats this with smaller changes.
 """
 
 import dataclasses as dc
@@ -32,34 +32,35 @@ from remosplat_drake.robot.self_collision.shape_pairs import (
 from remosplat_drake.robot.self_collision.shapes import CollisionShapes
 
 NEAR = 0.05
-"""Distance of meshes below which that of the pieces has to be true [m]."""
+"""Distance of meshes below which the pieces' distance must be accurate [m]."""
 
 _WORST = 8
 """Largest number of reported errors of a pair of links."""
 
 _RISING = 5e-4
-"""Error from which on postures are climbed from [m]."""
+"""Least error of a posture from which the search starts [m]."""
 
 _PARENTS, _CHILDREN = 12, 8
-"""How many postures are climbed from at once, and how many are drawn around
-each."""
+"""Number of postures that a generation of the search keeps, and number of
+random ones around each."""
 
 _STEP, _GENERATIONS = 0.05, 4
-"""By how much these differ at first, as a share of the joints' ranges, and how
-often they are drawn; each time they differ by half as much."""
+"""Initial size of the random changes, as a fraction of the joints' ranges, and
+number of generations; the size halves with each one."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class PairError:
-    """Two links that are nearer by their pieces than by their meshes.
+    """Two links whose pieces are nearer to each other than their meshes.
 
     Attributes:
         links: Names of the links.
-        error: By how much [m].
+        error: Distance of the meshes minus distance of the pieces [m].
         distance: Distance of their meshes [m].
-        shapes: Which shapes are nearest, as numbers of those that were given.
-        points: The nearest point of each, in its link's frame, shape (3,) [m].
-        blame: How far each point is from the surface of its link [m].
+        shapes: Indices of the two nearest shapes among those given.
+        points: The nearest point of each shape, in its link's frame, shape (3,)
+            [m].
+        blame: Distance of each point from the surface of its link [m].
     """
 
     links: LinkPair
@@ -72,15 +73,15 @@ class PairError:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Looks:
-    """Two links that are near by their pieces, in n postures.
+    """Nearest points of two links' pieces, in n postures.
 
     Attributes:
-        posture: Which posture, shape (n,).
-        ends: The two shapes, shape (n, 2).
+        posture: Index of the posture, shape (n,).
+        ends: Indices of the two shapes, shape (n, 2).
         distance: Their distance, shape (n,) [m].
         points: Their nearest points in the frames of their links, shape (n, 2,
             3) [m].
-        off: How far these are from the surfaces, shape (n, 2) [m].
+        off: Distances of these points from the surfaces, shape (n, 2) [m].
         X_AB: Pose of the second link in the first, shape (n, 4, 4).
     """
 
@@ -93,16 +94,16 @@ class _Looks:
 
     @property
     def most(self) -> np.ndarray:
-        """Surfaces are no farther apart than this more, shape (n,) [m]."""
+        """Upper bound on the error of the pieces' distance, shape (n,) [m]."""
         off = self.off.sum(axis=1)
         return off + np.abs(self.distance) - self.distance
 
 
 class MeshTruth:
-    """The surfaces of a robot's links, in some postures.
+    """Distances between the surfaces of a robot's links, in some postures.
 
     Attributes:
-        robot: The robot; its shapes do not matter.
+        robot: The robot; its collision shapes are not used.
         states: The postures, shape (p, n_q).
     """
 
@@ -118,7 +119,7 @@ class MeshTruth:
             robot: The robot.
             surfaces: Triangles of each link, by its name and in its frame,
                 shape (t, 3, 3) [m].
-            states: Configurations to look at, shape (p, n_q).
+            states: Configurations to examine, shape (p, n_q) [m, rad].
         """
         self.robot, self.states = robot, states
         self._poses = _poses(robot, states)
@@ -132,15 +133,15 @@ class MeshTruth:
     def errors(
         self, shapes: CollisionShapes, pairs: Sequence[LinkPair], least: float
     ) -> dict[LinkPair, list[PairError]]:
-        """Finds the postures in which distances of links are wrong by most.
+        """Finds the postures with the largest errors of the links' distances.
 
         Args:
             shapes: The convex shapes of the links.
             pairs: Names of pairs of links.
-            least: Errors up to this do not count [m].
+            least: Errors up to this value are ignored [m].
 
         Returns:
-            Errors of each pair of links that has some, the largest first.
+            The errors of each pair of links that has any, the largest first.
         """
         shape_pairs = ShapePairs.make(self.robot, shapes, pairs)
         found = {}
@@ -165,15 +166,15 @@ class MeshTruth:
     def add_worst(
         self, shapes: CollisionShapes, pairs: Sequence[LinkPair], least: float
     ) -> list[LinkPair]:
-        """Looks for postures in which distances are more wrong; adds them.
+        """Searches for postures with larger errors, and adds them.
 
         Args:
             shapes: The convex shapes of the links.
             pairs: Names of pairs of links.
-            least: Errors up to this do not count [m].
+            least: Errors up to this value are ignored [m].
 
         Returns:
-            The pairs of links for which there are new postures.
+            The pairs of links for which postures were added.
         """
         shape_pairs = ShapePairs.make(self.robot, shapes, pairs)
         worst = {
@@ -189,7 +190,7 @@ class MeshTruth:
     def _climb(
         self, shape_pairs: ShapePairs, links: LinkPair, least: float
     ) -> np.ndarray:
-        """The worst new postures of two links, shape (n, n_q)."""
+        """Returns new postures with large errors of two links, (n, n_q)."""
         looks = self._looks(shape_pairs, links, self._poses)
         error, _ = self._measured(links, looks, _RISING, self._of(links))
         chosen = _largest(error, _PARENTS)
@@ -212,7 +213,7 @@ class MeshTruth:
         return states[is_new & (error > least)]
 
     def _between(self, links: LinkPair) -> np.ndarray:
-        """Which positions move one of two links against the other, (n_q,)."""
+        """Returns which joints move two links against each other, (n_q,)."""
         tree = self.robot.tree
         a, b = (set(tree.chain(tree.index(link))) for link in links)
         moving = np.zeros(self.robot.n_q, bool)
@@ -220,7 +221,7 @@ class MeshTruth:
         return moving
 
     def _of(self, links: LinkPair) -> np.ndarray:
-        """The known distances of two links, shape (p,) [m].
+        """Returns the measured distances of two links' meshes, shape (p,) [m].
 
         They are NaN where they have not been measured yet.
         """
@@ -232,7 +233,7 @@ class MeshTruth:
     def _looks(
         self, pairs: ShapePairs, links: LinkPair, poses: np.ndarray
     ) -> _Looks:
-        """Where two links are near by their shapes, in the poses of bodies."""
+        """Returns the nearest points of two links' shapes, in all postures."""
         arrays = pairs.arrays(np.zeros(len(pairs)))
         posture, row, distance, p_A = nearest_shapes(
             arrays, pairs.links.index(links), poses, NEAR
@@ -245,7 +246,7 @@ class MeshTruth:
         points[:, 1] = (X_BA[:, :3, :3] @ p_A[:, 1, :, None])[:, :, 0]
         points[:, 1] += X_BA[:, :3, 3]
         ends = np.stack([pairs.first[row], pairs.second[row]], axis=1)
-        # The points of round shapes are within them by their radii.
+        # Points of round shapes are on their cores, a radius inside the shapes.
         away = [
             self._surfaces[link].tree.query(points[:, side])[0]
             for side, link in enumerate(links)
@@ -260,17 +261,17 @@ class MeshTruth:
         least: float,
         known: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """How wrong the distances of two links are, and the true ones [m].
+        """Returns errors of two links' distances, and the true distances [m].
 
-        An error is minus infinite where it is at most `least`, or where the
-        surfaces are far from each other, or cut each other.
+        An error is minus infinity if it is at most `least`, or if the surfaces
+        are far from each other or intersect.
 
         Args:
             links: Names of the links.
-            looks: Where they are near, n postures.
-            least: Errors up to this do not count [m].
-            known: The known distances in all postures, which are completed,
-                shape (p,) [m]; None for none.
+            looks: The links' nearest points in n postures.
+            least: Errors up to this value are ignored [m].
+            known: The measured distances in all postures, shape (p,) [m], to
+                which new ones are added; None for none.
 
         Returns:
             Errors and true distances, shape (n,) each [m].
@@ -303,7 +304,7 @@ def _poses(robot: RobotModel, states: np.ndarray) -> np.ndarray:
 
 
 def _largest(error: np.ndarray, count: int) -> np.ndarray:
-    """The numbers of the largest errors, which are errors at all."""
+    """Returns the indices of the largest finite errors."""
     chosen = np.argsort(-error)[:count]
     return chosen[error[chosen] > -np.inf]
 

@@ -1,4 +1,4 @@
-"""The links of any model file as surfaces to cover with spheres."""
+"""Surfaces of the links of a model file, to be covered with spheres."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -35,13 +35,13 @@ from remosplat_drake.robot.meshes import source_mesh
 from remosplat_drake.robot.model_file import in_one_line
 from remosplat_drake.robot.visuals import LinkVisual, load_visuals
 
-# Joint positions at which a neighbour is looked at.
+# Number of joint positions at which a neighbour is examined.
 _POSITIONS = 9
 
 
 @dc.dataclass(frozen=True)
 class SurfaceOptions:
-    """The surfaces of a model that spheres shall enclose.
+    """Selection of a model's surfaces that spheres must enclose.
 
     Attributes:
         links: Names of the links; empty means all that have geometry.
@@ -63,11 +63,11 @@ class SurfaceOptions:
 def model_surfaces(
     model: Path, options: SurfaceOptions, seed: int = 0
 ) -> dict[str, LinkSurface]:
-    """Samples the surfaces of the links of a model file, and fills them.
+    """Samples the surfaces of a model file's links, and fills their volumes.
 
     Args:
         model: URDF, SDF or *.dmd.yaml; link names must be unique in it.
-        options: Options, which say which surfaces count.
+        options: Selection of the surfaces.
         seed: Seed of the random points.
 
     Raises:
@@ -91,7 +91,7 @@ def surface_points(
 
     Args:
         model: URDF, SDF or *.dmd.yaml; link names must be unique in it.
-        options: Options, which say which surfaces count.
+        options: Selection of the surfaces.
         seed: Seed of the random points.
 
     Returns:
@@ -135,7 +135,7 @@ def _sampled(
 def _with_neighbours(
     link: str, surfaces: dict[str, LinkSurface], plant: MultibodyPlant
 ) -> LinkSurface:
-    """Adds the parts that a link shares with neighbours at every angle."""
+    """Adds the parts of neighbours that are always inside the link."""
     neighbours = []
     for index in plant.GetJointIndices():
         joint = plant.get_joint(index)
@@ -154,7 +154,7 @@ def _with_neighbours(
 def _relative_poses(
     plant: MultibodyPlant, joint: Joint, L: RigidBody, N: RigidBody
 ) -> list[np.ndarray]:
-    """X_LN as 4x4 matrices at positions spread over the joint's range."""
+    """Returns poses X_LN, 4x4, at positions spread over the joint's range."""
     context = plant.CreateDefaultContext()
     if joint.num_positions() != 1:
         ranges = [None]
@@ -176,7 +176,7 @@ def _relative_poses(
 
 
 def load_model(model: Path, scene_graph: SceneGraph) -> MultibodyPlant:
-    """Reads a model file into a plant, finalized, with its geometry.
+    """Reads a model file, with its geometry, into a finalized plant.
 
     Args:
         model: URDF, SDF or *.dmd.yaml.
@@ -196,7 +196,7 @@ def load_model(model: Path, scene_graph: SceneGraph) -> MultibodyPlant:
             ProcessModelDirectives(LoadModelDirectives(str(model)), parser)
         else:
             parser.AddModels(str(model))
-    # Where C++ would abort, Python is asked to exit.
+    # Drake aborts in C++; from Python, this raises SystemExit.
     except (RuntimeError, ValueError, SystemExit) as error:
         raise FileError(model, in_one_line(error)) from error
     plant.Finalize()

@@ -1,9 +1,10 @@
-"""As many convex pieces a link as its distances from other links need.
+"""Fits convex pieces to links, as many as accurate distances require.
 
-All links begin with one piece a mesh. Where pieces say in some posture that two
-links are nearer than their meshes are, the piece that stands out more there is
-cut in two by a plane, until the distances are true or nothing finer is allowed.
-Links that nothing comes near keep their hulls, which keeps ticks fast.
+All links begin with one piece for each mesh. If the pieces' distance of two
+links is too small in a posture, the piece that protrudes more there is cut in
+two by a plane. This is repeated until the distances are accurate or the largest
+number of pieces is reached. Links that never come near others keep their hulls,
+which keeps ticks fast.
 """
 
 import dataclasses as dc
@@ -23,27 +24,27 @@ from remosplat_drake.robot.self_collision.shapes import (
 )
 
 ACCURACY = 5e-3
-"""How much nearer links may be by their pieces than by their meshes [m]."""
+"""Greatest error of a distance between links' pieces [m]."""
 
 _AIM = 4e-3
-"""Bound to which errors are reduced, so that postures which were not used keep
-`ACCURACY`, too [m]."""
+"""Bound to which errors are reduced in the examined postures, so that other
+postures keep `ACCURACY`, too [m]."""
 
 _TRUE = 1.5e-3
-"""How far a piece may protrude where it is not worth cutting: as far as points
-on a surface are from each other's middles [m]."""
+"""Distance of a protruding point below which a piece is not cut [m]; sampled
+surface points are no denser."""
 
 _SEARCHES = 3
-"""How often worse postures are looked for. They are of pairs of links that were
-wrong in those of the time before: cuts make no distance worse."""
+"""Number of searches for larger errors. After the first, a search covers only
+pairs of links that had errors before, since cuts never increase an error."""
 
 MOST_PIECES = 40
-"""Most pieces that a mesh is cut into."""
+"""Largest number of pieces of a mesh."""
 
 
 @dc.dataclass(eq=False)
 class _Part:
-    """A part of a mesh, and the piece that represents it."""
+    """A part of a mesh, and the convex piece that represents it."""
 
     surface: np.ndarray
     done: bool = False
@@ -60,12 +61,12 @@ class _Mesh:
     parts: list[_Part]
 
     def cut(self, part: _Part, p: np.ndarray, off: np.ndarray) -> bool:
-        """Cuts a part where its piece stands out; returns whether it could.
+        """Cuts a part where its piece protrudes; returns whether it did.
 
         Args:
             part: One of the parts.
-            p: Points at which the piece stands out, shape (n, 3) [m].
-            off: By how much, shape (n,) [m].
+            p: Points at which the piece protrudes, shape (n, 3) [m].
+            off: Their distances from the surface, shape (n,) [m].
         """
         halves = None
         if len(self.parts) < MOST_PIECES:
@@ -85,8 +86,7 @@ class FittedPieces:
     Attributes:
         pieces: The pieces of each link that has meshes, by its name, in its
             frame.
-        errors: The pairs of links that are nearer by their shapes than by
-            their surfaces by more than `ACCURACY`, the worst first.
+        errors: The remaining errors above `ACCURACY`, the largest first.
     """
 
     pieces: dict[str, list[ConvexPiece]]
@@ -98,15 +98,16 @@ class FittedPieces:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Blame:
-    """An error, and the parts of meshes whose pieces are nearest there."""
+    """An error, and the parts whose pieces are nearest in its posture."""
 
     error: PairError
     parts: tuple[_Part | None, ...]
 
     def suspect(self) -> tuple[_Part, np.ndarray, float] | None:
-        """The part that is to be cut, a point of its piece, and how far it is.
+        """Returns the part to cut, a point of its piece, and its protrusion.
 
-        It is the one that stands out more of the two, if it can be cut.
+        Of the two parts, it is the one whose piece protrudes more, if it can be
+        cut.
         """
         ranked = sorted(
             zip(self.error.blame, self.parts, self.error.points, strict=True),
@@ -124,15 +125,15 @@ def fit_pieces(
     truth: MeshTruth,
     on_progress: Callable[[int, int], None] = lambda i, n: None,
 ) -> FittedPieces:
-    """Covers meshes with convex pieces whose distances are theirs.
+    """Covers meshes with convex pieces that preserve the links' distances.
 
     Args:
         meshes: Triangles of the meshes of each link, in its frame, shape
             (t, 3, 3) each [m].
         primitives: The other shapes of the links.
         truth: The surfaces of meshes and primitives, in some postures.
-        on_progress: Called with the number of links that are settled, and of
-            all.
+        on_progress: Called with the number of finished links, and the number of
+            links.
     """
     cut = [
         _Mesh(link, [_Part(mesh)])
@@ -171,7 +172,7 @@ def _errors(
     truth: MeshTruth,
     pairs: list[LinkPair],
 ) -> dict[LinkPair, list[_Blame]]:
-    """The errors of pairs of links, the largest first."""
+    """Returns the errors of pairs of links, the largest first."""
     shapes, parts = _shapes(meshes, primitives)
     found = truth.errors(shapes, pairs, _AIM)
     return {
@@ -183,7 +184,7 @@ def _errors(
 def _shapes(
     meshes: list[_Mesh], primitives: CollisionShapes
 ) -> tuple[CollisionShapes, list[_Part | None]]:
-    """All shapes, and the part of a mesh that each represents, if any."""
+    """Returns all shapes, and the part that each represents, None without."""
     parts: list[_Part | None] = [None] * len(primitives)
     links, shapes = list(primitives.links), list(primitives.shapes)
     for mesh in meshes:
@@ -197,9 +198,9 @@ def _shapes(
 def _cut_blamed(
     meshes: list[_Mesh], wrong: dict[LinkPair, list[_Blame]]
 ) -> set[str]:
-    """Cuts all parts that are to blame; returns which links have changed."""
+    """Cuts the parts that cause errors; returns which links have changed."""
     changed: set[str] = set()
-    # Where none of the parts can be cut, the others of their pairs are tried.
+    # If no part can be cut, the other parts of the pairs are tried.
     while not changed and (suspects := _suspects(wrong)):
         for mesh in meshes:
             for part in [part for part in mesh.parts if part in suspects]:
@@ -212,7 +213,7 @@ def _cut_blamed(
 def _suspects(
     wrong: dict[LinkPair, list[_Blame]],
 ) -> dict[_Part, list[tuple[np.ndarray, float]]]:
-    """The parts that are to be cut, and where their pieces protrude."""
+    """Returns the parts to cut, and the points where their pieces protrude."""
     suspects: dict[_Part, list[tuple[np.ndarray, float]]] = {}
     for blame in (blame for own in wrong.values() for blame in own):
         if (suspect := blame.suspect()) is not None:

@@ -1,8 +1,8 @@
-"""Cutting a part of a mesh by a plane, where its convex hull stands out.
+"""Cuts a part of a mesh by a plane, where its convex hull protrudes.
 
-The hulls of both halves lie in the hull of the whole, so that a cut never
-makes distances worse. Decompositions look at all of a mesh; here it is known
-where another link comes near.
+The hulls of both halves lie in the hull of the whole, so a cut never increases
+the error of a distance. Unlike general convex decompositions, a cut here
+considers only the points to which another link comes near.
 """
 
 from itertools import product
@@ -14,30 +14,30 @@ from remosplat_drake.robot.fitting.kernels.freed_points import freed_points
 from remosplat_drake.robot.fitting.simplified import welded
 
 _SHARES = np.linspace(0.0, 1.0, 13)[1:-1]
-"""Places of planes along the main axes, as a share of the extent."""
+"""Positions of planes along the main axes, as a fraction of the extent."""
 
 _NORMALS = np.array([n for n in product((-1, 0, 1), repeat=3) if n > (0, 0, 0)])
 _NORMALS = _NORMALS / np.linalg.norm(_NORMALS, axis=1, keepdims=True)
-"""Along which planes through points are tried: axes and diagonals."""
+"""Normals of the tried planes through points: axes and diagonals."""
 
 _THROUGH = 4
-"""Points through which planes are tried: those that are farthest out."""
+"""Number of points through which planes are tried, the farthest out first."""
 
 _FACES = 8
-"""How many of the nearest triangles' planes are tried for each of them: a cut
-along one side of a pocket frees all of it."""
+"""For each such point, the number of nearest triangles whose planes are tried:
+a cut along one side of a pocket frees the whole pocket."""
 
 _MOST_TRIANGLES = 1500
-"""Triangles of a part by which planes are compared."""
+"""Largest number of a part's triangles that are used to compare planes."""
 
 _LEAST = 5e-4
-"""How much farther a point is from the halves if it counts as freed [m]."""
+"""Gain in distance from the hulls with which a point counts as freed [m]."""
 
 
 def cut_in_two(
     part: np.ndarray, p: np.ndarray, off: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Cuts a part of a surface by the plane that frees some points most.
+    """Cuts a part of a surface by the plane that frees given points most.
 
     Args:
         part: Triangles, shape (t, 3, 3) [m].
@@ -47,7 +47,7 @@ def cut_in_two(
     Returns:
         The triangles of both halves; None if no plane frees any of the points.
     """
-    # All of a fine mesh is not needed to choose a plane.
+    # A sample of a fine mesh suffices to choose a plane.
     vertices, triangles = welded(part[:: -(-len(part) // _MOST_TRIANGLES)])
     ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     edges = np.unique(np.sort(ends, axis=1), axis=0)
@@ -62,7 +62,7 @@ def cut_in_two(
 
 
 def _planes(surface: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """Unit normals and offsets of planes that may cut a surface, (k, 4)."""
+    """Returns unit normals and offsets of candidate cutting planes, (k, 4)."""
     corners = surface.reshape(-1, 3)
     main = np.linalg.eigh(np.cov(corners.T))[1].T
     along = np.vstack([np.eye(3), main])
@@ -78,7 +78,7 @@ def _planes(surface: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def _sides_near(surface: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """The planes of the triangles whose middles are nearest to points."""
+    """Returns the planes of the triangles with centroids nearest to points."""
     a, b, c = surface.transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     size = np.linalg.norm(normal, axis=1)

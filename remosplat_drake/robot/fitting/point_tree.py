@@ -6,11 +6,11 @@ from remosplat_drake.base.kernels.packed import Packed
 from remosplat_drake.robot.fitting.kernels.points_distance import PointTree
 
 _LEAF = 48
-"""Most points of a ball that is not divided."""
+"""Largest number of points of a ball that is not divided."""
 
 
 def point_tree(points: np.ndarray) -> Packed[PointTree]:
-    """Puts points into balls, halving each along its longest side.
+    """Sorts points into nested balls, each halved along its longest side.
 
     Args:
         points: At least one point, shape (n, 3) [m].

@@ -1,17 +1,17 @@
-"""Meshes with fewer triangles, for uses that need no exact surface."""
+"""Simplifies meshes, for uses that need no exact surface."""
 
 import numpy as np
 
 
 def welded(surface: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Finds the vertices of a surface, equal corners being one.
+    """Merges equal corners of a surface into vertices.
 
     Args:
         surface: Triangles, shape (t, 3, 3) [m].
 
     Returns:
-        The vertices, shape (v, 3) [m], and for each triangle that is more than
-        a line the three that are its corners, shape (s, 3).
+        The vertices, shape (v, 3) [m], and the vertex indices of each triangle
+        with three different corners, shape (s, 3).
     """
     vertices, triangles = np.unique(
         surface.reshape(-1, 3).round(7), axis=0, return_inverse=True
@@ -22,17 +22,18 @@ def welded(surface: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def clustered(surface: np.ndarray, edge: float) -> np.ndarray:
-    """Moves all corners of a grid's cell to one place.
+    """Moves all corners in a cell of a grid to one point.
 
-    A closed surface stays closed, so that it winds around the same points
-    except for those that are nearer to it than a cell's diagonal.
+    A closed surface stays closed. It winds around the same points, except for
+    points nearer to it than a cell's diagonal.
 
     Args:
         surface: Triangles, shape (t, 3, 3) [m].
         edge: Edge of a cell [m].
 
     Returns:
-        The triangles whose corners are in three cells, shape (s, 3, 3) [m].
+        The triangles whose corners are in three different cells, shape (s, 3,
+        3) [m].
     """
     p = surface.reshape(-1, 3)
     _, first, cell = np.unique(
@@ -44,7 +45,7 @@ def clustered(surface: np.ndarray, edge: float) -> np.ndarray:
 
 
 def grid_cells(p: np.ndarray, edge: float) -> np.ndarray:
-    """Returns the number of the grid's cell in which each point is, shape (n,).
+    """Returns the index of the grid cell that contains each point, shape (n,).
 
     Args:
         p: Points, shape (n, 3) [m].

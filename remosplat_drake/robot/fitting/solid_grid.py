@@ -5,7 +5,7 @@ import dataclasses as dc
 import numpy as np
 import scipy
 
-# Voxels around a link in which its neighbours are looked at, at most.
+# Largest number of voxels around a link in which neighbours are examined.
 _MAX_PAD = 24
 
 
@@ -25,9 +25,9 @@ class SolidGrid:
     depth: np.ndarray
 
     def depth_at(self, p: np.ndarray) -> np.ndarray:
-        """Interpolates the depth at points, shape (..., 3) to (...), [m]."""
+        """Interpolates the depth at points (..., 3), shape (...) [m]."""
         cell = (np.asarray(p) - self.origin) / self.pitch
-        # Beyond the grid, count the way to its border as well.
+        # Outside the grid, the distance to its border is subtracted.
         last = np.array(self.depth.shape) - 1
         inside = np.clip(cell, 0, last)
         beyond = self.pitch * np.linalg.norm(cell - inside, axis=-1)
@@ -36,7 +36,7 @@ class SolidGrid:
         return value.reshape(cell.shape[:-1]) - beyond
 
     def box(self, X_LN: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the corners of a box in another frame that holds the grid.
+        """Returns the corners of the grid's bounding box in another frame L.
 
         Args:
             X_LN: Pose of the body N in that frame L, shape (4, 4).
@@ -51,7 +51,7 @@ class SolidGrid:
         return p_L - reach, p_L + reach
 
     def contains(self, p: np.ndarray) -> np.ndarray:
-        """Returns whether points are inside, (n, 3) to (n,): nearest voxel."""
+        """Returns whether points (n, 3) are inside, by their nearest voxels."""
         cell = np.rint((p - self.origin) / self.pitch).astype(int)
         on_grid = (cell >= 0) & (cell < self.depth.shape)
         result = np.asarray(on_grid.all(axis=1))
@@ -62,23 +62,23 @@ class SolidGrid:
 def make_solid_grid(
     surface: np.ndarray, pitch: float, floor: bool = False
 ) -> SolidGrid:
-    """Fills the body that surface points enclose.
+    """Computes the solid body that surface points enclose.
 
-    Drawings of robots are rarely watertight: links are open where the next
-    one is plugged in. So a voxel counts as inside when the surface is seen
-    from it in at least four of the six axis directions; a tube with open
-    ends passes, the hollow of an L or a U does not.
+    Meshes of robots are rarely watertight: a link is open where the next one is
+    attached. So a voxel counts as inside if a ray from it meets the surface in
+    at least four of the six axis directions. Points in a tube with open ends
+    are inside; points in the hollow of an L or a U are not.
 
     Args:
         surface: Points denser than `pitch`, shape (n, 3) [m].
         pitch: Edge of a voxel [m].
-        floor: The body stands on the plane z = 0, and how far anything
-            stands out of it downwards does not matter. The body then counts
-            as one with its mirror image below the floor.
+        floor: Whether the body stands on the plane z = 0, so that spheres may
+            protrude downwards. The body is then joined with its mirror image
+            below the floor.
     """
     if floor:
         surface = np.vstack([surface, surface * [1, 1, -1]])
-    # Two empty layers all around leave room for depths outside.
+    # Two empty layers on each side leave room for negative depths.
     origin = surface.min(0) - 2 * pitch
     cell = np.round((surface - origin) / pitch).astype(int)
     occupied = np.zeros(cell.max(0) + 3, bool)
@@ -98,26 +98,26 @@ def make_solid_grid(
 def join_solids(
     solid: SolidGrid, neighbours: list[tuple[SolidGrid, list[np.ndarray]]]
 ) -> SolidGrid:
-    """A link together with the parts of its neighbours that never leave it.
+    """Joins a link with the parts of its neighbours that never leave it.
 
-    Robots look this way: two links meet at the end of a cylinder around their
-    joint. The part that extends from one of them is hidden in the other, at any
-    joint angle.
+    Typically, two links meet in a cylinder around their joint. The part of one
+    link that extends into the other is hidden there at any joint angle.
 
     Args:
         solid: The link L.
         neighbours: For each neighbour N its solid and its poses X_LN, 4x4, at
-            some joint positions; only points inside N at all of them count.
+            some joint positions; only points inside N at all of these poses are
+            added.
 
     Returns:
-        A grid that reaches about one thickness of the link beyond it.
+        A grid that extends beyond the link by about its thickness.
     """
     thickness = int(np.ceil(solid.depth.max() / solid.pitch))
     pad = min(thickness, _MAX_PAD) + 2
     origin = solid.origin - pad * solid.pitch
     inside = np.pad(solid.depth >= 0, pad)
     for neighbour, poses in neighbours:
-        # Beyond the boxes around N there is nothing of it to look for.
+        # Neighbour N has no points outside its boxes.
         boxes = [neighbour.box(X_LN) for X_LN in poses]
         lower = np.max([box[0] for box in boxes], axis=0) - origin
         upper = np.min([box[1] for box in boxes], axis=0) - origin
@@ -130,14 +130,14 @@ def join_solids(
             p_N = (p_L - X_LN[:3, 3]) @ X_LN[:3, :3]
             hidden = hidden[neighbour.contains(p_N)]
         inside[tuple(hidden.T)] = True
-    # Joints have gaps of a millimetre or two.
+    # Closes gaps of joints, which are a millimetre or two wide.
     inside = scipy.ndimage.binary_closing(inside, iterations=2)
     core = scipy.ndimage.binary_erosion(inside)
     return SolidGrid(origin, solid.pitch, _depth(core, solid.pitch))
 
 
 def _depth(core: np.ndarray, pitch: float) -> np.ndarray:
-    """Depth [m], zero on the voxels just outside of `core`."""
+    """Computes the depth [m], zero at the voxels just outside `core`."""
     inside = np.asarray(scipy.ndimage.distance_transform_edt(core))
     outside = np.asarray(scipy.ndimage.distance_transform_edt(~core))
     return pitch * np.where(core, inside, 1.0 - outside)

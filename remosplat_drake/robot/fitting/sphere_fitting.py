@@ -1,11 +1,11 @@
-"""Fitting a few spheres around the links of any robot.
+"""Fits a few spheres around the links of a robot.
 
-For a sphere with centre c inside a body, the *bulge* r - depth(c) is how far
-it stands out of the body where the surface is nearest. A greedy set cover
-over many interior centres finds how many spheres a link needs at a given
-bulge; bisection on the bulge, scaled by how thick each link is, spends a
-total number of spheres evenly; then the centres move until the bulge cannot
-shrink further. Every surface point ends up inside a sphere.
+For a sphere with centre c inside a body and radius r, the *bulge* r - depth(c)
+is the distance by which it protrudes where the surface is nearest. A greedy set
+cover over many interior centres finds the number of spheres that a link needs
+for a given bulge. Bisection on the bulge, scaled by each link's thickness,
+distributes a total number of spheres evenly. Then the centres move until the
+bulge cannot shrink further. Every surface point ends up inside a sphere.
 """
 
 import dataclasses as dc
@@ -29,11 +29,11 @@ _COARSEST = 0.005
 _ROUNDS = 30
 
 POINTS_PER_VOXEL = 2.5
-"""Surface points along a voxel's edge that leave no hole in the shell."""
+"""Surface points along a voxel's edge, dense enough to leave no hole."""
 
 MOST_SPHERES = 16
-"""Largest number of spheres that a tolerance spends on a link, unless told
-otherwise."""
+"""Default of the largest number of spheres of a link, if a tolerance is
+given."""
 
 _STEPS = np.array(
     [[x, y, z] for x in (0, -1, 1) for y in (0, -1, 1) for z in (0, -1, 1)],
@@ -47,8 +47,8 @@ class LinkSurface:
 
     Attributes:
         points: Points on the surface in the link frame, shape (n, 3) [m].
-        solid: The body that the points enclose, with the parts that it is
-            plugged into.
+        solid: The body that the points enclose, joined with the parts of
+            neighbours inside it.
         thickness: Largest depth of the body alone [m].
         weight: Links with a larger weight get slimmer spheres.
         floor: Whether the link stands on the plane z = 0; then no centre goes
@@ -65,7 +65,7 @@ class LinkSurface:
 def voxel_pitch(extent: np.ndarray) -> float:
     """Returns the voxel edge for a link [m].
 
-    Extent from which voxels are chosen, so that large links have more of them.
+    A larger link has more voxels, within limits.
 
     Args:
         extent: Edges of the link's bounding box, shape (3,) [m].
@@ -108,23 +108,23 @@ def fit_spheres(
     tolerance: float | None = None,
     most: int = MOST_SPHERES,
 ) -> dict[str, LinkSpheres]:
-    """Fits at most `count` spheres to all links together, or as many as needed.
+    """Fits spheres to all links, given their total number or a tolerance.
 
     Args:
         surfaces: The surfaces by link name.
-        count: Number of spheres to spend, at least one a link; None for as many
-            as the tolerance needs.
+        count: Largest total number of spheres, at least one for each link; None
+            for as many as the tolerance needs.
         seed: Seed of all random choices.
-        margin: How deep inside the spheres the points must lie, in voxels of
+        margin: Least depth of the points inside the spheres, in voxel edges of
             their link.
-        restarts: Number of other starts that are refined for each link; the
-            best result is kept.
+        restarts: Number of additional initial covers that are refined for each
+            link; the best result is kept.
         on_progress: Called after each finished link with its name and its
             number of spheres.
-        tolerance: Without a count: how far the spheres of a link may bulge,
-            divided by its weight [m].
-        most: With a tolerance: how many spheres a link takes at most. It
-            bulges more where these do not suffice.
+        tolerance: Without a count: largest bulge of a link of weight 1 [m]; it
+            is divided by the link's weight.
+        most: With a tolerance: largest number of spheres of a link. If these do
+            not suffice, the bulge exceeds the tolerance.
 
     Raises:
         RemoSplatError: There are fewer spheres than links need.
@@ -150,7 +150,7 @@ def fit_spheres(
 
 
 class _CoverProblem:
-    """One link: points to cover, and centres to choose from."""
+    """The set cover of one link: points to cover, and candidate centres."""
 
     def __init__(
         self, surface: LinkSurface, margin: float, rng: np.random.Generator
@@ -174,7 +174,7 @@ class _CoverProblem:
     def greedy(
         self, bulge: float, limit: int, randomness: float = 0.0
     ) -> list[int] | None:
-        """Centres that cover all points, or None if `limit` are too few."""
+        """Returns centres that cover all points; None if `limit` is too few."""
         # Numbers, not booleans: then counting is one fast matrix product.
         covers = (self._need <= bulge - self._margin).astype(np.float32)
         is_open = np.ones(covers.shape[1], np.float32)
@@ -189,16 +189,16 @@ class _CoverProblem:
         return chosen
 
     def within(self, bulge: float, limit: int) -> list[int]:
-        """Centres that cover all points, with more bulge if need be."""
+        """Returns centres that cover all points, with more bulge if needed."""
         while (chosen := self.greedy(bulge, limit)) is None:
             bulge *= 1.1
         return chosen
 
     def solve(self, chosen: list[int], restarts: int) -> LinkSpheres:
-        """The best of several refinements from different starts."""
+        """Returns the best of several refinements from different covers."""
         starts = [chosen]
         count = len(chosen)
-        # Random covers of a little more bulge need no more spheres.
+        # Random covers with a slightly larger bulge need no more spheres.
         bulge = self._need[chosen].min(axis=0).max() + self._margin
         for slack in np.linspace(1.0, 1.3, restarts):
             start = self.greedy(slack * bulge, count, 0.3)
@@ -222,9 +222,10 @@ class _CoverProblem:
     def _refine(self, p_LS: np.ndarray) -> LinkSpheres:
         """Moves centres until their bulges stop shrinking.
 
-        Two steps in turn, neither of which can raise the largest bulge: each
-        point goes to the sphere that covers it with the least bulge, and each
-        centre moves to where its points need the least.
+        It alternates two steps, neither of which can increase the largest
+        bulge: each point is assigned to the sphere that covers it with the
+        least bulge, and each centre moves to the place at which its points need
+        the least bulge.
         """
         p_LS = p_LS.copy()
         step = 0.5 * self._thickness
@@ -247,7 +248,7 @@ class _CoverProblem:
         return trials[(cdist(trials, points).max(axis=1) - depth).argmin()]
 
     def _enclose(self, p_LS: np.ndarray) -> LinkSpheres:
-        """The smallest radii with which all surface points are inside."""
+        """Returns the smallest radii that enclose all surface points."""
         depth = self._solid.depth_at(p_LS)
         distance = cdist(self._all_points, p_LS)
         owner = (distance - depth).argmin(axis=1)
@@ -260,7 +261,7 @@ class _CoverProblem:
 def _share(
     problems: dict[str, _CoverProblem], count: int
 ) -> dict[str, list[int]]:
-    """Spends the spheres so that all links bulge alike for their size."""
+    """Distributes the spheres so that links bulge equally for their size."""
 
     def cover(scale: float) -> dict[str, list[int]] | None:
         covers, left = {}, count
@@ -290,10 +291,10 @@ def _share(
 
 
 def _candidates(solid: SolidGrid, rng: np.random.Generator) -> np.ndarray:
-    """Interior centres: the medial ridge, and others, shallow ones above all.
+    """Draws interior centres: on the medial ridge, and others, mostly shallow.
 
-    Edges and corners need small spheres close by, of which a thick body has few
-    among voxels that are drawn alike.
+    Edges and corners need small spheres near them. Uniformly drawn voxels of a
+    thick body contain few such centres.
     """
     interior = solid.depth > 0
     if not interior.any():
@@ -304,7 +305,8 @@ def _candidates(solid: SolidGrid, rng: np.random.Generator) -> np.ndarray:
     p_ridge = _thin(p_ridge, _MAX_CANDIDATES // 2, rng)
     count = min(_MAX_CANDIDATES - len(p_ridge), len(rest))
     chance = 1 / (solid.depth[tuple(rest.T)] + solid.pitch)
-    # Of independent exponential times the shortest are such a draw.
+    # The smallest of independent exponential variables are a weighted draw
+    # without replacement.
     drawn = np.argsort(rng.exponential(size=len(rest)) / chance)[:count]
     return np.vstack([p_ridge, solid.origin + solid.pitch * rest[drawn]])
 

@@ -1,4 +1,4 @@
-"""`SurfacePoints`: a link's surface as points, between which it is measured."""
+"""`SurfacePoints`: points on a link's surface, for measuring distances."""
 
 from functools import cached_property
 
@@ -15,19 +15,19 @@ from remosplat_drake.robot.fitting.point_tree import point_tree
 from remosplat_drake.robot.fitting.simplified import clustered, grid_cells
 
 SPACING = 2.5e-3
-"""Mean distance of the points on surfaces by which meshes are measured [m]: two
-that are 5 mm apart are measured 0.3 mm too far, at most."""
+"""Mean distance of the sample points on meshes [m]. The measured distance of
+two meshes 5 mm apart is at most 0.3 mm too large."""
 
 TOUCHING = 3e-3
-"""Distance of such points below which surfaces are taken to cut each other: how
-far pieces overlap then says nothing about them [m]."""
+"""Distance of sample points below which surfaces are assumed to intersect [m].
+The overlap of their pieces is then no error."""
 
 
 class SurfacePoints:
-    """Points on a surface, dense enough to measure distances by.
+    """Points on a surface, dense enough to measure distances.
 
     Attributes:
-        tree: Finds the points nearest to others.
+        tree: Tree for nearest-neighbour queries.
         surface: The surface, with corners moved by up to `TOUCHING`, shape
             (t, 3, 3) [m].
     """
@@ -41,7 +41,7 @@ class SurfacePoints:
         """
         corners = np.arange(3 * len(surface)).reshape(-1, 3)
         p = sample_triangles(surface.reshape(-1, 3), corners, SPACING, rng)
-        # One a cell of those that crowd, and all extremes.
+        # Keeps one point for each crowded cell, and all extreme points.
         one = np.unique(grid_cells(p, 0.5 * SPACING), return_index=True)[1]
         self.tree = KDTree(np.vstack([p[one], convex_corners(p)]))
         self.surface = clustered(surface, TOUCHING)
@@ -59,18 +59,18 @@ def surface_distances(
     within: np.ndarray,
     may_hold: np.ndarray,
 ) -> np.ndarray:
-    """Measures the distances of two surfaces in m poses.
+    """Measures the distances between two surfaces in m poses.
 
     Args:
         a: The first, in frame A.
         b: The second, in frame B.
         X_AB: Poses, shape (m, 4, 4).
-        within: Distances from which on it does not matter, shape (m,) [m].
-        may_hold: Whether one may be in the other, shape (m,) bool.
+        within: Distances from which on the result is infinite, shape (m,) [m].
+        may_hold: Whether one surface may lie inside the other, shape (m,) bool.
 
     Returns:
-        The distances, shape (m,) [m]; infinite from `within` on, not the least
-        up to `TOUCHING`, and zero where one surface is in the other.
+        The distances, shape (m,) [m]; infinite from `within` on, approximate up
+        to `TOUCHING`, and zero if one surface is inside the other.
     """
     distance, at_a, at_b = points_distances(
         a.balls, b.balls, X_AB, TOUCHING, within

@@ -1,1 +1,1 @@
-"""A robot's own files, made into a description of ours."""
+"""Conversion of a robot's own files into a robot description."""

@@ -1,4 +1,4 @@
-"""The arm's joints, and the frame that leads: read, or guessed."""
+"""Choice of the arm's joints and end effectors, as stated or guessed."""
 
 import dataclasses as dc
 import math
@@ -23,11 +23,10 @@ class ArmChoice:
     """The driven part of a robot.
 
     Attributes:
-        end_effectors: Names of the links whose frames are driven to targets,
-            by what these are called; an only one is called nothing.
-        joints: The arms' joints, each behind those that carry it.
-        locked: Positions at which all other moving joints stay, by name [rad,
-            m].
+        end_effectors: Names of the links whose frames are driven to targets, by
+            the names of the end effectors; the name of a single one is empty.
+        joints: The arms' joints, each after the joints that carry it.
+        locked: Constant positions of all other moving joints, by name [rad, m].
     """
 
     end_effectors: dict[str, str]
@@ -38,18 +37,18 @@ class ArmChoice:
 def choose_arm(
     urdf: Urdf, srdf: Srdf, wanted: Mapping[str, str], findings: Findings
 ) -> ArmChoice:
-    """Chooses the end effectors, and with them the joints of the arms.
+    """Chooses the end effectors, and so the joints of the arms.
 
     Args:
         urdf: The robot.
         srdf: Content of its SRDF; may be empty.
-        wanted: Names of the end effectors' links by their roles, or by their
-            own names; empty: they are found or guessed.
-        findings: Where choices are noted.
+        wanted: Names of the end effectors' links, by the end effectors' names;
+            empty: they are found in the SRDF or guessed.
+        findings: Receives the choices.
 
     Raises:
-        FieldError: There is no such link, no joint moves it, joints of the
-            arm carry others with them, or frames are as good as each other.
+        FieldError: There is no such link, no joint moves it, other joints
+            follow joints of the arm, or several frames are equally good.
     """
     tips = dict(wanted) or _found_tips(urdf, srdf, findings)
     joints: dict[str, UrdfJoint] = {}
@@ -106,7 +105,7 @@ def _note(name: str, tool: Tool, findings: Findings) -> None:
 def _check_follower(
     urdf: Urdf, joint: UrdfJoint, arm: tuple[UrdfJoint, ...]
 ) -> None:
-    """Refuses joints that move whenever a joint of the arm does."""
+    """Raises an error if another joint follows a joint of the arm."""
     leader, seen = joint, {joint.name}
     mimic = urdf.dialect.mimic
     while leader.mimics:
@@ -126,7 +125,7 @@ def _check_follower(
 def _check_loops(
     urdf: Urdf, arm: tuple[UrdfJoint, ...], findings: Findings
 ) -> None:
-    """Refuses loops that a joint of the arm would move; others stay open."""
+    """Raises an error for loops that the arm moves; others stay open."""
     for loop in urdf.loops:
         between = set(urdf.chain(loop.first)) ^ set(urdf.chain(loop.second))
         moved = [joint.name for joint in arm if joint in between]
@@ -146,10 +145,10 @@ def _check_loops(
 def _locked(
     urdf: Urdf, srdf: Srdf, arm: tuple[UrdfJoint, ...], findings: Findings
 ) -> dict[str, float]:
-    """Positions at which all joints stay that are not the arm's.
+    """Returns the constant positions of all joints that are not the arm's.
 
-    That is where the likeliest of the named states has them, or zero; fingers
-    that slide are open.
+    They are those of the likeliest named state, or else zero; prismatic fingers
+    are open.
     """
     locked: dict[str, float] = {}
     opened, named = [], []

@@ -16,30 +16,30 @@ from remosplat_drake.robot.importing.urdf import (
 )
 
 SPEEDS = {True: 1.0, False: 0.1}
-"""Speed that is taken for a joint's limit, of hinges [rad/s], slides [m/s]."""
+"""Assumed speed limits of revolute [rad/s] and prismatic joints [m/s]."""
 
 EFFORTS = {True: 100.0, False: 1000.0}
-"""Effort that is taken for a motor's limit, of hinges [N m], slides [N]."""
+"""Assumed effort limits of revolute [N m] and prismatic joints [N]."""
 
 TO_FULL_SPEED = 0.25
-"""Time in which a joint is taken to come to its full speed [s]."""
+"""Assumed time in which a joint accelerates to its full speed [s]."""
 
 FASTEST = 100.0
-"""Largest speed that a description may give [rad/s, m/s]."""
+"""Largest speed limit that a description may contain [rad/s, m/s]."""
 
 _BALL_MASS, _BALL_INERTIA = 1.0, 0.001
-"""Mass and moment of inertia of a link that has none [kg, kg m^2]."""
+"""Assumed mass and moment of inertia of a link without them [kg, kg m^2]."""
 
 
 @dc.dataclass(frozen=True)
 class JointLimits:
-    """Limits of one joint that is commanded.
+    """Limits of one commanded joint.
 
     Attributes:
         lower: Lower limit [rad, m].
         upper: Upper limit [rad, m].
         velocity: Largest speed [rad/s, m/s].
-        acceleration: Largest change of speed [rad/s^2, m/s^2].
+        acceleration: Largest acceleration [rad/s^2, m/s^2].
         effort: Largest torque or force of its motor [N m, N].
     """
 
@@ -55,20 +55,20 @@ def complete_limits(
 ) -> list[JointLimits]:
     """Reads the limits of joints, and guesses the missing ones.
 
-    Hinges without limits get two turns, one each way. The elements of the
-    joints are changed to say the same.
+    Revolute joints without limits get one turn each way. The joints' elements
+    in the document are changed accordingly.
 
     Args:
         urdf: The robot.
-        joints: The joints that are commanded.
-        findings: Where guesses are noted.
+        joints: The commanded joints.
+        findings: Receives the guesses.
 
     Returns:
         The limits of each of the joints.
 
     Raises:
-        FieldError: A slide has no limits, limits are the wrong way round, or a
-            speed or an effort is negative.
+        FieldError: A prismatic joint has no limits, the lower limit is not
+            below the upper one, or a speed or an effort is negative.
     """
     limits, turning, slow, weak = [], [], [], []
     for joint in joints:
@@ -82,7 +82,7 @@ def complete_limits(
                 raise urdf.fail(where, problem)
             lower, upper = -2 * math.pi, 2 * math.pi
             turning.append(joint.name)
-        # As the URDF's specification says of one that is left out.
+        # The default of the URDF specification for a missing limit.
         lower, upper = (0.0 if math.isnan(x) else x for x in (lower, upper))
         if not lower < upper:
             problem = f"lower {lower:g} must be less than upper {upper:g}"
@@ -148,14 +148,14 @@ def _write_limits(joint: UrdfJoint, limits: JointLimits) -> None:
 
 
 def complete_inertias(urdf: Urdf, findings: Findings) -> None:
-    """Gives a mass to links without one, or with an impossible one.
+    """Gives a mass to links without one, or with an unphysical one.
 
-    Links that are fixed to each other are one body, which needs one mass: so
-    frames, and links whose carrier is heavy, get none.
+    Links that are fixed to each other are one body, which needs only one mass.
+    So frames, and links fixed to a link with a mass, get none.
 
     Args:
         urdf: The robot; its links' elements are changed.
-        findings: Where guesses are noted.
+        findings: Receives the guesses.
     """
     bodies: dict[str, list[str]] = {}
     for name, link in urdf.links.items():
@@ -180,7 +180,7 @@ def complete_inertias(urdf: Urdf, findings: Findings) -> None:
 
 
 def _is_last(urdf: Urdf, links: list[str]) -> bool:
-    """Whether links are a body that a joint moves and that carries no other."""
+    """Whether links form a moving body that carries no other."""
     outboard = [joint for link in links for joint in urdf.outboard(link)]
     is_moved = any(link in urdf.inboard for link in links)
     return is_moved and all(joint.kind == FIXED for joint in outboard)
@@ -204,7 +204,7 @@ def _ball() -> Element:
 
 
 def _is_physical(inertial: Element) -> bool:
-    """Returns whether mass and moments are those of some body."""
+    """Returns whether mass and moments are those of a possible body."""
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is None or inertia is None:
         return False

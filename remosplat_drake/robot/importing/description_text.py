@@ -1,4 +1,4 @@
-"""A robot description as the text of its file, guesses marked as such."""
+"""The text of a robot description's file, with guesses in comments."""
 
 from collections.abc import Sequence
 
@@ -17,14 +17,14 @@ def description_text(
     """Writes a description with guesses and doubts in comments.
 
     Args:
-        description: The description; fields that are empty are left out.
+        description: The description; empty fields are omitted.
         made_by: Command line that made it.
         findings: Guesses and doubts.
     """
     lines = [
         f"# Made by `{made_by}`.",
         *(f"# DOUBTFUL: {what}: {value}" for what, value in findings.doubted),
-        "# Guessed, and worth a look:",
+        "# Guessed; please check:",
         *(f"#   {what}: {value}" for what, value in findings.guessed),
         "# Velocities are in the order of u: base, if any, then arm. SI units.",
     ]

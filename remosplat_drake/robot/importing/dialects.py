@@ -1,20 +1,20 @@
-"""File formats of robots, and the advice to mend a file of each."""
+"""File formats of robots, and texts about each for errors."""
 
 import dataclasses as dc
 
 
 @dc.dataclass(frozen=True)
 class Dialect:
-    """A format of robots, as errors and findings speak of it.
+    """A file format of robots, with texts for errors and findings.
 
     Attributes:
-        title: Its name.
-        suffix: Ending by which Drake knows such a file.
-        limit: The element by which a joint has limits.
-        limits: Element with a joint's limits.
+        title: Name of the format.
+        suffix: File name suffix by which Drake recognises the format.
+        limit: Name of the element with a joint's limits.
+        limits: Advice to write a joint's limits.
         fixed: Element that fixes a joint.
         weld: Element that fixes one link to another.
-        mimic: The element by which a joint follows another.
+        mimic: Element that makes a joint follow another one.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""Robots in the formats that Drake's parser reads, as URDFs."""
+"""Converts robots in formats that Drake's parser reads to URDF."""
 
 import contextlib
 import logging
@@ -29,7 +29,7 @@ _UNKNOWN_TAG = re.compile(r"The (?:tag|attribute) '([^']+)'")
 _STRANGE_ELEMENT = re.compile(
     r"XML Element\[(\w+)\], child of element\[(\w+)\], not defined in SDF"
 )
-"""How Drake refuses an element that SDFormat does not have there."""
+"""Drake's error about an element that SDFormat does not have at this place."""
 
 _PLACE = re.compile(r"^\S+:(\d+): (?:error|warning): ")
 
@@ -42,12 +42,12 @@ def read_by_drake(
     Args:
         path: The file.
         dialect: Its format.
-        packages: Finds the files of packages that it names.
+        packages: Resolves references to ROS packages.
         findings: Receives the ignored elements.
 
     Returns:
-        The robot, and the rest of its files: named states, and links that may
-        touch.
+        The robot, and an `Srdf` with the rest of its files' content: named
+        states, and links that may touch.
 
     Raises:
         RemoSplatError: A file is missing or unusable, or the robot has parts
@@ -74,8 +74,8 @@ def read_by_drake(
             raise FieldError(
                 str(path),
                 f"body {writer.roots[0]!r} <freejoint>",
-                "floats, as others do, and cannot be driven; remove what is"
-                " not the robot, and say how that moves with --base",
+                "floats, like other bodies; remove all floating bodies but the"
+                " robot, and choose its mobile base with --base",
             )
         name = _name(path, dialect, plant, models)
         root = writer.document(name, findings)
@@ -88,9 +88,9 @@ def read_by_drake(
             f"{staging.floating[0]} is fixed; --base says how it moves",
         )
     if dropped:
-        findings.guess("left out, being no SDFormat", listed(dropped))
+        findings.guess("removed, not in SDFormat", listed(dropped))
     if warnings:
-        findings.guess("passed over by Drake", _summary(warnings))
+        findings.guess("ignored by Drake", _summary(warnings))
     text = ElementTree.tostring(root, encoding="unicode")
     return Urdf(path, text, dialect, tuple(staging.loops)), said
 
@@ -101,10 +101,10 @@ def _parsed(
     tuple[MultibodyPlant, SceneGraph, list[ModelInstanceIndex], list[str]]
     | None
 ):
-    """The plant of a copy, with Drake's warnings.
+    """Returns the plant of a copy, with Drake's warnings.
 
-    None if an element that SDFormat does not have is dropped from the copy, as
-    it is refused otherwise; then it is worth another try.
+    Drake rejects elements that SDFormat does not have. If that happens, they
+    are removed from the copy and None is returned; the caller tries again.
     """
     scene_graph = SceneGraph()
     plant = MultibodyPlant(time_step=0.0)
@@ -112,7 +112,7 @@ def _parsed(
     with _warnings() as warnings:
         try:
             models = Parser(plant).AddModels(str(copy))
-        # Where C++ would abort, Python is asked to exit.
+        # Drake aborts in C++; from Python, this raises SystemExit.
         except (RuntimeError, ValueError, SystemExit) as error:
             strange = _STRANGE_ELEMENT.search(str(error))
             if strange and staging.drop_elements(strange[2], strange[1]):
@@ -135,12 +135,12 @@ def _name(
 
 
 def _with_line(text: str) -> str:
-    """The text of Drake's error about a file, without the file's name."""
+    """Returns Drake's error about a file, without the file's name."""
     return _PLACE.sub(r"line \1: ", text).split(" See https")[0]
 
 
 def _summary(warnings: list[str]) -> str:
-    """Elements by name; of other remarks the first, as there may be many."""
+    """Summarises warnings: the elements' names, and the first other remark."""
     tags, others = {}, {}
     for text in warnings:
         tag = _UNKNOWN_TAG.search(text)
@@ -153,7 +153,7 @@ def _summary(warnings: list[str]) -> str:
 
 @contextlib.contextmanager
 def _warnings() -> Iterator[list[str]]:
-    """Collects Drake's warnings, which are not printed meanwhile."""
+    """Collects Drake's warnings instead of printing them."""
     texts: list[str] = []
     logger = logging.getLogger("drake")
     handler = logging.Handler(logging.WARNING)

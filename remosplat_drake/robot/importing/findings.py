@@ -8,11 +8,10 @@ class Findings:
     """Three lists of pairs (subject, value), in their order of discovery.
 
     Attributes:
-        found: Content of the robot's files.
-        guessed: Values that they do not contain, and that were guessed; a
-            person should check them.
-        doubted: Values that they contain, that were used, and that are hardly
-            right.
+        found: Values from the robot's files.
+        guessed: Guesses of values that the files do not contain; a person
+            should check them.
+        doubted: Values from the files that were used, but are probably wrong.
     """
 
     found: list[tuple[str, str]] = dc.field(default_factory=list)
@@ -38,7 +37,7 @@ class Findings:
         self.guessed.append((what, value))
 
     def doubt(self, what: str, value: str) -> None:
-        """Adds a value of a file that is hardly right.
+        """Adds a value of a file that is probably wrong.
 
         Args:
             what: Its subject, such as a joint.
@@ -48,11 +47,11 @@ class Findings:
 
 
 def listed(names: list[str], most: int = 6) -> str:
-    """Words a list of names, the rest of a long one as a number.
+    """Formats a list of names; of a long list, the rest as a number.
 
     Args:
         names: The names.
-        most: How many are named.
+        most: Largest number of names that are listed.
     """
     shown = ", ".join(names[:most])
     more = len(names) - most

@@ -1,4 +1,4 @@
-"""The lowest point of a robot whose joints are at zero."""
+"""The lowest points of a robot's links with all joints at zero."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A configuration to start from: where the arm is able and clear of itself."""
+"""Guesses a home configuration: manipulable and far from self-collision."""
 
 from itertools import combinations
 
@@ -8,32 +8,32 @@ from remosplat_drake.robot.importing.mirror import find_mirror
 from remosplat_drake.robot.robot_model import RobotModel
 
 SAMPLES = 2000
-"""Number of configurations that are looked at."""
+"""Number of random configurations."""
 
 _CLOSER_LOOKS = 500
-"""Number of the best of them whose links' distances are looked at."""
+"""Number of the best configurations whose links' distances are computed."""
 
 _CLEAR = 0.03
-"""Distance between two links beyond which more does not matter [m]."""
+"""Distance between two links above which the score does not increase [m]."""
 
 _WITHIN = 0.15
-"""Least distance from both joint limits, as a share of the range."""
+"""Least distance from both joint limits, as a fraction of the range."""
 
 _TWISTED = 0.05
-"""Cost of joints that are half a turn from zero, in units of manipulability."""
+"""Cost of a joint that is half a turn from zero, in units of manipulability."""
 
 
 def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
-    """Draws arm configurations, and takes the most able of the clearest.
+    """Draws arm configurations, and returns the best one as home.
 
-    Clear is where links that are two joints or more apart keep away from each
-    other, and where nothing is lower than the arm's foot. Able is a large
-    manipulability (Yoshikawa 1985) with the hand in front, and with joints that
-    are not twisted without need; of several arms each.
+    The first criterion is distance: between links that are two or more joints
+    apart, and of all links from the height of the arm's foot. Among the best by
+    this criterion, the second one is manipulability (Yoshikawa 1985) with the
+    hand in front and without twisted joints; with several arms, of each arm.
 
     Args:
-        robot: The robot; of a mobile one only the arm moves.
-        seed: Seed of the draws.
+        robot: The robot; a mobile base does not move.
+        seed: Seed of the random configurations.
 
     Returns:
         The arm's configuration, shape (n_arm,) [rad, m].
@@ -43,7 +43,7 @@ def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
     lower, upper = robot.position_lower[arm], robot.position_upper[arm]
     margin = _WITHIN * (upper - lower)
     lower, upper = lower + margin, upper - margin
-    # More than half a turn from zero is a turn too many.
+    # Joints stay within half a turn of zero.
     wide = robot.arm_turns & (upper - lower > 2 * np.pi)
     lower, upper = np.where(wide, -np.pi, lower), np.where(wide, np.pi, upper)
     draws = rng.uniform(lower, upper, (SAMPLES, len(lower)))
@@ -60,7 +60,7 @@ def guess_home(robot: RobotModel, seed: int = 0) -> np.ndarray:
 
 
 def tightness(robot: RobotModel, q_arm: np.ndarray) -> float:
-    """Returns by how much links overlap at a configuration, in all [m].
+    """Returns the sum of the links' overlaps at a configuration [m].
 
     Args:
         robot: The robot.
@@ -72,14 +72,15 @@ def tightness(robot: RobotModel, q_arm: np.ndarray) -> float:
 
 
 def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
-    """Returns whether links are apart that are apart at home.
+    """Returns whether links that are apart at home are also apart at q.
 
-    Those that are close at home, as at a short wrist, may be closer by 3 cm.
+    Links that are close at home, at a short wrist for example, may be closer by
+    3 cm.
 
     Args:
         robot: The robot.
         q: Configuration, shape (n_q,) [rad, m].
-        room: How far they are apart [m].
+        room: The required distance [m].
     """
     pairs = _watched(robot)
     at_home = _gaps(robot, robot.q_home, pairs)
@@ -88,7 +89,7 @@ def keeps_off_itself(robot: RobotModel, q: np.ndarray, room: float) -> bool:
 
 
 def _ability(robot: RobotModel, q_arm: np.ndarray, foot: float) -> float:
-    """How well the hands can move there, how far ahead and how high."""
+    """Returns a score of the hands' manipulability and position."""
     q = np.concatenate([np.zeros(robot.n_q - len(q_arm)), q_arm])
     state = robot.state(q)
     turns = robot.arm_turns
@@ -103,7 +104,7 @@ def _ability(robot: RobotModel, q_arm: np.ndarray, foot: float) -> float:
         able = float(np.prod(singular)) ** (1 / max(len(singular), 1))
         x, y, z = X_WE[:3, 3] - state.X_WB[:3, 3]
         ahead = x / max(np.linalg.norm([x, y, z]), 1e-9)
-        # Of several hands each has a side of its own.
+        # With several hands, each belongs to one side.
         aside = abs(np.arctan2(y, x)) if len(state.X_WEs) == 1 else 0.0
         score += (able + 0.1 * (ahead - aside)) / len(state.X_WEs)
     return score
@@ -114,7 +115,7 @@ def _clearness(
     q_arm: np.ndarray,
     pairs: list[tuple[np.ndarray, np.ndarray]],
 ) -> float:
-    """How far links are apart in all, up to where more does not matter."""
+    """Returns the sum of the links' distances, each up to `_CLEAR` [m]."""
     q = np.concatenate([np.zeros(robot.n_q - len(q_arm)), q_arm])
     return 10.0 * float(np.minimum(_gaps(robot, q, pairs), _CLEAR).sum())
 
@@ -140,7 +141,7 @@ def _gaps(
     q: np.ndarray,
     pairs: list[tuple[np.ndarray, np.ndarray]],
 ) -> np.ndarray:
-    """Least distance between the spheres of each pair of links [m]."""
+    """Returns the least distance between spheres of each pair of links [m]."""
     spheres = robot.spheres_at(q)
     p, r = spheres.p_WS, spheres.radius
     distance = np.linalg.norm(p[:, None] - p[None], axis=2) - r[:, None] - r
@@ -148,7 +149,7 @@ def _gaps(
 
 
 def _foot(robot: RobotModel) -> float:
-    """Height of the arm's first joint, which nothing should be far below."""
+    """Height of the arm's first joint; no link should be far below it."""
     tree = robot.tree
     first = int(np.flatnonzero(tree.position == robot.n_q - len(robot.home))[0])
     X_WL = robot.body_poses(np.zeros(robot.n_q))

@@ -1,6 +1,6 @@
 """Roles of joints, by their names: an arm, a gripper, wheels, legs, a head.
 
-No format says so. Names do nearly always: makers call a finger a finger.
+No file format states the roles of joints, but their names nearly always do.
 """
 
 import re
@@ -8,7 +8,7 @@ import re
 from remosplat_drake.robot.importing.urdf import CONTINUOUS, Urdf, UrdfJoint
 
 _FINGERS = re.compile("finger|knuckle|thumb|jaw|claw|pinch")
-"""Parts of names that only fingers have, of joints and of their links."""
+"""Parts of names that only fingers' joints and links have."""
 
 _HANDS = frozenset(
     {
@@ -21,7 +21,8 @@ _HANDS = frozenset(
         "pinky",
     }
 )
-"""Words in names of joints of a hand, unless one of `_WRISTS` is there, too."""
+"""Words in names of a hand's joints, unless the name also has a word of
+`_WRISTS`."""
 
 _WRISTS = frozenset(
     {
@@ -38,7 +39,7 @@ _WRISTS = frozenset(
         "arm",
     }
 )
-"""Words in names of joints that carry a hand."""
+"""Words in names of wrist joints, which carry a hand."""
 
 _WHEELS = re.compile("wheel|caster|suspension")
 """Parts of names of the links under a base."""
@@ -81,11 +82,11 @@ _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 _LEFT, _RIGHT = "left", "right"
 
 _SIDES = {"left": _LEFT, "l": _LEFT, "right": _RIGHT, "r": _RIGHT}
-"""Sides of the body by the words that mean them."""
+"""Words for the sides of the body, and the side that each means."""
 
 
 def words(name: str) -> list[str]:
-    """Splits a name into words: `LHipYaw` and `l_hip_yaw` alike.
+    """Splits a name into lower-case words: `LHipYaw` and `l_hip_yaw` alike.
 
     Args:
         name: The name of a link or a joint.
@@ -94,7 +95,7 @@ def words(name: str) -> list[str]:
 
 
 def is_wheel(joint: UrdfJoint) -> bool:
-    """Returns whether a joint turns, steers or springs a wheel."""
+    """Returns whether a joint turns or steers a wheel, or is its suspension."""
     return bool(_WHEELS.search(joint.name.lower()))
 
 
@@ -107,8 +108,8 @@ def has_wheels(urdf: Urdf) -> bool:
 def is_finger(urdf: Urdf, joint: UrdfJoint) -> bool:
     """Returns whether a joint opens or closes a hand.
 
-    Joints of which one follows another on the same link are a pair of fingers,
-    by any name.
+    If a joint follows another joint on the same link, both are fingers, with
+    any names.
 
     Args:
         urdf: The robot.
@@ -145,10 +146,10 @@ def is_of_arm(urdf: Urdf, joint: UrdfJoint) -> bool:
 
 
 def side_names(names: list[str]) -> list[str]:
-    """Names several hands by their differences: left and right, arm_1.
+    """Returns short distinct names for several hands: left and right, arm_1.
 
     Args:
-        names: Names of their links, or of these and of their joints.
+        names: For each hand, the name of its link, or names of link and joints.
     """
     split = [words(name) for name in names]
     sides = [[_SIDES[w] for w in some if w in _SIDES] for some in split]

@@ -1,7 +1,7 @@
-"""Links that do not meet the links that carry them, as their units differ.
+"""Finds gaps between links and their carriers, a sign of wrong units.
 
-The parts of a real arm touch at their joints. Where they are apart by much of
-their own size, meshes and the origins of joints are not in the same unit.
+The links of a real arm touch at their joints. If the gap is large compared with
+a link, the units of meshes and of joint origins probably differ.
 """
 
 import dataclasses as dc
@@ -22,23 +22,23 @@ from remosplat_drake.robot.self_collision.shapes import (
 )
 
 SHARE = 0.25
-"""Distance of links that do not meet, as a share of the smaller one's size. Of
-16 robots of example-robot-data none reaches 0.05 but iCub, whose shapes do lie
-apart."""
+"""Least reported gap, as a fraction of the smaller link's size. Of 16 robots of
+example-robot-data, only iCub exceeds 0.05; its shapes are indeed apart."""
 
 
 @dc.dataclass(frozen=True)
 class LinkGap:
-    """A link that does not meet the link that carries it.
+    """A gap between a link and the link that carries it.
 
     Attributes:
         joint: Name of the joint that moves the link.
         link: Name of the link.
         carrier: Name of the link that carries it: the next towards the root
             that has shapes.
-        distance: Least distance of the convex hulls of their shapes with all
-            joints at zero, less the travel of slides between them [m].
-        size: Diagonal of the box around the smaller of both [m].
+        distance: Least distance between the convex hulls of their shapes with
+            all joints at zero, minus the travel of prismatic joints between
+            them [m].
+        size: Diagonal of the bounding box of the smaller link [m].
     """
 
     joint: str
@@ -55,14 +55,14 @@ class LinkGap:
 
 
 def find_link_gaps(urdf: Urdf, robot: RobotModel) -> list[LinkGap]:
-    """Finds the links that do not meet the links that carry them.
+    """Finds the links with a gap to the links that carry them.
 
-    Links that are fixed to each other count as one, which has the name of the
-    one nearest to the root. Those without shapes are passed over.
+    Links that are fixed to each other count as one, named after the link
+    nearest to the root. Links without shapes are ignored.
 
     Args:
         urdf: The robot's links and joints.
-        robot: The same robot, whose shapes are looked at.
+        robot: The same robot, with its shapes.
     """
     shapes = read_collision_shapes(robot.description, robot.spheres)
     parts: dict[str, list[str]] = {}
@@ -88,9 +88,9 @@ def find_link_gaps(urdf: Urdf, robot: RobotModel) -> list[LinkGap]:
 def _carrier(
     urdf: Urdf, link: str, parts: dict[str, list[str]]
 ) -> tuple[str | None, float]:
-    """The part that carries a link, and how far slides between them go [m].
+    """Returns the carrier of a link, and the travel of slides between them [m].
 
-    That is NaN if a slide has no limits, since its travel is not known.
+    The travel is NaN if a prismatic joint has no limits.
     """
     travel = 0.0
     while link in urdf.inboard:
@@ -120,7 +120,7 @@ def _size(
     links: list[str],
     X_WL: np.ndarray,
 ) -> float:
-    """The diagonal of the box along W's axes around some links [m]."""
+    """Returns the diagonal of the box around some links, along W's axes [m]."""
     corners = []
     for link in links:
         X = X_WL[robot.tree.index(link)]

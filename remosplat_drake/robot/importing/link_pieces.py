@@ -1,4 +1,4 @@
-"""The convex pieces of an imported robot, as accurate as its meshes."""
+"""Fits convex pieces to the meshes of an imported robot."""
 
 from collections.abc import Callable, Mapping
 
@@ -21,10 +21,10 @@ from remosplat_drake.robot.self_collision.shapes import (
 from remosplat_drake.robot.sphere_model import SphereModel
 
 _DIRECTIONS = 1000
-"""Corners of the polyhedron that represents the surface of a ball."""
+"""Number of corners of the polyhedron that represents a ball's surface."""
 
 POSTURES = 2000
-"""Number of random postures in which distances are looked at."""
+"""Number of random postures in which distances are compared."""
 
 
 def fit_link_pieces(
@@ -35,7 +35,7 @@ def fit_link_pieces(
     findings: Findings,
     on_progress: Callable[[str, int, int], None] = lambda what, i, n: None,
 ) -> None:
-    """Writes pieces whose distances are those of the meshes, and the model.
+    """Writes convex pieces with the meshes' distances, and the model file.
 
     Args:
         urdf: The robot; its links' elements are changed.
@@ -43,9 +43,9 @@ def fit_link_pieces(
         meshes: The result of `convert_shapes`.
         states: Positions of joints by name, for each state that the robot's
             files name [rad, m].
-        findings: Where it is noted how true the pieces are.
-        on_progress: Called with the present step, the number of finished links,
-            and of all.
+        findings: Receives a summary of the pieces' accuracy.
+        on_progress: Called with the name of the present step, the number of
+            finished links, and the number of links.
 
     Raises:
         RemoSplatError: A mesh cannot be covered with convex pieces.
@@ -86,7 +86,7 @@ def fit_link_pieces(
 def _surfaces(
     meshes: dict[str, list[np.ndarray]], primitives: CollisionShapes
 ) -> dict[str, np.ndarray]:
-    """The triangles of all meshes and primitives of each link."""
+    """Returns the triangles of all meshes and primitives of each link."""
     parts = {link: list(own) for link, own in meshes.items()}
     for link, shape in zip(primitives.links, primitives.shapes, strict=True):
         around = shape.radius * spread_directions(_DIRECTIONS)
@@ -98,7 +98,7 @@ def _surfaces(
 def _states(
     robot: RobotModel, named: Mapping[str, Mapping[str, float]]
 ) -> np.ndarray:
-    """Random configurations, and the named ones."""
+    """Returns random configurations, and the named states."""
     rng = np.random.default_rng(0)
     states = [random_states(robot, POSTURES, rng)]
     for positions in named.values():

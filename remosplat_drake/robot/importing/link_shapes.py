@@ -1,7 +1,7 @@
-"""The meshes of a URDF's links, converted for Drake's drawing and collisions.
+"""Converts the meshes of a URDF for drawing and collisions in Drake.
 
-Visual meshes become .gltf files, which carry their colours. Collision meshes
-become convex pieces, one for each mesh at first, the form that Drake accepts.
+Visual meshes become .gltf files, which contain their colours. Collision meshes
+become convex pieces, initially one for each mesh.
 """
 
 import hashlib
@@ -33,7 +33,7 @@ _PIECES = "meshes/collision"
 """Folder of the convex pieces, and the suffixes of their names."""
 
 _LARGEST = 20.0
-"""Size from which on a mesh is taken to be in another unit [m]."""
+"""Size above which a mesh is assumed to be in another unit [m]."""
 
 _GREY = (0.7, 0.71, 0.73, 1.0)
 
@@ -47,20 +47,21 @@ def convert_shapes(
 ) -> dict[str, list[np.ndarray]]:
     """Converts all meshes of a URDF, and names the new files in its elements.
 
-    Links without collision meshes get the hulls of their visual meshes, in
-    addition to the primitives that they have: these are often smaller than the
+    Links without collision meshes get the convex hulls of their visual meshes,
+    in addition to their collision primitives, which are often smaller than the
     link.
 
     Args:
         urdf: The robot; its links' elements are changed.
-        packages: Finds the files that it names.
-        folder: Folder that gets a folder `meshes`.
+        packages: Resolves references to ROS packages.
+        folder: Folder in which a folder `meshes` is made.
         findings: Receives the guesses.
         on_mesh: Called after each mesh.
 
     Returns:
-        The triangles of the collision meshes of each link that has some, in its
-        frame, shape (t, 3, 3) each [m].
+        The triangles of the collision meshes, by link name, in the link's
+        frame, shape (t, 3, 3) each [m]; links without collision meshes are
+        omitted.
 
     Raises:
         FieldError: A mesh is missing, flat, unreadable or has an unusable
@@ -73,8 +74,8 @@ def convert_shapes(
     _resolve_materials(urdf.root)
     covered = []
     for name, link in urdf.links.items():
-        # Primitives often stand for less than the link: no controller may
-        # overlook the rest.
+        # Primitives are often smaller than the link, and a controller must not
+        # ignore the rest.
         if link.find("collision/geometry/mesh") is None:
             bare = link.find("collision") is None
             seen = link.findall("visual")
@@ -98,7 +99,7 @@ def convert_shapes(
     if covered:
         findings.guess(
             "collision shapes",
-            "hulls of what is seen, besides primitives if any, of"
+            "convex hulls of visual meshes, besides primitives, of"
             f" {listed(covered)}",
         )
     return converter.surfaces
@@ -107,11 +108,11 @@ def convert_shapes(
 def write_pieces(
     urdf: Urdf, folder: Path, pieces: dict[str, list[ConvexPiece]]
 ) -> None:
-    """Makes links collide as convex pieces, in addition to their primitives.
+    """Writes convex pieces as links' collision shapes, besides primitives.
 
     Args:
         urdf: The robot; its links' elements are changed.
-        folder: Folder that gets the pieces' files; those that it had are gone.
+        folder: Folder for the pieces' files; earlier ones are deleted.
         pieces: The pieces of links by name, in their frames.
     """
     for link in urdf.links.values():
@@ -208,7 +209,7 @@ class _Converter:
         name: str,
         where: str,
     ) -> str:
-        """Returns the file that is drawn, which is written if it is new."""
+        """Returns the file for drawing, and writes it if it is new."""
         colour = _rgba(visual.find("material"))
         key = source, scale.tobytes(), colour
         if key not in self._drawn:
@@ -269,7 +270,7 @@ class _Converter:
 
 
 def _naming(element: Element, file: str) -> Element:
-    """A twin of a <visual> whose mesh is another file."""
+    """Returns a copy of a <visual> with another mesh file."""
     twin = _copy(element)
     twin.attrib.clear()
     mesh = twin.find("geometry/mesh")
@@ -280,10 +281,10 @@ def _naming(element: Element, file: str) -> Element:
 
 
 def _resolve_materials(root: Element) -> None:
-    """Has each <visual> say its colour itself, without a name.
+    """Writes each material's colour into its <visual>, without a name.
 
-    Files define one name in several ways, which Drake refuses, or use names
-    that another link defines.
+    Some files define a material's name several times, which Drake rejects, or
+    use a name that another link defines.
     """
     colours: dict[str, tuple[float, ...]] = {}
     for material in [*root.findall("material"), *root.iter("material")]:
@@ -314,7 +315,7 @@ def _rgba(material: Element | None) -> tuple[float, ...] | None:
 
 
 def _plain(name: str) -> str:
-    """A name that any file system takes, different for different names."""
+    """Returns a valid file name, different for different names."""
     plain = re.sub(r"[^\w.-]", "_", name)
     if plain != name:
         plain += "_" + hashlib.sha256(name.encode()).hexdigest()[:6]

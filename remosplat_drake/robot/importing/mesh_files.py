@@ -1,4 +1,4 @@
-"""Mesh files of many formats, as triangles in metres."""
+"""Loads mesh files of many formats, as triangles in metres."""
 
 import re
 from pathlib import Path
@@ -18,14 +18,15 @@ _UNIT = re.compile(r"([\d.eE+-]+) \* meters")
 
 
 def load_mesh(path: Path, scale: np.ndarray) -> "trimesh.Scene":
-    """Loads a mesh file in metres, as RViz shows it.
+    """Loads a mesh file in metres; units and axes are as in RViz.
 
     Args:
         path: The file.
         scale: Factors along its axes, shape (3,).
 
     Raises:
-        RemoSplatError: It is of another kind, broken, or has no triangles.
+        RemoSplatError: The file is of another format, is broken, or has no
+            triangles.
     """
     import trimesh
 
@@ -39,7 +40,7 @@ def load_mesh(path: Path, scale: np.ndarray) -> "trimesh.Scene":
         parts = [
             part for part in scene.dump() if isinstance(part, trimesh.Trimesh)
         ]
-    # Readers of many formats, each with errors of its own.
+    # The readers of the formats raise different exceptions.
     except Exception as error:
         problem = " ".join(str(error).split()) or type(error).__name__
         raise RemoSplatError(f"{path} cannot be read: {problem}") from error

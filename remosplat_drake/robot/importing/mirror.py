@@ -1,4 +1,4 @@
-"""Two arms of which one is the other's mirror image."""
+"""Detects a robot whose two arms are mirror images of each other."""
 
 import dataclasses as dc
 
@@ -7,20 +7,19 @@ import numpy as np
 from remosplat_drake.robot.robot_model import RobotModel
 
 _SAME = 1e-3
-"""How far axes of joints may be from mirrored ones [m], and how much their
-directions may differ."""
+"""Tolerance of mirrored joint axes, of their distance [m] and direction."""
 
 _ACROSS = np.array([1.0, -1.0, 1.0])
-"""The mirror is upright and faces left and right, as two arms do."""
+"""The mirror plane is vertical, with a normal to the left."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Mirror:
-    """The mirror image of each posture of n arm joints.
+    """The mapping of a posture of n arm joints to its mirror image.
 
     Attributes:
-        twin: The joint that each takes its position from, shape (n,).
-        sign: Factor on that position, 1 or -1, shape (n,).
+        twin: For each joint, the index of its mirror image, shape (n,).
+        sign: Factor on the position of the mirror image, 1 or -1, shape (n,).
     """
 
     twin: np.ndarray
@@ -31,10 +30,10 @@ class Mirror:
         return self.sign * q_arm[self.twin]
 
     def symmetric(self, q_arm: np.ndarray) -> np.ndarray:
-        """Makes a posture its own image: one arm does as the other one does.
+        """Makes a posture symmetric: the second arm mirrors the first one.
 
-        Joints that carry both arms go to zero if they would turn them to one
-        side.
+        Joints that carry both arms go to zero if they would turn the arms to
+        one side.
 
         Args:
             q_arm: The posture, shape (n,) [rad, m].
@@ -46,17 +45,17 @@ class Mirror:
 
 
 def find_mirror(robot: RobotModel) -> Mirror | None:
-    """Finds out whether a robot's two arms are mirror images.
+    """Finds the mirror symmetry of a robot's two arms, if there is one.
 
-    They are if the axis of each joint of one lies where the mirror has that of
-    a joint of the other, all joints being at zero. The mirror stands between
-    their first joints.
+    The arms are mirror images if, with all joints at zero, the mirror maps the
+    axis of each joint of one arm to the axis of a joint of the other. The
+    mirror is halfway between their first joints.
 
     Args:
         robot: The robot.
 
     Returns:
-        The mirror; None if there is none, or not two arms.
+        The mirror; None if the arms are not mirror images or not two.
     """
     bodies = robot.arrays.values.body_E
     chains = [_joints(robot, int(body)) for body in bodies]
@@ -92,7 +91,7 @@ def find_mirror(robot: RobotModel) -> Mirror | None:
 
 
 def _joints(robot: RobotModel, body: int) -> list[int]:
-    """The arm's joints that move a body, from the root on."""
+    """Returns the arm's joints that move a body, from the root outwards."""
     first = robot.n_q - len(robot.home)
     positions = robot.tree.position[robot.tree.chain(body)]
     return [int(i) - first for i in positions if i >= first]

@@ -1,7 +1,7 @@
-"""Meshes that a robot's files name and do not have.
+"""Replaces meshes that a robot's files name, but that are missing.
 
-Makers leave out pictures, or shapes for collisions. Where a link has the other
-kind, that one serves for both.
+Some packages lack visual meshes, others collision meshes. If a link has shapes
+of the other kind, these replace the missing ones.
 """
 
 from collections.abc import Callable, Iterable
@@ -16,7 +16,7 @@ VISUAL, COLLISION = "visual", "collision"
 """Tags of a link's visual and collision elements."""
 
 _SHARED = ("origin", "pose", "geometry")
-"""Children that both kinds of elements have."""
+"""Child elements that both kinds of elements have."""
 
 
 def replace_missing(urdf: Urdf, packages: Packages, findings: Findings) -> None:
@@ -24,8 +24,8 @@ def replace_missing(urdf: Urdf, packages: Packages, findings: Findings) -> None:
 
     Args:
         urdf: The robot; its links' elements are changed.
-        packages: Finds the files that it names.
-        findings: Where it is noted which links are drawn by other shapes.
+        packages: Resolves references to ROS packages.
+        findings: Receives the names of links with replaced meshes.
     """
 
     def is_there(element: Element) -> bool:
@@ -33,8 +33,9 @@ def replace_missing(urdf: Urdf, packages: Packages, findings: Findings) -> None:
             try:
                 place = packages.place(mesh.get("filename", ""), element.tag)
             except FieldError:
-                # A person may know the package: a collision shape is worth
-                # the error that asks for it, a picture is not.
+                # If a package is not found, a missing collision mesh raises the
+                # error that asks for the package, but a missing visual mesh
+                # does not.
                 return element.tag == COLLISION
             if not place.is_file():
                 return False
@@ -48,12 +49,13 @@ def replace_by_others(
 ) -> dict[str, list[str]]:
     """Removes missing meshes from links.
 
-    A missing kind is replaced by all that the link has of the other. A link
-    without either is unchanged, for an error that names the mesh.
+    All elements of the other kind replace the missing ones. A link with neither
+    kind is not changed, so that a later error names the mesh.
 
     Args:
         links: The links' elements, which are changed.
-        is_there: Tells whether the mesh of an element is there, if it has one.
+        is_there: Function that returns whether an element's mesh exists, or
+            that it has none.
 
     Returns:
         Names of the links by the tag of the missing meshes.
@@ -74,11 +76,11 @@ def replace_by_others(
 
 
 def note_replaced(replaced: dict[str, list[str]], findings: Findings) -> None:
-    """Notes which links lacked meshes.
+    """Adds findings about links with replaced meshes.
 
     Args:
-        replaced: Names of the links by the tag of what they lacked.
-        findings: Where it is noted.
+        replaced: Names of the links by the tag of the missing meshes.
+        findings: Receives the names.
     """
     if replaced[VISUAL]:
         findings.doubt(
@@ -88,7 +90,7 @@ def note_replaced(replaced: dict[str, list[str]], findings: Findings) -> None:
     if replaced[COLLISION]:
         findings.doubt(
             "collision shapes",
-            f"missing: {listed(replaced[COLLISION])} by what is seen of them",
+            f"missing: {listed(replaced[COLLISION])} by visual shapes",
         )
 
 

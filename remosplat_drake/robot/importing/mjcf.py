@@ -1,4 +1,4 @@
-"""MuJoCo's MJCF, prepared for Drake's parser, which supports a part of it."""
+"""Prepares MuJoCo's MJCF for Drake's parser, which supports a part of it."""
 
 import dataclasses as dc
 import math
@@ -14,21 +14,21 @@ from remosplat_drake.robot.importing.mjcf_defaults import write_out_defaults
 from remosplat_drake.robot.importing.urdf import Loop, Mimic
 
 _POSES = ("pos", "quat", "axisangle", "xyaxes", "zaxis", "euler")
-"""Attributes that say where a site is on its body."""
+"""Attributes that define the pose of a site on its body."""
 
 _GENERATED = ("frame", "replicate", "attach", "composite", "flexcomp")
-"""Children of bodies that make or move others, which Drake passes over."""
+"""Children of bodies that generate or move other bodies; Drake ignores them."""
 
 
 @dc.dataclass
 class SaidOfJoints:
-    """Properties of a model's joints beyond their tree.
+    """Properties of a model's joints that Drake's parser does not keep.
 
     Attributes:
         mimics: Joints that follow others, by name.
-        loops: What closes loops of links.
+        loops: Constraints that close loops of links.
         states: Positions of joints by name, for each keyframe [rad, m].
-        floating: Name of the only body that floats, and is fixed now.
+        floating: Name of the single floating body, which has been fixed.
     """
 
     mimics: dict[str, Mimic] = dc.field(default_factory=dict)
@@ -40,26 +40,26 @@ class SaidOfJoints:
 def prepare_mjcf(
     path: Path, root: Element, mesh: Callable[[str], str]
 ) -> SaidOfJoints:
-    """Rewrites an MJCF document so that Drake understands all of it.
+    """Rewrites an MJCF document so that Drake's parser reads all of it.
 
-    Included files and default classes are written out, meshes named by what
-    Drake reads, sites made frames; couplings of joints and keyframes are taken
-    out.
+    Included files and default classes are written out, mesh files are replaced
+    by files that Drake reads, and sites become frames. Joint couplings and
+    keyframes are removed.
 
     Args:
-        path: The file; other files are relative to it, included ones, too.
+        path: The file, to which the names of other files are relative.
         root: The document, which is changed.
-        mesh: Returns the name of a mesh that Drake reads, for that of another
-            one, which is relative to the file.
+        mesh: Function that converts a mesh, named relative to the file, and
+            returns the name of a mesh that Drake reads.
 
     Returns:
-        What was taken out, as Drake passes over it or has it otherwise.
+        The removed content, which Drake ignores or interprets differently.
 
     Raises:
-        RemoSplatError: A file is missing or broken, or the model is made by
-            elements that Drake passes over.
+        RemoSplatError: A file is missing or broken, or the model contains
+            generating elements that Drake ignores.
     """
-    # Drake asks for a name, MuJoCo does not.
+    # Drake requires a name, MuJoCo does not.
     root.set("model", root.get("model") or path.stem)
     _include(path, root, {path})
     for element in root.iter():
@@ -111,13 +111,13 @@ def _name_meshes(root: Element, mesh: Callable[[str], str]) -> None:
         for element in asset.findall("mesh"):
             file = element.get("file")
             if file is not None:
-                # A mesh without a name has that of its file.
+                # A mesh without a name has the name of its file.
                 element.set("name", element.get("name", Path(file).stem))
                 element.set("file", mesh(str(Path(folder) / file)))
 
 
 def _sites_as_bodies(root: Element) -> None:
-    """Sites become bodies without shapes, as Drake has no sites."""
+    """Replaces sites, which Drake does not have, by bodies without shapes."""
     taken = {body.get("name") for body in root.iter("body")}
     for body in list(root.iter("body")):
         for site in body.findall("site"):
@@ -134,7 +134,7 @@ def _sites_as_bodies(root: Element) -> None:
 
 
 def _drop_empty_inertia(body: Element) -> None:
-    """Removes an inertia of no mass, which Drake refuses."""
+    """Removes an inertia without mass, which Drake rejects."""
     inertial = body.find("inertial")
     if inertial is not None and not _floats(inertial.get("mass", "1"))[0]:
         body.remove(inertial)
@@ -143,10 +143,10 @@ def _drop_empty_inertia(body: Element) -> None:
 
 
 def _nest_joints(body: Element) -> None:
-    """Gives each of several joints a body of its own, one in another.
+    """Gives each of a body's several joints its own, nested body.
 
-    Drake has only the last of them where the body is: it puts the others at
-    the origin of the body's parent.
+    Drake places only the last of these joints at the body; it places the others
+    at the origin of the body's parent.
     """
     name, outer = body.attrib.pop("name", None), body
     joints = body.findall("joint")
@@ -170,7 +170,7 @@ def _floats(text: str) -> list[float]:
 
 
 def _couplings(root: Element) -> tuple[dict[str, Mimic], list[Loop]]:
-    """Takes out what couples joints, and what drags bodies by hand."""
+    """Removes elements that couple joints, and mocap bodies."""
     mimics, loops = {}, []
     dragging = {
         body.get("name")
@@ -200,9 +200,10 @@ def _couplings(root: Element) -> tuple[dict[str, Mimic], list[Loop]]:
 
 
 def _fix_floating(root: Element) -> list[str]:
-    """Has the only body that floats stand still, and returns its name.
+    """Fixes the single floating body, and returns its name.
 
-    All but one of several are things, and it is unknown which is the robot.
+    If several bodies float, all but one are objects, and the robot cannot be
+    identified.
     """
     floating = [
         (body, joint)
@@ -223,11 +224,11 @@ def _floats_freely(joint: Element) -> bool:
 
 
 _COORDINATES = {"free": 7, "ball": 4}
-"""Numbers of positions of the kinds of joints that have several."""
+"""Number of position coordinates of joints with more than one."""
 
 
 def _states(root: Element) -> dict[str, dict[str, float]]:
-    """Positions in keyframes of all joints that have one number."""
+    """Returns the keyframes' positions of all joints with one coordinate."""
     joints = [
         joint
         for body in root.iter("body")

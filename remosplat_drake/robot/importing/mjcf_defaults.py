@@ -1,7 +1,7 @@
-"""MJCF's default classes, written out on the elements that they mean.
+"""Writes the attributes of MJCF's default classes into the elements.
 
-Drake's parser has its own reading of them: a class whose parent says nothing
-of joints does not inherit what its grandparent says of them.
+Drake's parser treats them differently: if a class's parent has no joint
+defaults, the class does not inherit those of its grandparent.
 """
 
 from pathlib import Path
@@ -10,13 +10,13 @@ from xml.etree.ElementTree import Element
 from remosplat_drake.base.errors import FieldError, unknown_name
 
 _TAGS = ("geom", "joint", "material", "mesh", "site")
-"""Elements that have defaults, and matter here."""
+"""The relevant elements that have defaults."""
 
 _MAIN = "main"
-"""Name of the class that all others come from."""
+"""Name of the root class."""
 
 _ROTATIONS = {"quat", "axisangle", "xyaxes", "zaxis", "euler"}
-"""Attributes of which an element has one."""
+"""Attributes that exclude each other."""
 
 _Attributes = dict[str, dict[str, str]]
 
@@ -29,11 +29,11 @@ def write_out_defaults(path: Path, root: Element) -> None:
         root: The document, which is changed.
 
     Raises:
-        FieldError: An element is of a class that is not there.
+        FieldError: An element names a class that does not exist.
     """
     classes: dict[str, _Attributes] = {_MAIN: {}}
     for default in root.findall("default"):
-        # The outermost class, of any name, is that of all elements.
+        # The outermost class applies to all elements, for any name.
         _collect(default, _MAIN, classes[_MAIN], classes)
         classes[default.get("class", _MAIN)] = classes[_MAIN]
         root.remove(default)
@@ -46,7 +46,7 @@ def _collect(
     inherited: _Attributes,
     classes: dict[str, _Attributes],
 ) -> None:
-    """Adds a class and those inside it, which have all that it has."""
+    """Adds a class and the classes inside it, which inherit its attributes."""
     own = {tag: dict(attributes) for tag, attributes in inherited.items()}
     for element in default:
         if element.tag in _TAGS:

@@ -11,7 +11,7 @@ from remosplat_drake.robot.importing.urdf import Urdf
 
 FIXED, DIFFERENTIAL, OMNI = "fixed", "differential", "omni"
 BASES = (FIXED, DIFFERENTIAL, OMNI)
-"""Choices of how a robot moves about."""
+"""Valid kinds of a robot's base."""
 
 DRIVES = {
     DIFFERENTIAL: robot_description.DIFFERENTIAL,
@@ -23,16 +23,16 @@ JOINTS = ("base_x", "base_y", "base_yaw")
 """Names of the joints of a mobile base."""
 
 SPEED, YAW_RATE = 0.5, 0.8
-"""Speeds that are taken for a base's limits [m/s, rad/s]."""
+"""Assumed speed limits of a base [m/s, rad/s]."""
 
 ACCELERATION, YAW_ACCELERATION = 0.5, 1.5
-"""Assumed rates of their change [m/s^2, rad/s^2]."""
+"""Assumed acceleration limits of a base [m/s^2, rad/s^2]."""
 
 EFFORT = 400.0
-"""Assumed efforts of its motors [N, N m]."""
+"""Assumed effort limits of a base's motors [N, N m]."""
 
 ROAM = 20.0
-"""How far the model has a base drive from where it started [m]."""
+"""Range of a base's x and y in the model, from the start [m]."""
 
 
 def base_limits(base: str, findings: Findings) -> list[JointLimits]:
@@ -40,12 +40,11 @@ def base_limits(base: str, findings: Findings) -> list[JointLimits]:
 
     Args:
         base: One of `BASES`.
-        findings: Where the guess is noted.
+        findings: Receives the guess.
 
     Returns:
-        Those of the forward speed and the yaw rate of a differential base, with
-        that to the left between them of an omnidirectional one, none of a fixed
-        one.
+        Limits of the base's commands in the order of u: forward speed, speed to
+        the left (omnidirectional only) and yaw rate; empty for a fixed base.
     """
     if base == FIXED:
         return []
@@ -62,20 +61,20 @@ def base_limits(base: str, findings: Findings) -> list[JointLimits]:
 
 
 def add_base_joints(urdf: Urdf, base: str, height: float) -> str:
-    """Puts a mobile base's joints before a robot's base link.
+    """Adds a mobile base's joints between the world and the base link.
 
     Args:
-        urdf: The robot; its document is changed. Where its base link is called
-            `world`, what that carries is moved.
+        urdf: The robot; its document is changed. If the base link is named
+            `world`, the joints move the link that it carries.
         base: `DIFFERENTIAL` or `OMNI`.
         height: Height of the robot's base link above the floor [m].
 
     Returns:
-        Name of the link that drives.
+        Name of the link that the base's joints move.
 
     Raises:
-        FieldError: The world carries several links, or one that can move, or
-            a name is taken.
+        FieldError: A link named `world` carries several links or one that can
+            move, or a name already exists.
     """
     carried, origin = urdf.base, None
     if carried == "world":
@@ -120,7 +119,7 @@ def add_base_joints(urdf: Urdf, base: str, height: float) -> str:
 
 
 def _raised(origin: Element | None, height: float) -> Element:
-    """An <origin> that is higher by what the base link lies above the floor."""
+    """Returns an <origin> that is raised by the base link's height."""
     xyz = [0.0, 0.0, 0.0]
     element = Element("origin", {} if origin is None else dict(origin.attrib))
     if "xyz" in element.attrib:

@@ -1,8 +1,8 @@
-"""Links whose collision shapes overlap where no real links would.
+"""Finds links whose collision shapes overlap as no real links would.
 
-Links that overlap in every pose are not checked, since nothing could move
-otherwise. A hull that contains its whole neighbour was made of the wrong mesh,
-or of one in another unit.
+Self-collision does not check links that overlap in every posture, since the
+robot could not move otherwise. A hull that contains its whole neighbour was
+probably made from the wrong mesh, or from a mesh in another unit.
 """
 
 from itertools import product
@@ -27,11 +27,11 @@ from remosplat_drake.robot.self_collision.shapes import (
 
 
 def doubt_overlaps(robot: RobotModel, findings: Findings) -> None:
-    """Doubts shapes that overlap in every pose, or hold a whole neighbour.
+    """Reports shapes that overlap in every posture, or contain a neighbour.
 
     Args:
         robot: The robot.
-        findings: Where it is noted.
+        findings: Receives the doubts.
     """
     shapes = read_collision_shapes(robot.description, robot.spheres)
     left_out = find_link_pairs(robot, shapes).left_out
@@ -39,7 +39,7 @@ def doubt_overlaps(robot: RobotModel, findings: Findings) -> None:
     if always:
         findings.doubt(
             "self-collision",
-            f"{_worded(always)} overlap in every pose, and are not watched",
+            f"{_worded(always)} overlap in every pose, and are not checked",
         )
     held = [
         held
@@ -49,7 +49,7 @@ def doubt_overlaps(robot: RobotModel, findings: Findings) -> None:
     if held:
         findings.doubt(
             "collision shapes",
-            listed([f"that of {a} swallows {b}" for a, b in held], 3)
+            listed([f"that of {a} contains {b}" for a, b in held], 3)
             + "; are their meshes, scales and origins right?",
         )
 
@@ -61,9 +61,9 @@ def _worded(pairs: list[LinkPair]) -> str:
 def _held(
     robot: RobotModel, shapes: CollisionShapes, pair: LinkPair
 ) -> LinkPair | None:
-    """The link that holds all of the other, and that one, with all at home."""
+    """Returns the containing and the contained link of a pair, at home."""
     if joints_between(robot, *pair) == 0:
-        return None  # They are one body, of which one part may hold another.
+        return None  # Parts of one body may overlap.
     X_WL = robot.body_poses(robot.q_home)
     for outer, inner in (pair, pair[::-1]):
         X_OI = np.linalg.solve(
@@ -77,7 +77,7 @@ def _held(
 
 
 def _holds(outer: ConvexShape, inner: ConvexShape, X_OI: np.ndarray) -> bool:
-    """Whether a shape holds another one; a flat or thin one holds nothing."""
+    """Whether a shape contains another one; a flat or thin one does not."""
     try:
         planes = ConvexHull(outer.vertices).equations
     except (QhullError, ValueError):

@@ -1,7 +1,7 @@
-"""ROS packages by name: where `package://NAME/...` leads to.
+"""Resolves `package://NAME/...` to the folders of ROS packages.
 
-They are looked for where the command line says, in the folders above the
-robot's file, and on the paths that ROS 1 and ROS 2 workspaces set.
+Packages are searched in the folders that the command line names, in the folders
+above the robot's file, and on the paths of ROS 1 and ROS 2 workspaces.
 """
 
 import dataclasses as dc
@@ -22,22 +22,22 @@ PATH_VARIABLES = (
     "GZ_SIM_RESOURCE_PATH",
     "GAZEBO_MODEL_PATH",
 )
-"""Variables of the environment that name folders with packages."""
+"""Environment variables that name folders with packages."""
 
 _DEEPEST = 3
-"""How many folders below an entry of ROS_PACKAGE_PATH a package may lie."""
+"""Largest depth of a package below an entry of ROS_PACKAGE_PATH."""
 
 
 @dc.dataclass(frozen=True)
 class Packages:
-    """Finds the files that URIs in a robot's files name.
+    """Resolves the URIs in a robot's files.
 
     Attributes:
         file: The robot's file.
-        given: Folders of packages by name, which come before all others.
-        variables: The environment; only `PATH_VARIABLES` matter.
-        guessed: Packages and files that were not where they are named, and
-            where they were found.
+        given: Folders of packages by name, which have precedence.
+        variables: The environment, of which `PATH_VARIABLES` are used.
+        guessed: Packages and files that were not at their stated places, and
+            the places where they were found.
     """
 
     file: Path
@@ -65,7 +65,7 @@ class Packages:
         return path
 
     def place(self, uri: str, element: str) -> Path:
-        """Returns the file or folder that a URI stands for, or would.
+        """Returns the file or folder of a URI, which may not exist.
 
         Args:
             uri: As for `resolve`.
@@ -81,7 +81,8 @@ class Packages:
         named = Path(uri.removeprefix("file://"))
         place = self.file.parent / named
         if not place.exists():
-            # A path on its maker's machine: its end is often here, too.
+            # The path may be of another machine; its last parts often exist
+            # here.
             for i in range(1, len(named.parts)):
                 near = self.file.parent.joinpath(*named.parts[i:])
                 if near.is_file():
@@ -101,7 +102,7 @@ class Packages:
         Args:
             name: Name of the package.
             element: The element that names it, for errors.
-            wanted: Files in it that are known to be needed.
+            wanted: Files that the package must contain.
 
         Raises:
             FieldError: There is no such package.
@@ -177,7 +178,7 @@ def given_packages(texts: list[str]) -> dict[str, Path]:
 
     Raises:
         FieldError: A text has another form.
-        FileError: A folder is not there.
+        FileError: A folder does not exist.
     """
     packages = {}
     for text in texts:

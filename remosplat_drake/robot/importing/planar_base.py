@@ -1,8 +1,8 @@
-"""Planar bases that a robot's file has as joints of its own.
+"""Removes planar bases that a robot's file models as joints.
 
-Some files move the robot over the floor by joints at its root: slides along x
-and y and a hinge, or a hinge, a slide and another hinge. These stand for a base
-that drives, and do not belong to the arm.
+Some files move the robot over the floor by joints at its root: prismatic joints
+along x and y and a revolute one, or a revolute, a prismatic and another
+revolute one. These model a mobile base, and do not belong to the arm.
 """
 
 from xml.etree.ElementTree import tostring
@@ -21,18 +21,18 @@ from remosplat_drake.robot.importing.urdf import (
 from remosplat_drake.robot.importing.urdf_elements import origin_pose
 
 _ALONG = 1e-3
-"""Component of an axis that counts as none."""
+"""Largest component of an axis that counts as zero."""
 
 
 def without_planar_base(urdf: Urdf, findings: Findings) -> Urdf | None:
-    """Fixes the joints by which a robot's file moves its base in the plane.
+    """Fixes the joints that model a robot's planar base.
 
     Args:
         urdf: The robot, whose document is changed.
-        findings: Where it is noted which joints these are.
+        findings: Receives the joints' names.
 
     Returns:
-        The robot without these joints; None if it has no such base.
+        The robot without these joints; None if it has none.
     """
     joints = _planar_joints(urdf)
     if joints is None:
@@ -49,9 +49,10 @@ def without_planar_base(urdf: Urdf, findings: Findings) -> Urdf | None:
 
 
 def _planar_joints(urdf: Urdf) -> list[UrdfJoint] | None:
-    """The first three joints that move all of a robot, if the plane is theirs.
+    """Returns the first three joints of a robot if they form a planar base.
 
-    Slides are level and go as far as a base roams; hinges are upright.
+    Prismatic joints are horizontal, with the range of a base; revolute joints
+    are vertical.
     """
     link, X_WL, found = urdf.base, RigidTransform(), []
     while len(found) < 3:

@@ -1,8 +1,8 @@
-"""A plant that Drake has parsed, as a URDF.
+"""Writes a plant that Drake has parsed as a URDF.
 
-All formats that Drake reads go on from here in one way. Frames of links stay
-what they are; a joint whose axis misses the origin of the link that it moves
-gets a link of its own there, as URDF wants it.
+So all formats are processed in the same way. Frames of links are preserved. If
+a joint's axis does not pass through the origin of its child link, an additional
+link is inserted there, as URDF requires.
 """
 
 from collections import Counter
@@ -39,17 +39,17 @@ _KINDS = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed"}
 """Types of joints in URDF by those in Drake."""
 
 _ENDLESS = 1e6
-"""Position limits beyond this are none: SDFormat's default is 1e16."""
+"""Position limits beyond this count as missing: SDFormat's default is 1e16."""
 
 _ON_AXIS = 1e-9
-"""How far a link's origin may be from the axis that goes through it [m]."""
+"""Largest distance of a link's origin that counts as on an axis [m]."""
 
 
 class PlantUrdf:
     """Writes a plant's bodies, joints, shapes and frames as a URDF document.
 
-    Names stay where they are unique in the plant; others begin with that of
-    their model.
+    Names that are unique in the plant are preserved; others get the name of
+    their model as a prefix.
     """
 
     def __init__(
@@ -60,15 +60,15 @@ class PlantUrdf:
         path: Path,
         dialect: Dialect,
     ):
-        """Gives everything its name.
+        """Chooses all names.
 
         Args:
-            plant: The plant, which is not finalized yet: Drake gives free
-                bodies joints then.
-            inspector: Its geometry.
-            staging: What its files were copied from.
+            plant: The plant, which is not finalized, since Drake would add
+                joints to free bodies.
+            inspector: Inspector of the plant's geometry.
+            staging: The copies that Drake has parsed, and their originals.
             path: The robot's file, for errors.
-            dialect: What it is written in, for errors.
+            dialect: Format of the robot's file, for errors.
         """
         self._plant = plant
         self._inspector = inspector
@@ -88,7 +88,7 @@ class PlantUrdf:
 
     @property
     def roots(self) -> list[str]:
-        """Names of the links that no joint carries, except for the world."""
+        """Names of the links that no joint moves, except for the world."""
         carried = {joint.child_body().index() for joint in self._joints}
         return [
             self._link[body.index()]
@@ -98,7 +98,7 @@ class PlantUrdf:
 
     @property
     def may_touch(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of links whose collisions the files leave out, each sorted."""
+        """Pairs of links whose collisions the files disable, each sorted."""
         shapes = {}
         for body in self._bodies[1:]:
             frame = self._plant.GetBodyFrameIdIfExists(body.index())
@@ -106,7 +106,8 @@ class PlantUrdf:
                 found = self._inspector.GetGeometries(frame, Role.kProximity)
                 if found:
                     shapes[self._link[body.index()]] = found[0]
-        # Drake leaves out neighbours, too, but only when it finalizes.
+        # Drake disables collisions of neighbours, too, but only on
+        # finalization.
         return tuple(
             sorted(
                 (min(a, b), max(a, b))
@@ -120,10 +121,10 @@ class PlantUrdf:
 
         Args:
             name: Name of the robot.
-            findings: Where it is noted what is left out.
+            findings: Receives the omitted elements.
 
         Raises:
-            FieldError: A joint is of a kind that cannot be driven.
+            FieldError: A joint is of a type that cannot be driven.
         """
         root = Element("robot", name=name)
         world, *bodies = self._bodies
@@ -145,7 +146,7 @@ class PlantUrdf:
         return root
 
     def _named(self, elements: list) -> dict:
-        """Names by index, which are unique."""
+        """Returns unique names by index."""
         count = Counter(element.name() for element in elements)
         names = {}
         for element in elements:
@@ -178,7 +179,7 @@ class PlantUrdf:
     def _shapes(
         self, body: RigidBody
     ) -> Iterator[tuple[str, Shape, RigidTransform, tuple[float, ...] | None]]:
-        """A body's shapes: role, shape, pose in it and colour."""
+        """Returns a body's shapes: role, shape, pose in it, and colour."""
         frame = self._plant.GetBodyFrameIdIfExists(body.index())
         if frame is None:
             return
@@ -243,7 +244,8 @@ class PlantUrdf:
         ends = {"lower": lower, "upper": upper}
         ends = {key: x for key, x in ends.items() if abs(x) < _ENDLESS}
         if joint.type_name() == "revolute":
-            # One limit alone: the other is a whole turn away at most.
+            # If there is only one limit, the other one is at most one turn
+            # away.
             if len(ends) == 1:
                 ends = {"lower": -2 * np.pi, "upper": 2 * np.pi} | ends
             elif not ends:
@@ -278,7 +280,7 @@ class PlantUrdf:
         )
 
     def _frames(self) -> Iterator[tuple[str, Frame]]:
-        """Frames with names of their own, besides those of links and joints."""
+        """Returns the named frames besides those of links and joints."""
         of_joints = {
             frame.index()
             for joint in self._joints

@@ -1,4 +1,4 @@
-"""From a robot's own files to a folder with its description and spheres."""
+"""Imports a robot: converts its files to a description with spheres."""
 
 import dataclasses as dc
 from collections.abc import Callable, Sequence
@@ -58,44 +58,45 @@ from remosplat_drake.robot.robot_model import (
 )
 
 TOLERANCE = 0.02
-"""How far spheres may protrude from links [m]."""
+"""Default distance by which spheres may protrude from links [m]."""
 
 _HAND_WEIGHT = 2.0
-"""How much tighter spheres are from the wrist on."""
+"""Weight of links from the wrist outwards, whose spheres are tighter."""
 
 _STILL_WEIGHT = 0.5
-"""How much coarser spheres are on links that stand still: they matter only for
-the arm, which must not touch them."""
+"""Weight of links that do not move, whose spheres may be coarser: they matter
+only for self-collision with the arm."""
 
 _ON_FLOOR = 0.1
-"""Height up to which links of a base are taken to stand on the floor [m]."""
+"""Height up to which a base's links are assumed to stand on the floor [m]."""
 
 _SHORTEST, _LONGEST = 0.05, 10.0
-"""Reaches beyond which an arm is hardly meant to be that size [m]."""
+"""Plausible range of an arm's reach [m]."""
 
 _UNITS = "are all origins right, all lengths in m, and all meshes scaled to m?"
 """Possible errors of a robot with odd sizes."""
 
 _OFF_LIMITS = 0.01
-"""How far the home keeps off limits at which a named state is [rad, m]."""
+"""Distance of the home from a limit at which a named state is [rad, m]."""
 
 _LEFT_OUT = ("gazebo", "transmission", "ros2_control", "sensor")
 
 
 @dc.dataclass(frozen=True)
 class ImportRequest:
-    """The request of an import.
+    """The inputs of an import.
 
     Attributes:
         source: The robot's file, in any format that `read_robot` reads.
-        packages: Folders of packages by name, besides those that are found.
+        packages: Folders of ROS packages by name, which have precedence over
+            found ones.
         base: One of `BASES`; None guesses from wheels.
-        end_effectors: Names of the end effectors' links, by what these are
-            called; empty guesses them.
+        end_effectors: Names of the end effectors' links, by the end effectors'
+            names; empty guesses them.
         srdf: The robot's SRDF; None looks for one beside the source.
         arguments: Arguments of a xacro by name.
-        tolerance: How far spheres may protrude from links [m].
-        made_by: Command line, for comments in the files.
+        tolerance: Distance by which spheres may protrude from links [m].
+            made_by: Command line, for comments in the files.
     """
 
     source: Path
@@ -119,9 +120,9 @@ def import_robot(
     Args:
         request: The request.
         folder: The folder, which exists and is empty.
-        findings: Where it is noted what was found and guessed.
-        on_progress: Called with what is being done, the number of steps that
-            are done, and of all.
+        findings: Receives the values that were found and guessed.
+        on_progress: Called with the name of the present step, the number of
+            finished steps, and the number of all.
 
     Returns:
         The robot, as it is loaded from that folder.
@@ -195,7 +196,7 @@ def import_robot(
 
 
 def _judge_sizes(urdf: Urdf, robot: RobotModel, findings: Findings) -> None:
-    """Doubts links and arms whose sizes look as if units were mixed up."""
+    """Reports links and arms whose sizes suggest wrong units."""
     reach = arm_reach(robot)
     findings.find("reach", f"{reach:.2f} m with the arm stretched out")
     if not _SHORTEST < reach < _LONGEST:
@@ -207,7 +208,7 @@ def _judge_sizes(urdf: Urdf, robot: RobotModel, findings: Findings) -> None:
 def _srdf(
     request: ImportRequest, urdf: Urdf, said: Srdf, findings: Findings
 ) -> Srdf:
-    """The SRDF's data, or those of the robot's own file without one."""
+    """Returns the SRDF's data; without one, those of the robot's own file."""
     path = request.srdf or find_srdf(request.source, urdf.name)
     if path is None:
         if said.allowed_collisions:
@@ -246,7 +247,7 @@ def _described(
     folder: Path,
     findings: Findings,
 ) -> RobotDescription:
-    """Writes the model's file, and the description without its home."""
+    """Writes the model file, and makes the description without a home."""
     name = "".join(c if c.isalnum() else "_" for c in urdf.name).lower()
     model = folder / f"{name}.urdf"
     for tag in _LEFT_OUT:
@@ -256,7 +257,7 @@ def _described(
         for tag in ("mimic", "safety_controller", "calibration"):
             for element in joint.element.findall(tag):
                 joint.element.remove(element)
-        # Drake simulates none, and says so of each joint.
+        # Removed, since Drake does not simulate it and warns for each joint.
         for dynamics in joint.element.findall("dynamics"):
             dynamics.attrib.pop("friction", None)
     joints = [joint.name for joint in arm.joints]
@@ -304,7 +305,7 @@ def _described(
 
 
 def _mount(urdf: Urdf, arm: ArmChoice) -> str:
-    """The link that carries all arms: the last that is on each one's chain."""
+    """Returns the link that carries all arms: the last common one."""
     carriers = [
         [urdf.base, *(joint.child for joint in urdf.chain(joint.parent))]
         for joint in arm.joints
@@ -317,9 +318,9 @@ def _mount(urdf: Urdf, arm: ArmChoice) -> str:
 def _with_allowed_collisions(
     description: RobotDescription, srdf: Srdf
 ) -> RobotDescription:
-    """Has the description name the pairs of links that the SRDF allows.
+    """Adds the SRDF's allowed collisions to the description.
 
-    It can if self-collision uses hulls; spheres have no pairs.
+    This has an effect only if self-collision uses hulls; spheres have no pairs.
     """
     field = "allowed_collisions"
     if field not in {known.name for known in dc.fields(description)}:
@@ -329,10 +330,11 @@ def _with_allowed_collisions(
 
 
 def _add_motors(urdf: Urdf, joints: Sequence[str]) -> None:
-    """Has a motor at each joint that is commanded, and at no other.
+    """Gives each commanded joint a motor, and removes all others.
 
-    A dynamic station and `hardware-sim` need them. Those of the file name other
-    joints, or gears and interfaces that Drake does not have.
+    A dynamic station and `hardware-sim` need the motors. The file's own ones
+    may be on other joints, or have gears and interfaces that Drake does not
+    support.
     """
     urdf.root.extend([transmission_element(joint) for joint in joints])
 
@@ -345,7 +347,7 @@ def _moved_links(urdf: Urdf, arm: ArmChoice) -> set[str]:
 
 
 def _surface_options(urdf: Urdf, arm: ArmChoice, base: str) -> SurfaceOptions:
-    """All links that have shapes: tight from the wrist on, coarse if still."""
+    """Selects all links with shapes, and weights them."""
     moved = _moved_links(urdf, arm)
     chains = [
         [joint for joint in urdf.chain(tip) if joint.moves]
@@ -368,10 +370,10 @@ def _surface_options(urdf: Urdf, arm: ArmChoice, base: str) -> SurfaceOptions:
 def _chosen_home(
     robot: RobotModel, srdf: Srdf, findings: Findings
 ) -> list[float]:
-    """The first usable state that the robot's files name, or a guess.
+    """Returns the first usable named state of the robot's files, or a guess.
 
-    Usable is what names most of the arm's joints, within their limits or less
-    than rounding beyond, where links overlap hardly more than at the guess.
+    A state is usable if it names most of the arm's joints, is within their
+    limits up to rounding, and its links hardly overlap more than in the guess.
     """
     guess = guess_home(robot)
     joints = robot.description.arm.joints

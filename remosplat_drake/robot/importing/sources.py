@@ -1,4 +1,4 @@
-"""A robot's file, of any format, as a URDF."""
+"""Reads a robot's file of any format as a URDF."""
 
 from pathlib import Path
 
@@ -16,8 +16,7 @@ from remosplat_drake.robot.importing.urdf import Urdf
 from remosplat_drake.robot.importing.xacro_files import expand_xacro
 
 XACRO = ".xacro"
-"""Suffix of xacro files, by which they are recognised; all others by their
-content."""
+"""Suffix of xacro files; all other formats are recognised by their content."""
 
 
 def read_robot(
@@ -28,22 +27,23 @@ def read_robot(
 ) -> tuple[Urdf, Srdf]:
     """Reads a robot from URDF, xacro, SDFormat, MJCF or model directives.
 
-    URDF is read as it stands, with what Drake's plants do not keep. The others
-    are parsed by Drake, and its plant is written as a URDF.
+    URDF is read directly, which keeps elements that Drake's plants do not have.
+    Other formats are parsed by Drake, and its plant is written as a URDF.
 
     Args:
         path: The file.
-        packages: Finds the files of packages that it names.
+        packages: Resolves references to ROS packages.
         arguments: Arguments of a xacro by name.
-        findings: Where it is noted what was found.
+        findings: Receives the values that were found.
 
     Returns:
-        The robot, and what an SRDF would say of it; nothing for a URDF.
+        The robot, and the content of its file that an SRDF would contain; empty
+        for a URDF.
 
     Raises:
-        RemoSplatError: A file is missing, of another kind, or broken, or the
-            robot has what cannot be driven.
-        MissingExtraError: It is xacro, which is not installed.
+        RemoSplatError: A file is missing, of another format, or broken, or the
+            robot has parts that cannot be driven.
+        MissingExtraError: The file is xacro, and xacro is not installed.
     """
     text = read_robot_text(path)
     if path.suffix.lower() == XACRO:

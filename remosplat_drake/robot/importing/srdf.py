@@ -21,21 +21,21 @@ HOMES = (
     "standing",
     "init",
 )
-"""Names of states that a robot may start from, the likeliest first."""
+"""Names of states that suit as home, the likeliest first."""
 
 PACKED = ("stow", "tuck", "fold", "park", "transport", "zero")
-"""Names of states that a robot had better not start from."""
+"""Names of states that do not suit as home."""
 
 
 @dc.dataclass(frozen=True)
 class Srdf:
-    """The part of an SRDF that says how a robot is driven.
+    """The relevant content of an SRDF.
 
     Attributes:
         tips: Last links of the chains of its groups.
-        tools: Links of the group of each end effector, by the link that
-            carries them; none where that group is the arm's own.
-        is_planar: Whether the robot moves in the plane, to the side, too.
+        tools: Links of each end effector's group, by the link that carries
+            them; empty if the group is the arm's own.
+        is_planar: Whether the robot moves in the plane, also sideways.
         states: Positions of joints by name, for each named state [rad, m].
         allowed_collisions: Pairs of links that may touch, each sorted.
     """
@@ -49,7 +49,7 @@ class Srdf:
     def homes(self) -> list[tuple[str, dict[str, float]]]:
         """Returns names and positions of all states, the likeliest start first.
 
-        Those in which a robot is packed away come last.
+        States in which a robot is packed come last.
         """
 
         def rank(state: tuple[str, dict[str, float]]) -> int:
@@ -66,8 +66,8 @@ class Srdf:
 def find_srdf(urdf: Path, robot: str = "") -> Path | None:
     """Finds the SRDF of a robot, beside its URDF or in a folder beside it.
 
-    It is called as the file is, as the file begins, or it is the only one
-    there that names the robot.
+    Its name is that of the URDF or a prefix of it, or it is the only SRDF there
+    that names the robot.
 
     Args:
         urdf: The URDF's path.
@@ -104,10 +104,10 @@ def read_srdf(path: Path, urdf: Urdf) -> Srdf:
 
     Args:
         path: The file.
-        urdf: The robot that it is about.
+        urdf: The robot that the SRDF describes.
 
     Raises:
-        FileError: It cannot be read, or is not an SRDF.
+        FileError: The file cannot be read, or is not an SRDF.
         FieldError: A position is not a number.
     """
     try:
@@ -155,7 +155,7 @@ def _tools(root: Element, urdf: Urdf) -> dict[str, tuple[str, ...]]:
         if parent not in urdf.links:
             continue
         links = [] if group is None else _group_links(group, urdf)
-        # Some name the arm itself, or all of the robot.
+        # Some SRDFs name the arm itself, or the whole robot.
         is_gripper = all(
             any(joint.parent == parent for joint in urdf.chain(link))
             for link in links
@@ -165,7 +165,7 @@ def _tools(root: Element, urdf: Urdf) -> dict[str, tuple[str, ...]]:
 
 
 def _group_links(group: Element, urdf: Urdf) -> list[str]:
-    """The links that a group names, and those that its joints move."""
+    """Returns the links that a group names, and those that its joints move."""
     links = [link.get("name", "") for link in group.findall("link")]
     for joint in group.findall("joint"):
         if joint.get("name") in urdf.joints:
@@ -177,7 +177,7 @@ def _group_links(group: Element, urdf: Urdf) -> list[str]:
 
 def _position(path: Path, joint: str, text: str) -> float:
     try:
-        # Some write several values for a joint of several axes.
+        # Joints with several axes have several values.
         value = float(text.split()[0])
     except (ValueError, IndexError):
         value = math.nan

@@ -1,9 +1,9 @@
-"""Copies of a robot's files in which Drake finds everything, and can read it.
+"""Copies a robot's files into a form that Drake's parser reads.
 
-Drake's parser knows no ROS workspaces, and refuses meshes other than .obj,
-.vtk and .gltf. A copy names every other file by its absolute path, and meshes
-by ones that Drake reads. What URDF says otherwise than Drake's plants, or not
-at all, is taken out: joints that follow others, and loops.
+Drake's parser does not search ROS workspaces, and reads only .obj, .vtk and
+.gltf meshes. In a copy, files have absolute paths, and meshes are converted.
+Joints that follow others and loops are removed from the copies and recorded,
+since Drake's plants represent them differently from URDF.
 """
 
 import dataclasses as dc
@@ -62,7 +62,7 @@ def dialect_of(path: Path, text: str) -> Dialect:
         text: Its text.
 
     Raises:
-        FileError: It has none of these formats.
+        FileError: The file has none of the supported formats.
     """
     if text.lstrip().startswith("<"):
         root = parse_xml(path, text)
@@ -83,7 +83,7 @@ def read_robot_text(path: Path) -> str:
     """Reads a robot's file (UTF-8).
 
     Raises:
-        FileError: It is missing or no text.
+        FileError: The file is missing or is not text.
     """
     if not path.is_file():
         raise FileError(path, "no such file")
@@ -94,22 +94,22 @@ def read_robot_text(path: Path) -> str:
 
 
 class Staging:
-    """Makes the copies, with those of all files that they name.
+    """Makes copies of a robot's files and of all files that they name.
 
     Attributes:
         originals: The file that each copy was made from.
-        mimics: Joints that follow others, by their names in their own files.
+        mimics: Joints that follow others, by their names in the original files.
         loops: Elements that close loops of links.
         states: Positions of joints by name, for each named state [rad, m].
-        replaced: Names of the links without meshes, by the missing kind.
-        floating: Names of the links that floated, and are fixed now.
+        replaced: Names of the links with missing meshes, by the kind of mesh.
+        floating: Names of the floating links, which have been fixed.
     """
 
     def __init__(self, packages: Packages, folder: Path):
-        """Starts with nothing.
+        """Prepares; copies nothing yet.
 
         Args:
-            packages: Finds files of packages.
+            packages: Resolves references to ROS packages.
             folder: An empty folder for the copies.
         """
         self._packages = packages
@@ -129,12 +129,12 @@ class Staging:
             path: The file.
 
         Raises:
-            RemoSplatError: It, or a file that it names, is missing or
+            RemoSplatError: The file, or a file that it names, is missing or
                 unusable.
         """
         path = path.absolute()
         if path not in self._copies:
-            self._copies[path] = None  # While it is being made.
+            self._copies[path] = None  # The copy is in progress.
             text = read_robot_text(path)
             dialect = dialect_of(path, text)
             if dialect is DIRECTIVES:
@@ -157,7 +157,7 @@ class Staging:
         return copy
 
     def in_originals(self, text: str) -> str:
-        """Names the files that were copied in a text that names copies."""
+        """Replaces names of copies in a text by names of the originals."""
         for copy, original in self.originals.items():
             text = text.replace(str(copy), str(original))
         return text
@@ -166,11 +166,11 @@ class Staging:
         """Removes elements from all copies of SDFormat files.
 
         Args:
-            parent: Tag of the elements that hold them.
+            parent: Tag of the parent elements.
             tag: Tag of the elements.
 
         Returns:
-            Whether there were any.
+            Whether any element was removed.
         """
         count = 0
         for copy in self.originals:
@@ -187,7 +187,7 @@ class Staging:
     def _new(self, path: Path, suffix: str) -> Path:
         folder = self._folder / str(len(self.originals))
         folder.mkdir()
-        # Drake takes names of models from those of files.
+        # Drake names models after their files.
         copy = folder / (path.name.partition(".")[0] + suffix)
         self.originals[copy] = path
         return copy
@@ -197,7 +197,7 @@ class Staging:
         return packages.resolve(uri, where).absolute()
 
     def _mesh(self, path: Path, uri: str, where: str) -> str:
-        """Names a mesh that Drake reads instead of another one."""
+        """Returns the name of a converted mesh that Drake reads."""
         source = self._find(path, uri, where)
         if source.suffix.lower() in _READ_BY_DRAKE:
             return str(source)
@@ -213,7 +213,7 @@ class Staging:
         return str(self._copies[source])
 
     def _replace_missing(self, path: Path, links: Iterable[Element]) -> None:
-        """Has links do without meshes that are not there."""
+        """Removes missing meshes from links."""
 
         def is_there(element: Element) -> bool:
             for mesh in element.iter("mesh"):
@@ -258,7 +258,7 @@ class Staging:
                     axis.remove(mimic)
 
     def _sdf_model(self, path: Path, uri: str) -> Path:
-        """The file that an <include> means, often by the name of a folder."""
+        """Returns the file of an <include>, which often names a folder."""
         where = f"<include> <uri> {uri}"
         packages = dc.replace(self._packages, file=path)
         folder = packages.place(uri, where)
@@ -273,7 +273,7 @@ class Staging:
         if not names:
             problem = f"{folder}/model.config names no <sdf>"
             raise FieldError(str(path), where, problem)
-        # The last is for the newest version of the format.
+        # The last entry is for the newest version of the format.
         return folder / names[-1]
 
     def _mjcf(self, path: Path, root: Element) -> None:

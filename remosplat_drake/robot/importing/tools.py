@@ -1,7 +1,7 @@
-"""The arms of a robot, and the frame of each that is its tool.
+"""Finds the arms of a robot, and the tool frame of each.
 
-The SRDF's groups say so, or names do, or else the fingers: a tool is where
-they meet.
+The tool is found by the SRDF's groups, by its name, or else as the point where
+the fingers meet.
 """
 
 import dataclasses as dc
@@ -28,24 +28,24 @@ TOOLS = (
     r"(.*_)?(gripper|hand|palm)(_?link)?",
     r"(.*_)?flange(_?link)?",
 )
-"""Names of frames at a tool, the likeliest first."""
+"""Usual names of tool frames, the likeliest first."""
 
 _SAME_PLACE = 1e-3
-"""Distance within which two frames do as well as each other [m]."""
+"""Distance below which two frames are equally good [m]."""
 
 _ARM_SHARE = 0.6
-"""Joints that an arm of an SRDF has at least, as a share of the most that a
-chain has: others are a torso, a sensor's or a single wheel's."""
+"""Least number of joints of an arm in an SRDF, as a fraction of the longest
+chain's. Shorter chains belong to a torso, a sensor or a wheel."""
 
 
 @dc.dataclass(frozen=True)
 class Tool:
-    """The frame of an arm that goes to targets.
+    """The frame of an arm that is driven to targets.
 
     Attributes:
         link: Name of the link whose frame it is.
         why: How it was found.
-        is_said: Whether a file says so; it was guessed otherwise.
+        is_said: Whether a file states it; otherwise it was guessed.
     """
 
     link: str
@@ -54,14 +54,15 @@ class Tool:
 
 
 def find_tools(urdf: Urdf, srdf: Srdf) -> list[Tool]:
-    """Finds the tool of each arm: of the longest chains, which are one or two.
+    """Finds the tool of each arm. The arms are the one or two longest chains.
 
     Args:
         urdf: The robot.
         srdf: Content of its SRDF; may be empty.
 
     Raises:
-        FieldError: More than two arms are as good, or two frames of one arm.
+        FieldError: More than two arms are equally good, or two frames of one
+            arm.
     """
     ends = _said_ends(urdf, srdf) or _longest_ends(urdf)
     if len(ends) > 2:
@@ -76,7 +77,7 @@ def find_tools(urdf: Urdf, srdf: Srdf) -> list[Tool]:
 
 
 def before_fingers(urdf: Urdf, link: str) -> str:
-    """Returns the link that carries the fingers, if a link is behind one.
+    """Returns the link that carries the fingers, if a link is on a finger.
 
     Args:
         urdf: The robot.
@@ -89,13 +90,13 @@ def before_fingers(urdf: Urdf, link: str) -> str:
 
 
 def _arm_joints(urdf: Urdf, link: str) -> list[UrdfJoint]:
-    """The joints from the base to a link if an arm may have them, or none."""
+    """Returns the joints from the base to a link; empty if not of an arm."""
     moving = [joint for joint in urdf.chain(link) if joint.moves]
     return moving if all(is_of_arm(urdf, joint) for joint in moving) else []
 
 
 def _longest_ends(urdf: Urdf) -> list[UrdfJoint]:
-    """The last joints of all chains that have the most joints."""
+    """Returns the last joints of the chains with the most joints."""
     ends: dict[str, tuple[UrdfJoint, int]] = {}
     for link in urdf.links:
         joints = _arm_joints(urdf, link)
@@ -106,7 +107,7 @@ def _longest_ends(urdf: Urdf) -> list[UrdfJoint]:
 
 
 def _said_ends(urdf: Urdf, srdf: Srdf) -> list[UrdfJoint]:
-    """The last joints of the arms that an SRDF names."""
+    """Returns the last joints of the arms that an SRDF names."""
     named = [*srdf.tips, *srdf.tools]
     chains = [_arm_joints(urdf, before_fingers(urdf, tip)) for tip in named]
     longest = [len(_arm_joints(urdf, end.child)) for end in _longest_ends(urdf)]
@@ -115,13 +116,13 @@ def _said_ends(urdf: Urdf, srdf: Srdf) -> list[UrdfJoint]:
     return [
         chain[-1]
         for name, chain in ends.items()
-        # A chain that another one goes on from is part of that one.
+        # A chain that another chain extends is part of the latter.
         if not any(chain[-1] in other[:-1] for other in ends.values())
     ]
 
 
 def _tool(urdf: Urdf, srdf: Srdf, end: UrdfJoint) -> Tool:
-    """The tool among the frames that an arm's last joint moves rigidly."""
+    """Returns the tool among the frames fixed to an arm's last joint."""
     frames = _rigid(urdf, end.child)
     groups = [
         link
@@ -162,9 +163,9 @@ def _by_name(
     among: Iterable[str],
     p_meet: np.ndarray | None,
 ) -> str | None:
-    """The frame with the likeliest name.
+    """Returns the frame with the likeliest name.
 
-    Of several, the result carries none of the others and is at the fingers.
+    Of several such frames, it is the one that carries no other, at the fingers.
     """
     for pattern in TOOLS:
         fits = [link for link in among if re.fullmatch(pattern, _plain(link))]
@@ -196,7 +197,7 @@ def _apart(p: np.ndarray, other: np.ndarray) -> float:
 
 
 def _rigid(urdf: Urdf, link: str) -> dict[str, RigidTransform]:
-    """Poses in a link of all links that are fixed to it, itself the first."""
+    """Returns the poses of all links fixed to a link in it, itself first."""
     frames = {link: RigidTransform()}
     for carrier in _in_order(urdf, link):
         for joint in urdf.outboard(carrier):
@@ -208,7 +209,7 @@ def _rigid(urdf: Urdf, link: str) -> dict[str, RigidTransform]:
 
 
 def _in_order(urdf: Urdf, link: str) -> Iterator[str]:
-    """A link and all that are fixed to it, each after its parent."""
+    """Returns a link and all links fixed to it, each after its parent."""
     yield link
     for joint in urdf.outboard(link):
         if joint.kind == FIXED:
@@ -218,7 +219,7 @@ def _in_order(urdf: Urdf, link: str) -> Iterator[str]:
 def _meeting_point(
     urdf: Urdf, frames: dict[str, RigidTransform], fingers: list[UrdfJoint]
 ) -> np.ndarray | None:
-    """The mean of the fingers' last links, in the frame of the arm's last."""
+    """Returns the mean of the fingers' last origins, in the arm's last link."""
     tips = []
     for joint in fingers:
         X, link = frames[joint.parent] @ origin_pose(joint.element), joint.child

@@ -80,10 +80,10 @@ class Loop:
 
 @dc.dataclass(frozen=True)
 class Mimic:
-    """That a joint follows another one: multiplier * its position + offset.
+    """The law of a joint that follows a leader: multiplier * q_leader + offset.
 
     Attributes:
-        leader: Name of the joint that leads.
+        leader: Name of the joint that is followed.
         multiplier: Text of the factor.
         offset: Text of the added offset [rad, m].
     """
@@ -94,7 +94,7 @@ class Mimic:
 
 
 class Urdf:
-    """The links and joints of a URDF, which are one tree.
+    """The links and joints of a URDF, which form a tree.
 
     Attributes:
         path: The file that it came from, for errors.
@@ -120,10 +120,11 @@ class Urdf:
             path: The file that it came from, for errors.
             text: The text.
             dialect: Format of that file, for errors.
-            loops: Elements that close loops there, which a URDF cannot contain.
+            loops: Elements of that file that close loops, which a URDF cannot
+                contain.
 
         Raises:
-            FileError: It is not XML, or not a URDF.
+            FileError: The text is not XML, or not a URDF.
             FieldError: An element is unusable, or the links are not a tree.
         """
         self.path = path
@@ -157,7 +158,7 @@ class Urdf:
         write_atomically(path, f'<?xml version="1.0"?>\n{text}\n')
 
     def chain(self, link: str) -> list[UrdfJoint]:
-        """Returns the joints from the base to a link, the inmost first."""
+        """Returns the joints from the base to a link, in this order."""
         joints = []
         while link in self.inboard:
             joints.append(self.inboard[link])
@@ -293,7 +294,7 @@ def parse_xml(path: Path, text: str) -> Element:
         text: The text.
 
     Raises:
-        FileError: It is broken.
+        FileError: The text is not valid XML.
     """
     try:
         return ElementTree.fromstring(text)

@@ -1,4 +1,4 @@
-"""Shapes, inertias and joints of Drake's as elements of a URDF."""
+"""Writes Drake's shapes, inertias and joints as URDF elements."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -21,7 +21,7 @@ _DRAKE = "{http://drake.mit.edu}"
 
 
 def text(values: Iterable[float]) -> str:
-    """Writes numbers as an attribute, with all digits that matter."""
+    """Formats numbers as an attribute, with all significant digits."""
     # Adding zero turns -0 into 0.
     return " ".join(f"{x + 0.0:.15g}" for x in values)
 
@@ -106,7 +106,7 @@ def geometry_element(
 
     Args:
         shape: The shape.
-        originals: The mesh files that stand behind others, by these.
+        originals: The original mesh files, by the converted ones.
     """
     geometry = Element("geometry")
     if isinstance(shape, Box):

@@ -1,4 +1,4 @@
-"""Checks the numbers of a URDF before anything is made of it."""
+"""Checks the numbers of a URDF before it is processed."""
 
 import math
 from xml.etree.ElementTree import Element
@@ -10,7 +10,7 @@ _SIZES = {
     "cylinder": {"radius": 1, "length": 1},
     "sphere": {"radius": 1},
 }
-"""Attributes of shapes that are positive, and how many numbers they have."""
+"""Attributes of shapes that must be positive, and their numbers of entries."""
 
 
 def check_numbers(urdf: Urdf) -> None:
@@ -20,7 +20,7 @@ def check_numbers(urdf: Urdf) -> None:
         urdf: The robot.
 
     Raises:
-        FieldError: One is not a number, is missing or cannot be; the text names
+        FieldError: A number is missing, invalid or impossible; the text names
             link or joint and element.
     """
     for name, joint in urdf.joints.items():
@@ -62,7 +62,7 @@ def _check_size(urdf: Urdf, shape: Element, where: str) -> None:
 def _numbers(
     urdf: Urdf, element: Element, key: str, count: int, where: str
 ) -> list[float] | None:
-    """The numbers of an attribute; None where it is not there."""
+    """Returns the numbers of an attribute; None without it."""
     text = element.get(key)
     if text is None:
         return None

@@ -1,4 +1,4 @@
-"""Xacro files expanded to URDF, and their arguments."""
+"""Expands xacro files to URDF, and lists their arguments."""
 
 import contextlib
 import dataclasses as dc
@@ -29,7 +29,7 @@ _FIND = re.compile(r"\$\(find ([\w-]+)\)")
 _HOLE = re.compile(r"\$\{\s*(\w+)\s*\}|\$\(arg (\w+)\)")
 
 _UNDEFINED = re.compile(r"Undefined substitution argument (\w+)")
-"""How xacro says that it was not given an argument without a default."""
+"""Xacro's error about a missing argument without a default."""
 
 
 @dc.dataclass(frozen=True)
@@ -38,8 +38,8 @@ class XacroArgument:
 
     Attributes:
         name: Its name.
-        default: Its default; None if it has to be given.
-        choices: The values that the files distinguish; empty if any will do.
+        default: Its default; None if it is required.
+        choices: The values that the files distinguish; empty for any.
     """
 
     name: str
@@ -64,9 +64,9 @@ def expand_xacro(
 
     Args:
         path: The file.
-        packages: Finds the files of packages that it names.
+        packages: Resolves references to ROS packages.
         given: Values of its arguments by name.
-        findings: Where it is noted which arguments it has.
+        findings: Receives the arguments of the file.
 
     Raises:
         RemoSplatError: A file is missing or broken, or an argument is unknown
@@ -82,7 +82,7 @@ def expand_xacro(
     with _packages_of(packages):
         try:
             document = xacro.process_file(str(path), mappings=dict(given))
-        # Errors of many kinds, as a file may hold Python.
+        # A xacro file may contain Python, so any exception is possible.
         except Exception as error:
             raise _told(path, error, arguments) from error
     if arguments:
@@ -96,7 +96,7 @@ def xacro_arguments(path: Path, packages: Packages) -> dict[str, XacroArgument]:
 
     Args:
         path: The file.
-        packages: Finds the files of packages that it names.
+        packages: Resolves references to ROS packages.
     """
     texts = dict(_included(path, packages, set()))
     defaults: dict[str, str | None] = {}
@@ -117,7 +117,7 @@ def xacro_arguments(path: Path, packages: Packages) -> dict[str, XacroArgument]:
 def _included(
     path: Path, packages: Packages, seen: set[Path]
 ) -> Iterator[tuple[Path, str]]:
-    """A file and those that it includes by names without holes, with texts."""
+    """Returns a file and its includes without placeholders, with texts."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError):
@@ -132,7 +132,7 @@ def _included(
 
 
 def _place(name: str, path: Path, packages: Packages) -> Path:
-    """The file that an <xacro:include> means."""
+    """Returns the file of an <xacro:include>."""
     package = _FIND.match(name)
     if package is None:
         return path.parent / name
@@ -143,7 +143,7 @@ def _place(name: str, path: Path, packages: Packages) -> Path:
 def _choices(
     argument: str, texts: dict[Path, str], packages: Packages
 ) -> tuple[str, ...]:
-    """The values that files compare an argument with, or have files for."""
+    """Returns values that files compare an argument with, or are named by."""
     names, choices = {argument}, set()
     for text in texts.values():
         names |= {x for x, given in _PROPERTY.findall(text) if given in names}
@@ -159,7 +159,7 @@ def _choices(
 def _files_for(
     include: str, names: set[str], path: Path, packages: Packages
 ) -> set[str]:
-    """Candidates for an include's first placeholder."""
+    """Returns candidate values of an include's first placeholder."""
     hole = _HOLE.search(_FIND.sub("", include))
     if hole is None or not {hole[1], hole[2]} & names:
         return set()
@@ -182,7 +182,7 @@ def _files_for(
 def _told(
     path: Path, error: Exception, arguments: dict[str, XacroArgument]
 ) -> RemoSplatError:
-    """The error that describes xacro's failure."""
+    """Returns the error that describes xacro's failure."""
     for cause in _causes(error):
         if isinstance(cause, RemoSplatError):
             return cause
@@ -200,7 +200,7 @@ def _told(
 
 
 def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    """An error and those that it was made of, by Python or by xacro."""
+    """Returns an error and the errors that caused it."""
     while error is not None:
         yield error
         wrapped = getattr(error, "exc", None)
@@ -209,12 +209,12 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 
 @contextlib.contextmanager
 def _packages_of(packages: Packages) -> Iterator[None]:
-    """Has `$(find NAME)` answered by us, not by a ROS installation."""
+    """Resolves `$(find NAME)` with `packages`, not with a ROS installation."""
     module: Any = importlib.import_module("xacro.substitution_args")
     before = module._eval_find
 
     def found(name: str) -> str:
-        # What the file wants of a package tells which folder that is.
+        # The files that are needed from a package identify its folder.
         with contextlib.suppress(OSError, UnicodeDecodeError):
             text = packages.file.read_text(encoding="utf-8-sig")
             wanted = re.escape(f"$(find {name})/")

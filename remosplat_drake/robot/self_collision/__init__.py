@@ -1,5 +1,5 @@
-"""The robot's own convex shapes: which may touch, and how far apart they are.
+"""Self-collision: the convex shapes of a robot's links, and their distances.
 
-`shapes` reads them from the model file, `link_pairs` finds which links are
-checked, `pairs` places them and calls the kernels for distances.
+`shapes` reads the shapes from the model file, `link_pairs` determines which
+pairs of links are checked, and `pairs` computes their distances with kernels.
 """

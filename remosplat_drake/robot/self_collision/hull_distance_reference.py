@@ -1,6 +1,6 @@
-"""The distance of two convex hulls by its definition, slowly.
+"""Slow reference of the distance of two convex hulls, from its definition.
 
-Both work on the whole Minkowski difference, which holds all b - a.
+Both functions use the whole Minkowski difference, the set of all b - a.
 """
 
 import numpy as np
@@ -16,11 +16,11 @@ def signed_distance(p_WA: np.ndarray, p_WB: np.ndarray) -> float:
         p_WB: Vertices of hull B, shape (n, 3) [m].
 
     Returns:
-        The distance, or how far the hulls must be moved apart until they only
-        touch, negative [m].
+        The distance; if the hulls overlap, minus the least translation that
+        separates them [m].
     """
     difference = (p_WB[None] - p_WA[:, None]).reshape(-1, 3)
-    # The heights of the origin above the facets.
+    # Heights of the origin above the facets.
     heights = ConvexHull(difference).equations[:, 3]
     if (heights <= 0.0).all():
         return float(heights.max())
@@ -31,7 +31,7 @@ def nearest_to_origin(points: np.ndarray) -> np.ndarray:
     """Finds the point of a hull nearest to the origin, as a quadratic program.
 
     Args:
-        points: Points whose hull is meant, shape (n, 3) [m].
+        points: Points that span the hull, shape (n, 3) [m].
 
     Returns:
         The point, shape (3,) [m].

@@ -1,8 +1,8 @@
-"""Pairs of a robot's links that are watched, and reasons for the others.
+"""Pairs of a robot's links that are checked for self-collision.
 
-Pairs are sorted out as MoveIt's setup assistant does it (Coleman et al. 2014):
-by where they are in the tree, by what the description allows, and by what
-random configurations show. The samples are always the same.
+Pairs are excluded as in MoveIt's setup assistant (Coleman et al. 2014): by
+their positions in the tree, by the description, and by random configurations.
+The random configurations are always the same.
 """
 
 import dataclasses as dc
@@ -27,30 +27,33 @@ from remosplat_drake.robot.self_collision.shapes import CollisionShapes
 from remosplat_drake.robot.srdf import read_disabled_collisions
 
 ADJACENT = "adjacent"
-"""Fewer than two moving joints apart: at their joint they always meet."""
+"""Reason: the links are fewer than two moving joints apart, and meet there."""
 
 ALLOWED = "allowed"
-"""The URDF or SRDF excludes the pair from collision checks."""
+"""Reason: the description or SRDF excludes the pair from collision checks."""
 
 ALWAYS = "always"
-"""They overlap at home and in all samples, so that the shapes are at fault.
+"""Reason: the links overlap at home and in all samples, so the shapes are
+wrong.
 
-MoveIt is content with 95 % of the samples. But links that fold up only to come
-near each other may truly touch in most configurations.
+MoveIt requires only 95 % of the samples. But links that are often folded may
+really touch in most configurations.
 """
 
 SAMPLES = 1000
-"""Number of configurations that are looked at: home, and random ones."""
+"""Number of examined configurations: home, and random ones."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class LinkPairs:
-    """The pairs of links of a robot, sorted out.
+    """The checked and the excluded pairs of a robot's links.
 
     Attributes:
-        watched: The pairs that must not touch, in the order of the tree.
-        left_out: The other pairs, with `ADJACENT`, `ALLOWED` or `ALWAYS`.
-        contacts: In which share of the samples each watched pair overlaps.
+        watched: The checked pairs, which must not touch, in the order of the
+            tree.
+        left_out: The excluded pairs, with the reason `ADJACENT`, `ALLOWED` or
+            `ALWAYS`.
+        contacts: Fraction of the samples in which each checked pair overlaps.
     """
 
     watched: tuple[LinkPair, ...]
@@ -59,24 +62,25 @@ class LinkPairs:
 
     @property
     def never(self) -> tuple[LinkPair, ...]:
-        """The watched pairs that overlap in no sample.
+        """The checked pairs that overlap in no sample.
 
-        MoveIt leaves them out, to save time. Samples prove nothing, and to see
-        that such a pair is far apart takes nanoseconds: it stays watched.
+        MoveIt excludes them to save time. Here they stay checked, since samples
+        are no proof, and a coarse check of such a pair takes nanoseconds.
         """
         return tuple(p for p in self.watched if not self.contacts[p])
 
     def with_payload(
         self, robot: RobotModel, payload: Payload, shapes: CollisionShapes
     ) -> "LinkPairs":
-        """Returns the pairs with those of a payload and the robot's links.
+        """Returns the pairs, with additional pairs of payload and links.
 
-        All links are watched but those that hold it, and those that cannot move
-        relative to it. It is at no joint, so a link one joint away counts.
+        The payload is checked against all links except those that hold it and
+        those that cannot move relative to it. A link one joint away is checked,
+        since the payload is not at a joint.
 
         Args:
             robot: The robot with the payload.
-            payload: What it carries.
+            payload: The payload.
             shapes: All convex shapes, the payload's among them.
         """
         name, left_out = payload.name, dict(self.left_out)
@@ -101,7 +105,7 @@ class LinkPairs:
 
 
 def find_link_pairs(robot: RobotModel, shapes: CollisionShapes) -> LinkPairs:
-    """Finds out which pairs of links are to be watched.
+    """Determines which pairs of links are checked.
 
     Args:
         robot: The robot.
@@ -150,7 +154,7 @@ def possible_pairs(
 
 
 def joints_between(robot: RobotModel, link_a: str, link_b: str) -> int:
-    """Returns the number of moving joints from one link to the other."""
+    """Returns the number of moving joints between two links."""
     tree = robot.tree
     a = set(tree.chain(tree.index(link_a)))
     b = set(tree.chain(tree.index(link_b)))
@@ -164,7 +168,7 @@ def _allowed(robot: RobotModel) -> set[frozenset[str]]:
     if description.srdf:
         folder = Path(description.source).parent
         path = resources.resolve(description.srdf, folder)
-        # An SRDF may speak of links that this model does without.
+        # An SRDF may name links that this model does not have.
         allowed |= {frozenset(p) for p in read_disabled_collisions(path)}
     return allowed
 
@@ -172,7 +176,7 @@ def _allowed(robot: RobotModel) -> set[frozenset[str]]:
 def _contacts(
     robot: RobotModel, shapes: CollisionShapes, links: list[LinkPair]
 ) -> dict[LinkPair, float]:
-    """Finds in which share of random configurations links overlap."""
+    """Computes the fraction of random configurations in which links overlap."""
     pairs = ShapePairs.make(robot, shapes, links)
     states = random_states(robot, SAMPLES - 1, np.random.default_rng(0))
     counts = count_contacts(

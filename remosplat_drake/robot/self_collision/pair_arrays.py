@@ -8,7 +8,7 @@ from remosplat_drake.base.lanes import WIDTH
 
 
 def vertex_blocks(vertices: np.ndarray) -> np.ndarray:
-    """Arranges the vertices of a hull by eights, coordinate by coordinate.
+    """Arranges the vertices of a hull in blocks of eight, by coordinate.
 
     Kernels read eight of them at a time. The last vertex fills the last block.
 
@@ -30,13 +30,13 @@ class ShapeArrays(NamedTuple):
     Attributes:
         blocks: Vertices of all shapes, each in its link, in `vertex_blocks`,
             shape (v, 3, 8) [m].
-        first: Where each shape's blocks begin, shape (s + 1,).
-        radius: By how much each shape is rounded, shape (s,) [m].
+        first: Index of each shape's first block, and the end, shape (s + 1,).
+        radius: Rounding radius of each shape, shape (s,) [m].
         center: Centres of the shapes in their links, shape (s, 3) [m].
         half: Half edges of the boxes around them, along the axes of their
             links, shape (s, 3) [m].
         reach: Greatest distance of a vertex from its centre, shape (s,) [m].
-        body: Body of the robot's tree that each is on, shape (s,).
+        body: Body of the robot's tree that each shape is fixed to, shape (s,).
     """
 
     blocks: np.ndarray
@@ -52,14 +52,13 @@ class PairArrays(NamedTuple):
     """All k pairs of shapes on l pairs of links.
 
     Attributes:
-        first: The shape on the first link of each, shape (k,).
+        first: The shape on the first link of each pair, shape (k,).
         second: The shape on the second link, shape (k,).
-        start: Where the pairs of shapes of each pair of links begin, shape
-            (l + 1,).
-        allowance: By how much each pair's distance is counted too large, shape
-            (k,) [m].
-        boxes: For each pair of links the two boxes that hold their shapes, as
-            numbers of `link_boxes`, shape (l, 2).
+        start: Index of the first pair of shapes of each pair of links, and the
+            end, shape (l + 1,).
+        allowance: Length that is added to each pair's distance, shape (k,) [m].
+        boxes: For each pair of links, the indices in `link_boxes` of the boxes
+            around their shapes, shape (l, 2).
         shapes: The shapes.
         link_boxes: One box for each link.
     """

@@ -22,7 +22,7 @@ from remosplat_drake.robot.self_collision.shapes import (
     read_collision_shapes,
 )
 
-# How much nearer than at home shapes may come that overlap there [m].
+# Additional overlap that is allowed for shapes that overlap at home [m].
 _WOBBLE = 0.005
 
 
@@ -52,15 +52,15 @@ class NearPoints:
 
 @dc.dataclass(frozen=True, eq=False)
 class SelfCollisionPairs:
-    """All k pairs of the robot's convex shapes that are worth watching.
+    """All k pairs of the robot's convex shapes that are checked.
 
     Attributes:
         robot: The robot.
         shapes: Its convex shapes.
-        found: Which pairs of links are watched, and why others are not.
+        found: The checked pairs of links, and reasons for excluded ones.
         pairs: The pairs of shapes.
-        allowance: How much nearer than others each pair of shapes may come,
-            shape (k,) [m].
+        allowance: Length that is added to each pair's distance, so that it may
+            come nearer than others, shape (k,) [m].
     """
 
     robot: RobotModel
@@ -87,7 +87,7 @@ class SelfCollisionPairs:
 
         Args:
             q: Configuration, shape (n_q,) [rad, m].
-            enough: Beyond this, lower bounds will do [m].
+            enough: Above this value, lower bounds suffice [m].
 
         Returns:
             The signed distances plus the pairs' allowances, shape (k,) [m].
@@ -104,7 +104,7 @@ class SelfCollisionPairs:
             X_WL: Poses of all bodies of the robot's tree, shape (b, 4, 4).
             within: Links at or beyond this distance are left out [m].
             crowded: All pairs of shapes of two links below this distance are
-                noted, not the nearest alone [m].
+                returned, not only the nearest [m].
         """
         return NearPoints(
             *near_points(self.pair_arrays, X_WL, float(within), float(crowded))
@@ -114,12 +114,11 @@ class SelfCollisionPairs:
 def self_collision_pairs(
     robot: RobotModel, margin: float
 ) -> SelfCollisionPairs:
-    """Lists the pairs of shapes that are watched.
+    """Lists the pairs of shapes that are checked.
 
-    Shapes at a short wrist may be nearer than `margin` in the home
-    configuration already. Such a pair gets an allowance: it may come so near
-    that the shapes touch, or, if they overlap at home, hardly nearer than they
-    are there.
+    At a short wrist, shapes may be nearer than `margin` even in the home
+    configuration. Such a pair gets an allowance: its shapes may come as near as
+    touching or, if they overlap at home, hardly nearer than at home.
 
     Args:
         robot: The robot.
@@ -139,7 +138,7 @@ def self_collision_pairs(
 def _watched(
     robot: RobotModel,
 ) -> tuple[CollisionShapes, LinkPairs, ShapePairs, np.ndarray]:
-    """The part without the margin, with the distances at home [m]."""
+    """Returns the pairs of shapes, and their distances at home [m]."""
     if robot is robot.as_described:
         shapes = read_collision_shapes(robot.description, robot.spheres)
         found = find_link_pairs(robot, shapes)

@@ -27,14 +27,14 @@ class ShapePairs:
 
     Attributes:
         links: The pairs of links, length l.
-        first: The shape on the first link of each, shape (k,).
+        first: The shape on the first link of each pair, shape (k,).
         second: The shape on the second link, shape (k,).
-        start: Where the pairs of shapes of each pair of links begin, shape
-            (l + 1,).
-        boxes: For each pair of links the two boxes that hold their shapes, as
-            numbers of `link_boxes`, shape (l, 2).
+        start: Index of the first pair of shapes of each pair of links, and the
+            end, shape (l + 1,).
+        boxes: For each pair of links, the indices in `link_boxes` of the boxes
+            around their shapes, shape (l, 2).
         shapes: The shapes packed for kernels.
-        link_boxes: One box for each link, in the same way.
+        link_boxes: One box for each link, in the same form.
     """
 
     links: tuple[LinkPair, ...]
@@ -85,8 +85,8 @@ class ShapePairs:
         """Returns the pairs packed for kernels.
 
         Args:
-            allowance: By how much each pair's distance is counted too large,
-                shape (k,) [m].
+            allowance: Length that is added to each pair's distance, shape (k,)
+                [m].
         """
         return Packed(
             PairArrays(
@@ -102,7 +102,7 @@ class ShapePairs:
 
 
 def _box(shapes: list[ConvexShape]) -> ConvexShape:
-    """The corners of the box, along the link's axes, around some shapes."""
+    """Returns the corners of the box around shapes, along the link's axes."""
     lower = np.min([s.vertices.min(axis=0) - s.radius for s in shapes], axis=0)
     upper = np.max([s.vertices.max(axis=0) + s.radius for s in shapes], axis=0)
     corners = np.stack(np.meshgrid(*zip(lower, upper, strict=True)), axis=-1)

@@ -1,8 +1,8 @@
-"""`CollisionShapes`: the convex shapes of a robot's links, as its model says.
+"""`CollisionShapes`: the convex shapes of a robot's links, from its model file.
 
-They define self-collision here: each collision geometry of the model file
-counts as its convex hull, as in Drake's and most other queries. A link that has
-none counts as its spheres.
+Self-collision is defined by these shapes. Each collision geometry of the model
+file counts as its convex hull, as in Drake. A link without collision geometry
+counts as its spheres.
 """
 
 import dataclasses as dc
@@ -39,10 +39,10 @@ from remosplat_drake.robot.self_collision.pair_arrays import (
 from remosplat_drake.robot.sphere_model import SphereModel
 
 _SIDES = 32
-"""Sides of the prism around a cylinder, which is 0.5 % wider."""
+"""Number of sides of the prism around a cylinder, which is 0.5 % wider."""
 
 _DIRECTIONS = 300
-"""Corners of the polyhedron around an ellipsoid, which is 2 % larger."""
+"""Number of corners of the polyhedron around an ellipsoid, 2 % larger."""
 
 _CORNERS = np.array(
     [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float
@@ -53,8 +53,7 @@ _CORNERS = np.array(
 class ConvexShape:
     """All points within a radius of the convex hull of some vertices.
 
-    A sphere is one vertex with a radius, a capsule two, a polyhedron has the
-    radius zero.
+    A sphere has one vertex, a capsule two; a polyhedron has radius zero.
 
     Attributes:
         vertices: Vertices in the link's frame, shape (v, 3) [m].
@@ -89,10 +88,10 @@ class CollisionShapes:
         return [shape for name, shape in pairs if name == link]
 
     def with_payload(self, payload: Payload) -> "CollisionShapes":
-        """Returns the shapes with those of a payload, as the last.
+        """Returns the shapes, with the payload's shapes at the end.
 
         Args:
-            payload: What the robot carries.
+            payload: The payload.
         """
         pieces = [ConvexShape(np.array(piece)) for piece in payload.pieces]
         return CollisionShapes(
@@ -137,7 +136,8 @@ class CollisionShapes:
         """Returns the shapes packed for kernels.
 
         Args:
-            body: Body of the robot's tree that each is on, shape (s,).
+            body: Body of the robot's tree that each shape is fixed to, shape
+                (s,).
         """
         blocks = [vertex_blocks(shape.vertices) for shape in self.shapes]
         first = np.cumsum([0, *map(len, blocks)]).astype(np.int64)
@@ -155,7 +155,7 @@ class CollisionShapes:
 def read_collision_shapes(
     description: RobotDescription, spheres: SphereModel
 ) -> CollisionShapes:
-    """Reads the convex shapes of all links of a robot off its model file.
+    """Reads the convex shapes of all links from a robot's model file.
 
     Args:
         description: The robot, whose `model` names the file.
@@ -190,7 +190,7 @@ def _shape(
     geometry: GeometryId,
     link: str,
 ) -> ConvexShape:
-    """The convex shape of one geometry in its link's frame."""
+    """Returns the convex shape of one geometry in its link's frame."""
     shape = inspector.GetShape(geometry)
     core = convex_core(shape)
     if core is None:
@@ -239,6 +239,6 @@ def convex_core(shape: Shape) -> ConvexShape | None:
 
 
 def _around_unit_ball() -> np.ndarray:
-    """Corners of a polyhedron that holds the unit ball, evenly spread."""
+    """Evenly spread corners of a polyhedron that contains the unit ball."""
     p = spread_directions(_DIRECTIONS)
     return p / -scipy.spatial.ConvexHull(p).equations[:, 3].max()

@@ -1,15 +1,15 @@
 """Bounds on future positions of movers: prediction and its error.
 
-Let a point of a mover's core have the speed limit V and the acceleration limit
-A. The prediction keeps the mover's twist: its centre moves on straight and it
-turns at a constant rate, so that a point of the core that is r from the centre
-accelerates by no more than |w|^2 r. After a time t, the point itself is then no
-farther from its prediction than
+Let V and A be the limits of speed and acceleration of all points of a mover's
+core. The prediction assumes a constant twist (v, w): the centre moves straight
+on, and the core turns at a constant rate. So a predicted point at the distance
+r from the centre accelerates by at most |w|^2 r. After a time t, the distance
+of the true point from the predicted one is at most
 
     e_p + min(e_v t + (A + |w|^2 r) t^2 / 2, (V + |v| + |w| r) t)
 
-where e_p and e_v are the errors of its position and of its velocity. So the
-mover lies within that distance, its reach, of its prediction.
+where e_p and e_v bound the errors of the measured position and velocity. This
+bound is the mover's *reach*.
 """
 
 import math
@@ -23,7 +23,7 @@ from remosplat_drake.base.vectors import norm, rotation
 from remosplat_drake.scene.kernels.solid_distance import box_distance
 
 _ROUNDING = 1e-9
-"""Bound on rounding errors of distances of some metres [m]."""
+"""Bound on rounding errors of distances up to some metres [m]."""
 
 
 class MoverArrays(NamedTuple):
@@ -31,11 +31,11 @@ class MoverArrays(NamedTuple):
 
     Attributes:
         half_extents: Half side lengths of their cores, shape (k, 3) [m].
-        radius: Radii around these, shape (k,) [m].
+        radius: Radii around the cores, shape (k,) [m].
         R_WM: Orientations at the stamp, shape (k, 3, 3).
         p_WM: Origins of their frames at the stamp, shape (k, 3) [m].
-        v_WM: Velocities of these, shape (k, 3) [m/s].
-        w_WM: Angular velocities, shape (k, 3) [rad/s].
+        v_WM: Velocities of these origins in W, shape (k, 3) [m/s].
+        w_WM: Angular velocities in W, shape (k, 3) [rad/s].
         bounds: For each, the largest speed [m/s], the largest acceleration
             [m/s^2], and the errors of its velocity [m/s] and of its position
             [m], shape (k, 4).
@@ -56,8 +56,8 @@ class NearMoverArrays(NamedTuple):
     """m pairs of a sphere and a mover that are near each other.
 
     Attributes:
-        sphere: Which sphere, shape (m,).
-        mover: Which mover, shape (m,).
+        sphere: Index of the sphere, shape (m,).
+        mover: Index of the mover, shape (m,).
         distance: The least distance of their surfaces, shape (m,) [m].
         direction_W: The unit vector from the sphere towards the mover in W,
             shape (m, 3).
@@ -74,7 +74,7 @@ class NearMoverArrays(NamedTuple):
 
 @helper
 def aged(movers, age) -> MoverArrays:
-    """Returns movers at another time.
+    """Returns movers with another age of their measurements.
 
     Args:
         movers: The `MoverArrays`.
@@ -121,7 +121,7 @@ def reach(movers, j, time):
 
 @helper
 def relative_acceleration(movers, j):
-    """Bounds the acceleration of core points against prediction [m/s^2].
+    """Bounds the acceleration of core points relative to prediction [m/s^2].
 
     Args:
         movers: The `MoverArrays`.
@@ -194,7 +194,8 @@ def core_distance(movers, j, R_WM, p_WM, p_WS):
 def center_distance(movers, j, p_WM, p_WS):
     """Bounds the distance of a point from a mover's core from below [m].
 
-    It is cheaper than `core_distance`, and smaller by more than rounding.
+    The bound is cheaper to compute than `core_distance`, and smaller by more
+    than rounding errors.
 
     Args:
         movers: The `MoverArrays`.
@@ -240,10 +241,10 @@ _NEAR = named(
 
 @kernel(returns=_MOVERS)
 def moved_on(movers, time, longest) -> MoverArrays:
-    """Advances the movers, as they would be measured later.
+    """Predicts the movers' measured state at a later time.
 
-    They keep their twists for a while, and rest afterwards. The age and
-    certainty of their measurements stay those of now.
+    The movers keep their twists for a while, and rest afterwards. Age and error
+    bounds of their measurements do not change.
 
     Args:
         movers: The `MoverArrays`.
@@ -254,7 +255,7 @@ def moved_on(movers, time, longest) -> MoverArrays:
     R_WM, p_WM = np.empty((k, 3, 3)), np.empty((k, 3))
     v_WM, w_WM = movers.v_WM.copy(), movers.w_WM.copy()
     for j in range(k):
-        # Placing them adds the motion of their age.
+        # `place_mover` later adds the motion during their age.
         then = min(time, longest) - movers.age
         place_mover(movers, j, then, R_WM[j], p_WM[j])
         if time > longest:
@@ -274,15 +275,14 @@ def moved_on(movers, time, longest) -> MoverArrays:
 
 @kernel(returns=_NEAR)
 def near_movers(movers, p_WS, radius, within, by) -> NearMoverArrays:
-    """Finds the movers that can be near spheres now, or soon.
+    """Finds the movers that may be near spheres within a look-ahead time.
 
     Args:
         movers: The `MoverArrays`.
         p_WS: Centres of n spheres in W, shape (n, 3) [m].
         radius: Their radii, shape (n,) [m].
         within: Pairs at or beyond this distance are left out [m].
-        by: Time from now on [s]: a mover may be as far from its prediction as
-            its reach is then.
+        by: Look-ahead time [s], at which the movers' reach is evaluated.
     """
     n, k = len(p_WS), len(movers.radius)
     sphere, mover = np.empty(n * k, np.int64), np.empty(n * k, np.int64)
@@ -317,11 +317,11 @@ def near_movers(movers, p_WS, radius, within, by) -> NearMoverArrays:
 def is_retreat(depth, touching, ahead, aside) -> bool:
     """Returns whether a sphere moves away from all contacts with a mover.
 
-    The mover's core can be anywhere within its reach of its predicted core: a
-    convex set. Let the sphere's centre lie outside of it, by the depth h, and n
-    be the direction to it. All points of the core are then at least h away
-    along n. A point in contact is at most R away, and so at most sqrt(R^2 -
-    h^2) beside n.
+    The core may lie anywhere within its reach of the predicted core; this set
+    is convex. Let h be the distance of the sphere's centre from the set, and n
+    the direction to it. All points of the core are then at least h away along
+    n. A point in contact is at most R away from the centre, so at most sqrt(R^2
+    - h^2) away perpendicular to n.
 
     Args:
         depth: h [m].

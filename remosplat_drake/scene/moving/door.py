@@ -40,9 +40,9 @@ class SwingingDoor(Config):
     name: str = "door"
     # Foot of the hinge in W [m].
     hinge: Position = dc.field(default_factory=lambda: [0.0] * 3)
-    # From the hinge to the other edge [m].
+    # Width, from the hinge to the opposite edge [m].
     width: Side = 0.9
-    # From the hinge's foot to the upper edge [m].
+    # Height, from the hinge's foot to the upper edge [m].
     height: Side = 2.0
     # Thickness [m].
     thickness: Annotated[float, Interval(gt=0, le=1)] = 0.04

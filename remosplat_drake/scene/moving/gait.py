@@ -1,8 +1,9 @@
 """Walking and reaching of a person: ends of limbs at knots of time.
 
-The proportions are those of Winter, "Biomechanics and motor control of human
-movement": shares of a person's height. Legs swing as straight rods about the
-hips. Arms, with bent elbows, swing in antiphase. One period is a stride.
+The proportions, as fractions of a person's height, are those of Winter,
+"Biomechanics and motor control of human movement". Legs swing as straight rods
+about the hips. Arms, with bent elbows, swing in antiphase. One period is a
+stride.
 """
 
 import dataclasses as dc
@@ -20,22 +21,22 @@ KNOT_PERIOD = 0.05
 """Time between two knots of a limb's curve [s]."""
 
 STRIDE = 0.8
-"""Distance between two steps of the same foot, as a share of the height."""
+"""Distance between two steps of the same foot, as a fraction of the height."""
 
 LEG_SWING, ARM_SWING = math.radians(24), math.radians(20)
 """Greatest angles of legs and arms to the vertical, at walking speed [rad]."""
 
 WALKING_SPEED = 1.0
-"""Speed from which on legs swing no farther [m/s]."""
+"""Walking speed above which the legs' angles do not increase [m/s]."""
 
 HIP, SHOULDER, HEAD = 0.53, 0.82, 0.92
-"""Heights of joints, and of the head's middle, as shares of the height."""
+"""Heights of joints and of the head's middle, as fractions of the height."""
 
 UPPER_ARM, FOREARM = 0.186, 0.20
-"""Lengths to the elbow, and from there to the middle of the hand, likewise."""
+"""Lengths from shoulder to elbow to the middle of the hand, as fractions."""
 
 HIP_WIDTH, SHOULDER_WIDTH = 0.055, 0.115
-"""Distances of hips and shoulders from the middle, likewise."""
+"""Distances of hips and shoulders from the body's middle, as fractions."""
 
 RADIUS = {
     "body": 0.17,
@@ -75,9 +76,9 @@ class Reach(Config):
 
     # When the hand begins to leave the side [s].
     time: Time = 0.0
-    # How long the hand stays there [s].
+    # Time for which the hand stays at the point [s].
     duration: Annotated[float, Interval(ge=0, le=1000)] = 1.0
-    # Duration of the motion there, and of the motion back [s].
+    # Duration of the motion to the point, and of the motion back [s].
     swing: Annotated[float, Interval(ge=0.2, le=100)] = 1.0
     # The point in W; beyond arm's length, the hand stretches towards it [m].
     point: Position = dc.field(default_factory=lambda: [0.0] * 3)
@@ -187,7 +188,7 @@ def _parts(height: float, phase: float, share: float) -> np.ndarray:
 
 
 def _down(angle: float) -> np.ndarray:
-    """Direction of a limb that hangs, swung ahead by an angle."""
+    """Unit vector along a hanging limb that is swung ahead by an angle."""
     return np.array([math.sin(angle), 0.0, -math.cos(angle)])
 
 
@@ -198,7 +199,7 @@ def _reach(
     R_WP: np.ndarray,
     ends: np.ndarray,
 ) -> None:
-    """Moves the right hand to points and back; the elbow follows."""
+    """Moves the right hand to the points and back; the elbow follows."""
     names = list(RADIUS)
     upper, lower = names.index("right upper arm"), names.index("right forearm")
     hand = ends[:, lower, 1].copy()
@@ -224,7 +225,8 @@ def _bent_arm(
     """Returns elbow and hand of a reaching arm, its elbow down and outward."""
     way = hand - shoulder
     far = float(np.linalg.norm(way))
-    # Nearly the full distance while that is short, and never a straight arm.
+    # For a near point this is nearly the distance itself; it stays below the
+    # length of a straight arm.
     most = 0.99 * (upper + lower)
     reached = far / (1.0 + (far / most) ** 8) ** (1.0 / 8.0)
     along = way / far
@@ -240,7 +242,7 @@ def _bent_arm(
 def _smooth_steps(
     knots: np.ndarray, values: np.ndarray, times: np.ndarray
 ) -> np.ndarray:
-    """Interpolates values, at rest at each."""
+    """Interpolates values smoothly, with rate zero at each value."""
     k = np.clip(np.searchsorted(knots, times, "right") - 1, 0, len(knots) - 2)
     x = (times - knots[k]) / (knots[k + 1] - knots[k])
     return values[k] + _smooth(x) * (values[k + 1] - values[k])

@@ -49,7 +49,7 @@ class MoverConfig(Config):
     """A moving object: a rounded box, and its poses over time.
 
     It rests at the first and the last waypoint, and passes smoothly through
-    those in between; only its rotation pauses at each.
+    those in between. Its rotation comes to rest at each waypoint.
     """
 
     # Its display name.

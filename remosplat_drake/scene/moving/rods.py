@@ -89,7 +89,8 @@ class Rods:
         center, axis = position[..., 0, :, :], position[..., 1, :, :]
         length = np.linalg.norm(axis, axis=-1, keepdims=True)
         z = axis / length
-        # Only the perpendicular part of the axis' change turns the capsule.
+        # Only the part of the axis' rate perpendicular to the axis turns the
+        # capsule.
         w = np.cross(z, rate[..., 1, :, :] / length)
         return center, z, rate[..., 0, :, :], w
 

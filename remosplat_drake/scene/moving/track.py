@@ -8,7 +8,7 @@ from typing import Protocol
 from remosplat_drake.scene.mover import Mover, Movers
 
 SLACK = 1.02
-"""Factor of bounds over the largest sampled value."""
+"""Factor between a reported bound and the largest sampled value."""
 
 
 class Track(Protocol):
@@ -51,7 +51,7 @@ def movers_at(tracks: Iterable[Track], time: float) -> Movers:
 def time_goes_on(
     field: str, times: Sequence[float]
 ) -> Iterator[tuple[str, str]]:
-    """Checks that each time of a list exceeds the one before.
+    """Checks that the times of a list increase.
 
     Args:
         field: Name of the list, whose entries have the field `time`.

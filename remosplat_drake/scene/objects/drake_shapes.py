@@ -1,4 +1,4 @@
-"""Objects in Drake's terms: their shapes and inertias."""
+"""Drake's shapes and inertias of objects."""
 
 from pydrake.geometry import Box as DrakeBox
 from pydrake.geometry import Convex, Shape

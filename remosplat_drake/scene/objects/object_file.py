@@ -7,8 +7,8 @@
 
 `position` and `quaternion` (w, x, y, z; absent: upright) are the pose X_WO. An
 object has one of `box` (`size`, its three side lengths), `cylinder` (`radius`,
-`height`) and `hull` (`file`, a mesh whose convex hull counts, relative to the
-scene's, and `scale`). `mass` may be absent.
+`height`) and `hull` (`file`, a mesh whose convex hull is the shape, relative to
+the scene file, and `scale`). `mass` may be absent.
 """
 
 from pathlib import Path
@@ -62,12 +62,12 @@ def read_objects(path: str | Path) -> tuple[SceneObject, ...]:
 
 
 def object_entry(thing: SceneObject, hull_file: str = "") -> dict[str, object]:
-    """Returns what a scene file holds of an object.
+    """Returns the entry of an object in a scene file.
 
     Args:
         thing: The object.
-        hull_file: Name of its mesh file, of which the writer takes care; only
-            for convex hulls.
+        hull_file: Name of the mesh file, which the caller writes; only for
+            convex hulls.
     """
     X_WO, solid = thing.X_WO, thing.solid
     entry: dict[str, object] = {

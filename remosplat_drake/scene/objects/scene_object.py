@@ -18,8 +18,8 @@ Solid = Box | Cylinder | ConvexHull
 class SceneObject:
     """A rigid object: a named solid with a pose and a mass.
 
-    Its frame O is the solid's frame P. It never changes: where it is later is
-    another value (`at`), and copying returns the object itself.
+    Its frame O is the solid's frame P. The value never changes: `at` returns a
+    new value for another pose, and copying returns the object itself.
 
     Attributes:
         name: Its name, which no other object of the scene has.
@@ -58,7 +58,7 @@ class SceneObject:
 
     @property
     def reach(self) -> float:
-        """Radius of a ball around O that holds the object [m]."""
+        """Radius of a ball around O that contains the object [m]."""
         return float(np.linalg.norm(np.abs(self.corners).max(axis=0)))
 
     @property
@@ -87,7 +87,7 @@ def check_names(objects: Sequence[SceneObject]) -> None:
     """Checks that no two objects have the same name.
 
     Raises:
-        RemoSplatError: Two have.
+        RemoSplatError: Two objects have the same name.
     """
     names = [each.name for each in objects]
     for i, name in enumerate(names):
@@ -96,10 +96,10 @@ def check_names(objects: Sequence[SceneObject]) -> None:
 
 
 def find_object(objects: Sequence[SceneObject], name: str) -> SceneObject:
-    """Returns the object of a name.
+    """Returns the object with a name.
 
     Raises:
-        RemoSplatError: There is none.
+        RemoSplatError: No object has this name.
     """
     for each in objects:
         if each.name == name:

@@ -209,7 +209,7 @@ def test_mjcf_with_defaults_includes_and_sites(tmp_path):
     assert (slide.kind, slide.lower, slide.upper) == ("prismatic", -0.1, 0.2)
     assert only_tool(urdf, findings) == "ee_site"
     guessed = dict(findings.guessed)
-    assert "<light>" in guessed["passed over by Drake"]
+    assert "<light>" in guessed["ignored by Drake"]
     assert "shapes of the world" in guessed["left out"]
     # Drake reads neither the include nor the site, and puts the first of two
     # joints of a body elsewhere.
@@ -282,7 +282,7 @@ def test_what_sdformat_does_not_have_is_left_out(tmp_path):
     )
     urdf, findings = read(written(tmp_path / "arm.sdf", text))
     assert set(urdf.joints) >= {"j", "k"}
-    said = dict(findings.guessed)["left out, being no SDFormat"]
+    said = dict(findings.guessed)["removed, not in SDFormat"]
     assert said == "<contact> in <link>"
 
 
@@ -513,7 +513,7 @@ BAD = {
             "<body name='cube'><freejoint/><geom size='0.1'/></body>"
             "</worldbody>",
         ),
-        "<freejoint>: floats, as others do, .*remove what is not the robot",
+        "<freejoint>: floats, like other bodies; remove all floating",
     ),
     "a ball joint of MJCF": (
         "arm.xml",

@@ -41,7 +41,7 @@ def test_missing_collision_shapes_are_what_is_seen(tmp_path):
     lost = MESH.format("collision", "lost.stl")
     urdf, _, findings = replaced(tmp_path, lost, BOX.format("visual"))
     assert urdf.links["a"].find("collision/geometry/box") is not None
-    assert "a by what is seen" in dict(findings.doubted)["collision shapes"]
+    assert "a by visual shapes" in dict(findings.doubted)["collision shapes"]
 
 
 def test_where_both_are_missing_the_mesh_is_named(tmp_path):

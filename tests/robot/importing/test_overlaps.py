@@ -59,13 +59,13 @@ def test_what_overlaps_in_every_pose_is_told(tmp_path):
     # a reaches to 0.35, c from 0.55 down to 0.25 in any turn about z.
     said = doubted(tmp_path, [0.7, 0.2, 0.7, 0.2])
     assert said["self-collision"] == (
-        "a and c overlap in every pose, and are not watched"
+        "a and c overlap in every pose, and are not checked"
     )
 
 
 def test_a_hull_that_swallows_its_neighbour_is_told(tmp_path):
     said = doubted(tmp_path, [0.9, 0.1, 0.1, 0.1])
     assert said == {
-        "collision shapes": "that of a swallows b; are their meshes, scales"
+        "collision shapes": "that of a contains b; are their meshes, scales"
         " and origins right?"
     }

@@ -1,1 +1,1 @@
-"""The closed loop, simulated ahead in compiled steps."""
+"""Simulation of the closed control loop in compiled steps."""

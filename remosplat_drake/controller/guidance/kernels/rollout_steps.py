@@ -41,7 +41,7 @@ def rollout_steps(
     steps,
     line,
 ):
-    """Simulates some steps, each by the tick that drives the robot.
+    """Simulates steps of a rollout, each with the robot's control tick.
 
     Args:
         law: The `LawArrays`.
@@ -55,8 +55,8 @@ def rollout_steps(
         now: The time of the rollout's start [s].
         ahead: Time since the start [s].
         aim: The `AimArrays`.
-        q: Configuration, shape (n_q,) [rad, m]; of a robot that is late the
-            one to which all committed commands lead.
+        q: Configuration, shape (n_q,) [rad, m]; of a robot with delay the one
+            after all committed commands.
         u_previous: The command that is being executed, shape (n_u,).
         guidance: The `GuidanceArrays`.
         steps: Number of steps.
@@ -89,7 +89,7 @@ def rollout_steps(
         us[k], qs[k], X_WEs[k] = u, q, state.X_WE
         moving = _motion_after(moving, u, law.dt, robot.n_base)
         ahead += law.dt
-    # Copies, since Python does not know whose memory a motion's arrays are.
+    # Copies, since the arrays of a motion may be memory of the kernel.
     after = (
         moving.sent.copy(),
         moving.u.copy(),
@@ -118,7 +118,7 @@ def _unpacked(motion):
 
 @helper
 def _motion_after(motion, u, dt, n_base):
-    """The motion of a robot, a period after one more command.
+    """Returns the motion of a robot, one period after a further command.
 
     Args:
         motion: The `MotionArrays` when the command is sent.
@@ -131,7 +131,7 @@ def _motion_after(motion, u, dt, n_base):
     n, longest = len(u), 0.0
     for j in range(n):
         longest = max(longest, motion.parameters[j, 0])
-    # Earlier ones have no effect any more.
+    # Earlier commands no longer have an effect.
     first = max(np.searchsorted(motion.sent, motion.start - longest) - 1, 0)
     h = len(motion.sent) - first
     sent, told = np.empty(h + 1), np.empty((h + 1, n))

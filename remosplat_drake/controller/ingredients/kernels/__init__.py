@@ -1,1 +1,1 @@
-"""Assembles the ingredients into the program of a tick."""
+"""Kernel that assembles the program of a tick from the ingredients."""

@@ -1,4 +1,4 @@
-"""The library's ingredients, added to the program of a tick by one kernel."""
+"""One kernel that adds the library's ingredients to the program of a tick."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -81,15 +81,15 @@ KINDS = (
     (PathTracking, add_path_tracking),
     (MoverDamper, add_mover_damper),
 )
-"""The library's ingredients, in the order in which they add their terms: each
-kind, and the function that adds."""
+"""The library's kinds of ingredients with the functions that add their terms,
+in this order."""
 
 PARTS = tuple(kind for kind, _ in KINDS)
-"""The kinds alone; an ingredient's number is its place here."""
+"""The kinds; an ingredient's number is its index here."""
 
 OUTSIDE = len(PARTS)
-"""The number of the first ingredient from outside. Compiled ones have one each;
-those in Python share the last."""
+"""The number of the first ingredient from outside. Each compiled one has its
+own number; those in Python share the last one."""
 
 YIELD_ORDER = tuple(
     PARTS.index(kind)
@@ -100,9 +100,10 @@ YIELD_ORDER = tuple(
         CollisionDamper,
     )
 )
-"""Whose rows yield in an infeasible program, those that yield first first.
+"""Kinds of ingredients whose rows yield in an infeasible program, in this
+order.
 
-Rows of ingredients from outside yield together with the last.
+Rows of ingredients from outside yield together with the last kind.
 """
 
 
@@ -111,7 +112,7 @@ class Parts(NamedTuple):
 
     Attributes:
         settings: Inputs of the functions of each kind, in the order of `KINDS`.
-        present: Which of them the law has, shape (k,), bool.
+        present: Which kinds the law has, shape (k,), bool.
         added_by: The functions of compiled ingredients from outside.
     """
 
@@ -121,12 +122,13 @@ class Parts(NamedTuple):
 
 
 class Assembled(NamedTuple):
-    """The program of a tick as the compiled ingredients have built it.
+    """The program of a tick with the terms of the compiled ingredients.
 
     Attributes:
-        program: The program. It may only be looked at if one is refused.
-        refused: Number of an ingredient whose terms cannot be used, or NO_PART.
-        ended: How the call of its function has ended.
+        program: The program. If an ingredient is refused, it is only for error
+            messages.
+        refused: Number of an ingredient with unusable terms, or NO_PART.
+        ended: Result of the call of its function.
     """
 
     program: ProgramArrays
@@ -135,11 +137,11 @@ class Assembled(NamedTuple):
 
 
 def in_turn(adders: Sequence[Callable]) -> Callable:
-    """Makes a function that calls those of the ingredients that are present.
+    """Makes a function that calls the functions of the present ingredients.
 
-    Its source is written here, a line an ingredient, since Numba cannot loop
-    over functions. In a chain, where each calls the next, it compiles once a
-    link how the whole tick is passed on, and takes nearly three times as long.
+    Its source is generated, one line for each ingredient, since Numba cannot
+    loop over functions. A chain of functions that call each other would take
+    nearly three times as long to compile.
 
     Args:
         adders: The functions, in the order of `KINDS`.
@@ -150,7 +152,7 @@ def in_turn(adders: Sequence[Callable]) -> Callable:
         for k in range(len(adders))
     )
     names: dict[str, Any] = {f"add_{k}": add for k, add in enumerate(adders)}
-    names["__name__"] = __name__  # Numba tells functions by their modules.
+    names["__name__"] = __name__  # Numba identifies functions by module.
     exec("def add_all(parts, tick, program):\n" + "".join(lines), names)
     return helper(names["add_all"])
 
@@ -186,11 +188,10 @@ def assemble(
         aim: The `AimArrays`.
         rows: Spheres, distances and directions of the m clearances.
         movers: The `MoverArrays`.
-        near: Where to look whether links are near each other, the
-            `NearQuestion`.
+        near: Settings of the search for near links, the `NearQuestion`.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
-        tube: By how much each sphere may be off its path, shape (n,) [m].
+        tube: Bound on each sphere's deviation from its path, shape (n,) [m].
         guidance: The `GuidanceArrays`.
     """
     found = find_movers(
@@ -237,7 +238,7 @@ def assemble_tick(
     """Builds the program of a tick for callers in Python.
 
     Args:
-        parts: See `assemble`, as of all that is not named here.
+        parts: See `assemble`, also for other arguments without a description.
         near: See above.
         robot: See above.
         movers: The `MoverArrays` at their stamp.

@@ -1,9 +1,8 @@
-"""The spheres that no arm moves, wherever their base stands.
+"""Checks the spheres that move only with the base.
 
-Most places that are drawn for a base are occupied. The base and the parts that
-it carries are one rigid body, so its spheres are placed without the kinematics
-of the arms. The sphere that collided last is checked first: it often collides
-again.
+Most drawn poses of a base collide. The base and its fixed parts are one rigid
+body, so their spheres are placed without the kinematics of the arms. The sphere
+that collided last is checked first, since it often collides again.
 """
 
 import math
@@ -17,19 +16,19 @@ from remosplat_drake.robot.kinematics import body_poses
 from remosplat_drake.signals.compiled_map import sphere_clearances
 
 _ROUNDING = 1e-9
-"""Rounding errors of distances [m]."""
+"""Bound on rounding errors of distances [m]."""
 
 
 class BaseSpheres(NamedTuple):
-    """The m spheres that move with the base alone.
+    """The m spheres that move only with the base.
 
     Attributes:
-        order: The order in which they are looked at, shape (m,); written to.
+        order: Order in which they are checked, shape (m,); kernels change it.
         sphere: Their indices, shape (m,).
         p_BS: Their centres in the base's frame: its origin on the ground, its
             x forward, shape (m, 3) [m].
-        R_BL: Orientations of their links there, shape (m, 3, 3).
-        reach: Clearances that they keep, shape (m,) [m].
+        R_BL: Orientations of their links in the base's frame, shape (m, 3, 3).
+        reach: Clearances that they must keep, shape (m,) [m].
     """
 
     order: np.ndarray
@@ -45,7 +44,7 @@ class BaseSpheres(NamedTuple):
     )
 )
 def base_spheres(space):
-    """Finds the spheres that move with the base alone; none without a base.
+    """Finds the spheres that move only with the base; none without a base.
 
     Args:
         space: The `SpaceArrays`.
@@ -82,13 +81,13 @@ def _is_moved_by_arm(robot, body):
 
 @kernel(returns=TRUTH)
 def may_stand(space, line, base, q):
-    """Returns whether the base may stand somewhere, its arms left out.
+    """Returns whether the base's spheres are free at a pose.
 
     Args:
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
         base: The `BaseSpheres`.
-        q: Configuration of which the base's part is read, shape (n_q,).
+        q: Configuration, of which the base's pose is used, shape (n_q,).
     """
     m = len(base.order)
     if m == 0:
@@ -126,7 +125,7 @@ def may_stand(space, line, base, q):
 
 @helper
 def _turn(turn, v, turned):
-    """Fills in a vector that is turned about z by a cosine and a sine."""
+    """Writes a vector rotated about z, given the angle's cosine and sine."""
     c, s = turn
     turned[0] = c * v[0] - s * v[1]
     turned[1] = s * v[0] + c * v[1]

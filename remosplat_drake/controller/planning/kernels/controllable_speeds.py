@@ -1,6 +1,6 @@
-"""The greatest speeds along a path from which the rest can be followed.
+"""The greatest speeds along a path with which the rest can be followed.
 
-And how fast a robot that is slower may speed up.
+Also the greatest acceleration of a robot that is slower.
 """
 
 import numpy as np
@@ -9,24 +9,24 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.base.kernels.returns import reals, several
 
 _NOTHING = 1e-9
-"""Coefficient of a bound that counts for none."""
+"""Magnitude below which a coefficient counts as zero."""
 
 
 @kernel(returns=several(reals(1), reals(2)))
 def controllable_speeds(rate, bend, offset, bound, step, fastest):
-    """Computes the greatest speeds from which the rest of a path is feasible.
+    """Computes the greatest speeds with which the rest of a path is feasible.
 
-    Along a path with the arc length s and the speed v = ds/dt, m quantities are
-    bounded that are linear in dv/dt and v^2, as accelerations and torques are:
+    On a path with arc length s and speed v = ds/dt, m quantities that are
+    linear in dv/dt and v^2, such as accelerations and torques, are bounded:
 
         |r dv/dt + r' v^2 + o| <= b.
 
     From the end of the path backwards, the greatest v^2 at each node is the
     largest one from which some dv/dt within these bounds leads to a v^2 at the
-    next node that is feasible there; from its start on, no v^2 is greater than
-    those before lead to (reachability analysis; Pham and Pham 2018). Both are
-    linear programs in one or two variables. A robot at rest keeps all bounds,
-    so that the least of a few quotients solves them.
+    next node that is feasible there; from the start forwards, v^2 is limited to
+    what is reachable from the previous node (reachability analysis; Pham and
+    Pham 2018). Both are linear programs in one or two variables. Since a robot
+    at rest keeps all bounds, the solution is the least of a few quotients.
 
     At the path's end the speed is 0. The greatest feasible dv/dt is concave in
     v^2: at a lower speed it is at least the linear interpolation between its
@@ -47,7 +47,7 @@ def controllable_speeds(rate, bend, offset, bound, step, fastest):
     """
     k, m = rate.shape
     square, change = np.zeros(k + 1), np.zeros((k + 1, 2))
-    # Upper and lower bounds of dv/dt as lines over v^2: offset and slope.
+    # Upper and lower bounds on dv/dt as lines over v^2: offset and slope.
     upper, lower = np.empty((m + 1, 2)), np.empty((m + 1, 2))
     for i in range(k - 1, -1, -1):
         terms = rate[i], bend[i], offset[i], bound
@@ -97,7 +97,7 @@ def _bound_lines(terms, upper, lower):
 
 @helper
 def _most_between(lower, upper, count, most):
-    """The largest x up to `most` at which no lower line is above an upper."""
+    """Returns the largest x <= `most` with all lower lines below upper ones."""
     for a in range(count):
         for b in range(count):
             falls = lower[b, 1] - upper[a, 1]

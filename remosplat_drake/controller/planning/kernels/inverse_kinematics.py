@@ -1,4 +1,4 @@
-"""Inverse kinematics of arms from a seed, and how near they are to singular.
+"""Inverse kinematics of arms from a seed, and their manipulability.
 
 Damped least squares (Wampler 1986, Nakamura and Hanafusa 1986): each step is
 J' (J J' + lambda^2 I)^-1 e, clamped to the joints' bounds.
@@ -22,30 +22,30 @@ from remosplat_drake.robot.target_arrays import (
 )
 
 _LENGTH = 0.3
-"""Length by which angles of the pose error are weighed [m]."""
+"""Length by which angles of the pose error are multiplied [m]."""
 
 _LONGEST_STEP = 0.5
 """Largest change of a joint in one step [rad, m]."""
 
 _DOUBT = 8
-"""Step after which a seed that is still far off is given up: of the seeds that
-lead to the aim, nine in ten are nearer by then."""
+"""Step after which the iteration ends if the error is still large. Of the seeds
+that reach the aim, nine in ten have a smaller error by then."""
 
 _HOPELESS = 0.1
-"""Error that is far off [m]."""
+"""Error that counts as large at step `_DOUBT` [m]."""
 
 _NO_DAMPING = 1e-6
-"""Damping that lets rounding divide by nothing that is zero."""
+"""Small damping that prevents divisions by zero."""
 
 
 class Arms(NamedTuple):
     """The arms of a robot, and their targets.
 
     Attributes:
-        chains: The joints that move each end effector, as `SerialChain`s in a
-            tuple.
+        chains: The joints that move each end effector, a tuple of
+            `SerialChain`s.
         aim: The `AimArrays`.
-        first: Entry of q at which the arms begin.
+        first: Index in q of the arms' first joint.
         lower: Lower bounds of q, shape (n_q,) [rad, m].
         upper: Upper bounds of q, shape (n_q,) [rad, m].
     """
@@ -63,14 +63,15 @@ def reach_from(arms, q, steps, tolerance):
 
     Args:
         arms: The `Arms`.
-        q: Configuration to start from, and then the final one, shape (n_q,)
-            [rad, m]; the entries of parts that carry the arms do not change.
-        steps: Largest number of steps; with 0 the seed's own error is
-            measured.
-        tolerance: Error that is small enough, angles weighed by 0.3 m [m].
+        q: Input: the seed; output: the final configuration, shape (n_q,) [rad,
+            m]. Entries before those of the arms do not change.
+        steps: Largest number of steps; with 0, only the seed's error is
+            computed.
+        tolerance: Error at which the iteration ends, with angles times 0.3 m
+            [m].
 
     Returns:
-        The error there, angles weighed by 0.3 m [m].
+        The final error, with angles times 0.3 m [m].
     """
     aim, chains, first = arms.aim, arms.chains, arms.first
     lower, upper = arms.lower, arms.upper
@@ -96,7 +97,7 @@ def reach_from(arms, q, steps, tolerance):
             break
         if i == _DOUBT and error > _HOPELESS:
             break
-        # A step that does not help was too bold.
+        # A step that does not reduce the error was too large.
         damping = 0.5 * damping if error < before else 4.0 * damping
         damping = min(max(damping, 1e-4), 0.5)
         before = error
@@ -115,7 +116,7 @@ def reach_from(arms, q, steps, tolerance):
 def least_manipulability(arms, q):
     """Returns the least of the arms' sqrt(det(J J')) (Yoshikawa 1985).
 
-    An arm of fewer than six joints has none, and counts as 1.
+    The manipulability of an arm with fewer than six joints counts as 1.
 
     Args:
         arms: The `Arms`.
@@ -167,7 +168,7 @@ def _move(kind, axis_F, value, X_WF, X_WM):
     s, c = math.sin(value), math.cos(value)
     v = 1.0 - c
     for r in range(3):
-        # Rodrigues' formula, of which a row of R_WF takes the dot products.
+        # Rodrigues' formula, multiplied by rows of R_WF.
         i, j, k = X_WF[r, 0], X_WF[r, 1], X_WF[r, 2]
         along = v * (i * x + j * y + k * z)
         X_WM[r, 0] = c * i + s * (j * z - k * y) + along * x
@@ -212,7 +213,7 @@ def _pose_error(X_WE, X_WT, e):
 
 @helper
 def _leave_free(target, twist):
-    """Turns a twist from W's axes into T's, with zeros where that is free."""
+    """Rotates a twist from W into T, and sets free directions to zero."""
     for first in (0, 3):
         x, y, z = twist[first], twist[first + 1], twist[first + 2]
         for axis in range(3):
@@ -232,7 +233,7 @@ def _leave_columns(target, J):
 
 @helper
 def _jacobian(chain, first, X_WF, X_WE, J):
-    """Fills in the Jacobian of a pose, angles weighed as in the error.
+    """Writes the Jacobian of a pose, with angles weighted as in the error.
 
     Its columns are the arms' joints; those that do not move E are left
     unchanged.
@@ -273,7 +274,7 @@ def _factor(J, damping, L):
                 total += J[r, j] * J[c, j]
             for i in range(c):
                 total -= L[r, i] * L[c, i]
-            # Rounding must not make a square negative.
+            # Prevents a negative square from rounding.
             square = max(total, 0.25 * damping * damping)
             L[r, c] = math.sqrt(square) if r == c else total / L[c, c]
 

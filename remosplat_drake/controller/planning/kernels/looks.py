@@ -1,7 +1,7 @@
-"""Checks configurations, and motions between them, for distances.
+"""Checks that configurations, and motions between them, keep distances.
 
-A motion is checked as verification checks commands: between two looks,
-distances are kept up to verification's tolerance, see `map_looks.py` and
+A motion is checked like a command in verification: between two samples,
+distances are kept up to verification's tolerance; see `map_looks.py` and
 `self_looks.py`.
 """
 
@@ -36,19 +36,19 @@ from remosplat_drake.robot.kinematics import (
 from remosplat_drake.scene.kernels.mover_reach import near_movers
 
 _LOOK = 0.8
-"""How far a sphere moves between two looks of the first round [m]."""
+"""Motion of a sphere between two samples of the first round [m]."""
 
 _MOST_PLACES = 8
-"""Most parts between places at which a motion is looked at before all of it is:
-of the motions of a search that end at a free configuration and are not free,
-nine in ten are not free at one of these places."""
+"""Largest number of parts between the few configurations that are checked
+before the whole motion: of the blocked motions of a search that end at a free
+configuration, nine in ten are blocked at one of these."""
 
 _LEAST_PLACE = 0.3
-"""Length of the parts below which they are not cut, radians and metres alike:
-short motions that are not free mostly end so."""
+"""Length below which parts are not divided, radians and metres alike: blocked
+short motions are mostly blocked at their end."""
 
 _MOVER_LOOK = 0.02
-"""How far a sphere moves between two looks at obstacles [m]."""
+"""Motion of a sphere between two samples for standing movers [m]."""
 
 
 @kernel(returns=TRUTH)
@@ -89,7 +89,7 @@ def is_free_between(space, line, a, b):
         a: A free configuration to start from, shape (n_q,) [rad, m].
         b: Configuration to end at, shape (n_q,) [rad, m].
     """
-    # Most motions that are not free end in the scene or in the robot.
+    # Most blocked motions end in collision.
     return is_free(space, line, b) and moves_freely(space, line, a, b)
 
 
@@ -116,7 +116,7 @@ def moves_freely(space, line, a, b):
 
 @helper
 def _is_off_at_places(space, line, corners):
-    """Returns whether a motion is off the map at some places, coarse first."""
+    """Returns whether samples of a motion are free of the map, coarse first."""
     square, parts = 0.0, 2
     for j in range(corners.shape[1]):
         square += (corners[-1, j] - corners[0, j]) ** 2
@@ -130,7 +130,7 @@ def _is_off_at_places(space, line, corners):
 
 @helper
 def _is_off_there(space, line, corners, share):
-    """Returns whether a motion is off the map after part of its stretches."""
+    """Returns whether a motion is free of the map at a fraction of it."""
     n_base, last = space.robot.n_base, len(corners) - 2
     k = min(int(share * (last + 1)), last)
     u = stretch_command(corners[k], corners[k + 1], n_base)
@@ -141,7 +141,7 @@ def _is_off_there(space, line, corners, share):
 
 @helper
 def _arms_command(a, b, n_base):
-    """Returns the command of the arms alone, which are evenly on their way."""
+    """Returns the command of only the arms, which move uniformly."""
     first = 3 if n_base else 0
     u = np.zeros(n_base + len(a) - first)
     for j in range(first, len(a)):
@@ -151,7 +151,7 @@ def _arms_command(a, b, n_base):
 
 @helper
 def _keeps_off_scene(space, line, q, u):
-    """Returns whether a motion on which one command is held is off the scene.
+    """Returns whether a motion with one held command is free of the scene.
 
     Args:
         space: The `SpaceArrays`.
@@ -187,7 +187,7 @@ def _is_off_movers(space, X_WL):
 
 @helper
 def _keeps_off_movers(space, q, u, travel):
-    """Returns whether a motion keeps off obstacles."""
+    """Returns whether a motion keeps its distances from standing movers."""
     movers, robot = space.movers, space.robot
     if len(movers.radius) == 0:
         return True

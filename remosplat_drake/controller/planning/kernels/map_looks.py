@@ -1,9 +1,9 @@
-"""Checks that a robot keeps off a map, at a place or all along a motion.
+"""Checks distances from a map, at a configuration or along a motion.
 
-A part of a motion is looked at in its middle: where a sphere has more room
-there than the way that it takes from there to either end, the part is free. The
-others are looked at again, in the middles of both halves. Balls around several
-spheres come first.
+A part of a motion is sampled in its middle. If a sphere's room there exceeds
+the length of its path from the middle to either end, the sphere is free on the
+part. For other spheres, the part is halved, and both middles are sampled. Balls
+around several spheres are checked first.
 """
 
 import numpy as np
@@ -30,18 +30,17 @@ from remosplat_drake.signals.compiled_map import (
 )
 
 _HALVES = 10
-"""How often a part of a motion is halved; an undecided part is then
-rejected."""
+"""Number of halvings, after which an undecided part is rejected."""
 
 _SOME = 4
-"""Number of spheres that are checked between two checks of the interruption."""
+"""Number of spheres between two checks for an interruption."""
 
 _MARGIN = 1e-6
-"""Margin of queried distances beyond the needed ones, against rounding [m]."""
+"""Margin of queried distances against rounding [m]."""
 
 
 _ROUNDING = 1e-9
-"""Rounding errors of distances [m]."""
+"""Bound on rounding errors of distances [m]."""
 
 
 @kernel(returns=TRUTH)
@@ -60,7 +59,7 @@ def is_off_the_map(space, line, X_WL):
         for k in range(count):
             item[k] = order[first + k]
         if _look_at(space, line, part, item, count) != 0:
-            # Mostly, these have too little room the next time, too.
+            # These often collide the next time, too, so they are checked first.
             for k in range(count):
                 order[k], order[first + k] = order[first + k], order[k]
             return False
@@ -69,13 +68,13 @@ def is_off_the_map(space, line, X_WL):
 
 @kernel(returns=reals(2))
 def rooms(space, line, q, far):
-    """Measures the excess of spheres' clearances.
+    """Measures the rooms of spheres: clearances minus required ones.
 
     Args:
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
         q: Configurations, shape (k, n_q) [rad, m].
-        far: Room at which rooms are cut off [m].
+        far: Value at which rooms are truncated [m].
 
     Returns:
         The rooms, shape (k, n) [m].
@@ -96,22 +95,22 @@ def rooms(space, line, q, far):
 def keeps_off_the_map(space, line, q, u, looks):
     """Returns whether all spheres keep their clearances on a motion.
 
-    They keep them less verification's tolerance. A map that is not 1-Lipschitz
-    is known at the looks only.
+    Clearances may be smaller by verification's tolerance. For a map that is not
+    1-Lipschitz, this holds only at the samples.
 
     Args:
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
         q: Configuration at which it starts, shape (n_q,) [rad, m].
         u: The command, which is held for a second, shape (n_u,).
-        looks: Into how many equal parts the motion is cut at first.
+        looks: Number of equal parts into which the motion is divided at first.
     """
     tree, n_base, balls = space.robot.tree, space.robot.n_base, space.balls
     m, speed, b = len(space.ball_level), np.abs(u), len(tree.parent)
     bend = space.work.bend
     bend[:] = -1.0
-    # A stack, the end of the motion lowest: the next part is between the
-    # topmost two.
+    # A stack of times, with the motion's end at the bottom. The next part is
+    # between the two topmost times.
     most = looks + 1 + _HALVES
     time, X_WL = np.empty(most), np.empty((most, b, 4, 4))
     item, count = np.empty((most, m), np.int64), np.empty(most, np.int64)
@@ -146,21 +145,21 @@ def keeps_off_the_map(space, line, q, u, looks):
 
 @helper
 def _look_at(space, line, part, item, count):
-    """Checks balls and spheres, and keeps those that need a closer look.
+    """Checks balls and spheres, and keeps those that need more samples.
 
-    Spheres take the places of balls that are not known to be clear.
+    A ball that may not be clear is replaced by its spheres.
 
     Args:
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
-        part: Of a part of a motion the poses of all bodies at its start, in its
-            middle and at its end, shape (b, 4, 4) each; half the time that it
-            takes; absolute values of the command; bounds on how fast the
-            velocities of the m balls and spheres change, -1 of those not known
-            yet, shape (m,) [m/s^2]; and the least room to keep [m].
-        item: Balls and spheres to look at, shape (m,); then the spheres that
-            are not known to be clear on the whole part.
-        count: Number of those to look at.
+        part: A part of a motion: poses of all bodies at its start, middle and
+            end, shape (b, 4, 4) each; half its duration [s]; absolute values of
+            the command; bounds on the accelerations of the m balls and spheres,
+            -1 if not computed yet, shape (m,) [m/s^2]; and the least room to
+            keep [m].
+        item: Input: balls and spheres to check, shape (m,); output: the spheres
+            that may not be clear on the whole part.
+        count: Number of balls and spheres to check.
 
     Returns:
         Number of these spheres; -1 if one has too little room in the middle.
@@ -194,10 +193,10 @@ def _look_at(space, line, part, item, count):
 
 @helper
 def _measure(space, line, part, item, room, wanted):
-    """Measures rooms in the middle of a part, exact up to the needed ones.
+    """Measures rooms in the middle of a part, exactly up to the needed ones.
 
-    A sphere is clear on the whole part if its room there is at least as large
-    as the way to either end, less the tolerance.
+    A sphere is clear on the whole part if its room is at least the length of
+    its path to either end, minus the tolerance.
     """
     before, middle, after, half, speed, bend, least = part
     balls, level, count = space.balls, space.ball_level, len(item)
@@ -217,7 +216,7 @@ def _measure(space, line, part, item, room, wanted):
         wanted[row] = way + least
         reach[row] = level[i] + max(wanted[row], 0.0) + _MARGIN
     if is_compiled(space.map):
-        # Orientations are read by maps of Python's alone.
+        # Only maps in Python use orientations.
         placed, none = (space.map, space.off, line), space.balls.hessian_bound
         sphere_clearances(placed, balls, item, p_WS, none, reach, found)
     else:
@@ -230,7 +229,7 @@ def _measure(space, line, part, item, room, wanted):
 
 @helper
 def _measure_in_python(space, line, at, item, reach, found):
-    """Measures clearances by a map that measures those of spheres alone."""
+    """Measures clearances with a map in Python, which supports only spheres."""
     X_WL, p_WS = at
     balls, groups, count = space.balls, len(space.balls.first) - 1, len(item)
     if item[0] < groups:
@@ -254,11 +253,12 @@ def look(space, line, at, wanted, room, least):
         at: Centres of the spheres in W, shape (n, 3) [m], and the orientations
             of their links, shape (n, 3, 3).
         wanted: Rooms up to which results are exact, shape (n,) [m].
-        room: Lower bounds, instead of which answers are put, shape (n,) [m].
-        least: Least room that answers should have [m].
+        room: Input: lower bounds on the rooms; output: queried rooms, shape
+            (n,) [m].
+        least: Least permitted room [m].
 
     Returns:
-        Whether all answers have it.
+        Whether all rooms are at least that.
     """
     p_WS, R_WL = at
     n, count = len(room), 0

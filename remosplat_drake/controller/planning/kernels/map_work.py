@@ -1,6 +1,6 @@
-"""`MapWork`: memory in which kernels look at whether a robot keeps off a map.
+"""`MapWork`: working memory of kernels that check distances from a map.
 
-As for `OwnWork`, memory of Python's is not counted by Numba.
+Python allocates it, for the reason given in `own_work.py`.
 """
 
 from typing import NamedTuple
@@ -9,18 +9,18 @@ import numpy as np
 
 
 class MapWork(NamedTuple):
-    """Looks at m balls and spheres.
+    """Working arrays for m balls and spheres.
 
     Attributes:
-        item: Those to look at, shape (m,).
-        opened: Balls of which the spheres are looked at next, shape (m,).
-        bend: Bounds on how fast velocities change, shape (m,) [m/s^2].
-        p_WS: Where the centres are, shape (m, 3) [m].
-        p_before: Where one of them is at the end of a part, shape (3,) [m].
-        reach: Clearances up to which answers are exact, shape (m,) [m].
+        item: Balls and spheres to check, shape (m,).
+        opened: Balls whose spheres are checked next, shape (m,).
+        bend: Bounds on accelerations, shape (m,) [m/s^2].
+        p_WS: Centres in W, shape (m, 3) [m].
+        p_before: One of these centres at the end of a part, shape (3,) [m].
+        reach: Clearances up to which results are exact, shape (m,) [m].
         found: Clearances, shape (m,) [m].
         room: Rooms, shape (m,) [m].
-        wanted: Rooms that are wanted, shape (m,) [m].
+        wanted: Required rooms, shape (m,) [m].
     """
 
     item: np.ndarray

@@ -1,8 +1,8 @@
-"""`OwnWork`: memory in which kernels look at whether a robot keeps off itself.
+"""`OwnWork`: working memory of kernels that check for self-collision.
 
-Numba counts the references to memory that a kernel allocates, atomically at
-each handover; that took longer than the looks themselves. Memory of Python's is
-not counted.
+Numba counts references to memory that a kernel allocates, with an atomic
+operation at each call. That takes longer than the checks themselves. References
+to memory that Python has allocated are not counted.
 """
 
 from typing import NamedTuple
@@ -14,31 +14,31 @@ from remosplat_drake.robot.self_collision.kernels.gjk import make_work
 from remosplat_drake.robot.self_collision.pair_arrays import PairArrays
 
 DEPTH = 12
-"""How often a motion may be halved, and once more."""
+"""Largest number of halvings of a motion, plus one."""
 
 MOST = 2 ** (DEPTH - 2)
-"""Most parts into which a motion is cut."""
+"""Largest number of parts of a motion."""
 
 _KEPT = 16
-"""Most looks at a motion that are kept; few are taken."""
+"""Largest number of stored samples of a motion; few are needed."""
 
 
 class OwnWork(NamedTuple):
-    """Looks at a robot with b bodies, s shapes on l links and k pairs of them.
+    """Stored samples of a motion, for b bodies, s shapes, l links and k pairs.
 
     Attributes:
-        row: For each time the row of its look, -1 where none is kept, shape
-            (`MOST` + 1,).
-        is_taken: Whether a row holds a look, shape (m,), bool; the last never
-            does, it is for looks that are not kept.
-        X_WL: Poses of all bodies at the looks, shape (m, b, 4, 4).
+        row: For each time, the row of its stored sample, or -1, shape (`MOST` +
+            1,).
+        is_taken: Whether a row stores a sample, shape (m,), bool. The last row
+            never does; it is for samples that are not stored.
+        X_WL: Poses of all bodies at the samples, shape (m, b, 4, 4).
         p_WC: Centres of the shapes, shape (m, s, 3) [m].
         p_WL: Centres of the links' boxes, shape (m, l, 3) [m].
-        guess: Directions from the first shape of each pair to the second, in
-            the first's link, as they were found last, shape (k, 3).
+        guess: The latest computed directions from the first to the second shape
+            of each pair, in the first's link, shape (k, 3).
         guess_W: One of them in W, shape (3,).
-        stack: Times of looks, shape (`DEPTH`,).
-        room: Rooms at these, shape (`DEPTH`,) [m].
+        stack: Times of samples, shape (`DEPTH`,).
+        room: Rooms at these times, shape (`DEPTH`,) [m].
         gjk: Arrays of `gjk.make_work`.
     """
 

@@ -1,7 +1,7 @@
 """Searches random draws for free configurations that reach an aim.
 
-Cheap checks come first: the parts that carry the arms and that the arms cannot
-move, before inverse kinematics; the whole robot only if the aim is reached.
+Cheap checks come first: the parts that the arms do not move are checked before
+inverse kinematics, the whole robot only if the aim is reached.
 """
 
 import numpy as np
@@ -18,11 +18,11 @@ from remosplat_drake.controller.planning.kernels.inverse_kinematics import (
 from remosplat_drake.controller.planning.kernels.looks import is_free
 
 TOLERANCE = 2e-3
-"""Largest pose error of a goal configuration, angles weighed by 0.3 m [m].
-Only joint limits leave more than a hundredth of it."""
+"""Largest pose error of a goal configuration, with angles times 0.3 m [m]. If
+no joint limit is active, the error is below a hundredth of it."""
 
 _STEPS = 15
-"""Most steps of the inverse kinematics from a seed."""
+"""Largest number of steps of inverse kinematics from a seed."""
 
 
 @kernel(returns=several(reals(2), truths(1), WHOLE))
@@ -33,10 +33,10 @@ def reaching(space, line, arms, draws, most):
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
         arms: The `Arms`.
-        draws: Groups of configurations on the base of the first, of each of
-            which the one nearest to the aim is a seed, shape (k, g, n_q)
-            [rad, m].
-        most: Number of free configurations at which it ends.
+        draws: Groups of configurations, all with the base pose of the group's
+            first one, shape (k, g, n_q) [rad, m]. The configuration of a group
+            nearest to the aim is the seed.
+        most: Number of free configurations at which the search ends.
 
     Returns:
         Configurations that reach the aim, shape (m, n_q) [rad, m], which of
@@ -64,7 +64,7 @@ def reaching(space, line, arms, draws, most):
 
 @helper
 def _nearest_draw(arms, draws):
-    """Returns the draw that is nearest to the aim, all on the first's base."""
+    """Returns the draw nearest to the aim, with the first one's base pose."""
     best, least = 0, np.inf
     for k in range(len(draws)):
         for j in range(arms.first):

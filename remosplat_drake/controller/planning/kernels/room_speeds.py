@@ -1,4 +1,4 @@
-"""The greatest speeds along a path that a damper permits."""
+"""The greatest speeds along a path that the collision damper permits."""
 
 import numpy as np
 
@@ -10,11 +10,11 @@ from remosplat_drake.robot.kinematics import body_poses, place_points
 from remosplat_drake.signals.compiled_map import is_lipschitz
 
 _FAR = 0.2
-"""Room of a sphere beyond which it does not slow the robot down [m]."""
+"""Room above which a sphere does not limit the speed [m]."""
 
 _AHEAD = 0.05
-"""By how much farther than needed a sphere is looked at: until it has moved by
-that, it needs no other look [m]."""
+"""Additional distance of queries [m]: until a sphere has moved by it, no other
+query is needed."""
 
 
 @kernel(returns=reals(1))
@@ -30,8 +30,8 @@ def speeds_in_room(space, line, path, fastest, law):
         path: The nodes, shape (k + 1, n_q) [rad, m], and the arc length to each
             of them, shape (k + 1,).
         fastest: Bounds by other limits, shape (k,) [1/s].
-        law: The slope c [1/s], the stopping distance from which on room counts
-            [m], and the speed below which nothing is slowed down [1/s].
+        law: The slope c [1/s], the stopping distance, above which room is
+            counted [m], and the speed below which nothing is limited [1/s].
 
     Returns:
         The lesser of both bounds on each piece, shape (k,) [1/s].
@@ -88,6 +88,6 @@ def _look_at_most(space, line, at, wanted, wanted_before, room):
     reach = np.empty(n)
     for i in range(n):
         most = max(wanted[i], wanted_before[i])
-        # What is known to be enough is not looked at.
+        # Spheres with sufficient lower bounds are not queried.
         reach[i] = -np.inf if room[i] > most else most + _AHEAD
     look(space, line, at, reach, room, -np.inf)

@@ -1,10 +1,10 @@
 """RRT-Connect in the free space of a robot (Kuffner and LaValle 2000).
 
-Two trees grow in turn. One takes a step towards a configuration that was drawn,
-and the other one goes towards where that has led to, as far as the way is free.
+Two trees grow in turn. One takes a step towards a drawn configuration. The
+other one then grows towards the new node, as far as the motion is free.
 
-The configurations are drawn by the caller: a kernel that draws none needs no
-state of random numbers, and finds equal trees in equal calls.
+The caller draws the configurations. So the kernel needs no random state, and
+equal calls return equal trees.
 """
 
 import math
@@ -26,30 +26,30 @@ from remosplat_drake.controller.planning.kernels.trees import (
 from remosplat_drake.controller.planning.steering import wrapped
 
 _STEP = 2.5
-"""Longest step by which a tree grows, radians and metres alike."""
+"""Longest step of a tree, radians and metres alike."""
 
 _THERE = 1e-9
-"""Distance at which a tree has come to a configuration."""
+"""Distance within which a tree has reached a configuration."""
 
 NOT_MET = -1
-"""In place of a node where the trees do not meet."""
+"""Value of a node if the trees do not meet."""
 
 
 @kernel(returns=several(WHOLE, WHOLE, WHOLE))
 def grow(space, line, trees, draws, most):
-    """Grows both trees until they meet, or draws or checks are used up.
+    """Grows both trees until they meet, or until draws or checks are used up.
 
     Args:
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
         trees: The `Trees`, with room for `most` more nodes in each; written to.
-        draws: Configurations to grow to, of even number, shape (k, n_q)
-            [rad, m]; written to.
-        most: Number of motions that may be looked at.
+        draws: Drawn configurations, an even number, shape (k, n_q) [rad, m];
+            written to.
+        most: Largest number of motions to check.
 
     Returns:
-        Number of motions that were looked at, and the nodes of the start's tree
-        and of the goals' at which they meet, `NOT_MET` if they do not.
+        The number of checked motions, and the nodes of the start's and of the
+        goals' tree at which they meet, `NOT_MET` if they do not.
     """
     checks = 0
     q, other_q = np.empty(draws.shape[1]), np.empty(draws.shape[1])
@@ -78,11 +78,11 @@ def grow(space, line, trees, draws, most):
 
 @helper
 def _step(space, line, trees, tree, towards, q):
-    """Grows a tree by one step, and fills in where it leads.
+    """Grows a tree by one step, and writes the configuration that it reaches.
 
     Returns:
-        The new node, `NOT_MET` if the step is not free, and whether it is where
-        the tree shall grow to.
+        The new node, `NOT_MET` if the step is not free, and whether it has
+        reached the given configuration.
     """
     n_base = space.robot.n_base
     near = nearest(trees, tree, towards, n_base)
@@ -98,7 +98,7 @@ def _step(space, line, trees, tree, towards, q):
     for j in range(len(q)):
         near_q[j] = trees.q[tree, j, near]
         q[j] = near_q[j] + share * q[j] if share < 1.0 else towards[j]
-    # Motions of a base are not the same there and back.
+    # A base moves differently in the reverse direction.
     if tree == START:
         is_open = is_free_between(space, line, near_q, q)
     else:

@@ -1,9 +1,9 @@
-"""Checks that a robot keeps off itself, at a place or all along a motion.
+"""Checks for self-collision, at a configuration or along a motion.
 
-The distance of two links changes by no more than a known rate. So a motion is
-looked at from coarse to fine, for each pair of links by itself: where the rooms
-at both ends of a part are together more than the links can near each other on
-it, nothing between needs a look.
+The rate of a distance between two links is bounded. So a motion is sampled from
+coarse to fine, for each pair of links. If the rooms at both ends of a part add
+up to more than the possible change of the distance on it, no sample in between
+is needed.
 """
 
 import numpy as np
@@ -19,15 +19,15 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 )
 
 _BLINK = 0.01
-"""How far two of the robot's own shapes may move between two looks although
-they are nearer than required [m]. Verification checks more finely."""
+"""Motion of two shapes between the finest samples [m], on which their distance
+may be smaller than required. Verification samples more finely."""
 
 _FINE = 0.05
-"""Room above which coarse bounds will do: more looks are cheaper then than more
-exact ones [m]."""
+"""Room above which coarse bounds suffice [m], since more samples are cheaper
+than exact distances."""
 
 _ROUNDING = 1e-9
-"""Rounding errors of distances [m]."""
+"""Bound on rounding errors of distances [m]."""
 
 
 @kernel(returns=TRUTH)
@@ -41,7 +41,7 @@ def is_off_itself(space, X_WL):
     space.own_work.guess[:] = 0.0
     _keep_look(space, X_WL, 0)
     for link in range(len(space.own.pairs.boxes)):
-        # Most links are far apart, as their boxes show.
+        # The boxes show that most links are far apart.
         if _link_room(space, link, 0) >= 0.0:
             continue
         if _room(space, link, 0, 0.0) < -_ROUNDING:
@@ -55,8 +55,8 @@ def keeps_off_itself(space, q, u):
 
     Args:
         space: The `SpaceArrays`.
-        q: Configuration at which it starts, shape (n_q,) [rad, m]. It and that
-            at the end are free.
+        q: Configuration at which it starts, shape (n_q,) [rad, m]. The start
+            and the end are free.
         u: The command, which is held for a second, shape (n_u,).
     """
     rate, work = space.own.rate, space.own_work
@@ -87,7 +87,7 @@ def keeps_off_itself(space, q, u):
 
 @helper
 def _speed(rate, link, u):
-    """How fast two links may near each other [m/s]."""
+    """Bounds the approach speed of two links [m/s]."""
     speed = 0.0
     for c in range(len(u)):
         speed += rate[link, c] * abs(u[c])
@@ -96,7 +96,7 @@ def _speed(rate, link, u):
 
 @helper
 def _look(space, q, u, i, count):
-    """Returns the row of a look after i of `count` parts of a motion."""
+    """Returns the row of the sample after i of `count` parts of a motion."""
     work = space.own_work
     row = work.row[i]
     if row < 0:
@@ -113,7 +113,7 @@ def _look(space, q, u, i, count):
 
 @helper
 def _keep_look(space, X_WL, row):
-    """Fills in a row with where everything is."""
+    """Writes a sample's poses and positions into a row."""
     work, pairs = space.own_work, space.own.pairs
     copy_poses(X_WL, work.X_WL[row])
     place_centers(pairs.shapes, X_WL, work.p_WC[row])
@@ -139,10 +139,10 @@ def _keeps_apart(space, q, u, link, step, count):
         q: Configuration at which the motion starts, shape (n_q,) [rad, m].
         u: The command, which is held for a second, shape (n_u,).
         link: The pair of links.
-        step: By how much it may come nearer from one time to the next [m].
-        count: Number of parts into which times cut the motion.
+        step: Bound on the change of distance from one time to the next [m].
+        count: Number of parts between the times of the motion.
     """
-    # A stack of looks: the next part is between the topmost two.
+    # A stack of samples: the next part is between the topmost two.
     stack, room = space.own_work.stack, space.own_work.room
     stack[0], stack[1], top = count, 0, 1
     for k in range(2):
@@ -169,13 +169,13 @@ def _keeps_apart(space, q, u, link, step, count):
 
 @helper
 def _room(space, link, row, enough):
-    """Measures the excess of the distances between the shapes of two links [m].
+    """Measures the room between two links: least distance minus required [m].
 
     Args:
         space: The `SpaceArrays`.
         link: The pair of links.
-        row: Row of the look at them.
-        enough: Beyond this, a lower bound will do [m].
+        row: Row of the sample.
+        enough: Above this value, a lower bound suffices [m].
     """
     pairs, level = space.own.pairs, space.own_level
     first, second, allowance = pairs.first, pairs.second, pairs.allowance
@@ -208,7 +208,7 @@ def _room(space, link, row, enough):
 
 @helper
 def _guess(X_WL, known_L, p_WA, p_WB, guess_W):
-    """Fills in the direction that was found last, or that of the centres."""
+    """Writes the latest direction of the pair, or that between the centres."""
     is_known = False
     for r in range(3):
         guess_W[r] = p_WB[r] - p_WA[r]

@@ -1,9 +1,9 @@
-"""Shortcuts of a path: a path from a search is free, but seldom short.
+"""Shortens a path from a search, which is free but seldom short.
 
-First corners are left out where the motion past them is free; then the path is
-cut short between places drawn on it (Geraerts and Overmars 2007). A shortcut is
-taken only if it is quicker: a base that turns, drives and turns may well take
-longer on what looks like the shorter way.
+First, corners are omitted if the motion without them is free. Then shortcuts
+between random points of the path are tried (Geraerts and Overmars 2007). A
+shortcut must be faster, since a base that turns, drives and turns may take
+longer on a geometrically shorter path.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ from remosplat_drake.controller.planning.steering import (
 from remosplat_drake.robot.kinematics import advance
 
 _GAIN = 0.01
-"""Least share of a part's time that a shortcut must save."""
+"""Least fraction of a part's time that a shortcut must save."""
 
 
 @kernel(returns=several(reals(2), WHOLE))
@@ -29,12 +29,12 @@ def shortened(space, line, corners, draws):
         space: The `SpaceArrays`.
         line: Number of the `PythonCalls` of its map.
         corners: The path's corners, shape (m, n_q) [rad, m].
-        draws: Shares of the path's time, shape (k, 2): a shortcut is tried
-            between each pair of places.
+        draws: Pairs of fractions of the path's time, shape (k, 2); a shortcut
+            is tried between each pair of points.
 
     Returns:
-        Corners between which a motion is one stretch, shape (p, n_q), and the
-        number of motions that were looked at.
+        Corners of the path, including those of its motions, shape (p, n_q), and
+        the number of checked motions.
     """
     corners, checks = _without_detours(space, line, corners)
     corners = _in_stretches(space, corners)
@@ -62,7 +62,7 @@ def shortened(space, line, corners, draws):
 
 @kernel(returns=REAL)
 def motion_time(space, a, b):
-    """Returns how long a motion takes at the limits of velocity [s].
+    """Returns the duration of a motion at the limits of velocity [s].
 
     Args:
         space: The `SpaceArrays`.
@@ -82,15 +82,15 @@ def motion_time(space, a, b):
 
 @helper
 def _without_detours(space, line, corners):
-    """Leaves out corners, many at once before few.
+    """Omits corners, first many at once, then fewer.
 
     Returns:
-        The corners that are left, and the number of motions looked at.
+        The remaining corners, and the number of checked motions.
     """
     m = len(corners)
     times = _times(space, corners)
     is_kept = np.ones(m, np.bool_)
-    # Parts are halved where they cannot be bypassed; a stack of them.
+    # A stack of parts; a part that cannot be bypassed is halved.
     parts = np.empty((m + 1, 2), np.int64)
     parts[0, 0], parts[0, 1], top, checks = 0, m - 1, 1, 0
     while top > 0:
@@ -119,7 +119,7 @@ def _without_detours(space, line, corners):
 
 @helper
 def _in_stretches(space, corners):
-    """Returns all corners of a path, those of its motions included."""
+    """Returns all corners of a path, including those of its motions."""
     parts, count = 1, 1
     for k in range(len(corners) - 1):
         n_base, backing = space.robot.n_base, space.backing
@@ -138,7 +138,7 @@ def _in_stretches(space, corners):
 
 @helper
 def _times(space, corners):
-    """Returns when each corner is passed, shape (m,) [s]."""
+    """Returns the time at each corner, shape (m,) [s]."""
     times = np.zeros(len(corners))
     for k in range(1, len(corners)):
         way = motion_time(space, corners[k - 1], corners[k])
@@ -148,7 +148,7 @@ def _times(space, corners):
 
 @helper
 def _place(space, corners, times, time):
-    """Returns the stretch on which a path is at a time, and where it is."""
+    """Returns the stretch and the configuration of a path at a time."""
     k = 0
     while k < len(times) - 2 and times[k + 1] <= time:
         k += 1
@@ -165,10 +165,10 @@ def _replaced(space, corners, before, a, b, after):
     Args:
         space: The `SpaceArrays`.
         corners: The corners, shape (m, n_q).
-        before: Corner before a.
-        a: Where the shortcut begins.
-        b: Where it ends.
-        after: Corner before b, not the one before a.
+        before: Index of the corner before a.
+        a: Start of the shortcut.
+        b: End of the shortcut.
+        after: Index of the corner before b.
     """
     way = waypoints(a, b, space.robot.n_base, space.backing)
     head, tail = before + 1, len(corners) - after - 1

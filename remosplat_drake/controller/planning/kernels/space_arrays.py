@@ -25,18 +25,18 @@ class SpaceArrays(NamedTuple):
         off: Its misplacement.
         level: Clearance that each sphere keeps from the map, shape (n,) [m].
         balls: Balls around the spheres, and the spheres.
-        ball_level: Clearance that each of these keeps, shape (m,) [m].
-        ball_order: The order in which the balls are looked at, shape (g,);
-            written to, so that a space serves one thread at a time.
-        work: Memory in which kernels look at the map.
+        ball_level: Clearance that each ball and sphere keeps, shape (m,) [m].
+        ball_order: Order in which balls are checked, shape (g,). Kernels change
+            it, so only one thread at a time may use a space.
+        work: Working memory for checks against the map.
         own: The pairs of the robot's own shapes.
         own_level: Distance that each pair keeps, shape (k,) [m].
-        link_level: Largest distance that the shapes of each pair of links must
-            keep of those computed, shape (l,) [m].
-        own_work: Memory in which kernels look at these.
-        movers: Obstacles besides the scene, as large as what it keeps clear of
-            the robot.
-        mover_level: Distance that each sphere keeps from it, shape (n,) [m].
+        link_level: Largest distance that any pair of shapes of each pair of
+            links keeps, shape (l,) [m].
+        own_work: Working memory for checks of these pairs.
+        movers: Standing movers as further obstacles, enlarged by the distance
+            to keep.
+        mover_level: Distance that each sphere keeps from them, shape (n,) [m].
         lower: Lower bounds of the joints, shape (n_q,) [rad, m].
         upper: Upper bounds of the joints, shape (n_q,) [rad, m].
         backing: Longest way that the base may drive backwards [m].

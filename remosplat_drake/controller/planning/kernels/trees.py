@@ -1,4 +1,4 @@
-"""`Trees`: the two trees of a search, as arrays that grow."""
+"""`Trees`: the two trees of a search, in growing arrays."""
 
 import math
 from typing import NamedTuple
@@ -16,17 +16,17 @@ ROOT = -1
 """Parent of a tree's roots."""
 
 _YAW = 2
-"""Entry of q that is a base's yaw; without a base, no entry is an angle that
-wraps."""
+"""Index in q of a base's yaw, which wraps; no other entry wraps."""
 
 
 class Trees(NamedTuple):
     """Two trees of configurations, with room for m of them each.
 
     Attributes:
-        q: The configurations, shape (2, n_q, m) [rad, m]: an entry of all nodes
-            lies in a row, so that a search for the nearest runs in lanes.
-        parent: Node towards the root, shape (2, m); `ROOT` of a root.
+        q: The configurations, shape (2, n_q, m) [rad, m]. Each entry of q is
+            contiguous over the nodes, so that nearest-neighbour searches are
+            vectorised.
+        parent: Parent of each node, shape (2, m); `ROOT` for a root.
         count: Number of nodes, shape (2,).
     """
 
@@ -36,11 +36,11 @@ class Trees(NamedTuple):
 
     @staticmethod
     def rooted(start: np.ndarray, goals: np.ndarray) -> "Trees":
-        """Makes trees of roots alone.
+        """Makes trees that contain only roots.
 
         Args:
-            start: Where paths start, shape (n_q,) [rad, m].
-            goals: Where they may end, shape (k, n_q) [rad, m].
+            start: Start of paths, shape (n_q,) [rad, m].
+            goals: Possible ends of paths, shape (k, n_q) [rad, m].
         """
         k = len(goals)
         q = np.zeros((2, len(start), k))
@@ -48,10 +48,10 @@ class Trees(NamedTuple):
         return Trees(q, np.full((2, k), ROOT), np.array([1, k]))
 
     def with_room(self, more: int) -> "Trees":
-        """Returns the trees with room for at least so many more nodes in each.
+        """Returns the trees with room for more nodes in each.
 
         Args:
-            more: Number of nodes.
+            more: Least number of further nodes.
         """
         room = self.q.shape[2]
         wanted = int(self.count.max()) + more
@@ -64,11 +64,11 @@ class Trees(NamedTuple):
 
     @property
     def packed(self) -> "Packed[Trees]":
-        """The trees for kernels, which write to these arrays."""
+        """The trees packed for kernels, which write to the arrays."""
         return Packed(self)
 
     def branch(self, tree: int, node: int) -> np.ndarray:
-        """Returns the nodes from one to its root, both included, (m, n_q).
+        """Returns the configurations from a node to its root, shape (m, n_q).
 
         Args:
             tree: `START` or `GOAL`.
@@ -85,8 +85,8 @@ class Trees(NamedTuple):
 def nearest(trees, tree, q, n_base):
     """Returns the node of a tree that is nearest to a configuration.
 
-    Distances are those of q as a vector, radians and metres alike, except for
-    the yaw of a base, which takes the shorter way.
+    Distances are Euclidean over q, in radians and metres alike, with the
+    difference of a base's yaw wrapped.
 
     Args:
         trees: The `Trees`.
@@ -116,13 +116,13 @@ def nearest(trees, tree, q, n_base):
 
 @helper
 def add_node(trees, tree, q, parent):
-    """Adds a node to a tree, which has room, and returns its number.
+    """Adds a node to a tree with room for it, and returns the node's index.
 
     Args:
         trees: The `Trees`.
         tree: `START` or `GOAL`.
         q: The configuration, shape (n_q,) [rad, m].
-        parent: Node that it hangs on.
+        parent: Index of its parent.
     """
     node = trees.count[tree]
     for j in range(len(q)):

@@ -1,4 +1,4 @@
-"""Adds a command to the history, in one call."""
+"""Kernel that adds a command to the history."""
 
 import numpy as np
 
@@ -8,14 +8,14 @@ from remosplat_drake.robot.actuator_response import respond
 
 @kernel
 def append_command(parameters, past, time, u, span):
-    """Adds a command, and forgets those that have no effect any more.
+    """Adds a command, and removes those that no longer have an effect.
 
     Args:
         parameters: `ActuatorModel.parameters`.
         past: `History.sent`, `u`, `v`, `way` and `drift`.
         time: When the command was sent [s].
         u: The command, shape (n_u,) [m/s, rad/s].
-        span: For how long commands are remembered [s].
+        span: Time for which commands are stored [s].
 
     Returns:
         The same five arrays with one more row.
@@ -42,7 +42,7 @@ def append_command(parameters, past, time, u, span):
 
 @helper
 def _with_row(rows, first, row):
-    """The rows from the first one on, and one more."""
+    """Returns the rows from the first one on, and one more."""
     h = len(rows) - first
     result = np.empty((h + 1, len(row)))
     for j in range(len(row)):

@@ -1,4 +1,4 @@
-"""Leads a measurement forward along the commands in flight, in one call."""
+"""Kernel that propagates a measurement through the commands in flight."""
 
 import numpy as np
 
@@ -7,22 +7,22 @@ from remosplat_drake.controller.verification.kernels.places import chain
 from remosplat_drake.robot.actuator_response import respond
 
 LONG_AGO = -1e12
-"""A time before everything [s]."""
+"""A time before all others [s]."""
 
 PIECES = 8
-"""Number of arcs along which a base is led forward."""
+"""Number of arcs that approximate a base's predicted motion."""
 
 
 @kernel
 def lead_forward(parameters, past, q, stamp, now, n_base):
-    """Computes the motion of commands in flight from a measured configuration.
+    """Computes the motion by commands in flight from a measurement.
 
     Args:
         parameters: `ActuatorModel.parameters`.
         past: `History.sent`, `u`, `v` and `way`.
         q: Measured configuration, shape (n_q,) [m, rad].
-        stamp: When each axis was measured, shape (n_u,) [s].
-        now: When the next command is sent [s].
+        stamp: Time at which each axis was measured, shape (n_u,) [s].
+        now: Time at which the next command is sent [s].
         n_base: Number of base commands.
 
     Returns:
@@ -63,14 +63,15 @@ def lead_forward(parameters, past, q, stamp, now, n_base):
 
 @helper
 def led(q, ways, n_base):
-    """Leads a configuration along s short ways.
+    """Moves a configuration by s short displacements.
 
     Args:
         q: The configuration, shape (n_q,) [rad, m].
-        ways: The ways of all axes, shape (s, n_u) [rad, m].
+        ways: The displacements of all axes, shape (s, n_u) [rad, m].
         n_base: Number of base commands.
     """
     if not ways.any():
         return q
-    # Each way takes one unit of time; where one more would begin is the end.
+    # Each displacement takes one unit of time; the start of a further one is
+    # the end.
     return chain(q, ways, np.ones(len(ways) + 1), n_base)[-1]

@@ -1,33 +1,33 @@
-"""Finds the rows that hold an optimum back, and the forces there."""
+"""Finds the active rows at the optimum, and the gradient of the cost."""
 
 import numpy as np
 
 from remosplat_drake.base.kernels import helper
 
 TIGHT = 1e-4
-"""Rows this close to equality count as tight [m/s, rad/s]."""
+"""Residual up to which a row counts as active [m/s, rad/s]."""
 
 BOUND_PART = -1
-"""Number of the ingredient of rows that are bounds on the command."""
+"""Ingredient number of rows that are bounds on the command."""
 
 
 @helper
 def binding_arrays(program, u):
     """Finds the rows that hold with equality at the optimum of a program.
 
-    Bounds on the command are among them where any other row is: they bear a
-    part of the push.
+    Bounds on the command are included if any other row is active, since they
+    balance a part of the cost's gradient.
 
     Args:
         program: The `ProgramArrays`, pruned.
         u: Its optimum, shape (n_u,).
 
     Returns:
-        For each row the number of its ingredient, or BOUND_PART, its number
-        among the rows of that, and what it is about, shape (k, 3); the rows'
-        coefficients, shape (k, n_u); and the direction in which the cost
-        falls, shape (n_u,). No bounds are among them, and nothing is pushed,
-        where no other row holds.
+        For each active row, the number of its ingredient or BOUND_PART, its
+        index among that ingredient's rows, and its subject, shape (k, 3); the
+        rows' coefficients, shape (k, n_u); and the negative gradient of the
+        cost, shape (n_u,). If only bounds are active, all three arrays are
+        empty.
     """
     n_u = len(u)
     most = program.count[0] + 2 * n_u
@@ -64,7 +64,7 @@ def _is_tight(program, i, u):
 
 @helper
 def _descent(program, u):
-    """Direction in which the cost falls at u, shape (n_u,)."""
+    """Returns the negative gradient of the cost at u, shape (n_u,)."""
     push = np.zeros(len(u))
     for part in range(len(program.linear)):
         for j in range(len(u)):

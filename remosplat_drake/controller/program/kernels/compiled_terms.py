@@ -14,7 +14,7 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
 )
 
 NO_PART = -1
-"""In place of the number of an ingredient: there is none."""
+"""Value of an ingredient's number for no ingredient."""
 
 
 class AddedBy(NamedTuple):
@@ -22,7 +22,7 @@ class AddedBy(NamedTuple):
 
     Attributes:
         words: `AddressedFunction.words` of each, shape (k, 2).
-        most: Most rows that each may add, shape (k,).
+        most: Largest number of rows that each may add, shape (k,).
     """
 
     words: np.ndarray
@@ -30,12 +30,12 @@ class AddedBy(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """The argument of an ingredient's function when it is its turn.
+    """The argument of the function of an ingredient from outside.
 
     Attributes:
         part: Number of the ingredient.
         tick: The state of the tick.
-        program: Takes the terms.
+        program: The program, to which the terms are added.
     """
 
     part: int
@@ -60,7 +60,7 @@ def adder(add: Callable) -> Callable[[Any, Turn], None]:
 
 @helper
 def add_compiled(added_by, first, tick, program):
-    """Lets compiled ingredients from outside add their terms.
+    """Calls compiled ingredients from outside, which add their terms.
 
     Args:
         added_by: The `AddedBy`.
@@ -69,8 +69,8 @@ def add_compiled(added_by, first, tick, program):
         program: The `ProgramArrays`.
 
     Returns:
-        The number of an ingredient whose terms cannot be used, or NO_PART, and
-        how the call of its function has ended.
+        The number of an ingredient with unusable terms, or NO_PART, and the
+        result of the call of its function.
     """
     for i in range(len(added_by.most)):
         part = first + i

@@ -1,4 +1,4 @@
-"""From the program of a tick to the form for solvers, and to its optimum."""
+"""Converts the program of a tick to the form for solvers, and solves it."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ from remosplat_drake.controller.program.active_set import (
 )
 
 HOPELESS = 1e-3
-"""Least violation of a row at which no solver is called [m/s, rad/s]: more than
-solvers' tolerances."""
+"""Unavoidable violation of a row from which on no solver is called [m/s,
+rad/s]. It exceeds solvers' tolerances."""
 
 
 @helper
@@ -22,7 +22,7 @@ def solve_program(program):
         program: The `ProgramArrays`, pruned.
 
     Returns:
-        The optimum u, shape (n_u,), and how the search for it ended.
+        The optimum u, shape (n_u,), and the solver's status.
     """
     if program.count[4]:
         return np.zeros(len(program.lower)), INFEASIBLE
@@ -33,10 +33,10 @@ def solve_program(program):
 
 @helper
 def prune(program) -> None:
-    """Marks the rows that may bind: the bounds on u do not imply these.
+    """Marks the rows that may be active: those not implied by the bounds on u.
 
-    It also returns whether a row cannot hold within these bounds, as when
-    something approaches faster than the robot can retreat.
+    It also stores whether a row cannot hold within these bounds, for example if
+    a mover approaches faster than the robot can retreat.
 
     Args:
         program: The `ProgramArrays`.
@@ -44,7 +44,8 @@ def prune(program) -> None:
     program.count[4] = 0
     for i in range(program.count[0]):
         least, most = span(program, program.A[i])
-        # Written so that a row with NaN is kept, and leaves no command.
+        # Written so that a row with NaN is kept, which makes the program
+        # infeasible.
         program.kept[i] = not most <= program.b[i]
         if not least <= program.b[i] + HOPELESS:
             program.count[4] = 1
@@ -52,7 +53,7 @@ def prune(program) -> None:
 
 @helper
 def span(program, a):
-    """Finds the least and the greatest value of a u within the bounds on u.
+    """Computes the least and the greatest value of a'u within the bounds on u.
 
     Args:
         program: The `ProgramArrays`.
@@ -69,7 +70,7 @@ def span(program, a):
 
 @helper
 def _add_costs(program, H, c) -> None:
-    """Adds the ingredients' own costs to those in u, the first of H and c."""
+    """Adds the ingredients' costs to the entries of H and c for u."""
     for k in range(len(program.linear)):
         for j in range(len(program.lower)):
             c[j] += program.linear[k, j]
@@ -78,7 +79,7 @@ def _add_costs(program, H, c) -> None:
 
 @helper
 def _copy_kept(program, A, b, row):
-    """Copies the rows that are kept, from a row on; returns the one after."""
+    """Copies the kept rows, from a row on; returns the next row."""
     for i in range(program.count[0]):
         if program.kept[i]:
             for j in range(len(program.lower)):

@@ -1,4 +1,4 @@
-"""Terms of ingredients in Python, which kernels request by a call."""
+"""Terms of ingredients in Python, which kernels request by a call to Python."""
 
 import numpy as np
 
@@ -16,12 +16,12 @@ from remosplat_drake.controller.program.kernels.tick_arrays import (
 )
 
 ADD = 2
-"""Number of the Python function that adds their terms."""
+"""Index of the Python function that adds their terms."""
 
 
 @helper
 def add_outside(like, line, program, asked):
-    """Lets ingredients in Python add to the program of a tick.
+    """Calls ingredients in Python, which add to the program of a tick.
 
     Args:
         like: An `OutsideRows`, packed, of the same type as theirs.
@@ -32,8 +32,8 @@ def add_outside(like, line, program, asked):
             time since the first tick of a rollout [s].
 
     Returns:
-        The `ProgramArrays` with their terms; and whether they have added any,
-        since what they add may be unusable.
+        The `ProgramArrays` with their terms, and True; without their terms, and
+        False, if these are unusable.
     """
     n_u = len(program.lower)
     bounds, costs = np.empty((4, n_u)), np.zeros((2, n_u))
@@ -51,7 +51,7 @@ def add_outside(like, line, program, asked):
 
 @kernel(returns=PROGRAM)
 def joined(program, outside) -> ProgramArrays:
-    """Joins terms from outside to a program, after the library's own.
+    """Appends terms from outside to a program, after the library's own.
 
     Args:
         program: The `ProgramArrays`, whose terms are copied.
@@ -117,7 +117,7 @@ def joined(program, outside) -> ProgramArrays:
 
 @kernel
 def slack_form_of_outside(outside):
-    """Computes the slack form of terms from outside alone.
+    """Computes the slack form of only the terms from outside.
 
     Args:
         outside: The `OutsideArrays`.

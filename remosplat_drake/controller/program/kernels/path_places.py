@@ -1,4 +1,4 @@
-"""Places on a path through configurations, for kernels; see `planning/path.py`.
+"""Points on a path through configurations, for kernels; see `program/path.py`.
 
 A path is given as its corners q, shape (k, n_q), and their arc lengths s, shape
 (k,).
@@ -43,7 +43,8 @@ def nearest_place(path_q, path_s, q):
         q: The configuration, shape (n_q,) [rad, m].
 
     Returns:
-        The arc length there, the largest of equals, and the distance.
+        The point's arc length, the largest one of equally near points, and its
+        distance.
     """
     if len(path_s) == 1:
         apart = 0.0

@@ -12,15 +12,15 @@ from remosplat_drake.base.kernels.returns import REAL
 
 @kernel(returns=REAL)
 def change_at(path_s, path_v, path_a, s, speed):
-    """Computes the greatest dv/dt of a robot somewhere on a path [1/s^2].
+    """Computes the greatest dv/dt of a robot at a point of a path [1/s^2].
 
     Args:
         path_s: Arc lengths of the corners, shape (k,).
         path_v: Greatest speeds at the corners, shape (k,) [1/s].
-        path_a: Greatest changes of speed at the corners, at rest and at these
+        path_a: Greatest dv/dt at the corners, at rest and at the greatest
             speeds, shape (k, 2) [1/s^2].
-        s: Arc length at which it is.
-        speed: Its speed [1/s].
+        s: Arc length of the point.
+        speed: Speed of the robot along the path [1/s].
     """
     k = 0
     while k < len(path_s) - 1 and path_s[k + 1] <= s:
@@ -31,7 +31,7 @@ def change_at(path_s, path_v, path_a, s, speed):
 
 @kernel(returns=REAL)
 def way_ahead(path_s, path_v, s, time):
-    """Computes how far the greatest speeds lead in a time.
+    """Computes the arc length that the greatest speeds cover in a time.
 
     Args:
         path_s: Arc lengths of the corners, shape (k,).
@@ -40,7 +40,7 @@ def way_ahead(path_s, path_v, s, time):
         time: The time [s].
 
     Returns:
-        The arc length from s on; at most to the path's end.
+        The covered arc length, at most up to the path's end.
     """
     k, last, start = 0, len(path_s) - 1, s
     while k < last and path_s[k + 1] <= s:

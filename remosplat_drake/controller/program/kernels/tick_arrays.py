@@ -43,8 +43,8 @@ class GuidanceArrays(NamedTuple):
         slide_stop: `Guidance.slide_stop` [m]; NaN keeps the configured one.
         path_q: Corners of `Guidance.path`, shape (k, n_q); none without one.
         path_s: Arc length at each corner, shape (k,).
-        path_v: `Path.v`, shape (k,); none of a path without [1/s].
-        path_a: `Path.a`, shape (k, 2); none of a path without [1/s^2].
+        path_v: `Path.v`, shape (k,); empty without speeds [1/s].
+        path_a: `Path.a`, shape (k, 2); empty without speeds [1/s^2].
     """
 
     side: float
@@ -65,9 +65,9 @@ class NearQuestion(NamedTuple):
 
     Attributes:
         pairs: The pairs of shapes.
-        reach: How far is looked [m]; negative where nothing is.
-        crowded: Below this distance all shapes of two links are returned, not
-            the nearest alone [m].
+        reach: Largest distance of the search [m]; negative for no search.
+        crowded: Distance below which all pairs of shapes of two links are
+            returned, not only the nearest [m].
     """
 
     pairs: PairArrays
@@ -98,13 +98,13 @@ class NearArrays(NamedTuple):
 
 
 class OutsideRows(NamedTuple):
-    """The terms of ingredients in Python of which there may be any number.
+    """The rows and tracked twists of ingredients in Python.
 
     Attributes:
         rows: Their rows A u <= b, each as A and then b, shape (m, n_u + 1).
-        tracked: The directions of twists that they track, each as a row of the
-            Jacobian, the twist, the bound on its slack and the slack's price,
-            shape (r, n_u + 3).
+        tracked: Tracked directions of twists: each a row of the Jacobian, the
+            twist, the bound on its slack and the slack's weight, shape (r, n_u
+            + 3).
     """
 
     rows: np.ndarray
@@ -119,8 +119,8 @@ class OutsideArrays(NamedTuple):
             with their bounds, shape (4, n_u).
         costs: Vector of their linear costs, and diagonal of their quadratic
             costs, shape (2, n_u).
-        flags: Whether some of the bounds are accelerations', and whether they
-            may have added to Drake's program itself, shape (2,), bool.
+        flags: Whether some bounds are acceleration bounds, and whether Drake's
+            program may have further terms, shape (2,), bool.
         more: Their rows and tracked twists.
     """
 
@@ -146,12 +146,12 @@ class TickArrays(NamedTuple):
         direction_W: Directions towards the scene, shape (m, 3).
         rates: `Tick.approach_rates`, shape (m, n_u).
         moving: Movers near spheres, for their damper.
-        soon: The same a little later, for the active collision cost.
-        near: Where links are near each other.
+        soon: The same after the look-ahead time of the active collision cost.
+        near: Points at which links are near each other.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
-        tube: By how much each sphere may be off its path, shape (n,) [m].
-        guidance: How the tick is bent.
+        tube: Bound on each sphere's deviation from its path, shape (n,) [m].
+        guidance: The guidance.
     """
 
     robot: RobotArrays
@@ -177,8 +177,8 @@ class TickArrays(NamedTuple):
 class ProgramArrays(NamedTuple):
     """The program of a tick, to which k ingredients have added their terms.
 
-    The library's come first, then compiled ones from outside; the last of the k
-    is for all ingredients in Python.
+    The library's ingredients come first, then compiled ones from outside. The
+    last of the k is for all ingredients in Python together.
 
     Attributes:
         lower: Lower bounds on u, shape (n_u,).
@@ -189,27 +189,28 @@ class ProgramArrays(NamedTuple):
         quadratic: Diagonals of their quadratic costs, shape (k, n_u).
         has: Whether each ingredient has a linear cost, and a quadratic one,
             shape (k, 2), bool.
-        A: Coefficients of rows A u <= b, shape (most, n_u). The last of them
-            takes what is too much, and counts for nothing.
+        A: Coefficients of rows A u <= b, shape (most, n_u). The last row
+            receives surplus rows, and is ignored.
         b: Right-hand sides of the rows, shape (most,).
         kept: Which rows the bounds on u do not imply, shape (most,), bool.
-        raised: Which rows yield: their negative right-hand sides are raised,
+        raised: Which rows yield, so that negative right-hand sides are raised,
             shape (most,), bool.
-        about: Subject of each row: the number of a sphere, a joint, ..., shape
-            (most,).
-        rows: First of each ingredient's rows, and the one after its last,
+        about: Subject of each row, such as the index of a sphere or a joint,
+            shape (most,).
+        rows: Index of each ingredient's first row, and the one after its last,
             shape (k, 2).
-        J: Jacobian of the tracked twists, a row for each direction that is
-            tracked, shape (6 e, n_u) for e end effectors.
+        J: Jacobian of the tracked twists, one row for each tracked direction,
+            shape (6 e, n_u) for e end effectors.
         V: The tracked twists, shape (6 e,) [rad/s, m/s].
         limit: Bounds on their slack, shape (6 e,) [rad/s, m/s].
-        price: Price of the slack, shape (6 e,).
-        tracked: Number of rows up to and with each end effector's, shape (e,).
+        price: Weight of the squared slack, shape (6 e,).
+        tracked: Cumulative number of tracked rows up to each end effector,
+            shape (e,).
         count: Number of rows; 0, or one more than the number of the ingredient
             that tracks twists; whether there are acceleration bounds; the
-            number of directions that are tracked; whether a row cannot hold
-            within the bounds on u; and whether Drake's program has more terms,
-            shape (6,).
+            number of tracked directions; whether a row cannot hold within the
+            bounds on u; and whether Drake's program has further terms, shape
+            (6,).
     """
 
     lower: np.ndarray
@@ -250,7 +251,7 @@ _NEAR = named(
 
 @kernel(returns=_NEAR)
 def near_arrays(near, X_WL) -> NearArrays:
-    """Finds where the robot's links are near each other.
+    """Finds the points at which the robot's links are near each other.
 
     Args:
         near: The `NearQuestion`, packed.
@@ -269,11 +270,11 @@ def near_arrays(near, X_WL) -> NearArrays:
 
 @helper
 def find_movers(movers, p_WS, radius, within, dt, lead, within_soon):
-    """Finds movers near the robot, now and a little later.
+    """Finds movers near the robot, now and after a look-ahead time.
 
-    A moving sphere must keep away from a mover, or retreat from it, while a
-    station executes one command: verification requires no less. So the present
-    distances are from the places that movers can reach by then.
+    Verification requires that a moving sphere keeps away from a mover, or
+    retreats from it, while a station executes one command. So the present
+    distances are those from all places that movers can reach in this time.
 
     Args:
         movers: The `MoverArrays`.
@@ -281,8 +282,8 @@ def find_movers(movers, p_WS, radius, within, dt, lead, within_soon):
         radius: Their radii, shape (n,) [m].
         within: Pairs at or beyond this distance are left out [m].
         dt: Control period [s].
-        lead: How much later [s].
-        within_soon: The distance for then [m].
+        lead: The look-ahead time [s].
+        within_soon: The distance `within` after the look-ahead time [m].
     """
     return (
         near_movers(movers, p_WS, radius, within, HELD * dt),
@@ -307,7 +308,7 @@ def make_tick(
         near: The `NearArrays`.
         u_previous: The command that is being executed, shape (n_u,).
         dt: Control period [s].
-        tube: By how much each sphere may be off its path, shape (n,) [m].
+        tube: Bound on each sphere's deviation from its path, shape (n,) [m].
         guidance: The `GuidanceArrays`.
     """
     sphere, distance, direction_W = rows
@@ -354,10 +355,10 @@ def make_program(velocity_limit, n_effectors, n_parts, most) -> ProgramArrays:
     """Makes a program without terms.
 
     Args:
-        velocity_limit: Bounds on |u| to begin with, shape (n_u,).
+        velocity_limit: Initial bounds on |u|, shape (n_u,).
         n_effectors: Number of end effectors.
         n_parts: Number of ingredients.
-        most: Most rows that these may add together.
+        most: Largest total number of rows that these add.
     """
     n_u, tracked, most = len(velocity_limit), 6 * n_effectors, most + 1
     return ProgramArrays(
@@ -385,13 +386,14 @@ def make_program(velocity_limit, n_effectors, n_parts, most) -> ProgramArrays:
 
 @helper
 def narrow(program, lower, upper, is_acceleration) -> None:
-    """Bounds u by lower <= u <= upper, besides the present bounds.
+    """Bounds u by lower <= u <= upper, in addition to the present bounds.
 
     Args:
         program: The `ProgramArrays`.
         lower: Further lower bounds, shape (n_u,).
         upper: Further upper bounds, shape (n_u,).
-        is_acceleration: Whether these bounds may be left out.
+        is_acceleration: Whether these are acceleration bounds, which may be
+            dropped.
     """
     for j in range(len(lower)):
         program.lower[j] = max(program.lower[j], lower[j])
@@ -405,15 +407,15 @@ def narrow(program, lower, upper, is_acceleration) -> None:
 
 @helper
 def new_row(program, k, b, about):
-    """Begins a row A u <= b of ingredient k, all zero, and returns its number.
+    """Adds a row 0 u <= b of ingredient k, and returns its index in `A`.
 
     Compiled ingredients call it; see `CompiledIngredient`.
 
     Args:
         program: The `ProgramArrays`.
-        k: Number of the ingredient, whose turn it is.
+        k: Number of the calling ingredient.
         b: Right-hand side.
-        about: Subject of the row, a number that the ingredient can name.
+        about: Number of the row's subject, for the ingredient's method `about`.
 
     Example:
         >>> import remosplat_drake as rs

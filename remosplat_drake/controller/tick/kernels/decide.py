@@ -1,4 +1,4 @@
-"""A tick's decision: its program solved, with fallbacks."""
+"""A tick's decision: solves its program, with fallbacks."""
 
 import numpy as np
 
@@ -28,35 +28,36 @@ from remosplat_drake.controller.tick.kernels.share import ease, greatest_share
 from remosplat_drake.signals.tick_report import STATUSES
 
 SOLVE = 3
-"""Number of the Python function that solves programs."""
+"""Index of the Python function that solves programs."""
 
 _WHOLE, _DROPPED, _RELAXED, BRAKING = range(len(STATUSES))
 """Numbers of the statuses in `tick_report.STATUSES`."""
 
 _GENTLE_ORDER = YIELD_ORDER[1:]
-"""Ingredients whose rows are relaxed before acceleration bounds are dropped: a
-retreat from standing things need not be sudden."""
+"""Ingredients whose rows are relaxed before acceleration bounds are dropped,
+since a retreat from standing obstacles need not be sudden."""
 
 _OF_ALONE = 0.5
-"""Largest demand of a relaxed row, as a share of the fastest retreat that it
-alone allows: so a part that can hardly move does not block the others."""
+"""Largest demand of a relaxed row, as a fraction of the fastest retreat that is
+possible for it alone. So a link that can hardly move does not limit the retreat
+of others."""
 
 _TASK = 1e-3
-"""Weight of a missed twist and of linear costs while rows of `_GENTLE_ORDER`
-are relaxed, as a share of their usual weight: motion for other purposes bends
-the way out, and verification rejects bends."""
+"""Factor on the weights of slack and of linear costs while rows of
+`_GENTLE_ORDER` are relaxed. Motion for other purposes would curve the retreat,
+and verification rejects curved retreats."""
 
 _NOTABLE = 2e-3
-"""Speed of the retreat that a row must demand for something to count as too
-near [m/s]: a millimetre inside the scene's stopping distance, by default."""
+"""Demanded speed of retreat from which on an obstacle counts as too near [m/s];
+by default, that is a millimetre inside the scene's stopping distance."""
 
 _DEMANDED = 1e-8
-"""Speed of the retreat that a row must demand for a refused robot to move out
-[m/s]: above rounding, and else nothing is too little."""
+"""Demanded speed of retreat from which on a robot with a rejected command only
+retreats [m/s]; just above rounding."""
 
 _CRAWL = 0.25
-"""Share of a command below which a robot that is notably too near is no longer
-driven to its target, but straight out."""
+"""Scale of a verified command below which a robot that is too near only
+retreats, instead of moving to its target."""
 
 _SELF, _SCENE, _MOVERS, _JOINTS = map(
     PARTS.index,
@@ -68,18 +69,18 @@ _SELF, _SCENE, _MOVERS, _JOINTS = map(
 def decide(program, ramp, strict, is_own_solver, line):
     """Solves the program of a tick, falling back where it has no optimum.
 
-    The program is tried as it stands; then with rows eased that demand a
-    retreat, in `_GENTLE_ORDER`; then without acceleration bounds, as it stands
-    and with rows eased in `YIELD_ORDER`. Rows that are eased demand the
-    greatest share of their retreats that all can have; see `greatest_share`.
-    Last comes a step of the braking ramp. Where the law is strict, acceleration
-    bounds are never left out. Costs yield to all rows; verification, and with
-    it the joint limits themselves, to nothing.
+    The fallbacks are, in this order: the program as it is; with rows that
+    demand a retreat relaxed in `_GENTLE_ORDER`; without acceleration bounds;
+    without them and with rows relaxed in `YIELD_ORDER`; a step of the braking
+    ramp. Relaxed rows demand a common fraction of their retreats, as large as
+    feasible; see `greatest_share`. If the law is strict, acceleration bounds
+    are never dropped. Verification, including the joint limits, is never
+    relaxed.
 
     Args:
-        program: The `ProgramArrays`; falling back changes them.
+        program: The `ProgramArrays`; fallbacks change them.
         ramp: The braking ramp's next step, shape (n_u,).
-        strict: Whether every command keeps to the acceleration bounds.
+        strict: Whether every command must keep the acceleration bounds.
         is_own_solver: Whether the library's own solver is used.
         line: Number of the `PythonCalls`.
 
@@ -110,10 +111,10 @@ def decide(program, ramp, strict, is_own_solver, line):
 
 @helper
 def demanded_retreat(program):
-    """Finds the fastest retreat that rows demand [m/s, rad/s]; 0 if none does.
+    """Finds the fastest retreat that rows demand [m/s, rad/s]; 0 without one.
 
     Args:
-        program: The `ProgramArrays`, before it is decided on.
+        program: The `ProgramArrays`, before `decide`.
     """
     most = 0.0
     for k in (_SELF, _SCENE, _MOVERS, _JOINTS):
@@ -124,13 +125,13 @@ def demanded_retreat(program):
 
 @helper
 def should_retreat(scale, retreat):
-    """Returns whether a robot that is too near shall only move out.
+    """Returns whether a robot that is too near should only retreat.
 
-    Motion towards the target bends the way out, and verification may refuse
-    such a way again and again, since neither changes.
+    Motion towards the target would curve the retreat, and verification might
+    reject it at every tick.
 
     Args:
-        scale: The share of the command that verification has allowed.
+        scale: The scale of the command that verification has allowed.
         retreat: The result of `demanded_retreat` [m/s, rad/s].
     """
     if scale == 0.0:
@@ -140,7 +141,7 @@ def should_retreat(scale, retreat):
 
 @helper
 def least_retreat(program, is_own_solver, line):
-    """Finds the least motion that keeps all rows.
+    """Finds the smallest command that satisfies all rows.
 
     Args:
         program: The `ProgramArrays`, which `decide` has solved. Its linear
@@ -149,7 +150,7 @@ def least_retreat(program, is_own_solver, line):
         line: Number of the `PythonCalls`.
 
     Returns:
-        The command, shape (n_u,), and whether there is one.
+        The command, shape (n_u,), and whether one exists.
     """
     program.linear[:] = 0.0
     program.V[:] = 0.0
@@ -158,10 +159,10 @@ def least_retreat(program, is_own_solver, line):
 
 @helper
 def _eased(program, order, task, is_own_solver, line):
-    """Finds the optimum with rows eased, of one kind after the other.
+    """Finds the optimum with relaxed rows, of one more kind at a time.
 
-    If there is none, the program is unchanged. A missed twist and linear costs
-    count `task` times as much.
+    If there is none, the program is unchanged. The weights of slack and linear
+    costs are multiplied by `task`.
     """
     demanded, price = program.b.copy(), program.price.copy()
     linear = program.linear.copy()
@@ -194,8 +195,8 @@ def _eased(program, order, task, is_own_solver, line):
 def _optimum(program, is_own_solver, line):
     """Finds the optimum of a program, and returns whether there is one.
 
-    The library's own solver leaves some programs undecided by rounding, and
-    does not include terms of Drake's program. Python solves these.
+    If the library's own solver is undecided because of rounding, or if Drake's
+    program has further terms, Python solves the program.
     """
     if program.count[4]:
         return np.zeros(len(program.lower)), False
@@ -211,9 +212,9 @@ def _optimum(program, is_own_solver, line):
 
 @helper
 def _let_yield(program, k):
-    """Lets the rows of ingredient k yield that demand a retreat, if any do.
+    """Marks the rows of ingredient k that demand a retreat as yielding.
 
-    None demands more from now on than it could have by itself.
+    The demand of each row is limited to what is feasible for it alone.
     """
     yields = False
     for i in range(program.rows[k, 0], program.rows[k, 1]):
@@ -229,12 +230,12 @@ def nearest_inside(program):
     """Finds the deepest violation of a stopping distance.
 
     Args:
-        program: The `ProgramArrays`, before it is decided on.
+        program: The `ProgramArrays`, before `decide`.
 
     Returns:
         The number of the ingredient whose row demands the fastest retreat, the
-        row's number among those of the ingredient, and what it is about; the
-        first is NO_PART where nothing is notably too near.
+        row's index among those of the ingredient, and its subject. The first is
+        NO_PART if nothing is notably too near.
     """
     part, index, about, most = NO_PART, 0, 0, -_NOTABLE
     for k in (_SELF, _SCENE):

@@ -1,6 +1,6 @@
 """A whole control tick: its program, the decision, and verification.
 
-This is the tick of simulations, of rollouts and of real robots alike.
+Simulations, rollouts and real robots use the same tick.
 """
 
 from typing import NamedTuple
@@ -56,14 +56,14 @@ UNKNOWN = (
     "clearances are not finite",
     "target is not finite",
 )
-"""Inputs that may be unknown in a tick, so that the robot brakes."""
+"""Texts about unknown inputs of a tick, for which the robot brakes."""
 
 REFUSE = 4
-"""Number of the Python function that names what is unusable in the terms of a
-compiled ingredient."""
+"""Index of the Python function that formats the error of a compiled
+ingredient's terms."""
 
 SCENE = PARTS.index(CollisionDamper)
-"""Number of the ingredient whose rows are of the clearances."""
+"""Number of the ingredient whose rows belong to clearances."""
 
 
 class LawArrays(NamedTuple):
@@ -72,15 +72,15 @@ class LawArrays(NamedTuple):
     Attributes:
         parts: The compiled ingredients.
         has_outside: Whether there are ingredients in Python.
-        outside: None of the terms of these, which say what type these have.
+        outside: An empty example of their terms, which determines the type.
         is_own_solver: Whether the library's own solver is used.
         dt: Control period [s].
-        strict: Whether every command keeps to the acceleration bounds.
+        strict: Whether every command must keep the acceleration bounds.
         influence: Influence distance of the scene [m].
         stopping: Stopping distance from the scene [m].
         verify: Whether commands are verified.
-        near: Where to look whether links are near each other.
-        kept: The memory of verification.
+        near: Settings of the search for near links.
+        kept: Settings of verification.
     """
 
     parts: Parts
@@ -107,10 +107,10 @@ class Settled(NamedTuple):
         kept: `TickReport.kept`.
         tight: `TickReport.tight`.
         binding: The result of `binding_arrays`.
-        yielded: For each relaxed row the number of its ingredient, and what it
-            is about, shape (y, 2).
+        yielded: For each relaxed row the number of its ingredient, and its
+            subject, shape (y, 2).
         inside: The result of `nearest_inside`.
-        unknown: Number in `UNKNOWN` of the unknown input.
+        unknown: Index in `UNKNOWN` of the unknown input.
     """
 
     command: np.ndarray
@@ -159,7 +159,7 @@ def settle_tick(
         rows: The `RowArrays` of the clearances.
         q: Configuration, shape (n_q,) [rad, m].
         u_previous: The command that was sent last, shape (n_u,).
-        periods: How many control periods ago that was.
+        periods: Number of control periods since then.
         guidance: The `GuidanceArrays`.
         line: Number of the `PythonCalls`.
 
@@ -203,7 +203,7 @@ def settle_tick(
 
 @helper
 def what_is_unknown(q, rows, aim) -> int:
-    """Finds which input of a tick is unknown, by its number in `UNKNOWN`.
+    """Returns the index in `UNKNOWN` of the unknown input of a tick.
 
     Args:
         q: Configuration, shape (n_q,) [rad, m].
@@ -234,9 +234,9 @@ def settle(law, given, now, ahead, aim, is_known, u_previous, ramp, guidance):
             clearances; the `MoverArrays` at their present age; and the
             `MotionArrays`.
         now: The time of the tick [s].
-        ahead: How far ahead of the present a rollout's tick is [s].
+        ahead: Time of a rollout's tick since the rollout's start [s].
         aim: The `AimArrays`.
-        is_known: Whether all of that is: the robot brakes where it is not.
+        is_known: Whether all inputs are known; otherwise the robot brakes.
         u_previous: The command that is being executed, shape (n_u,).
         ramp: The braking ramp's next step, shape (n_u,).
         guidance: The `GuidanceArrays`.
@@ -288,7 +288,7 @@ def _whole_program(law, given, ahead, aim, u_previous, guidance):
     """Builds the program of all ingredients, those from outside last.
 
     Returns:
-        The `ProgramArrays`, and whether all terms of it can be used.
+        The `ProgramArrays`, and whether all terms are usable.
     """
     robot, placed, state, rows, movers, motion = given
     program, refused, ended = assemble(
@@ -315,7 +315,7 @@ def _whole_program(law, given, ahead, aim, u_previous, guidance):
 
 @helper
 def _yielded(program):
-    """Finds the rows that yielded, ingredient by ingredient."""
+    """Finds the rows that yielded, by ingredient."""
     found, count = np.empty((program.count[0], 2), np.int64), 0
     for part in range(len(program.rows)):
         for i in range(program.rows[part, 0], program.rows[part, 1]):

@@ -1,7 +1,7 @@
-"""Finds the greatest share of the retreats that rows demand.
+"""Finds the greatest feasible fraction of the retreats that rows demand.
 
-Rows with negative right-hand sides demand that something moves away. If not all
-of these demands are possible at once, they get the same share, which is as
+Rows with negative right-hand sides demand a retreat. If not all demands are
+feasible together, they are scaled by a common factor, the share, which is as
 large as the other rows and the bounds allow.
 """
 
@@ -17,8 +17,8 @@ from remosplat_drake.controller.program.active_set import (
 from remosplat_drake.controller.program.kernels.dense import prune
 
 _PRICE = 1e-8
-"""Price of the command beside that of the share: it makes the program strictly
-convex."""
+"""Weight of the squared command relative to that of the share, which makes the
+program strictly convex."""
 
 _TAKEN = 0.9
 """Fraction of the greatest feasible share that relaxed rows demand. All of
@@ -28,7 +28,7 @@ vertices of the feasible set."""
 
 @kernel(returns=REAL)
 def greatest_share(program) -> float:
-    """Finds the greatest share of rows' demands that all can have at once.
+    """Finds the greatest common factor of rows' demands that is feasible.
 
     Let R be the rows that yield. The share is the largest s in [0, 1] for which
     a command u within the bounds keeps
@@ -37,7 +37,7 @@ def greatest_share(program) -> float:
         a_i u <= b_i     for all others
 
     Args:
-        program: The `ProgramArrays`, whose rows that yield are `raised`.
+        program: The `ProgramArrays`, with the yielding rows marked in `raised`.
 
     Returns:
         The share; negative if not even s = 0 allows a command.
@@ -72,7 +72,7 @@ def greatest_share(program) -> float:
 
 @helper
 def ease(program, share) -> None:
-    """Lets the rows that yield demand no more than a share.
+    """Scales the demands of yielding rows by a share.
 
     Args:
         program: The `ProgramArrays`.

@@ -1,17 +1,18 @@
-"""Bounds on distances between two looks at them.
+"""Bounds on distances between two samples (looks).
 
-A gap is a distance that hangs on one point which moves with the robot, and
-changes by no more than that point moves: from a sphere's centre to the scene,
-or between two spheres, where the point is the vector between their centres.
-Its room is what it has above the level that it must keep.
+A gap is a distance that depends on one moving point, and changes by at most the
+motion of that point: the distance from a sphere's centre to the scene, or the
+distance between two spheres, where the point is the vector between their
+centres. The room of a gap is its distance minus its level, the distance that it
+must keep.
 
-Between two looks, with rooms r_0 and r_1 and a point that has travelled s in
-all, the room falls to no less than (r_0 + r_1 - s) / 2.
+Let r_0 and r_1 be the rooms at two looks, and s the length of the point's path
+between them. In between, the room is at least (r_0 + r_1 - s) / 2.
 
-The way s is bounded, not known. Let a bound how fast the point's velocity v
-changes, and t be the time between the looks. At the time x after the first, v
-differs from its mean by at most a (x^2 + (t - x)^2) / (2 t), so the way is at
-most a t^2 / 3 longer than the straight line between the two places.
+For s there is an upper bound. Let a be a bound on the point's acceleration, and
+t the time between the looks. At the time x after the first look, the velocity
+differs from its mean by at most a (x^2 + (t - x)^2) / (2 t). So s is at most a
+t^2 / 3 larger than the straight distance between the two positions.
 """
 
 import math
@@ -21,23 +22,24 @@ import numpy as np
 from remosplat_drake.base.kernels import helper, kernel
 
 TOLERANCE = 5e-4
-"""How far distances may fall below their level between two looks [m].
+"""Amount by which distances may fall below their level between two looks [m].
 
-Without it a sphere that glides along an obstacle at its stopping distance
-could never be shown to keep it.
+Without it, no motion of a sphere along an obstacle at its stopping distance
+could be verified.
 """
 
 _ROUNDING = 1e-9
-"""Rounding errors of distances [m]."""
+"""Bound on rounding errors of distances [m]."""
 
 
 @helper
 def tolerated(level, stopping) -> float:
-    """Computes how far below its level a distance may fall [m].
+    """Computes the amount by which a distance may fall below its level [m].
 
-    A late tick ends between two looks, and the next one takes the distance
-    there for its level. So that distances cannot creep down, one that is a
-    little below the stopping distance falls no lower than one that keeps it.
+    A late tick ends between two looks, and the next tick takes the distance
+    there as its level. To prevent distances from creeping down, a distance
+    slightly below the stopping distance may fall no lower than one at the
+    stopping distance.
 
     Args:
         level: The level: the distance to keep, or the present one if that is
@@ -64,7 +66,7 @@ def apart(p, q) -> float:
 
 @helper
 def bend_of(bound, speed) -> float:
-    """Bounds how fast a sphere's velocity changes while u is held [m/s^2].
+    """Bounds a sphere's acceleration while u is held [m/s^2].
 
     Args:
         bound: The sphere's part of `RobotModel.hessian_bound`, shape (n_u,
@@ -80,29 +82,28 @@ def bend_of(bound, speed) -> float:
 
 @helper
 def longest_way(p, q, bend, time) -> float:
-    """Bounds the length of a moving point's way between two places [m].
+    """Bounds the length of a point's path between two positions [m].
 
     Args:
-        p: The first place, shape (3,) [m].
-        q: The second place, shape (3,) [m].
-        bend: Bound on how fast the point's velocity changes [m/s^2].
-        time: Time between the two places [s].
+        p: The first position, shape (3,) [m].
+        q: The second position, shape (3,) [m].
+        bend: Bound on the point's acceleration [m/s^2].
+        time: Time between the two positions [s].
     """
     return apart(p, q) + bend * time * time / 3.0
 
 
 @kernel(linked=True)
 def longest_ways(point, span, bend):
-    """Bounds the ways of n points from each of k + 1 looks to the next.
+    """Bounds the paths of n points from each of k + 1 looks to the next.
 
     Args:
-        point: Where each point is at each look, shape (k + 1, n, 3) [m].
+        point: Position of each point at each look, shape (k + 1, n, 3) [m].
         span: Time between two looks, shape (k, n) [s].
-        bend: Bounds on how fast the points' velocities change, shape (n,)
-            [m/s^2].
+        bend: Bounds on the points' accelerations, shape (n,) [m/s^2].
 
     Returns:
-        Bounds on the lengths of the ways, shape (k, n) [m].
+        Bounds on the lengths of the paths, shape (k, n) [m].
     """
     k, n = span.shape
     way = np.empty((k, n))
@@ -116,24 +117,25 @@ def longest_ways(point, span, bend):
 
 @kernel(linked=True)
 def known_rooms(point, start, room, way, tolerance):
-    """Bounds rooms without a look, and returns where that is not sufficient.
+    """Bounds rooms without a query, and computes the required rooms.
 
-    A room is the excess of a distance over the level that it must keep. A point
-    that has moved by x from its start has lost at most x of its room there.
+    A room is the excess of a distance over its level. If a point has moved by x
+    from its start, its room has decreased by at most x.
 
     Args:
-        point: Where each of n points is at each of k looks, shape (k, n, 3)
+        point: Position of each of n points at each of k looks, shape (k, n, 3)
             [m].
-        start: Where the room of each point is known, shape (n, 3) [m].
+        start: Position at which the room of each point is known, shape (n, 3)
+            [m].
         room: The rooms at `start`, shape (n,) [m].
-        way: Bounds on the ways before each look, and after the last where
-            there is something after it, shape (k or k + 1, n) [m].
-        tolerance: How far below zero each room may fall between two looks,
-            shape (n,) [m].
+        way: Bounds on the paths before each look, and after the last one if the
+            path continues, shape (k or k + 1, n) [m].
+        tolerance: Amount by which each room may fall below zero between two
+            looks, shape (n,) [m].
 
     Returns:
-        Lower bounds of the rooms, and the values beyond which the ways beside
-        them are clear, shape (k, n) each [m].
+        Lower bounds on the rooms, and the rooms with which the adjacent parts
+        of the paths are clear, shape (k, n) each [m].
     """
     k, n = point.shape[:2]
     known = np.empty((k, n))

@@ -1,4 +1,4 @@
-"""Finds the least margin of the protective separation distance, in one call."""
+"""Kernel that finds the least margin of the protective separation distance."""
 
 import numpy as np
 
@@ -19,7 +19,8 @@ from remosplat_drake.scene.kernels.mover_reach import (
 def least_margin(robot, state, movers, u, monitoring, tube):
     """Finds the sphere and the mover whose distance exceeds S_p the least.
 
-    `protective_separation.py` has the same in NumPy, and explains the terms.
+    `protective_separation.py` computes the same in NumPy, and defines the
+    terms.
 
     Args:
         robot: The `RobotArrays`.
@@ -30,8 +31,8 @@ def least_margin(robot, state, movers, u, monitoring, tube):
         tube: Z_r of each sphere, shape (n,) [m].
 
     Returns:
-        The sphere and the mover, -1 where there are none, their distance, and
-        their S_p [m].
+        The sphere and the mover, -1 without movers, their distance, and their
+        S_p [m].
     """
     separation, reaction, braking, braking_way = monitoring
     now, way = reaction + braking, reaction + braking_way
@@ -80,7 +81,7 @@ def _fastest(robot, u):
 
 @helper
 def _rate(robot, state, i, n_W, u):
-    """The speed of a sphere along a direction at a command [m/s]."""
+    """Computes the speed of a sphere along a direction at a command [m/s]."""
     row, rate = np.zeros(len(u)), 0.0
     body, p_WS = robot.body_S[i], state.p_WS[i]
     add_rate(robot, state, body, p_WS, n_W, 1.0, row)

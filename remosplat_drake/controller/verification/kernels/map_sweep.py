@@ -1,8 +1,8 @@
-"""Checks that spheres keep off a map all along a path.
+"""Checks that spheres keep their distances from a map along a path.
 
-The map is queried from coarse to fine. If it is still unknown in the end
-whether the path is clear, the path is rejected. For a map that is not
-1-Lipschitz, nothing is known between the looks.
+The map is queried from coarse to fine. A path that is undecided after the
+finest queries is rejected. For a map that is not 1-Lipschitz, nothing is
+guaranteed between the looks.
 """
 
 import numpy as np
@@ -24,10 +24,10 @@ from remosplat_drake.signals.compiled_map import (
 )
 
 PIECES = 4
-"""Number of pieces into which the time between two looks is cut."""
+"""Number of pieces into which the time between two looks is divided."""
 
 ROUNDS = 5
-"""How often that is done; a path that is undecided after 4^5 pieces is
+"""Number of such divisions; a path that is undecided after 4^5 pieces is
 rejected."""
 
 
@@ -35,8 +35,8 @@ rejected."""
 def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
     """Returns whether all spheres keep their distance from a map on a path.
 
-    They keep it at the path's `times`, and less a tolerance at all times in
-    between, see `between_looks.py`.
+    At the path's `times` they keep the distance, in between the distance minus
+    a tolerance; see `between_looks.py`.
 
     Args:
         robot: The `RobotArrays`.
@@ -47,8 +47,8 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
         clearance: Clearances of the spheres at the start, or lower bounds of
             them, shape (n,) [m].
         level: Clearance that each sphere must keep, shape (n,) [m].
-        tolerance: How far below its level each clearance may fall between the
-            path's times, shape (n,) [m].
+        tolerance: Amount by which each clearance may fall below its level
+            between the path's times, shape (n,) [m].
     """
     knows_between = is_lipschitz(placed[0])
     if knows_between:
@@ -110,7 +110,7 @@ def sweeps_clear(robot, path, placed, p_WS, clearance, level, tolerance):
 
 @helper
 def _within_reach(robot, path, room):
-    """Finds the spheres that may use up their rooms on a path."""
+    """Finds the spheres whose rooms may become negative on a path."""
     near, count = np.empty(len(room), np.int64), 0
     for i in range(len(room)):
         if not travel_of(robot, path, i) < room[i]:
@@ -121,7 +121,7 @@ def _within_reach(robot, path, room):
 
 @helper
 def travel_of(robot, path, i):
-    """Bounds the length of a sphere's way on a path [m].
+    """Bounds the length of a sphere's motion along a path [m].
 
     Args:
         robot: The `RobotArrays`.
@@ -141,21 +141,21 @@ def travel_of(robot, path, i):
 
 @helper
 def _clear_between(robot, path, placed, gap, ends, places, tolerance):
-    """Looks between two times, again and again, at one sphere.
+    """Checks one sphere between two times, by repeated division.
 
     Args:
         robot: The `RobotArrays`.
         path: The `PathArrays`.
         placed: The map.
-        gap: The sphere, its level, its room at the start, the bound on the
-            change of its velocity, and the largest queried distance.
+        gap: The sphere, its level, its room at the start, the bound on its
+            acceleration, and the largest queried distance.
         ends: Times before and after, and the rooms there.
         places: The sphere's centre at the start, before and after.
-        tolerance: How far below its level a clearance may fall [m].
+        tolerance: Amount by which a clearance may fall below its level [m].
     """
     i, level, at_start, bend, reach = gap
     start, p_before, p_after = places
-    # Pieces that are left: times and rooms at their ends, and their depths.
+    # Remaining pieces: times and rooms at their ends, and their depths.
     most = ROUNDS * PIECES
     left = np.empty((most, 4))
     centers = np.empty((most, 2, 3))
@@ -206,7 +206,7 @@ def _clear_between(robot, path, placed, gap, ends, places, tolerance):
 
 @helper
 def _place(robot, path, time, i, p, R):
-    """Fills in where a sphere is at a time on a path, and how it is turned."""
+    """Writes a sphere's position and orientation at a time on a path."""
     X_WB, _ = body_poses(robot.tree, place(path, time))
     X = X_WB[robot.body_S[i]]
     for r in range(3):
@@ -218,10 +218,10 @@ def _place(robot, path, time, i, p, R):
 
 @helper
 def keeps_joint_limits(path, lower, upper):
-    """Returns whether each joint stays within its limits, or no farther out.
+    """Returns whether joints stay within limits, or no farther outside.
 
-    Joints move one way on each piece of a path, so the ends of these are
-    enough.
+    On each piece of a path, joints move monotonically, so checking the ends of
+    pieces suffices.
 
     Args:
         path: The `PathArrays`.

@@ -1,9 +1,9 @@
-"""Checks that spheres keep off movers, all along a path to a standstill.
+"""Checks that spheres keep away from movers, along a path to a standstill.
 
 A moving sphere must be clear of all positions that movers may have reached by
-then, or move away from all of them. A sphere at rest may be touched, since then
-the mover causes the contact. So a path is checked until its end, and spheres
-that do not move along it are not checked.
+that time, or move away from all of them. A sphere at rest may be touched, since
+the mover then causes the contact. So the whole path is checked, except for
+spheres that do not move along it.
 """
 
 import math
@@ -33,13 +33,13 @@ from remosplat_drake.scene.kernels.mover_reach import (
 
 @kernel(returns=TRUTH)
 def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
-    """Returns whether all spheres keep off all movers on a path.
+    """Returns whether all spheres keep away from all movers on a path.
 
-    At the path's looks each sphere that moves keeps min(separation, its
-    present distance) from wherever a mover can be then, and less a tolerance
-    in between; or else it moves, from look to look, away from wherever the
-    mover can touch it. One that is touched already, or nearly, has no such
-    distance: it rests or retreats until the mover has let go.
+    At each look of the path, a moving sphere keeps min(separation, its present
+    distance) from all possible positions of a mover, and in between that
+    distance minus a tolerance. Or else, from look to look, it moves away from
+    all positions at which the mover can touch it. A sphere that is already
+    touched, or nearly, must rest or retreat until the contact ends.
 
     Args:
         robot: The `RobotArrays`.
@@ -47,9 +47,9 @@ def keeps_off_movers(robot, path, movers, p_WS, separation, tube, tolerance):
         movers: The `MoverArrays`, whose age is that at the path's start.
         p_WS: Centres of the n spheres in W at the start, shape (n, 3) [m].
         separation: The distance to keep [m].
-        tube: By how much spheres may be off the path, shape (n,) [m].
-        tolerance: How far below its level a distance may fall between two
-            looks [m].
+        tube: Bounds on spheres' deviations from the path, shape (n,) [m].
+        tolerance: Amount by which a distance may fall below its level between
+            two looks [m].
     """
     if len(movers.radius) == 0:
         return True
@@ -90,13 +90,13 @@ def _within_reach(robot, path, movers, p_WS, kept, least):
         path: The `PathArrays`.
         movers: The `MoverArrays`.
         p_WS: Centres of the n spheres in W at the start, shape (n, 3) [m].
-        kept: The distance to keep, or the present one if that is less, shape
+        kept: The distance to keep, or the present one if it is smaller, shape
             (n,) [m].
-        least: Required distance in that case, shape (n,) [m].
+        least: Least required distance, shape (n,) [m].
 
     Returns:
-        The pairs, shape (m, 2), the level that each keeps, and the room that
-        it has above it at the start, shape (m,) each [m].
+        The pairs, shape (m, 2), the level of each, and its room at the start,
+        shape (m,) each [m].
     """
     n, k, last = len(p_WS), len(movers.radius), path.clock[-1]
     pair = np.empty((n * k, 2), np.int64)
@@ -130,7 +130,7 @@ def _within_reach(robot, path, movers, p_WS, kept, least):
 
 @helper
 def _spheres_of(pair, n):
-    """Lists the spheres of pairs, each once, and where each of n is listed."""
+    """Lists the spheres of pairs, each once, and each sphere's index in it."""
     near, place_of = np.empty(n, np.int64), np.full(n, -1)
     count = 0
     for m in range(len(pair)):
@@ -147,8 +147,8 @@ def _looks_at_movers(movers, times):
 
     Returns:
         Their orientations, shape (k, s, 3, 3), their origins, shape (k, s, 3)
-        [m], how far they can be from there, shape (k, s) [m], and how fast the
-        prediction moves, shape (k,) [m/s].
+        [m], their reaches, shape (k, s) [m], and bounds on their predicted
+        speeds, shape (k,) [m/s].
     """
     k, s = len(movers.radius), len(times)
     R_WM, p_WM = np.empty((k, s, 3, 3)), np.empty((k, s, 3))
@@ -163,21 +163,21 @@ def _looks_at_movers(movers, times):
 
 @helper
 def _pair_is_kept(movers, seen, pair, sphere, tolerance):
-    """Returns whether one sphere keeps off one mover.
+    """Returns whether one sphere keeps away from one mover.
 
-    The motions of the sphere and the mover since the start bound the loss of
-    distance between them. Their distance is computed only if that is not
-    sufficient.
+    The motions of sphere and mover since the start bound the decrease of their
+    distance. The distance is computed only if this bound is not sufficient.
 
     Args:
         movers: The `MoverArrays`.
         seen: The result of `_looks_at_movers`.
-        pair: The mover, the radii of both together, the level that they keep,
-            and the room that they have above it at the start.
+        pair: The mover, the sum of both radii, the level, and the room at the
+            start.
         sphere: The times of the s looks, the centres then, shape (s, 3), and
-            bounds on the ways from look to look, shape (s - 1,).
-        tolerance: How far below its level a distance may fall between two
-            looks [m].
+            bounds on the lengths of its paths from look to look, shape (s - 1,)
+            [m].
+        tolerance: Amount by which a distance may fall below its level between
+            two looks [m].
     """
     R_WM, p_WM, grown, speed = seen
     j, touching, level, at_start = pair
@@ -215,15 +215,15 @@ def _pair_is_kept(movers, seen, pair, sphere, tolerance):
 
 @helper
 def _retreats(movers, seen, j, then, k, point, way, touching):
-    """Whether a sphere's way before look k leads away from a mover.
+    """Whether a sphere moves away from a mover before look k.
 
-    The mover is seen where it is at the look `then`, and the sphere from both
-    ends of its way. On the chord x between these the direction n to a convex
-    core turns away from x, so that the ends are the worst. The sphere moves on
-    an arc. With a bound a on how fast its velocity changes, in a time t it is
-    up to a t^2 / 8 beside the chord, and its velocity up to a t / 2 beside
-    x / t; and n, seen from a depth h, turns by no more than the way beside the
-    chord over h.
+    The mover's position is that at the look `then`; the sphere is examined at
+    both ends of its path. Along the chord x between the ends, the direction n
+    to a convex core turns away from x, so the ends are the worst cases. The
+    sphere itself moves on an arc. With a bound a on its acceleration, in a time
+    t it deviates by at most a t^2 / 8 from the chord, and its velocity by at
+    most a t / 2 from x / t. At the depth h, n turns by at most the deviation
+    from the chord divided by h.
     """
     R_WM, p_WM, grown, _ = seen
     x = point[k, 0] - point[k - 1, 0]

@@ -1,7 +1,7 @@
-"""Checks that pairs of convex shapes keep apart all along a path.
+"""Checks that pairs of convex shapes keep their distances along a path.
 
-Coarse before fine: a pair is checked at the start and the end of the path, and
-in between only if these two looks are not sufficient.
+A pair is first checked at the start and the end of the path, and in between
+only if these two looks are not sufficient.
 """
 
 import numpy as np
@@ -30,23 +30,23 @@ from remosplat_drake.robot.self_collision.kernels.pair_distance import (
 )
 
 _HALVINGS = 10
-"""How often a tick is halved; an undecided path is then rejected."""
+"""Number of halvings of a tick, after which an undecided path is rejected."""
 
 
 @kernel(returns=TRUTH)
 def pairs_keep_apart(tree, path, own, stopping, off):
     """Returns whether all pairs keep min(stopping, present distance) on a path.
 
-    Between the times of the path distances may fall below that as `tolerated`
-    says.
+    Between the times of the path, distances may be smaller by the amount that
+    `tolerated` computes.
 
     Args:
         tree: The `TreeArrays`, packed.
         path: The `PathArrays`.
         own: The pairs as `SelfClearance.arrays`.
         stopping: Distance that all pairs keep [m].
-        off: Additional distance of the pairs of each of l pairs of links, since
-            the robot may be off its path, shape (l,) [m].
+        off: Additional distance for each of l pairs of links, since the robot
+            may deviate from its path, shape (l,) [m].
     """
     pairs, rate, lever, turns = own.pairs, own.rate, own.lever, own.turns
     first, second, start = pairs.first, pairs.second, pairs.start
@@ -68,7 +68,8 @@ def pairs_keep_apart(tree, path, own, stopping, off):
     work = make_work()
     for link in range(len(boxes)):
         farthest = travel[link, -1]
-        # A motion of neither link changes nothing, in spite of rounding.
+        # If neither link moves, the distance is constant despite rounding
+        # errors.
         if farthest == 0.0:
             continue
         a, b = boxes[link]
@@ -103,11 +104,11 @@ def pairs_keep_apart(tree, path, own, stopping, off):
 
 @helper
 def _pair_keeps_apart(given, looks, pair, travel, room, tolerance, work):
-    """Tells the same of one pair; places of links serve other pairs, too."""
+    """Checks one pair; computed poses are shared with other pairs."""
     tree, shapes, path = given
     knots, X_WL, p_WC, is_placed = looks
-    # What lies before `left` is clear; it goes from there to the last of
-    # `rights`, which nears it by halves where that is too far.
+    # The path before `left` is clear. The next part ends at the last of
+    # `rights`, which is halved if the part is too long.
     left = 0
     rights = np.empty(64, np.int64)
     rights[0] = len(knots) - 1
@@ -119,7 +120,7 @@ def _pair_keeps_apart(given, looks, pair, travel, room, tolerance, work):
             is_placed[right] = True
         time = knots[right] - knots[left]
         if right - left > 1 and len(travel) == len(knots):
-            # Velocities jump between the pieces that lie within.
+            # Velocities jump between the pieces inside this part.
             way = travel[right] - travel[left]
         else:
             way = _way(shapes, X_WL[left], X_WL[right], pair, time)
@@ -142,9 +143,9 @@ def _pair_keeps_apart(given, looks, pair, travel, room, tolerance, work):
 
 @helper
 def _keeps_apart_within(given, looks, pair, knot, rooms, tolerance, work):
-    """Tells the same of one pair within the tick before a knot.
+    """Checks one pair within the tick before a knot.
 
-    Here, distances may fall below their level by the tolerance.
+    There, distances may fall below their level by the tolerance.
     """
     tree, shapes, path = given
     knots, X_WL, p_WC, _ = looks
@@ -193,7 +194,7 @@ def _place(tree, shapes, path, time, X_WL, p_WC):
 def _room(shapes, X_WL, p_WC, pair, way, work):
     """Computes the excess of a pair's distance over its level [m].
 
-    A lower bound, if it exceeds the ways beside the look.
+    The result is a lower bound if that exceeds the paths next to the look.
     """
     i, j, level, _ = pair
     enough = level + 2.0 * way
@@ -202,7 +203,7 @@ def _room(shapes, X_WL, p_WC, pair, way, work):
 
 @helper
 def _way(shapes, X_WL, Y_WL, pair, time):
-    """Bounds the way of the second shape as seen from the first [m]."""
+    """Bounds the path of the second shape relative to the first [m]."""
     center, reach, body = shapes.center, shapes.reach, shapes.body
     i, j, _, bend = pair
     return relative_way(

@@ -1,4 +1,4 @@
-"""Configurations on a path of pieces on which velocities are held."""
+"""Configurations on a path with piecewise constant velocities."""
 
 from typing import NamedTuple
 
@@ -10,24 +10,24 @@ from remosplat_drake.robot.kinematics import advance
 
 
 class PathArrays(NamedTuple):
-    """A sequence of s pieces, on each of which velocities are held.
+    """A path of s pieces, on each of which velocities are constant.
 
     The arm's joints move on a straight line, the base on an arc.
 
     Attributes:
-        starts: Configurations at which the pieces begin, shape (s, n_q)
-            [rad, m].
+        starts: Configurations at the start of each piece, shape (s, n_q) [rad,
+            m].
         rates: Velocities on the pieces, shape (s, n_u) [rad/s, m/s].
-        since: When the pieces begin, from 0 on, shape (s,) [s].
+        since: Start time of each piece; the first is 0, shape (s,) [s].
         n_base: Number of base commands, 3, 2 or 0.
-        times: When the path is looked at, ascending to its end, shape (k,)
-            [s]; the ends of all pieces are among them.
-        clock: Earliest time of the robot at each look, shape (k,) [s], at which
-            movers are evaluated.
-        peak: Greatest speeds on the path, or commanded on it, shape (n_u,)
+        times: Times of the looks, ascending, up to the path's end, shape (k,)
+            [s]; they include the ends of all pieces.
+        clock: Earliest clock time of the robot at each look, for which movers
+            are predicted, shape (k,) [s].
+        peak: Greatest actual or commanded speeds on the path, shape (n_u,)
             [rad/s, m/s].
-        tube: By how much positions may be off the path, as shares of `peak`,
-            shape (n_u,) [s].
+        tube: Bounds on deviations from the path, divided by `peak`, shape
+            (n_u,) [s].
     """
 
     starts: np.ndarray
@@ -50,14 +50,14 @@ PATH = named(
 
 @kernel(returns=PATH)
 def held(q, u, n_base, times, clock) -> PathArrays:
-    """Makes the path on which one command is held.
+    """Makes the path of one held command.
 
     Args:
         q: Configuration at which the path starts, shape (n_q,) [rad, m].
         u: The command, shape (n_u,).
         n_base: Number of base commands, 3, 2 or 0.
-        times: When the path is looked at, ascending, shape (k,) [s].
-        clock: When the robot is there at the earliest, shape (k,) [s].
+        times: Times of the looks, ascending, shape (k,) [s].
+        clock: Earliest clock time of the robot at each look, shape (k,) [s].
     """
     starts, rates = np.empty((1, len(q))), np.empty((1, len(u)))
     _set_row(starts, 0, q)
@@ -100,12 +100,12 @@ def places(path, times):
 
 @kernel
 def chain(q, rates, spans, n_base):
-    """Computes where the pieces of a path begin, each at the end of another.
+    """Computes the configurations at the starts of consecutive pieces.
 
     Args:
         q: Configuration at the start, shape (n_q,).
         rates: Velocities on the pieces, shape (s, n_u).
-        spans: How long the pieces last, shape (s,) [s].
+        spans: Durations of the pieces, shape (s,) [s].
         n_base: Number of base commands, 3, 2 or 0.
 
     Returns:
@@ -131,6 +131,6 @@ def peak_speed(rates):
 
 @helper
 def _set_row(out, row, values):
-    """Copies a vector to a row; compiled sooner than NumPy's own way."""
+    """Copies a vector to a row; compiles faster than NumPy's assignment."""
     for j in range(len(values)):
         out[row, j] = values[j]

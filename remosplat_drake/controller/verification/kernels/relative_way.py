@@ -1,14 +1,14 @@
-"""Bounds the way of a link, as seen from another, between two looks.
+"""Bounds the motion of a link relative to another, between two looks.
 
-Let the core of a shape of B be a hull that lies within the reach r of its
-centre C, and let C be at p and B be turned by R as seen from A. No point of the
-hull moves, seen from A, by more than C does plus r times the angle that B turns
-by, and no distance between A and B changes by more than that.
+Let the core of a shape of link B be a hull within the radius r of its centre C,
+and let p and R be the position of C and the orientation of B in A. Relative to
+A, each point of the hull moves by at most the motion of C plus r times the
+angle by which B turns. No distance between A and B changes by more than that.
 
-The way of C is bounded as in `between_looks`. So is the angle: the rotation
-matrix R is a point, too, whose velocity has the Frobenius norm sqrt(2) times
-the angular speed, and changes by no more than sqrt(2) times the square of the
-sum of all joint speeds between A and B.
+The motion of C is bounded as in `between_looks`, and so is the angle. For this
+purpose, the matrix R is a point whose velocity has the Frobenius norm sqrt(2)
+times the angular speed; its acceleration is at most sqrt(2) times the square of
+the sum of all joint speeds between A and B.
 """
 
 import math
@@ -22,12 +22,13 @@ from remosplat_drake.base.kernels import helper
 def relative_bend(lever, turns, speed, offset, reach):
     """Bounds how fast the velocity of a shape's points changes [m/s^2].
 
-    It is the bound a for `relative_way`, of the centre and of the turn.
+    It is the bound a for `relative_way`, for the centre and the rotation
+    together.
 
     Args:
         lever: The result of `relative_motion.levers` for the two links, shape
             (n_u,) [m].
-        turns: Which commands turn, shape (n_u,), bool.
+        turns: Which commands are of revolute joints, shape (n_u,), bool.
         speed: Absolute values of the command, shape (n_u,).
         offset: Distance of the shape's centre from its link's origin [m].
         reach: Largest distance of the hull's points from the centre [m].
@@ -42,7 +43,7 @@ def relative_bend(lever, turns, speed, offset, reach):
             if lever[b] < 0.0:
                 continue
             if turns[a] and turns[b]:
-                # The joint that is farther out is carried by the other.
+                # The inner joint carries the outer one.
                 arm = min(lever[a], lever[b]) + offset
                 total += arm * speed[a] * speed[b]
             elif turns[a] or turns[b]:
@@ -52,7 +53,7 @@ def relative_bend(lever, turns, speed, offset, reach):
 
 @helper
 def relative_way(X_WL, Y_WL, a, b, center, reach, bend, time):
-    """Bounds the way of any point of a shape of B, as seen from A [m].
+    """Bounds the path of any point of a shape of B relative to A [m].
 
     Args:
         X_WL: Poses of all bodies at one look, shape (n, 4, 4).
@@ -81,7 +82,7 @@ def relative_way(X_WL, Y_WL, a, b, center, reach, bend, time):
 
 @helper
 def _center_seen(X_WL, a, b, center, r):
-    """Coordinate r of a point of B in A [m]."""
+    """Returns coordinate r in A of a point of B [m]."""
     seen = 0.0
     for k in range(3):
         p_W = X_WL[b, k, 3] - X_WL[a, k, 3]
@@ -93,12 +94,12 @@ def _center_seen(X_WL, a, b, center, r):
 
 @helper
 def travels(path, rate):
-    """Bounds how distances have changed by the ends of a path's s pieces.
+    """Bounds changes of distances from the start to the ends of s pieces.
 
     Args:
         path: The `PathArrays`.
-        rate: Bounds on how fast the distances of each of l pairs of links
-            change with each entry of the command, shape (l, n_u).
+        rate: Bounds on the rates of distances of l pairs of links per entry of
+            the command, shape (l, n_u).
 
     Returns:
         The bounds, shape (l, s + 1) [m].

@@ -1,4 +1,4 @@
-"""Places spheres along a path, and bounds their rooms by that alone."""
+"""Places spheres along a path, and bounds their rooms without queries."""
 
 import numpy as np
 
@@ -26,18 +26,17 @@ def look_along(robot, path, sphere, start, room, tolerance):
         sphere: Indices of the spheres, shape (n,).
         start: Centres of the spheres in W at the start of the path, shape
             (n, 3) [m].
-        room: What the spheres' clearances have above their levels at the
-            start of the path, shape (n,) [m].
-        tolerance: How far below zero each room may fall between two looks,
-            shape (n,) [m].
+        room: Rooms of the spheres (clearances minus levels) at the start of the
+            path, shape (n,) [m].
+        tolerance: Amount by which each room may fall below zero between two
+            looks, shape (n,) [m].
 
     Returns:
         The centres in W at the start and at the times, shape (k + 1, n, 3)
         [m]; the orientations of the spheres' links at the times, shape
-        (k, n, 3, 3); bounds on how fast the spheres' velocities change, shape
-        (n,) [m/s^2]; bounds on the ways between the looks, shape (k, n) [m];
-        and the rooms that are known and that are wanted, both as in
-        `known_rooms`, shape (k, n) each [m].
+        (k, n, 3, 3); bounds on the spheres' accelerations, shape (n,) [m/s^2];
+        bounds on the paths between the looks, shape (k, n) [m]; and the known
+        and the required rooms of `known_rooms`, shape (k, n) each [m].
     """
     tree, body, p_BS = robot.tree, robot.body_S[sphere], robot.p_LS[sphere]
     times = path.times

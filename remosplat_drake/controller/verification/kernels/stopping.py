@@ -1,14 +1,14 @@
-"""The path of a command: one tick of it and its braking ramp, to a standstill.
+"""The path of a command: one tick and its braking ramp, to a standstill.
 
-A robot that executes commands at once needs one piece. The ramp shrinks the
-whole command evenly, so tick and ramp follow the path on which u is simply
-held, only slower and slower. Time on the path is counted as if u were held. A
-robot that executes a smaller share of u, or brakes earlier, stays on this path.
-It ends where a station ends that hears nothing more, and so brakes last.
+For a robot without delay, the path has one piece. The ramp scales the whole
+command, so tick and ramp follow the path of a held u at decreasing speed. Time
+on the path is that of a held u. A robot that executes a smaller fraction of u,
+or brakes earlier, stays on this path. The path ends where a station stops that
+receives no further command, and so brakes latest.
 
-If actuators have delays and lags, each its own, the path is that of their
-model: commands in flight, then the command, then its ramp, until all has
-settled. Time is then that of the clock.
+If actuators have delays and lags, the path is that of their model: commands in
+flight, then the command, then its ramp, until all axes have settled. Time on
+the path is then clock time.
 """
 
 import math
@@ -29,10 +29,10 @@ from remosplat_drake.robot.braking import (
 )
 
 _SETTLED = 6.0
-"""Time constants after which the rest of a lag is one last piece."""
+"""Number of time constants after which the rest of a lag is one last piece."""
 
 _GROWTH = 1.5
-"""How much longer each piece is than the one before while a lag settles."""
+"""Ratio of the durations of consecutive pieces while a lag settles."""
 
 
 @kernel(returns=PATH)
@@ -44,9 +44,9 @@ def stopping_path(robot, motion, q, u, dt, spare) -> PathArrays:
         motion: The motion that commands in flight lead to, the `MotionArrays`.
         q: Configuration at which the path starts, shape (n_q,) [rad, m].
         u: The command, shape (n_u,).
-        dt: Length of a tick [s].
-        spare: How much longer than a tick a station holds a command [s]; the
-            tube of a robot with delay includes it already.
+        dt: Duration of a tick [s].
+        spare: Time beyond one tick for which a station holds a command [s]; the
+            tube of a robot with delay already includes it.
     """
     limit = robot.acceleration_limit
     if motion.is_late:
@@ -59,10 +59,10 @@ def stopping_path(robot, motion, q, u, dt, spare) -> PathArrays:
 
 @helper
 def in_flight(motion):
-    """Returns the greatest speeds among commands not done yet, (n_u,).
+    """Returns the greatest speeds of commands still in flight, (n_u,).
 
     Args:
-        motion: The `MotionArrays` of a robot that is late.
+        motion: The `MotionArrays` of a robot with delay.
     """
     longest = 0.0
     for j in range(len(motion.parameters)):
@@ -77,7 +77,7 @@ def in_flight(motion):
 
 @helper
 def _late_path(motion, q, u, limit, dt, n_base):
-    """The path that the model of late actuators follows."""
+    """Returns the path of the model of actuators with delay."""
     steps = max(braking_steps(u, limit, dt), 1.0)
     h, n, sends = len(motion.sent), len(u), math.ceil(steps) + 1
     sent, told = np.empty(h + sends), np.empty((h + sends, n))
@@ -109,7 +109,7 @@ def _late_path(motion, q, u, limit, dt, n_base):
         since[i] = times[i - 1] if i else 0.0
         times[i] = ends[i] if i < s - 1 else since[i] + dt
         for j in range(n):
-            # What a lag has left is one last piece.
+            # The rest of a lag is one last piece.
             if i == s - 1:
                 gone = motion.parameters[j, 1] * v[i - 1, j]
             else:
@@ -123,7 +123,7 @@ def _late_path(motion, q, u, limit, dt, n_base):
 
 @helper
 def _ends(motion, peak, ramp, dt):
-    """End times of a path's pieces, without the last, from its start [s].
+    """Returns the end times of all pieces of a path but the last [s].
 
     Args:
         motion: The `MotionArrays`.

@@ -1,6 +1,6 @@
-"""Verify-then-scale: how much of a command leaves a way to stop.
+"""Verify-then-scale: scales a command until its braking path is free.
 
-`verify.py` states what that guarantees, and why.
+`verify.py` states and proves the guarantee.
 """
 
 from typing import NamedTuple
@@ -39,7 +39,7 @@ from remosplat_drake.signals.binding import (
 from remosplat_drake.signals.compiled_map import sphere_clearances
 
 SCALES = (1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125)
-"""Fractions of the way from braking to the command that are tried."""
+"""Tried fractions between braking (0) and the command (1)."""
 
 OBJECTIONS = ("", JOINT_LIMIT, SELF_COLLISION, MOVER, COLLISION)
 """Possible objections to a command, in the order in which they are checked."""
@@ -58,7 +58,7 @@ class OwnArrays(NamedTuple):
         pairs: The pairs of shapes.
         rate: `SelfClearance.rate`.
         lever: `SelfClearance.lever`.
-        turns: Which commands turn, shape (n_u,), bool.
+        turns: Which commands are of revolute joints, shape (n_u,), bool.
     """
 
     pairs: PairArrays
@@ -68,15 +68,16 @@ class OwnArrays(NamedTuple):
 
 
 class KeptArrays(NamedTuple):
-    """The memory of verification between ticks.
+    """The settings of verification, which are the same at each tick.
 
     Attributes:
-        dt: Length of a tick [s].
-        spare: How much longer than that a station holds a command [s].
-        looks_at_itself: Whether it looks at the robot's own shapes, too.
-        own: The pairs of these.
-        own_stopping: The distance that they keep [m].
-        separation: The distance that is kept from where movers can be [m].
+        dt: Duration of a tick [s].
+        spare: Time beyond a tick for which a station holds a command [s].
+        looks_at_itself: Whether it also checks the robot's own shapes.
+        own: The pairs of the robot's own shapes.
+        own_stopping: The distance that these pairs keep [m].
+        separation: The distance to keep from all possible positions of movers
+            [m].
     """
 
     dt: float
@@ -88,7 +89,7 @@ class KeptArrays(NamedTuple):
 
 
 class Around(NamedTuple):
-    """The known distances at the start of a path.
+    """The known state and distances at the start of a path.
 
     Attributes:
         robot: The `RobotArrays`.
@@ -116,20 +117,21 @@ class Around(NamedTuple):
 def surroundings(
     robot, placed, movers, motion, now, state, clearance, stopping, u, before
 ):
-    """Finds what is around where a command begins to act.
+    """Finds the state and distances where a command begins to act.
 
-    Clearances are known where planning starts, which is farther on for a robot
-    with delay. A sphere that has moved by x from there has lost at most x; if
-    that is not sufficient, the map is queried.
+    Clearances are known at the configuration from which the tick plans; for a
+    robot with delay, it reaches this configuration later. A sphere at the
+    distance x from there has a clearance smaller by at most x. If this bound is
+    not sufficient, the map is queried.
 
     Args:
-        robot: See `Around`, as of `placed`, `motion` and `stopping`.
+        robot: See `Around`, also for `placed`, `motion` and `stopping`.
         placed: See above.
         movers: The `MoverArrays`, at their present age.
         motion: See above.
         now: The time of the tick [s].
-        state: The `StateArrays` where planning starts.
-        clearance: Clearances of the spheres there, or lower bounds of them that
+        state: The `StateArrays` from which the tick plans.
+        clearance: Clearances of the spheres in this state, or lower bounds that
             are at least the stopping distance, shape (n,) [m].
         stopping: See above.
         u: The wanted command, shape (n_u,).
@@ -186,12 +188,11 @@ def surroundings(
 
 @helper
 def sphere_tube(robot, tube, speed):
-    """Bounds how far spheres may be off a predicted path, shape (n,) [m].
+    """Bounds deviations of spheres from a predicted path, shape (n,) [m].
 
     Args:
         robot: The `RobotArrays`.
-        tube: By how much positions may be off, as shares of the speeds, shape
-            (n_u,) [s].
+        tube: Errors of positions divided by speeds, shape (n_u,) [s].
         speed: Greatest speeds, shape (n_u,).
     """
     bound = np.zeros(len(robot.radius))
@@ -203,12 +204,12 @@ def sphere_tube(robot, tube, speed):
 
 @kernel(returns=VERDICT)
 def verified(kept, around, u, ramp):
-    """Finds the command closest to u, towards braking, that may be applied.
+    """Finds the largest verified command between braking and u.
 
-    Commands on the way from the braking ramp's next step (fraction 0) to u
-    (fraction 1) are tried; all of them respect the acceleration bounds if u
-    does. Fraction 0 needs no check: it was checked when the command before
-    was.
+    It tries interpolations between the braking ramp's next step (fraction 0)
+    and u (fraction 1). All of them keep the acceleration bounds if u does.
+    Fraction 0 needs no check, since it was verified together with the previous
+    command.
 
     Args:
         kept: The `KeptArrays`.
@@ -218,7 +219,7 @@ def verified(kept, around, u, ramp):
 
     Returns:
         The command that may be applied, shape (n_u,), its fraction, and the
-        number of what stood against the whole of u in `OBJECTIONS`.
+        index in `OBJECTIONS` of the objection to u itself.
     """
     robot = around.robot
     first = NOTHING
@@ -242,18 +243,18 @@ def verified(kept, around, u, ramp):
 
 @kernel(returns=WHOLE)
 def path_objection(kept, around, path):
-    """Says what a path comes too near to, by its number in `OBJECTIONS`.
+    """Returns the objection to a path, as an index in `OBJECTIONS`.
 
-    A path is allowed if on it each sphere stays at least min(d_s, its present
-    clearance) from the scene, the robot's shapes in the same way from each
-    other, and each joint within its limits. At the ends of ticks there is no
-    tolerance, which would let distances creep down tick by tick. Where the
-    robot may be off the path, d_s grows by as much as that may change a
+    A path is allowed if each sphere stays at least min(d_s, its present
+    clearance) from the scene, the robot's shapes likewise from each other, and
+    each joint within its limits. At the ends of ticks there is no tolerance,
+    since distances could otherwise creep down tick by tick. If the robot may
+    deviate from the path, d_s is increased by the possible change of the
     distance.
 
     Args:
         kept: The `KeptArrays`.
-        around: The `Around` of its start.
+        around: The `Around` at the path's start.
         path: The `PathArrays`.
     """
     robot, own = around.robot, kept.own
@@ -291,7 +292,7 @@ def least_clearances(sphere, distance, n, most):
         sphere: The sphere of each row, shape (m,).
         distance: The rows' clearances, shape (m,) [m].
         n: Number of spheres.
-        most: What a sphere has without a nearer row [m].
+        most: Clearance of a sphere without a nearer row [m].
     """
     least = np.full(n, most)
     for row in range(len(sphere)):

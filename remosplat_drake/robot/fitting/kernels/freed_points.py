@@ -1,4 +1,4 @@
-"""Measures how far cuts in two free points from the hull of a part."""
+"""Computes the distance of points from the hulls of a surface cut in two."""
 
 import math
 
@@ -10,27 +10,27 @@ from remosplat_drake.robot.self_collision.kernels.simplex import (
 )
 
 _STEPS = 40
-"""Most steps of GJK; the result so far is then a lower bound."""
+"""Largest number of GJK iterations; the result is then a lower bound."""
 
 _EXACT = 1e-6
-"""Two bounds of a distance that are so close are the same [m]."""
+"""Difference of two bounds on a distance that count as equal [m]."""
 
 
 @kernel
 def freed_points(vertices, edges, planes, p):
-    """Computes how much farther points get from hulls that planes cut in two.
+    """Computes the gain in distance of points from a hull that is cut in two.
 
     Args:
         vertices: Vertices of a surface, shape (v, 3) [m].
-        edges: Numbers of the two ends of each of its edges, shape (e, 2).
+        edges: Indices of the two vertices of each edge, shape (e, 2).
         planes: Unit normals and offsets of planes, normal . x = offset, shape
             (k, 4) [m].
         p: Points, shape (n, 3) [m].
 
     Returns:
-        The distance from the nearer of both halves' hulls, less that from the
-        hull of all, shape (k, n) [m]; zero wherever all of the surface is on
-        one side.
+        The distance from the nearer of the two halves' hulls minus the distance
+        from the whole hull, shape (k, n) [m]; zero if all of the surface is on
+        one side of the plane.
     """
     free = np.zeros((len(planes), len(p)))
     height = np.empty(len(vertices))
@@ -55,7 +55,7 @@ def freed_points(vertices, edges, planes, p):
 
 @helper
 def _divide(vertices, edges, plane, height, sides):
-    """Puts vertices, and where edges cross a plane, on its two sides."""
+    """Sorts vertices, and crossings of edges with a plane, by side."""
     below = above = 0
     for i in range(len(vertices)):
         height[i] = -plane[3]
@@ -86,7 +86,7 @@ def _divide(vertices, edges, plane, height, sides):
 
 @helper
 def _distance(points, p, work):
-    """Computes the distance of a point from the hull of others [m], by GJK.
+    """Computes the distance of a point from the hull of points [m], by GJK.
 
     It is zero within the hull.
 

@@ -1,4 +1,4 @@
-"""The least distance of two sets of points, each a tree of balls."""
+"""The least distance between two sets of points, each in a tree of balls."""
 
 import math
 from typing import NamedTuple
@@ -9,18 +9,19 @@ from remosplat_drake.base.kernels import helper, kernel
 from remosplat_drake.robot.self_collision.kernels.turning import point_to_world
 
 _DEPTH = 128
-"""Most pairs of balls that wait: trees are far less deep."""
+"""Largest number of queued pairs of balls; trees are far less deep."""
 
 
 class PointTree(NamedTuple):
-    """The n points of a surface in k nested balls, each before those in it.
+    """The n points of a surface in k nested balls; parents precede children.
 
     Attributes:
-        points: The points, shape (n, 3) [m]; those of each ball are a run.
-        first: Where each ball's points begin, shape (k,).
-        last: Where they end, shape (k,).
-        right: The second ball in each, shape (k,), the first being the next
-            one; -1 if it has none.
+        points: The points, shape (n, 3) [m]; those of each ball are
+            consecutive.
+        first: Index of each ball's first point, shape (k,).
+        last: Index after each ball's last point, shape (k,).
+        right: Index of each ball's second child, shape (k,); the first child is
+            the next ball. -1 without children.
         center: Centres, shape (k, 3) [m].
         radius: Radii, shape (k,) [m].
     """
@@ -35,14 +36,14 @@ class PointTree(NamedTuple):
 
 @kernel
 def points_distances(a, b, X_AB, enough, within):
-    """Computes the least distances of two sets of points in m poses.
+    """Computes the least distances between two sets of points in m poses.
 
     Args:
         a: The first, a packed `PointTree` in frame A.
         b: The second, in frame B.
         X_AB: Poses, shape (m, 4, 4).
-        enough: Up to this a distance need not be the least [m].
-        within: Distances from which on it does not matter, shape (m,) [m].
+        enough: A distance up to this value need not be the least [m].
+        within: Distances from which on the result is infinite, shape (m,) [m].
 
     Returns:
         The distances, infinite from `within` on, shape (m,) [m], and the
@@ -86,7 +87,7 @@ def points_distances(a, b, X_AB, enough, within):
                     t = b.right[j] if side else j + 1
                 todo[count + side, 0], todo[count + side, 1] = s, t
                 bound[count + side] = _apart(a, b, X, s, t)
-            # The nearer one comes first.
+            # The nearer pair is visited first.
             if bound[count] < bound[count + 1]:
                 bound[count], bound[count + 1] = bound[count + 1], bound[count]
                 for c in range(2):
@@ -99,7 +100,7 @@ def points_distances(a, b, X_AB, enough, within):
 
 @helper
 def _apart(a, b, X, i, j):
-    """How far two balls are apart at least [m]."""
+    """Returns the least distance between points of two balls [m]."""
     square = 0.0
     for r in range(3):
         p = X[r, 3] - a.center[i, r]

@@ -14,7 +14,7 @@ def is_inside(p, surface):
 
     Args:
         p: The point, shape (3,) [m].
-        surface: Triangles, shape (t, 3, 3) [m]; gaps hardly matter.
+        surface: Triangles, shape (t, 3, 3) [m]; small gaps have little effect.
     """
     total = 0.0
     for i in range(len(surface)):

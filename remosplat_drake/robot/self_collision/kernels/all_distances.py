@@ -19,7 +19,8 @@ def pair_distances(pairs, X_WL, enough):
     Args:
         pairs: The k pairs, as packed `PairArrays`.
         X_WL: Poses of all bodies, shape (b, 4, 4).
-        enough: Distances beyond this may be too small, but not below it [m].
+        enough: Distances above this value may be too small, but are still above
+            it [m].
 
     Returns:
         The distances plus the pairs' allowances, shape (k,) [m].
@@ -45,7 +46,7 @@ def pair_distances(pairs, X_WL, enough):
 
 @kernel
 def count_contacts(tree, pairs, states):
-    """Counts in how many configurations each pair of links overlaps.
+    """Counts the configurations in which each pair of links overlaps.
 
     Args:
         tree: The `TreeArrays`, packed.

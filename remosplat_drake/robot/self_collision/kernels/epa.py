@@ -1,10 +1,10 @@
 """Depth of the overlap of two convex hulls: the expanding polytope algorithm.
 
-Van den Bergen (2001): a polytope within the Minkowski difference that holds
-the origin grows where its surface is nearest to the origin, until it cannot.
-Whenever it stops, what it returns is proved: along the direction that it has
-found, the hulls are moved apart by the depth, so that the negative depth is a
-lower bound of the signed distance.
+Van den Bergen (2001): a polytope inside the Minkowski difference that contains
+the origin is expanded where its surface is nearest to the origin, until this is
+impossible. The result is valid even if the iteration stops early: moving the
+hulls by the depth along the returned direction separates them, so the negative
+depth is a lower bound on the signed distance.
 """
 
 import numpy as np
@@ -15,13 +15,13 @@ from remosplat_drake.base.vectors import cross, dot, norm, set_vector
 from remosplat_drake.robot.self_collision.kernels.support import add_support
 
 _STEPS = 60
-"""Most vertices that are added to the first tetrahedron."""
+"""Largest number of vertices added to the first tetrahedron."""
 
 _FACES = 16 * _STEPS
-"""Most faces that are ever made, those that have vanished counted, too."""
+"""Largest number of faces, including removed ones."""
 
 _EXACT = 1e-10
-"""Two bounds of a depth that are so close are the same [m]."""
+"""Difference of two bounds on a depth that count as equal [m]."""
 
 
 @kernel(returns=several(REAL, REAL, REAL, REAL))
@@ -30,8 +30,8 @@ def penetration(hulls, simplex, size, known, nearest):
 
     Args:
         hulls: Hulls A and B, as `hull_distance` takes them.
-        simplex: Vertices b - a, a, and b of the Minkowski difference, whose
-            hull holds the origin, shape (3, 4, 3) [m].
+        simplex: Vertices b - a of the Minkowski difference, with a and b; their
+            hull contains the origin, shape (3, 4, 3) [m].
         size: Number of these vertices.
         known: A lower bound of the distance [m], and the unit vector along
             which it holds.
@@ -49,7 +49,7 @@ def penetration(hulls, simplex, size, known, nearest):
     n = _make_tetrahedron(hulls, points, size)
     for side in range(2):
         set_vector(nearest[side], points[side + 1, 0])
-    if n < 4:  # Both hulls lie in a plane: across it, they only touch.
+    if n < 4:  # Both hulls lie in one plane, and only touch.
         for i in range(6):
             nx, ny, nz = _direction_away(points[0], n, i)
             if nx == ny == nz == 0.0:
@@ -81,10 +81,12 @@ def penetration(hulls, simplex, size, known, nearest):
         if bound > best:
             best, x, y, z = bound, nx, ny, nz
         if plane[k, 3] >= -bound - _EXACT:
-            # The face's own direction: others may be as good, without a face.
+            # Uses the face's normal; other directions may be equally good, but
+            # have no face.
             best, x, y, z = bound, nx, ny, nz
             break
-        # The faces that the new vertex sees vanish; their rim joins it.
+        # Faces visible from the new vertex are removed; their rim is joined to
+        # it.
         edges = 0
         for i in range(count):
             if plane[i, 3] < np.inf and _height(points[0, n], plane[i]) > 1e-14:
@@ -107,10 +109,10 @@ def penetration(hulls, simplex, size, known, nearest):
 
 @helper
 def _make_tetrahedron(hulls, points, size):
-    """Adds vertices, away from those that are there, until they are four.
+    """Adds vertices in further directions, until there are four.
 
     Returns:
-        How many there are; less than four if all lie in a plane.
+        The number of vertices; less than four if all lie in a plane.
     """
     p = points[0, 0]
     while size < 4:
@@ -181,7 +183,7 @@ def _set_plane(points, face, inside, plane):
 
 @helper
 def _height(p, plane):
-    """How far a point lies above a face."""
+    """Computes the height of a point above a face."""
     return dot(plane, p) - plane[3]
 
 
@@ -202,9 +204,9 @@ def _toggle(edge, edges, i, j):
 def _set_deepest(points, faces, n, nearest):
     """Sets the points of A and B whose difference is nearest to the origin.
 
-    It lies on a face with the least distance, and where hulls are as deep in
-    each other along several directions, on one that n is normal to. Of those
-    that share its plane it is the one whose triangle holds it.
+    The point lies on the face nearest to the origin. If hulls overlap equally
+    along several directions, the face is normal to n. Of coplanar faces, it is
+    the triangle that contains the point.
     """
     face, plane, count = faces
     least, straightest = np.inf, -np.inf

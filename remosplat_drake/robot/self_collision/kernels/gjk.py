@@ -1,15 +1,15 @@
 """Distance of two convex hulls, by Gilbert, Johnson and Keerthi (1988).
 
-The Minkowski difference of two hulls A and B holds all b - a. Its point
+The Minkowski difference of two hulls A and B is the set of all b - a. Its point
 nearest to the origin is the vector from the nearest point of A to that of B.
-GJK walks there over simplices of its vertices.
+GJK approaches this point over simplices of vertices.
 
-What is returned is proved: for a unit vector n, no point of A is nearer to any
-of B than the least n'(b - a) over their vertices, in spite of rounding in the
-simplex. The best such bound is the distance, and n separates the hulls.
+The result is a valid lower bound despite rounding in the simplex: for a unit
+vector n, the distance is at least the least n'(b - a) over the vertices. The
+best such bound is returned as the distance, and n separates the hulls.
 
-Hulls that overlap are left to `epa`, and have a negative distance. Two slow
-references stand in `hull_distance_reference.py`.
+For overlapping hulls, `epa` computes the negative distance.
+`hull_distance_reference.py` contains two slow references.
 """
 
 import math
@@ -25,15 +25,15 @@ from remosplat_drake.robot.self_collision.kernels.simplex import (
 from remosplat_drake.robot.self_collision.kernels.support import add_support
 
 _STEPS = 60
-"""Most steps; the result so far is then a lower bound."""
+"""Largest number of steps; the result is then a lower bound."""
 
 _EXACT = 1e-12
-"""Two bounds of a distance that are so close are the same [m]."""
+"""Difference of two bounds on a distance that count as equal [m]."""
 
 
 @helper
 def make_work():
-    """Makes the arrays that `hull_distance` works on, to be used again."""
+    """Makes the working arrays of `hull_distance`, which can be reused."""
     return np.zeros((3, 4, 3)), np.zeros(4), np.zeros(3), np.zeros((2, 3))
 
 
@@ -46,10 +46,10 @@ def hull_distance(hulls, guess, enough, work):
             in `vertex_blocks`, shape (v, 3, 8) [m]; the first block of A and
             the one after its last; the same of B; orientation and origin of
             B's frame in A's, shape (3, 3) and (3,) [m].
-        guess: Some vector from A to B in A's frame: the nearer to the
-            direction in which they are nearest, the sooner it is found.
-        enough: As soon as the distance is known to exceed this, a lower bound
-            of it is returned, and no points [m].
+        guess: Initial vector from A to B in A's frame; the closer to the
+            direction of the distance, the fewer steps are needed.
+        enough: If the distance proves to exceed this value, a lower bound is
+            returned, without points [m].
         work: Arrays of `make_work`; the last, shape (2, 3), is filled with the
             nearest points of A and of B in A's frame, or with the deepest.
 
@@ -91,7 +91,7 @@ def hull_distance(hulls, guess, enough, work):
 
 @helper
 def _is_known(points, row):
-    """Returns whether a point is among those before it."""
+    """Returns whether a point equals one of the points before it."""
     for i in range(row):
         if (
             points[i, 0] == points[row, 0]

@@ -1,15 +1,16 @@
-"""Points where links are near each other: more than the nearest two.
+"""Points at which links are near each other, beyond the nearest two.
 
-The nearest points of two links jump. Two plates that face each other are
-nearest at one corner now, and at another after the smallest turn. A program
-that knows one of them turns the plates about it, and finds the other too near
-at the next tick. So it gets those, too, that would be the nearest if one link
-were turned a little, either way about two axes across the common normal: what
-physics engines call a contact manifold, found by perturbation.
+The nearest points of two links jump. For example, two parallel plates are
+nearest at one corner, and at another one after the smallest rotation. A program
+with a row for only one corner rotates the plates about it, and the other corner
+is too near at the next tick. So this module also returns the points that would
+be the nearest after a small rotation of one link, in both senses about two axes
+perpendicular to the common normal. Physics engines call this a contact
+manifold, found by perturbation.
 
-A link of several shapes that lies inside another one touches it with all of
-them. A motion that separates one pair of shapes may bring another one closer.
-So all pairs that are too near are noted, not the nearest alone.
+If a link of several shapes overlaps another link, several pairs of shapes may
+overlap. A motion that separates one pair may bring another pair closer. So all
+pairs that are too near are returned, not only the nearest one.
 """
 
 import numpy as np
@@ -31,25 +32,25 @@ from remosplat_drake.robot.self_collision.kernels.turning import (
 )
 
 _TILT = 0.05
-"""Angle by which a link is turned [rad]."""
+"""Angle of the small rotations [rad]."""
 
 _ASKEW = 0.4
-"""Angle between the axes about which a link is turned and those of the world
-[rad]: edges often follow the latter, and an edge that stays level has no end
-that is nearer than the other."""
+"""Angle between the axes of the small rotations and the world's axes [rad].
+Edges are often parallel to the world's axes, and a rotation about an edge makes
+neither of its ends nearer."""
 
 _CLOSE = 0.3
-"""Share of `within` below which links are turned: farther away, the nearest
-points alone are enough."""
+"""Fraction of `within` below which links are rotated; farther away, the nearest
+points suffice."""
 
 _SAME, _SAME_CROWDED = 0.01, 1e-4
-"""Points of a link that are nearer to each other than this count as one [m]:
-usually, and where shapes are too near. The corners of a round link lie closer
-together than the first, and each of them may not come nearer there."""
+"""Distance below which two points of a link count as one [m]: usually, and for
+shapes that are too near. The second is smaller, since the corners of round
+links are closely spaced, and none of them may come nearer then."""
 
 _MOST = 5
-"""Largest number of pairs of points of two links: unturned, and turned four
-ways."""
+"""Largest number of pairs of points of two links: without and with four
+rotations."""
 
 
 @kernel(returns=several(wholes(1), reals(1), reals(2), reals(2), reals(2)))
@@ -62,8 +63,8 @@ def near_points(pairs, X_WL, within, crowded):
         X_WL: Poses of all bodies, shape (b, 4, 4).
         within: Links at or beyond this distance are left out [m]; a negative
             one leaves out all.
-        crowded: All pairs of shapes of two links below this distance are noted
-            [m].
+        crowded: All pairs of shapes of two links below this distance are
+            returned [m].
 
     Returns:
         For m pairs of points: the pair of shapes, shape (m,); the distance
@@ -82,7 +83,7 @@ def near_points(pairs, X_WL, within, crowded):
     near = _make_points(most)
     found = _make_points(_MOST * (len(boxes) + len(allowance)))
     count = 0
-    # Where nothing can be near, nothing is looked at.
+    # Skips links that cannot be near.
     for link in range(len(boxes) if within >= 0.0 else 0):
         a, b = boxes[link]
         span = start[link], start[link + 1]
@@ -96,8 +97,8 @@ def near_points(pairs, X_WL, within, crowded):
         nearest = near[1][:size].argmin()
         for i in range(size):
             if i == nearest or near[1][i] < crowded:
-                # Turned, another pair of shapes may be the nearest; one that is
-                # only crowded stands for itself.
+                # After a rotation, another pair of shapes may be the nearest; a
+                # pair that is only crowded is not rotated.
                 known = (near, 0, size) if i == nearest else (near, i, i + 1)
                 same = _SAME_CROWDED if near[1][i] < crowded else _SAME
                 is_close = near[1][i] < _CLOSE * within
@@ -134,20 +135,21 @@ def _make_points(n):
 
 @helper
 def _find_near(pairs, span, X_WL, p_WC, reach, near, work):
-    """Finds the nearest points of two links, and of shapes almost as near.
+    """Finds the nearest points of two links, and of other near shapes.
 
-    Shapes that can be nearest come first. Other shapes count where they are
-    crowded, or where a small turn of the second link about its nearest point
-    could make them the nearest.
+    Shapes that may be nearest are examined first. Other shapes are included if
+    they are crowded, or if a small rotation of the second link about its
+    nearest point could make them the nearest.
 
     Args:
         pairs: The pairs of shapes.
         span: The first pair of the two links, and the one after their last.
         X_WL: Poses of all bodies.
         p_WC: Centres of the shapes in W.
-        reach: Distances below which shapes are crowded, links are turned, and
+        reach: Distances below which shapes are crowded, links are rotated, and
             links are near [m].
-        near: Takes the pairs of points.
+        near: Output: the arrays of `_make_points`, filled with the pairs of
+            points.
         work: Working arrays of GJK.
 
     Returns:
@@ -205,21 +207,22 @@ def _find_near(pairs, span, X_WL, p_WC, reach, near, work):
 
 @helper
 def _note(given, known, i, is_close, same, found, count, work):
-    """Notes a pair of points, and those that turning makes the nearest.
+    """Stores a pair of points, and the pairs nearest after small rotations.
 
     Args:
         given: The pairs, the poses of all bodies, the centres of the shapes in
-            W, and how far is looked.
-        known: Pairs of points of two links, and which of them are turned.
-        i: Which pair of points is noted.
-        is_close: Whether links are turned.
+            W, and the largest distance.
+        known: Pairs of points of two links, and which of them are rotated.
+        i: Index of the pair of points to store.
+        is_close: Whether links are rotated.
         same: Distance below which points count as one [m].
-        found: Takes the pairs of points.
-        count: Number of those that are there.
+        found: Output: the arrays of `_make_points`, filled with the pairs of
+            points.
+        count: Number of pairs stored so far.
         work: Working arrays of GJK.
 
     Returns:
-        The number of those that are there then.
+        The number of pairs stored afterwards.
     """
     pairs, X_WL, p_WC, within = given
     near, first = known[0], count
@@ -237,11 +240,11 @@ def _note(given, known, i, is_close, same, found, count, work):
 
 @helper
 def _find_turned(given, known, R, found, row, work):
-    """Finds the points that are nearest if the second link is turned by R.
+    """Finds the points that are nearest after rotating the second link by R.
 
-    It is turned about its point nearest to the first link. The points that are
-    noted are those of the link as it is, and their distance is that along the
-    normal of their shapes as they are.
+    The link is rotated about its point nearest to the first link. Stored are
+    the corresponding points of the unrotated link, with the distance along the
+    normal of their unrotated shapes.
     """
     pairs, X_WL, p_WC = given
     first, second, allowance = pairs.first, pairs.second, pairs.allowance
@@ -253,7 +256,7 @@ def _find_turned(given, known, R, found, row, work):
     center = near[4][nearest]
     best, chosen = np.inf, nearest
     for turn in range(begin - 1, end):
-        # The nearest first: most others cannot come as near.
+        # Starts with the nearest; most others cannot come as near.
         n = nearest if turn < begin else turn
         k = near[0][n]
         shift = _greatest_shift(shapes, p_WC, second[k], center)
@@ -286,7 +289,7 @@ def _find_turned(given, known, R, found, row, work):
 
 @helper
 def _greatest_shift(shapes, p_WC, shape, center):
-    """Bounds how far a turn about a point moves any point of a shape [m]."""
+    """Bounds the motion of a shape's points by a rotation about a point [m]."""
     square = 0.0
     for c in range(3):
         square += (p_WC[shape, c] - center[c]) ** 2
@@ -305,7 +308,7 @@ def _copy(near, i, found, row):
 
 @helper
 def _is_known(found, first, row, same):
-    """Returns whether both points of a pair are those of one before it."""
+    """Returns whether an earlier pair has the same points."""
     for i in range(first, row):
         far = 0.0
         for p_W in found[3:]:

@@ -17,16 +17,16 @@ def nearest_shapes(pairs, link, X_WLs, within):
 
     Args:
         pairs: Pairs of shapes, as packed `PairArrays`.
-        link: Number of the pair of links.
+        link: Index of the pair of links.
         X_WLs: Poses of all bodies, shape (m, b, 4, 4).
         within: Links at or beyond this distance are left out [m].
 
     Returns:
-        For each of n configurations in which the links are near, in their
-        order: which it is, shape (n,); the nearest pair of shapes, shape (n,);
-        their distance, shape (n,) [m]; and the points of the first and of the
-        second in the frame of the first link, shape (n, 2, 3) [m], those of
-        round shapes within them by their radii.
+        For each of the n configurations in which the links are near: its index,
+        shape (n,); the nearest pair of shapes, shape (n,); their distance,
+        shape (n,) [m]; and the nearest points of both in the frame of the first
+        link, shape (n, 2, 3) [m]. Points of round shapes lie a radius inside
+        the shape.
     """
     first, second, start = pairs.first, pairs.second, pairs.start
     shapes, link_boxes = pairs.shapes, pairs.link_boxes

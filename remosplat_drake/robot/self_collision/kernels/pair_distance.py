@@ -34,11 +34,11 @@ def place_centers(shapes, X_WL, p_WC):
 
 @helper
 def least_distance(shapes, X_WL, p_WC, i, j):
-    """Bounds the distance of two shapes from below, in a few nanoseconds.
+    """Computes a fast lower bound on the distance of two shapes.
 
-    Each lies in a ball around its centre and in a box of its link; the ball of
-    one is as far from the box of the other as its centre, less its radius. What
-    lies within something is nowhere nearer than that, in depth, too.
+    Each shape is enclosed by a ball around its centre and by a box along its
+    link's axes. The bound is the distance from the centre of one to the box of
+    the other, minus the ball's radius. It also holds for negative distances.
 
     Args:
         shapes: The shapes.
@@ -89,12 +89,12 @@ def shape_distance(shapes, X_WA, X_WB, pair, guess_W, enough, work):
         X_WA: Pose of the first one's link, shape (4, 4).
         X_WB: Pose of the second one's link, shape (4, 4).
         pair: The first shape and the second.
-        guess_W: Some vector in W from the first to the second, shape (3,).
-        enough: As soon as the distance is known to exceed this, a lower bound
-            of it is returned [m].
+        guess_W: Initial vector in W from the first to the second, shape (3,).
+        enough: If the distance proves to exceed this value, a lower bound is
+            returned [m].
         work: Arrays of `gjk.make_work`; the last is filled with the nearest
-            points in the first link's frame A, those of rounded shapes within
-            them by their radii.
+            points in the first link's frame A. Points of rounded shapes lie a
+            radius inside the shape.
 
     Returns:
         The distance [m], and the unit vector from the first to the second in
@@ -126,14 +126,14 @@ def shape_distance(shapes, X_WA, X_WB, pair, guess_W, enough, work):
 
 @helper
 def distance_beyond(shapes, X_WL, p_WC, pair, enough, work):
-    """Computes the signed distance of two shapes, coarsely before finely.
+    """Computes the signed distance of two shapes, after a coarse bound.
 
     Args:
         shapes: The shapes.
         X_WL: Poses of all bodies.
         p_WC: Centres of the shapes in W, shape (s, 3) [m].
         pair: The first shape and the second.
-        enough: Beyond this, a lower bound will do [m].
+        enough: Above this value, a lower bound suffices [m].
         work: Arrays of `gjk.make_work`.
     """
     i, j = pair

@@ -7,27 +7,27 @@ import numpy as np
 from remosplat_drake.base.kernels import helper
 
 _FLAT = 1e-13
-"""Triangles and tetrahedra whose Gram determinant, as a share of what it is
-where edges are at right angles, is no larger count as their own sides."""
+"""Relative Gram determinant up to which a triangle or tetrahedron counts as
+degenerate; it is 1 if the edges are perpendicular."""
 
 
 @helper
 def nearest_on_simplex(simplex, size, weights, v):
-    """Finds the point nearest to the origin, and keeps the vertices it needs.
+    """Finds the point nearest to the origin, and keeps the needed vertices.
 
-    In GJK the newest vertex is always among them, so that of the simplex's
-    faces only those are looked at that hold it.
+    In GJK the newest vertex is always needed, so only the faces that contain it
+    are examined.
 
     Args:
         simplex: Vertices in the first rows of its first array, with their data
-            in the others; shape (3, 4, 3) [m]. The newest is the last. Those
-            that are needed are moved to the front.
+            in the others; shape (3, 4, 3) [m]. The newest is the last. Needed
+            vertices are moved to the front.
         size: Number of vertices, 1 to 4.
         weights: Filled with the barycentric coordinates of the point.
         v: Filled with the point, shape (3,) [m].
 
     Returns:
-        How many vertices are needed; 4 if the origin lies within.
+        The number of needed vertices; 4 if the origin lies inside.
     """
     p = simplex[0]
     n = size - 1
@@ -56,8 +56,8 @@ def nearest_on_simplex(simplex, size, weights, v):
 def _on_segment(p, n, i, v, least):
     """Square of the distance to the inside of a segment, and its parameter.
 
-    Infinite where the nearest point is an end; v is set where it is nearer
-    than `least`.
+    The square is infinite if the nearest point is an end. v is set if it is
+    less than `least`.
     """
     ex, ey, ez = p[i, 0] - p[n, 0], p[i, 1] - p[n, 1], p[i, 2] - p[n, 2]
     length = ex * ex + ey * ey + ez * ez
@@ -76,7 +76,7 @@ def _on_segment(p, n, i, v, least):
 
 @helper
 def _on_triangle(p, n, i, j, v, least):
-    """The same of the inside of a triangle, with two parameters."""
+    """As `_on_segment`, for the inside of a triangle, with two parameters."""
     ex, ey, ez = p[i, 0] - p[n, 0], p[i, 1] - p[n, 1], p[i, 2] - p[n, 2]
     fx, fy, fz = p[j, 0] - p[n, 0], p[j, 1] - p[n, 1], p[j, 2] - p[n, 2]
     ee = ex * ex + ey * ey + ez * ez
@@ -91,7 +91,7 @@ def _on_triangle(p, n, i, j, v, least):
     t = (ee * rf - ef * re) / det
     if s <= 0.0 or t <= 0.0 or s + t >= 1.0:
         return np.inf, 0.0, 0.0
-    # Along the normal: exact where the three corners are far away.
+    # Computed along the normal, which is exact if the corners are far away.
     cx, cy, cz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
     height = p[n, 0] * cx + p[n, 1] * cy + p[n, 2] * cz
     share = height / (cx * cx + cy * cy + cz * cz)
@@ -103,7 +103,7 @@ def _on_triangle(p, n, i, j, v, least):
 
 @helper
 def _holds_origin(p, weights):
-    """Whether a tetrahedron holds the origin; then its weights are set."""
+    """Whether a tetrahedron contains the origin; then sets the weights."""
     volume, sizes = 0.0, 1.0
     for i in range(4):
         a, b, c = p[(i + 1) % 4], p[(i + 2) % 4], p[(i + 3) % 4]

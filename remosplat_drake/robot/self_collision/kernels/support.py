@@ -1,4 +1,4 @@
-"""The vertex of two hulls' Minkowski difference that is lowest along n."""
+"""Support function: the lowest vertex of a Minkowski difference along n."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from remosplat_drake.base.lanes import (
 
 @helper
 def add_support(hulls, x, y, z, simplex, row):
-    """Finds the lowest vertex b - a along a direction, and notes it.
+    """Finds the lowest vertex b - a along a direction, and stores it.
 
     Args:
         hulls: Hulls A and B, as `hull_distance` takes them.
@@ -25,7 +25,7 @@ def add_support(hulls, x, y, z, simplex, row):
         y: See above.
         z: See above.
         simplex: Its row `row` gets b - a, a, and b, shape (3, n, 3) [m].
-        row: Which row.
+        row: Index of this row.
 
     Returns:
         The height n'(b - a) of that vertex [m].
