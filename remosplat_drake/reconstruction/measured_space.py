@@ -22,17 +22,17 @@ _NOISE_DEPTH = 2.0
 the square of the depth [m]."""
 
 _BLOCK = 50_000
-"""Points that a thread takes at a time."""
+"""Number of points that a thread processes at a time."""
 
 _STEEPEST = 0.1
 """Least height over a surface by which a ray leaves it, for each metre of depth
 that counts."""
 
 _DRAWS = 20
-"""Tries to find free points before giving up."""
+"""Number of attempts to find free points."""
 
 _NOISY_VOXEL = 0.01
-"""Voxels that hold enough noisy points for a mean [m]."""
+"""Edge length of voxels with enough noisy points for a mean [m]."""
 
 _SMOOTH_RADIUS, _MIN_NEIGHBORS = 0.03, 6
 """Neighbourhood of a point that separates surface from noise [m]."""
@@ -95,7 +95,7 @@ def voxel_means(p_W: np.ndarray, voxel: float) -> np.ndarray:
 
 
 def scatter(p_W: np.ndarray, count: int = 500, seed: int = 0) -> float:
-    """Estimates the noise of a point cloud: how thick its surfaces are [m].
+    """Estimates the noise of a point cloud: the thickness of its surfaces [m].
 
     It is the median, over `count` random points, of the standard deviation of
     the points around it from the plane through them; 0 without any such point.
@@ -228,7 +228,7 @@ def is_behind(
 
 @kernel
 def _find_behind(front, K, X_WC, p_W, margin, pitch, normal_W, behind):
-    """Finds each point that a depth image is deeper than."""
+    """Marks the points in front of a depth image's surfaces."""
     height, width = front.shape
     for i in range(len(p_W)):
         x = p_W[i, 0] - X_WC[0, 3]

@@ -29,7 +29,7 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
 
 
 class _Kind(NamedTuple):
-    """How an error is reported.
+    """Texts and units with which an error is reported.
 
     Attributes:
         name: Name of the error.
