@@ -242,7 +242,7 @@ def _read_frame(fields: _Fields) -> Frame:
 
 
 def _read_depth_image(fields: _Fields) -> DepthImage:
-    """The depth of a frame, as its lens has bent it."""
+    """The depth of a frame, not undistorted."""
     _check_camera_model(fields)
     color_size = read_size(fields.file("file_path"))
     depth, hidden = _read_depth(fields), _read_hidden(fields)

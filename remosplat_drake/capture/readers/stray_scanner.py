@@ -122,7 +122,7 @@ def notes(path: Path) -> list[str]:
 
 
 def _read_odometry(path: Path) -> list[dict]:
-    """One dictionary of words a row."""
+    """The rows, each a dictionary of words by column."""
     lines = read_text(path).splitlines()
     rows = list(csv.DictReader(lines, skipinitialspace=True))
     if not rows:
