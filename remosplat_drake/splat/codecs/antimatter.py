@@ -1,7 +1,7 @@
 """The `.splat` format of antimatter15's viewer.
 
 Rows of 32 bytes without a header: position and linear scales as float32, RGBA
-and quaternion wxyz as bytes. It keeps positions and scales as they are.
+and quaternion wxyz as bytes. Positions and scales keep their full precision.
 """
 
 from pathlib import Path

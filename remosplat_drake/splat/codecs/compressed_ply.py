@@ -81,7 +81,7 @@ def read_compressed_ply(path: Path) -> GaussianSplat:
 def write_compressed_ply(path: Path, splat: GaussianSplat) -> None:
     """Writes a compressed PLY of PlayCanvas, sorted by `morton_order`.
 
-    So neighbours in space share their bounds, which keeps the steps small.
+    Neighbours in space then share their bounds, so rounding steps are small.
     Discs become thin ellipsoids.
 
     Raises:
