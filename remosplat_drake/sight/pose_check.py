@@ -1,7 +1,7 @@
 """Checks whether a camera's image contradicts its assumed pose.
 
-New things hide the map's surfaces, and a person close to a camera hides all of
-them. But no new thing lets a camera look through a wall. So if a camera looks
+New objects hide the map's surfaces, and a person close to a camera hides all of
+them. But no new object lets a camera look through a wall. So if a camera looks
 through most of the surface points that it should see, its pose or the map is
 wrong.
 """

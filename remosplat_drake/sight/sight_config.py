@@ -65,7 +65,7 @@ class SightConfig(Config):
         """Checks the size of the box.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         size = np.subtract(self.upper, self.lower)
         if not (size > 0).all():

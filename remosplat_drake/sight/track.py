@@ -14,7 +14,7 @@ TRUSTED = 2
 """Number of images in which a small thing must appear before it counts."""
 
 _PLAIN = 40
-"""Number of points from which on a thing counts at once."""
+"""Least number of points of a thing that counts at its first image."""
 
 _HIDDEN_PARTS = 2
 """Largest number of boxes around the hidden part of a thing."""
@@ -79,7 +79,7 @@ class Track:
         padding: Margin of its extent beyond its points [m].
         error: Bound on position errors of its points [m].
         still_since: Time since which it has been at rest [s].
-        home: Its outline then, shape (2, 3) [m].
+        home: Its outline at that time, shape (2, 3) [m].
     """
 
     name: str
@@ -192,7 +192,7 @@ class Track:
 
     @staticmethod
     def nearness(p_W: np.ndarray, q_W: np.ndarray) -> float:
-        """Returns approximately the least distance of two point sets [m]."""
+        """Returns an approximate least distance between two point sets [m]."""
         p_W = p_W[:: max(1, len(p_W) // 40)]
         q_W = q_W[:: max(1, len(q_W) // 200)]
         apart = p_W[:, None] - q_W[None]
