@@ -15,7 +15,7 @@ EXAMPLES = """
 remosplat ros2-target
 remosplat ros2-target --topic /goal_pose --frame map
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,12 +37,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--frame",
         default="world",
         metavar="FRAME",
-        help="the frame that is the scenario's world (default: %(default)s)",
+        help="name of the ROS frame that is the scenario's world W (default:"
+        " %(default)s)",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Passes poses on until Ctrl-C."""
+    """Forwards poses until Ctrl-C."""
     lcm = open_wire(arguments.lcm_url)
     console = open_console(stderr=True)
     target = Ros2Target(
