@@ -1,4 +1,4 @@
-"""Tests the bound on a map's error for captures with errors.
+"""Tests the bound on a map's error with disturbed captures.
 
 Scenes are rendered, their captures disturbed (poses, drift, scale, sensor),
 reconstructed without the truth, and compared with it. The constants of
