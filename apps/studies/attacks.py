@@ -57,7 +57,7 @@ class Places:
         """Returns the places that the hand may reach.
 
         Args:
-            start: Where the base starts: x, y and more, shape (2..,) [m].
+            start: Start of the base: x, y and more, shape (2..,) [m].
             focus_W: Middle of the workspace, shape (3,) [m].
         """
         ahead_W = np.array([*(focus_W[:2] - start[:2]), 0])

@@ -128,8 +128,8 @@ def driven(
     """Drives a base.
 
     Args:
-        random: Where noise comes from.
-        base: What is wrong with it.
+        random: Source of randomness.
+        base: Faults of the base.
         commands: The commands, shape (n, 2) [m/s, rad/s].
         stops_at: Time at which it stops by itself [s].
     """
@@ -186,9 +186,9 @@ def time_to_alarm(
     """Returns the time from a stop to its detection by the residual [s].
 
     Args:
-        random: Where noise comes from.
+        random: Source of randomness.
         speed: Speed at which the base stops [m/s].
-        base: What is wrong with it.
+        base: Faults of the base.
     """
     commands = np.tile([speed, 0.0], (600, 1))
     commands[:50] *= np.linspace(0, 1, 50)[:, None]

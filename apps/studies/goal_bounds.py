@@ -47,8 +47,9 @@ CLEARANCES = (0.021, 0.010)
 """Required clearances at the goal, in descending order [m]."""
 
 _MARGIN = 0.95
-"""Fraction of the goal's tolerances that may be used up. A controller stops
-as soon as it is within them, and some goals can only be held at their edge."""
+"""Fraction of the goal's tolerances that a configuration may use. A controller
+stops once it is within them, and some goals are feasible at their limit
+only."""
 
 _SAVE_EVERY = 20  # Verdicts.
 
@@ -287,7 +288,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("results/benchmark"),
         metavar="DIR",
-        help=f"where {GOALS} goes; existing verdicts are not searched again"
+        help=f"folder of {GOALS}; existing verdicts are not searched again"
         " (%(default)s)",
     )
     parser.add_argument(

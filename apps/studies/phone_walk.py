@@ -42,7 +42,7 @@ RATE = 30.0
 """Frames in each second [1/s]."""
 
 _LOOP = 33.0
-"""Time of one way around the room [s]."""
+"""Time of one walk around the room [s]."""
 
 _RANGE = 5.0
 """Largest measured depth [m]."""

@@ -110,7 +110,7 @@ class FaultCase:
 
 
 def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
-    """Makes a case of `remosplat hardware-sim`: its reason refuses, too.
+    """Makes a case of `remosplat hardware-sim`, with one text for both reasons.
 
     Args:
         name: Name of the case in tables.

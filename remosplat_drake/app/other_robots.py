@@ -84,7 +84,7 @@ def AddOwnMovers(
         config: Name and bounds of the robot for the other one.
         world: The content of the robot's scenario.
         configuration: The output port of its q.
-        executed: The output port of the command that it carries out.
+        executed: The output port of the command that it executes.
         name: Its display name.
     """
     return RobotMovers.AddToBuilder(

@@ -36,10 +36,10 @@ TICKS = 4
 """Number of ticks that together use all kernels of later ticks; the second one
 looks ahead."""
 
-_NEAR = 1e-3  # From the robot: closer than it ever means to stop [m].
-_ROOM = 8  # Voxels of a metre, around the robot.
-_ABOVE = 0.4  # From the hand to what may move [m].
-_AWAY = np.array([0.1, 0.1, 0.1])  # From the start to the target [m].
+_NEAR = 1e-3  # Distance of the obstacle: less than any stopping distance [m].
+_ROOM = 8  # Number of voxels of 1 m around the robot.
+_ABOVE = 0.4  # Height of a mover above the hand [m].
+_AWAY = np.array([0.1, 0.1, 0.1])  # Vector from the start to the target [m].
 
 
 def compile_kernels(

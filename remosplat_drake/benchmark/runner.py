@@ -40,7 +40,7 @@ _WARM_UP = 2
 
 @dc.dataclass(frozen=True)
 class SplatMaking:
-    """How the missing splats of scenes are made.
+    """Settings for making the missing splats of scenes.
 
     Attributes:
         recipe: Settings of the capture and the training.

@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "group",
         nargs="?",
         choices=[*GROUPS, *ON_A_WIRE],
-        help="only this group of cases (default: all that are timed);"
+        help="only this group of cases (default: all timed groups);"
         " hardware drives the stand-in robot in real time, sight does so with"
         " cameras that see a person move, faults injects faults into it",
     )

@@ -314,7 +314,8 @@ def _conclude(outcome: _Outcome, console: Console) -> int:
     if outcome.trials_left:
         console.print(
             f"stopped in time: {outcome.trials_left} trials and"
-            f" {outcome.splats_left} splats are left; the same command goes on"
+            f" {outcome.splats_left} splats are left; the same command"
+            " continues"
         )
     if broken:
         return CRASHED

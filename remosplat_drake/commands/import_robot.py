@@ -84,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--srdf",
         type=Path,
         metavar="FILE",
-        help="the robot's SRDF (default: looked for beside the file)",
+        help="the robot's SRDF (default: one beside the file)",
     )
     parser.add_argument(
         "--arg",

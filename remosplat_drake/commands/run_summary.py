@@ -51,7 +51,7 @@ def facts_of(
     most, mean = metrics.line_deviation_max, metrics.line_deviation_mean
     if most is not None and mean is not None:
         beside = f"max {1e3 * most:.1f} mm, mean {1e3 * mean:.1f} mm"
-        facts.append(("beside the line", beside))
+        facts.append(("deviation from the line", beside))
     facts += [
         (
             "path",

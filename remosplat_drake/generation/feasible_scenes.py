@@ -116,7 +116,7 @@ def _robot(spheres: str) -> RobotModel:
 
 
 def _digest(robot: RobotModel, criteria: FeasibilityFilter) -> str:
-    """Returns a digest of all that a decision depends on."""
+    """Returns a digest of everything on which a decision depends."""
     digest = hashlib.sha256()
     digest.update(repr((GENERATOR_VERSION, FILTER_VERSION, criteria)).encode())
     digest.update(robot.spheres.p_LS.tobytes())

@@ -186,7 +186,7 @@ class _Worker:
         except RemoSplatError as error:
             self._tell(Trouble(str(error)))
         except Exception as error:
-            _log.exception("the mapping process goes on after an error")
+            _log.exception("the mapping process continues after an error")
             self._tell(Trouble(f"{type(error).__name__}: {error}"))
 
     def _do(self, request: Request) -> None:

@@ -120,7 +120,7 @@ def thinned(p_W: np.ndarray, passes: int = 2) -> np.ndarray:
 
     Args:
         p_W: Points, shape (n, 3) [m].
-        passes: How often every point is moved.
+        passes: Number of times that every point is moved.
     """
     for _ in range(passes):
         tree = KDTree(p_W)
@@ -157,11 +157,11 @@ def times_looked_through(
     Args:
         capture: Posed RGB-D images.
         p_W: Points in W, shape (n, 3) [m].
-        margin: A view looked through a point when the pixel that it projects
-            to, and all pixels around that, are deeper by this much [m]; beyond
-            2 m it grows with the square of the depth.
-        pitch: How far apart a view's pixels may be at each point, shape (n,)
-            [m]; None for any distance.
+        margin: A view looked through a point if the point's pixel and all
+            neighbours of this pixel are deeper than the point by more than this
+            [m]; beyond 2 m it grows with the square of the depth.
+        pitch: Largest distance between a view's pixels at each point, shape
+            (n,) [m]; None for any distance.
         normal_W: Unit normals of the surfaces that the points are on, shape (n,
             3): the margin is along them, so that a camera that is slightly too
             low does not seem to look through a floor at a grazing angle; None:

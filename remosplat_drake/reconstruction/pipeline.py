@@ -65,7 +65,7 @@ class Reconstruction:
     Attributes:
         splat: The splat in the capture's world frame, with the uncertainty of
             its discs if requested.
-        method: How the splat was made, in words.
+        method: Description of how the splat was made.
         seconds: Wall-clock time that it took [s].
         capture: The capture that the splat fits: the given one, or that with
             refined cameras.

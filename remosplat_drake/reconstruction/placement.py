@@ -38,7 +38,7 @@ class Placement:
 
     Attributes:
         X_FW: Pose of the capture's frame W in the map's frame F.
-        words: How it was found, in words.
+        words: Description of how it was found.
         has_floor: Whether the floor is known to be z = 0 in F, z up.
     """
 

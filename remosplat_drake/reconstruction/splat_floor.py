@@ -158,7 +158,7 @@ def frame_of_points(
     """Makes the pose X_FG of G in the frame F of three points on a floor.
 
     Args:
-        p_GO: Where F has its origin, shape (3,).
+        p_GO: Origin of F, shape (3,).
         p_GX: A point on F's x axis, shape (3,).
         p_GY: A point of the floor where F's y is positive, shape (3,).
 

@@ -16,7 +16,7 @@ _FEWEST = 30
 """Least number of visible points for a decision."""
 
 _MOST_THROUGH = 0.5
-"""Share of them that must not be transparent to the camera."""
+"""Largest share of them that a camera may look through."""
 
 
 def contradiction(

@@ -12,7 +12,7 @@ from remosplat_drake.base.ranges import Config, Position
 
 @dc.dataclass
 class SightConfig(Config):
-    """Settings to distinguish moving things from the known scene.
+    """Settings of the detection of moving objects.
 
     Errors of depth grow with its square, as for triangulation; the defaults are
     those of an Intel RealSense D435.

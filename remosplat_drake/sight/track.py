@@ -119,7 +119,7 @@ class Track:
 
         Args:
             time: The later time [s].
-            config: How it may move.
+            config: Bounds on its motion.
         """
         v, _ = self.edges.velocity(config.max_speed)
         way = (time - self.edges.time) * v
@@ -134,7 +134,7 @@ class Track:
 
         Args:
             since: Time at which it was last seen [s].
-            config: How it may move.
+            config: Bounds on its motion.
         """
         t = self.edges.time - since
         v, error = self.edges.velocity(config.max_speed)
@@ -148,7 +148,7 @@ class Track:
         """Returns the thing as movers, with bounds on its motion.
 
         Args:
-            config: How it may move.
+            config: Bounds on its motion.
             coarse: Whether the visible part gets one box instead of several.
         """
         parts = [(part, self.error) for part in self._seen_parts(coarse)]

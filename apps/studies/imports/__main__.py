@@ -96,8 +96,8 @@ def is_right(robot: Robot, result: Result) -> bool:
     """Returns whether the result of an import is correct.
 
     Args:
-        robot: What is right.
-        result: What was made.
+        robot: The robot, with the correct result.
+        result: The result of the import.
     """
     return all(judged(robot, result))
 
@@ -106,8 +106,8 @@ def judged(robot: Robot, result: Result) -> tuple[bool, bool, bool]:
     """Returns whether tools, joints and base of an import are correct, each.
 
     Args:
-        robot: What is right.
-        result: What was made.
+        robot: The robot, with the correct result.
+        result: The result of the import.
     """
     return (
         sorted(result.tools) == sorted(robot.tools),

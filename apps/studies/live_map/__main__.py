@@ -262,7 +262,7 @@ def memory_table(memory: LiveMemory) -> Table:
         "memory [MB]",
         title=f"{memory.minutes:g} simulated minutes, {memory.maps} changes of"
         f" the map, at most {_FRAMES} frames in each",
-        caption="trends a minute after the first third",
+        caption="slope per minute after the first third",
     )
     for heading in (
         "after a third",

@@ -41,7 +41,7 @@ def cases(split: str, first: int, count: int) -> list[Case]:
     Args:
         split: Name of the split, or `named`.
         first: Number of the first case.
-        count: How many.
+        count: Number of cases.
     """
     if split == NAMED_SPLIT:
         drawn = [

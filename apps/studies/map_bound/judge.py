@@ -107,7 +107,7 @@ def random_queries(
     """Draws points of the robot's workspace.
 
     Args:
-        sight: What the cameras saw.
+        sight: True data of the cameras.
         count: Number of random points, of which a part can be used.
         rng: Source of randomness.
     """
@@ -128,7 +128,7 @@ def worst_queries(
 
     Args:
         field: The map.
-        sight: What the cameras saw.
+        sight: True data of the cameras.
         rng: Source of randomness.
     """
     perfect = sight.perfect
@@ -164,7 +164,7 @@ def times_seen(
     Args:
         p_W: The points, shape (n, 3) [m].
         inward_W: Unit normals into the solid, shape (n, 3).
-        sight: What the cameras saw.
+        sight: True data of the cameras.
 
     Returns:
         Shape (n,).

@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("results/operators"),
         metavar="DIR",
-        help=f"where {RESULTS} and the sessions go; existing results are not"
+        help=f"folder of {RESULTS} and the sessions; existing results are not"
         " computed again (results/operators)",
     )
 

@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fit",
         action="store_true",
-        help="count the meshes of --library that fit the Panda's hand, and end",
+        help="only count the meshes of --library that fit the Panda's hand",
     )
     parser.add_argument(
         "--jobs",
@@ -82,7 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("results/pick_and_place"),
         metavar="DIR",
-        help=f"where {PROBLEMS} goes (results/pick_and_place)",
+        help=f"folder of {PROBLEMS} (results/pick_and_place)",
     )
 
 

@@ -67,7 +67,7 @@ def thin_cases(split: str, first: int, count: int) -> list[Case]:
     Args:
         split: Name of the split, or `named`.
         first: Number of the first case.
-        count: How many.
+        count: Number of cases.
     """
     numbers = range(first, first + count)
     kinds = [THIN[i % len(THIN)] for i in numbers]

@@ -36,7 +36,7 @@ def true_cameras(
         walk: The camera's path.
         time: Times of the poses, shape (n,) [s].
         what: The errors.
-        seed: Seed of all that is random.
+        seed: Seed of all random numbers.
     """
     K = pinhole()
     turn = np.random.default_rng([seed, 1]).uniform(0, 2 * np.pi)
@@ -55,7 +55,7 @@ def disturbed(
         caster: Casts rays into the scene.
         cameras: The cameras that `true_cameras` returns.
         what: The errors of the capture.
-        seed: Seed of all that is random.
+        seed: Seed of all random numbers.
     """
     time = cameras.time + what.delay
     rgb, exact = cameras.images(caster)

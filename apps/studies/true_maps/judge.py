@@ -95,7 +95,7 @@ def judge(
 
     Args:
         splat_W: The map, aligned with the truth, with its discs' uncertainty.
-        sight: What the cameras saw.
+        sight: True data of the cameras.
         rng: Source of randomness.
     """
     raw = SphereToEllipsoidField(splat_W.with_uncertainty(None))
@@ -140,7 +140,7 @@ def random_queries(
     """Draws points on rays in front of the surfaces that pixels show.
 
     Args:
-        sight: What the cameras saw.
+        sight: True data of the cameras.
         count: Number of pixels, of which a part yields points.
         rng: Source of randomness.
     """
@@ -162,7 +162,7 @@ def worst_queries(
 
     Args:
         field: The map.
-        sight: What the cameras saw.
+        sight: True data of the cameras.
         rng: Source of randomness.
     """
     surface = sight.surface(SURFACE, rng)

@@ -152,7 +152,7 @@ class Sight:
         pitch = z / cameras.K[0, 0]
         step = np.arange(1, _STEPS + 1) / _STEPS
         xy = np.stack([np.cos(_ACROSS), np.sin(_ACROSS)], axis=1)
-        # By direction, to either side, by step.
+        # Axes of the array: direction, side, step.
         offset = np.stack([xy, -xy], axis=1)[:, :, None] * step[:, None]
         shape = len(rows), *offset.shape[:-1]
         axes_W = X_WC[:, :3, :2].transpose(0, 2, 1)

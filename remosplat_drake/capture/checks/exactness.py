@@ -187,6 +187,6 @@ def _find_shift(capture: Capture, wide: WideBaselines) -> Finding | None:
     best = as_colours_tell(best, capture)
     problem = (
         f"{best.words}: views disagree by {1e3 * before:.1f} mm (median), but"
-        f" by {1e3 * least:.1f} mm with that undone"
+        f" by {1e3 * least:.1f} mm after its correction"
     )
     return Finding(POSES, problem, remedy=best.remedy, mend=best.undo)

@@ -199,7 +199,7 @@ def judge_registration(
         if undone > _MUCH_BETTER * as_is + _MIN_GAIN:
             problem = (
                 f"{shift.words}: edges correlate by {as_is:.2f}, but by"
-                f" {undone:.2f} with that undone"
+                f" {undone:.2f} after its correction"
             )
             return [
                 Finding(COLOURS, problem, remedy=shift.remedy, mend=shift.undo)

@@ -99,10 +99,10 @@ class _Matches:
     Attributes:
         p_W: The points, shape (k, 3) [m].
         normal_W: Normals of the surfaces, shape (k, 3).
-        gap: How far a's surface lies from b's along them, shape (k,) [m].
+        gap: Distance from b's to a's surface along them, shape (k,) [m].
         found: Number of points of a, and of b, that are among them.
-        beyond: How far behind other points of a, and of b, the other view sees
-            a surface, less `_THROUGH_FAR` of their depth, shape (k',) each [m].
+        beyond: Distances of the other view's surface behind other points of a,
+            and of b, minus `_THROUGH_FAR` of their depth, shape (k',) each [m].
     """
 
     p_W: np.ndarray

@@ -54,7 +54,7 @@ LOOKS_FOR = (
     f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
     " metadata.json, rgb/ and depth/"
 )
-"""What `recognises` looks for, in words."""
+"""Description of the files that `recognises` accepts."""
 
 
 @dc.dataclass(frozen=True)
@@ -149,7 +149,7 @@ def _opened(path: Path) -> Iterator[tuple[Source, _Layout]]:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns the remarks on a capture for the reader, without its frames."""
+    """Returns notes on omissions of a capture; reads no frames."""
     with _opened(path) as (root, layout):
         count = len(_poses(layout.metadata, read_json(root / layout.metadata)))
         folder, pattern = layout.color.split("/")

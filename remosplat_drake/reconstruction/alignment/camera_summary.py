@@ -114,7 +114,7 @@ _KINDS = {
         for i, axis in enumerate("xyz")
     },
 }  # fmt: skip
-"""How each error is reported, in the order of reports."""
+"""Texts and units of each error, in the order of reports."""
 
 
 def camera_errors(alignment: Alignment) -> list[CameraError]:

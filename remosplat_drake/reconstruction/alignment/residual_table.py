@@ -94,7 +94,8 @@ def is_better(before: np.ndarray, after: np.ndarray) -> bool:
 
     Nearly as many points as before must have a surface; a distance counts up to
     2 cm. Few pairs contradict a drift along a table, so the mean is not tested:
-    gains must be a hundredth of the distances, and three times the losses.
+    the net decrease of the pairs' means must exceed 0.01 of their sum, and
+    twice the sum of their increases.
 
     Args:
         before: Distances of points of m held-out pairs, shape (m, k) [m].

@@ -108,8 +108,9 @@ def assess(
         compared: Indices of the views whose images are compared with
             renderings.
         truth: The true geometry; None if unknown.
-        workspace: Box in which distances matter; None: where most was captured.
-        method: How the splat was made, in words.
+        workspace: Box in which distances are compared; None: around most of the
+            captured surfaces.
+        method: Description of how the splat was made.
         held_out: Whether the compared views were not trained on.
         count: Largest number of points at which distances are compared.
         seed: Seed of the random points.

@@ -43,7 +43,7 @@ class DistanceErrors(Config):
 
     # Name of the oracle.
     oracle: str = ""
-    # What distances are compared with: `capture`, `held-out views` or `truth`.
+    # Reference of the distances: `capture`, `held-out views` or `truth`.
     reference: str = ""
     # Number of points.
     count: Count = 0
@@ -117,7 +117,7 @@ class CoverageSummary(Config):
 class QualityReport(Config):
     """Measurements of a splat's quality, and the verdict; a file beside it."""
 
-    # How the splat was made, in words.
+    # Description of how the splat was made.
     method: str = ""
     # SHA-256 digest of the splat's file, in hex.
     splat_digest: str = ""
@@ -135,7 +135,7 @@ class QualityReport(Config):
     floaters: FloaterSummary = dc.field(default_factory=FloaterSummary)
     # Coverage of the workspace.
     coverage: CoverageSummary = dc.field(default_factory=CoverageSummary)
-    # How the cameras were refined; None: they were not.
+    # Refinement of the cameras; None: they were not refined.
     alignment: AlignmentSummary | None = None
     # Largest over-estimate of a distance by any oracle: as measured with the
     # best available reference, or the splats' own uncertainty, if that is

@@ -77,7 +77,7 @@ _AROUND, _WITNESSES = 0.02, 3
 flying pixel."""
 
 
-_NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
+_NOTHING = 1.0  # Distance by an oracle without a surface in range [m].
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -185,7 +185,7 @@ def cross_validate(
         capture: All views, refined.
         workspace: Space in which errors matter.
         errors: Draws of the errors of the cameras, in the capture's frame.
-        initialisation: How the map's surfels are laid; None: the defaults.
+        initialisation: Settings of the initial surfels; None: the defaults.
         report: Called with the progress.
 
     Returns:

@@ -40,8 +40,8 @@ _REACH = 0.03
 _NEIGHBORS = 12
 
 _FACING = 0.1
-"""How much planes that face the cameras are preferred, as a part of the points'
-variance: it turns normals that are well known by a few degrees at most."""
+"""Preference for planes that face the cameras, as a fraction of the points'
+variance: it rotates well determined normals by a few degrees at most."""
 
 
 def gaps(

@@ -30,8 +30,8 @@ def read_antimatter(path: Path) -> GaussianSplat:
     """Reads a `.splat` file, which always holds three scales.
 
     Raises:
-        FileError: The file is unreadable, truncated, or holds a value that no
-            splat can have. The format has no magic number.
+        FileError: The file is unreadable or truncated, or contains an invalid
+            value. The format has no magic number.
     """
     data = read_whole(path)
     if len(data) % _ROW.itemsize:

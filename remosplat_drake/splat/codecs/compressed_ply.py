@@ -42,8 +42,8 @@ def read_compressed_ply(path: Path) -> GaussianSplat:
     """Reads a compressed PLY of PlayCanvas, with or without bounds of colour.
 
     Raises:
-        FileError: The file is unreadable, truncated, no compressed PLY, its
-            counts do not match, or it holds a value that no splat can have.
+        FileError: The file is unreadable or truncated, is not a compressed PLY,
+            has contradictory counts, or contains an invalid value.
     """
     elements = read_ply_elements(path)
     for name in ("chunk", "vertex"):
