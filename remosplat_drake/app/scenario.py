@@ -277,7 +277,7 @@ class Scenario(Config):
                     where = f"cameras[{i}].{field.removesuffix('_name')}"
                     yield where, f"must be one of its own, got {value!r} again"
         if self.movers_from == CAMERAS and not self.cameras:
-            yield "movers_from", "says cameras; give some in `cameras`"
+            yield "movers_from", "is cameras, but the list `cameras` is empty"
         if self.controller.verify and self.control_period > LONGEST_VERIFIED:
             yield (
                 "control_period",

@@ -99,7 +99,8 @@ def _drive(
             is_new = False
             console.print(
                 f"the lens sees {100 * driver.coverage:.0f} % of the image"
-                " that the scenario's wrist_camera wants; fov_y_deg is smaller"
+                " that the scenario's wrist_camera requires; reduce its"
+                " fov_y_deg"
             )
         if driver.problem != problem:
             problem = driver.problem

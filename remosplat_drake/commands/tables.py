@@ -26,7 +26,7 @@ _NARROWEST = 16
 
 
 def open_console(*, stderr: bool = False, **options) -> Console:
-    """Makes a console that cuts and wraps nothing unless it is a terminal.
+    """Makes a console; only in a terminal it cuts and wraps texts.
 
     Args:
         stderr: Whether it prints to stderr, and not to stdout.

@@ -50,7 +50,7 @@ _FARTHEST = 3.0
 """Largest distance of a robot from its workspace [m]."""
 
 _MOST_VOXELS = 4e6
-"""More would take more than a minute."""
+"""Largest number of voxels; more would take over a minute."""
 
 _MOST_RINGS = 200
 """Largest number of points on a disc, for absurdly large discs."""

@@ -194,7 +194,8 @@ def _surface_points(
     largest = np.sort(splat.scales[inner], axis=1)[:, :-3:-1].astype(float)
     weight = np.minimum(largest, most).prod(axis=1) * splat.opacities[inner]
     kept = inner[rng.choice(len(inner), _SAMPLES, p=weight / weight.sum())]
-    # Only of these few: of a large splat all would be too much at once.
+    # Only for the drawn splats, since all rotations of a large splat need much
+    # memory.
     few = splat.select(kept)
     axes = np.argsort(-few.scales, axis=1)[:, :2]
     scales = np.take_along_axis(few.scales, axes, axis=1).astype(float)

@@ -88,7 +88,7 @@ class Edges:
         )
 
     def velocity(self, max_speed: float) -> tuple[np.ndarray, float]:
-        """Returns the velocity of the thing.
+        """Returns the velocity of the object.
 
         Args:
             max_speed: No thing is faster [m/s].

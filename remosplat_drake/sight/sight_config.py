@@ -18,7 +18,7 @@ class SightConfig(Config):
     those of an Intel RealSense D435.
     """
 
-    # Lower corner of the box in W in which something may move [m].
+    # Lower corner, in W, of the box in which movers are detected [m].
     lower: Position = dc.field(default_factory=lambda: [-3.0, -3.0, -0.2])
     # Upper corner of that box [m].
     upper: Position = dc.field(default_factory=lambda: [4.0, 3.0, 2.4])

@@ -36,7 +36,7 @@ def judge(folder: Path) -> OperatorResult:
     run = load_recorded_run(folder)
     truth = _truth(run)
     clearance, deepest = _clearances(run, truth)
-    # Known objects are not unseen.
+    # Objects that a frame shows do not count as unseen.
     fresh = np.where(clearance[SCENE] < 0, np.inf, clearance[UNSEEN])
     clearance[UNSEEN] = fresh
     touches = [

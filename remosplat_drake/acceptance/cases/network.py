@@ -1,4 +1,4 @@
-"""The wire between the two delays and loses messages."""
+"""Faults: the network between robot and controller delays or loses messages."""
 
 from remosplat_drake.acceptance.fault_case import (
     GOES_ON,

@@ -91,7 +91,7 @@ def view_groups(pairs: np.ndarray, n: int) -> list[np.ndarray]:
 def _joined(
     capture: Capture, pairs: np.ndarray, without: np.ndarray
 ) -> np.ndarray:
-    """The pairs, and one between any two groups for which there is one.
+    """Adds a pair of views between any two groups that share surfaces.
 
     Args:
         capture: The views.

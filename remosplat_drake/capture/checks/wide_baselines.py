@@ -44,8 +44,8 @@ _THROUGH, _THROUGH_FAR = 0.05, 0.03
 [m], plus this fraction of the depth."""
 
 _TIMES_OFFSET = 5.0
-"""If views disagree, the distance for looking through is at least this multiple
-of their disagreement."""
+"""Least margin of `_THROUGH`, as a multiple of the median disagreement of
+views."""
 
 _SAME_NORMAL = 0.85
 """Least cosine between the normals that two views have for the same surface."""
