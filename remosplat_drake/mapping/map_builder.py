@@ -137,7 +137,7 @@ def _surfaces(
     effort: str,
     report: Report,
 ) -> GaussianSplat:
-    """Returns discs that start on all seen surfaces and fit the present ones.
+    """Makes discs on all seen surfaces, and fits them to the present surfaces.
 
     Earlier surfaces that new objects hide remain.
 
