@@ -36,7 +36,7 @@ class HalfSpace(rs.DistanceField):
 class Wall(rs.Config):
     """An upright wall across the robot's way."""
 
-    # Where the wall stands [m].
+    # Position of the wall along x [m].
     x: Annotated[float, Interval(ge=-100, le=100)] = 1.2
 
     def make(self, splat_W=None, truth=None) -> rs.DistanceField:

@@ -1,8 +1,8 @@
 """Builds a wheel with compiled kernels: `make wheel`.
 
-It is for the Python that runs this, for processors from x86-64-v3 on, and for
-the versions of Numba and llvmlite that are installed. With other versions its
-kernels are not found, and the first start compiles them.
+The wheel is for the Python that runs this module, for processors from x86-64-v3
+on, and for the installed versions of Numba and llvmlite. With other versions,
+its kernels are not used, and the first start compiles them.
 """
 
 import argparse
@@ -22,7 +22,8 @@ SCENARIOS = (
     "{scene: {unknown: obstacle}}",
     "{oracle: !DepthRasterization {}}",
 )
-"""Overrides of the default scenario in runs whose kernels it contains."""
+"""Overrides of the default scenario: the wheel contains the kernels of these
+runs."""
 
 PLATFORM = "manylinux_2_28_x86_64"
 
@@ -31,7 +32,7 @@ def build(folder: Path) -> Path:
     """Builds the wheel for this Python, and returns its path.
 
     Args:
-        folder: Where it is put.
+        folder: Output folder of the wheel.
     """
     with TemporaryDirectory() as name:
         work = Path(name)
@@ -68,7 +69,7 @@ def _bring_kernels(folder: Path) -> None:
 
 
 def _require_exactly(content: Path) -> None:
-    """Restricts pip to the versions that the kernels fit."""
+    """Adds the versions of packages that the kernels require to the wheel."""
     (info,) = content.glob("*.dist-info")
     metadata = info / "METADATA"
     head, separator, text = metadata.read_text().partition("\n\n")

@@ -20,8 +20,8 @@ from remosplat_drake.benchmark.metrics import between_ticks
 from remosplat_drake.robot.robot_model import RobotModel
 
 METHOD, SECONDS = "ellipsoid-tuned", 10.0
-"""The benchmark's method, and its time limit [s]: guidance would not start
-towards unreachable targets."""
+"""The benchmark's method, and its time limit [s]. It has no guidance, which
+would not move towards unreachable targets."""
 
 QUERIES = 5_000
 """Number of random points among which the worst places are searched."""
@@ -45,7 +45,7 @@ class Places:
         inward_W: Directions in which they are approached, shape (n, 3).
         excess: Excess of the robot's distance over the true one before each,
             shape (n,) [m].
-        over: The same, of the map without its discs' uncertainty.
+        over: The excess without subtraction of the discs' uncertainty.
     """
 
     p_W: np.ndarray
@@ -57,7 +57,7 @@ class Places:
         """Returns the places that the hand may reach.
 
         Args:
-            start: Where the base starts: x, y and more, shape (2..,) [m].
+            start: Start of the base: x, y and more, shape (2..,) [m].
             focus_W: Middle of the workspace, shape (3,) [m].
         """
         ahead_W = np.array([*(focus_W[:2] - start[:2]), 0])
@@ -66,7 +66,7 @@ class Places:
         return self._selected(near & (is_before | (self.inward_W[:, 2] < 0)))
 
     def worst(self, count: int) -> list[int]:
-        """Returns the numbers of the worst places that are apart.
+        """Returns the indices of the worst places with enough distance.
 
         Args:
             count: Largest number of places.
@@ -104,8 +104,8 @@ class Truth(Protocol):
         """Judges configurations (n, n_q).
 
         Returns:
-            The robot's smallest true distance, and how deep it is in surfaces
-            that views saw [m].
+            The robot's smallest true distance, and its largest penetration of
+            seen surfaces [m].
         """
         ...
 
@@ -115,9 +115,9 @@ class Attack:
     """Result of one run; all lengths in metres.
 
     Attributes:
-        map: How the map was made; empty if there is one way only.
+        map: Name of the method that made the map; empty if there is one only.
         excess: Excess of the robot's distance over the true one at the place.
-        over: The same, of the map without its discs' uncertainty.
+        over: The excess without subtraction of the discs' uncertainty.
         clearance: Smallest true distance of the robot in the run.
         depth: Largest penetration of seen surfaces; 0 for none.
         nearest: Smallest distance of the hand from the place.
@@ -139,7 +139,7 @@ class Attacks:
         key: Name of the case.
         runs: The runs.
         refused: Maps that robots must not use, each with the reason.
-        error: What went wrong; empty for nothing.
+        error: Error text; empty without an error.
     """
 
     key: str
@@ -204,12 +204,12 @@ def attack(
     """Sends the robot to the worst places of a map.
 
     Args:
-        scenario: What `attack_scenario` returns.
-        world: The robot, where it starts, and the map.
-        places: Places that it may reach.
+        scenario: The result of `attack_scenario`.
+        world: The robot, its start, and the map.
+        places: Places that the robot may reach.
         count: Largest number of runs.
         truth: The reference for the runs.
-        name: How the map was made.
+        name: Name of the method that made the map.
     """
     robot, attacks = world.robot, []
     for i in places.worst(count):
@@ -244,7 +244,7 @@ def summary(results: Sequence[Attacks]) -> list[str]:
     refused = [reason for result in results for reason in result.refused]
     lines = [f"{len(runs)} runs aimed at the worst places of maps"]
     if refused:
-        lines.append(f"{len(refused)} maps that no robot is let use")
+        lines.append(f"{len(refused)} maps that robots must not use")
     lines += [
         f"{r.key}: {r.error.splitlines()[-1]}" for r in results if r.error
     ]

@@ -1,4 +1,4 @@
-"""Measures detection times of unreported stops of a base, and false alarms.
+"""Measures how fast unreported stops of a base are detected, and false alarms.
 
     python -m apps.studies.base_stops --hours 10
 
@@ -29,10 +29,10 @@ PERIOD = 0.01
 """Time between two commands [s]."""
 
 STATUS_PERIOD = 3
-"""Number of these between two odometries."""
+"""Number of command periods between two odometry messages."""
 
 SPEED_PERIOD = 10
-"""Number of these between two measurements of the speed."""
+"""Number of command periods between two measurements of the speed."""
 
 LIMIT = np.array([1.0, 3.0])
 """Greatest acceleration of commands [m/s^2, rad/s^2]."""
@@ -55,7 +55,7 @@ SPEEDS = (0.05, 0.1, 0.2, 0.5)
 
 @dc.dataclass(frozen=True)
 class Base:
-    """What is wrong with a base.
+    """Faults of a base.
 
     Attributes:
         delay: Time from a command to the wheels [s].
@@ -69,7 +69,7 @@ class Base:
 
     @staticmethod
     def drawn(random: np.random.Generator) -> "Base":
-        """Draws a base whose delay and lag together stay below a quarter."""
+        """Draws a base whose delay and lag together are less than 0.25 s."""
         return Base(
             random.uniform(0.0, 0.15),
             random.uniform(0.02, 0.08),
@@ -95,7 +95,7 @@ class Drive:
     speed: np.ndarray
 
     def first_alarm(self, delay: float) -> float:
-        """Returns when the residual finds a fault, infinite for never [s].
+        """Returns the time at which the residual detects a fault [s], or inf.
 
         Args:
             delay: Longest delay from a command to its effect [s].
@@ -128,10 +128,10 @@ def driven(
     """Drives a base.
 
     Args:
-        random: Where noise comes from.
-        base: What is wrong with it.
+        random: Source of randomness.
+        base: Faults of the base.
         commands: The commands, shape (n, 2) [m/s, rad/s].
-        stops_at: When it stops by itself [s].
+        stops_at: Time at which it stops by itself [s].
     """
     path = CommandedPath()
     pose, v, late = np.zeros(3), np.zeros(2), round(base.delay / PERIOD)
@@ -170,7 +170,7 @@ def random_commands(random: np.random.Generator, n: int) -> np.ndarray:
 
 
 def false_alarms(random: np.random.Generator, hours: float) -> tuple[int, int]:
-    """Counts the drives in which the residual alarms, and all drives."""
+    """Counts the drives with a false alarm, and all drives."""
     delay, n = HardwareConfig.base_delay, round(SESSION / PERIOD)
     count = max(1, round(3600 * hours / SESSION))
     alarms = 0
@@ -183,12 +183,12 @@ def false_alarms(random: np.random.Generator, hours: float) -> tuple[int, int]:
 def time_to_alarm(
     random: np.random.Generator, speed: float, base: Base
 ) -> float:
-    """Returns how long after a stop the residual finds it [s].
+    """Returns the time from a stop to its detection by the residual [s].
 
     Args:
-        random: Where noise comes from.
+        random: Source of randomness.
         speed: Speed at which the base stops [m/s].
-        base: What is wrong with it.
+        base: Faults of the base.
     """
     commands = np.tile([speed, 0.0], (600, 1))
     commands[:50] *= np.linspace(0, 1, 50)[:, None]

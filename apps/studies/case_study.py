@@ -16,7 +16,7 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.pool import Job
 
 NAMED = "named"
-"""The split whose cases have names: one fault at a time."""
+"""The split of named cases, with one fault each."""
 
 
 @dc.dataclass(frozen=True)
@@ -94,7 +94,7 @@ class CaseStudy:
         suffix: str,
         restored: Callable[[dict[str, Any]], Any],
     ) -> list[Any]:
-        """The kept results of jobs, and those of the rest, which are run."""
+        """The results of all jobs; missing ones are computed."""
         path = arguments.output / f"{arguments.split}{suffix}.jsonl"
         return run_missing(jobs, path, restored, arguments.jobs)
 
@@ -105,26 +105,30 @@ def add_arguments(
     """Declares the flags of a study of cases.
 
     Args:
-        parser: Where they go.
+        parser: Parser that receives the flags.
         name: Name of the study's module in this folder.
-        splits: Names of the splits besides `NAMED`: the one that constants are
-            chosen on, then the one that is reported.
+        splits: Names of the splits besides `NAMED`: first the one for the
+            choice of constants, then the reported one.
     """
     parser.add_argument(
         "--split",
         choices=[NAMED, *splits],
         default=NAMED,
-        help="which cases: one fault at a time (named), those that constants"
-        " are chosen on, or those that are reported",
+        help="split of the cases: one fault at a time (named), the choice of"
+        " constants, or the reported results",
     )
     parser.add_argument(
-        "--count", type=int, default=8, help="how many cases (8)"
+        "--count", type=int, default=8, help="number of cases (8)"
     )
     parser.add_argument(
         "--first", type=int, default=0, help="number of the first case (0)"
     )
     parser.add_argument(
-        "--jobs", type=int, default=2, metavar="N", help="at a time (2)"
+        "--jobs",
+        type=int,
+        default=2,
+        metavar="N",
+        help="number of parallel workers (2)",
     )
     parser.add_argument(
         "--attacks",
@@ -139,5 +143,5 @@ def add_arguments(
         type=Path,
         default=Path("results") / name,
         metavar="DIR",
-        help="where results go; what is there is not done again",
+        help="folder of the results; existing results are not computed again",
     )

@@ -9,18 +9,18 @@ _RESAMPLES = 2000
 def share_with_interval(
     counts: np.ndarray, seed: int = 0
 ) -> tuple[float, float, float]:
-    """Computes a share of all things, with an interval over their groups.
+    """Computes a share of items, with a confidence interval over their groups.
 
-    Things of one group are correlated, so groups are resampled (a bootstrap),
-    not things.
+    Items of one group are correlated, so groups are resampled (a bootstrap),
+    not items.
 
     Args:
-        counts: How many things of each group count, and how many it has, shape
-            (n, 2).
+        counts: Number of counted items of each group, and its number of items,
+            shape (n, 2).
         seed: Seed of the bootstrap.
 
     Returns:
-        The share of all things, and the bounds of its 95 % interval.
+        The share of all items, and the bounds of its 95 % interval.
     """
     rng = np.random.default_rng(seed)
     drawn = rng.integers(len(counts), size=(_RESAMPLES, len(counts)))
@@ -33,11 +33,11 @@ def share_with_interval(
 def upper_limit(count: int, total: int) -> float:
     """Returns the upper bound of a probability's 95 % interval.
 
-    That is the two-sided one of Clopper and Pearson.
+    The interval is the two-sided one of Clopper and Pearson.
 
     Args:
-        count: How often the thing happened.
-        total: How often it could have, at least 1.
+        count: Number of events.
+        total: Number of trials, at least 1.
     """
     interval = binomtest(count, total).proportion_ci(0.95, "exact")
     return float(interval.high)

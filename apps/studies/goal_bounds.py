@@ -47,8 +47,9 @@ CLEARANCES = (0.021, 0.010)
 """Required clearances at the goal, in descending order [m]."""
 
 _MARGIN = 0.95
-"""Fraction of the goal's tolerances that may be used up. A controller stops
-as soon as it is within them, and some goals can only be held at their edge."""
+"""Fraction of the goal's tolerances that a configuration may use. A controller
+stops once it is within them, and some goals are feasible at their limit
+only."""
 
 _SAVE_EVERY = 20  # Verdicts.
 
@@ -148,15 +149,15 @@ def goal_bounds(
 ) -> list[GoalVerdict]:
     """Returns the verdicts of all scenes for all sphere sets.
 
-    Verdicts that the file holds already are not searched again.
+    Verdicts in the file are not searched again.
 
     Args:
         cases: Scenes to judge; scanned ones, which have no solids, are left
             out.
         path: Path of the file that keeps verdicts, even after an interruption.
         jobs: Number of worker processes; 0 runs everything in this one.
-        on_verdict: Callback for the numbers of verdicts that are done and to
-            do.
+        on_verdict: Called with the number of finished verdicts and of all
+            verdicts.
 
     Raises:
         FileError: The file cannot be read or written.
@@ -274,20 +275,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=20,
         metavar="N",
-        help="how many of each family (%(default)s)",
+        help="number of scenes of each family (%(default)s)",
     )
     parser.add_argument(
         "--suite",
         default="generated",
         metavar="generated|published:DIR|scan:NAME",
-        help="as `remosplat benchmark` takes it (%(default)s)",
+        help="a suite of `remosplat benchmark` (%(default)s)",
     )
     parser.add_argument(
         "--output",
         type=Path,
         default=Path("results/benchmark"),
         metavar="DIR",
-        help=f"where {GOALS} goes; what is there is not searched again"
+        help=f"folder of {GOALS}; existing verdicts are not searched again"
         " (%(default)s)",
     )
     parser.add_argument(

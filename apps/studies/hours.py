@@ -1,9 +1,9 @@
-"""Hours on end: what a long run on the wire costs, and how it goes on.
+"""Measures memory and timing of a run of several hours on the wire.
 
 `remosplat run --hardware` drives the stand-in robot to and fro between two
 targets. Now and then the robot is stopped, by a fault with a reset, and armed
-again. Memory is sampled all the while; at the end the loop's periods and all
-stops are compared with what was asked for.
+again. Memory is sampled during the run. At the end, the loop's periods and all
+stops are compared with the expected ones.
 """
 
 import argparse
@@ -52,18 +52,19 @@ _BUSY = """
   supervisor: {max_status_age: 0.5, max_tick_age: 0.5, max_overrun: 0.5,
     follow_dwell: 2, max_tracking_error: 10}
 """
-"""Thresholds as wide as a real robot allows: late ticks stop nothing then."""
+"""The widest thresholds for real robots, so that late ticks do not stop the
+robot."""
 
 _SCENARIO = "to_and_fro.yaml"
 
 _LEG = 1.5
-"""Time that a leg takes at least [s]."""
+"""Least time between two targets [s]."""
 
 _FAULT, _FAULT_TIME = "user-stop", 1.0
-"""What stops the robot now and then, and for how long [s]."""
+"""Fault that stops the robot periodically, and its duration [s]."""
 
 _SAMPLE = 5.0
-"""Time between two looks at the memory [s]."""
+"""Time between two samples of the memory [s]."""
 
 _START = 300.0
 """Longest time until the robot moves: kernels may have to compile [s]."""
@@ -72,28 +73,28 @@ _END = 600.0
 """Longest time for the run to write its files [s]."""
 
 _LINES = 12
-"""Number of the program's last lines that an error has."""
+"""Number of the program's last output lines in an error."""
 
 MINUTE = 60.0
 
 
 @dc.dataclass(frozen=True)
 class LongRun:
-    """What a long run has cost, and how it went.
+    """Measurements of a long run.
 
     Attributes:
-        minutes: How long the robot was driven [min].
-        growth: By how much the memory of the controller and its processes
-            grew, after a third of the time [MB an hour].
+        minutes: Duration of the run [min].
+        growth: Growth of the memory of the controller and its processes after
+            the first third of the time [MB/h].
         memory: That memory, once a minute [MB].
-        caused: How many stops were caused.
+        caused: Number of caused stops.
         stops: Reasons of all stops, in their order.
         ticks: Number of control ticks.
-        missed: Number of ticks that were left out.
+        missed: Number of omitted ticks.
         periods_first: Periods of the first tenth of the ticks, median and
             99th percentile [s].
         periods_last: The same of the last tenth.
-        targets: How many targets were reached.
+        targets: Number of reached targets.
         exit_code: The program's exit code.
     """
 
@@ -120,15 +121,14 @@ def drive_for(
     """Drives the stand-in for some time, and measures.
 
     Args:
-        minutes: How long [min].
-        stop_every: Time between two stops that are caused [min]; None for
-            none.
+        minutes: Duration [min].
+        stop_every: Time between two caused stops [min]; None for no stops.
         folder: Folder that receives the run's files; None keeps none.
-        is_busy: Whether this computer has other work, so that late ticks are
-            no news.
+        is_busy: Whether this computer has other load, so that late ticks are
+            expected.
 
     Raises:
-        RemoSplatError: The run did not begin, or did not end in order.
+        RemoSplatError: The run did not begin, or did not end normally.
     """
     with tempfile.TemporaryDirectory() as temporary:
         there = folder or Path(temporary)
@@ -174,7 +174,7 @@ def _driven(minutes: float, stop_every: float | None, folder: Path) -> LongRun:
 
 
 def _write_scenario(path: Path, minutes: float, extra: str) -> None:
-    """Writes a scenario whose targets do not come to an end."""
+    """Writes a scenario with more targets than the run can reach."""
     legs = math.ceil(minutes * MINUTE / _LEG)
     targets = [f"  - {_TO_AND_FRO[k % 2]}\n" for k in range(legs)]
     path.write_text(
@@ -193,13 +193,14 @@ def _spread(periods: np.ndarray) -> tuple[float, float]:
 
 
 class _Watch:
-    """Arms the robot, stops it now and then, and looks at the memory.
+    """Arms the robot, stops it periodically, and samples the memory.
 
     Attributes:
-        minutes: When the memory was looked at, since the motion began [min].
-        memory: What it was, of the controller and its processes.
+        minutes: Times of the memory samples since the beginning of the motion
+            [min].
+        memory: Memory of the controller and its processes at these times [MB].
         stops: Reasons of all stops so far.
-        caused: How many of these were caused.
+        caused: Number of caused stops among these.
     """
 
     def __init__(self, url: str, run: subprocess.Popen, said: Path):
@@ -221,7 +222,7 @@ class _Watch:
             self._listen()
 
     def go_on(self, minutes: float, stop_every: float | None) -> None:
-        """Lets the run go on for some time, and causes stops [min]."""
+        """Waits for some time [min] during the run, and causes stops."""
         start = time.monotonic()
         due = stop_every or math.inf
         while (now := (time.monotonic() - start) / MINUTE) < minutes:
@@ -241,11 +242,11 @@ class _Watch:
             self._listen()
 
     def _last(self) -> str:
-        """What the program has said last."""
+        """Returns the last lines of the program's output."""
         return "; ".join(self._said.read_text().splitlines()[-_LINES:])
 
     def _listen(self) -> None:
-        """Notes what the supervisor does, and arms the robot once it stands."""
+        """Records the supervisor's actions, and arms a robot at rest."""
         self._tap.listen_for(0.05)
         for lease in self._operator.leases():
             runs_no_more = lease.mode in (STOPPING, STOPPED) and self._mode in (
@@ -259,7 +260,7 @@ class _Watch:
 
 
 def _memory_of_all(pid: int) -> MemoryUse:
-    """What a process and its children have, together."""
+    """Returns the total memory of a process and its children."""
     tasks = Path(f"/proc/{pid}/task").glob("*/children")
     children = " ".join(task.read_text() for task in tasks).split()
     uses = [memory_of(number) for number in (pid, *children)]
@@ -269,7 +270,7 @@ def _memory_of_all(pid: int) -> MemoryUse:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Drives for as long as the flags say; prints and writes a LongRun."""
+    """Runs for the duration of the flags; prints and writes a `LongRun`."""
     return study_main("hours", __doc__, _add_arguments, _study, argv)
 
 
@@ -279,18 +280,18 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=120.0,
         metavar="MIN",
-        help="how long to drive (default: %(default)s)",
+        help="duration of the run (default: %(default)s)",
     )
     parser.add_argument(
         "--stop-every",
         type=positive,
         metavar="MIN",
-        help="time between two stops that are caused (default: none)",
+        help="time between two caused stops (default: no stops)",
     )
     parser.add_argument(
         "--busy",
         action="store_true",
-        help="this computer has other work: late ticks stop nothing",
+        help="this computer has other load: late ticks do not stop the robot",
     )
     parser.add_argument(
         "--folder",
@@ -302,7 +303,7 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Path,
         metavar="FILE",
-        help="JSON file for what was measured",
+        help="JSON file for the measurements",
     )
 
 

@@ -15,7 +15,7 @@ from remosplat_drake.base.pool import Job, run_jobs
 from remosplat_drake.benchmark.line_file import LineFile
 
 Restore = Callable[[dict[str, Any]], Any]
-"""Makes a result of the fields that a line holds."""
+"""Function that restores a result from the fields of a line."""
 
 
 def run_missing(
@@ -25,21 +25,21 @@ def run_missing(
     workers: int,
     doing: str = "reconstructing",
 ) -> list[Any]:
-    """Runs the jobs whose results a file lacks, and adds them to it.
+    """Runs the jobs without a result in a file, and adds their results.
 
     Args:
-        jobs: All jobs; subjects and results have a `key`, results are data
-            classes with an `error` that is empty for none.
+        jobs: All jobs; subjects and results have a `key`; results are data
+            classes with an `error`, which is empty without one.
         path: The file; it need not exist.
         restore: Makes a result of a line's fields.
         workers: Number of worker processes; 0 runs everything in this one.
-        doing: What is being done, for the progress bar.
+        doing: Description for the progress bar.
 
     Returns:
         The results of all jobs, in their order.
 
     Raises:
-        FileError: The file holds something else, or cannot be written.
+        FileError: The file contains other data, or cannot be written.
     """
     known = read_results(path, restore)
     missing = [job for job in jobs if job.subject.key not in known]
@@ -55,7 +55,7 @@ def run_missing(
 
 
 def read_results(path: Path, restore: Restore) -> dict[str, Any]:
-    """Reads the results of earlier runs, by key; errors are tried again.
+    """Reads the results of earlier runs by key, without those with an error.
 
     An incomplete line is ignored.
 
@@ -64,7 +64,7 @@ def read_results(path: Path, restore: Restore) -> dict[str, Any]:
         restore: Makes a result of a line's fields.
 
     Raises:
-        FileError: The file holds something else.
+        FileError: The file contains other data.
     """
     results = {}
     text = path.read_text() if path.is_file() else ""

@@ -1,7 +1,7 @@
 """Measures time and memory for splats of a building's size, step by step.
 
 Each size is a seeded hall, see `hall_scene`, whose PLY is written to a
-temporary folder and deleted in the end. Each size has a separate process, so
+temporary folder and deleted at the end. Each size has a separate process, so
 that its memory peak is known.
 """
 
@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--folder",
         type=Path,
         metavar="DIR",
-        help="where the files are kept meanwhile; 64 MB a million"
+        help="folder for the temporary files; 64 MB per million splats"
         " (default: the system's folder for temporary files)",
     )
 
@@ -84,7 +84,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise FieldError("large_splats", "--folder", "is not a folder")
     console, rows = open_console(), []
     with TemporaryDirectory(dir=arguments.folder) as folder:
-        # Hierarchies of these splats are of no use later, kernels are.
+        # Later runs can use the kernels, but not the hierarchies of these
+        # splats.
         os.environ["NUMBA_CACHE_DIR"] = str(kernels_dir())
         os.environ["XDG_CACHE_HOME"] = folder
         path = Path(folder) / "hall.ply"
@@ -111,7 +112,7 @@ def _peak() -> float:
 
 
 def _written(path: Path, n: int) -> list[float]:
-    """Seconds that the file takes to be written."""
+    """Time to write the file [s]."""
     splat = hall_scene(n)
     start = perf_counter()
     write_splat(path, splat)
@@ -119,7 +120,7 @@ def _written(path: Path, n: int) -> list[float]:
 
 
 def _opened(path: Path) -> list[float]:
-    """Seconds to read and to build, milliseconds of a query, and the peak."""
+    """Times to read and build [s], of a query [ms], and peak memory [GB]."""
     shutil.rmtree(cache_folder(), ignore_errors=True)
     start = perf_counter()
     splat = read_splat(path, harmonics=False)
@@ -135,7 +136,7 @@ def _opened(path: Path) -> list[float]:
 
 
 def _ticked(path: Path) -> list[float]:
-    """The first tick of a made-up scenario [ms], when it comes [s], the peak.
+    """First tick of a scenario [ms], time until it [s], and peak memory [GB].
 
     It does the same as `remosplat run SPLAT.ply --headless`, with compiled
     kernels.

@@ -1,8 +1,8 @@
-"""Writes a long capture as a phone's: one walk through a room.
+"""Writes a long capture like that of a phone: one walk through a room.
 
-The folder is one of the Stray Scanner app: a video, depth images of 256 x 192
-pixels with noise of one per cent, their confidence, and poses that drift.
-`remosplat reconstruct` then shows what a capture of this length takes.
+The folder has the format of the Stray Scanner app: a video, depth images of 256
+x 192 pixels with noise of one per cent, their confidence, and poses that drift.
+It serves to measure `remosplat reconstruct` with a capture of this length.
 """
 
 import argparse
@@ -42,16 +42,16 @@ RATE = 30.0
 """Frames in each second [1/s]."""
 
 _LOOP = 33.0
-"""Time of one way around the room [s]."""
+"""Time of one walk around the room [s]."""
 
 _RANGE = 5.0
-"""Nothing beyond this depth is measured [m]."""
+"""Largest measured depth [m]."""
 
 _TREMBLE = 0.01
-"""Standard deviation of a depth, as a part of it."""
+"""Standard deviation of a depth, as a fraction of it."""
 
 _ALIKE = 4.0
-"""Neighbouring depths tremble together over this many pixels."""
+"""Correlation length of depth noise [pixels]."""
 
 _DRIFT = np.array([0.002, 0.002, 0.004, 0.02, 0.02, 0.02])
 """Error of the last pose: rotation vector [rad], position [m]."""
@@ -62,7 +62,7 @@ _COLUMNS = ("timestamp", "frame", "x", "y", "z", "qx", "qy", "qz", "qw")
 
 def add_arguments(parser: argparse.ArgumentParser):
     """Declares the study's flags."""
-    parser.add_argument("folder", type=Path, help="the folder that is written")
+    parser.add_argument("folder", type=Path, help="output folder")
     parser.add_argument(
         "--frames", type=int, default=1000, help="number of frames (1000)"
     )
@@ -72,7 +72,9 @@ def add_arguments(parser: argparse.ArgumentParser):
         default=2.5,
         help="width of the video over that of the depth (2.5; a phone's: 7.5)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of room and noise")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed of room and noise"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -91,8 +93,8 @@ def run(arguments: argparse.Namespace) -> int:
 def walk(time: float) -> RigidTransform:
     """Returns the pose X_WC of the camera at a time [s].
 
-    The camera goes around the table's room once in `_LOOP`, at the height of
-    a chest, and looks about.
+    The camera circles through the table's room once in `_LOOP`, at the height
+    of a person's chest, and looks around.
     """
     along = 2 * np.pi * time / _LOOP
     p_WC = [
@@ -100,7 +102,7 @@ def walk(time: float) -> RigidTransform:
         1.6 * np.sin(along),
         1.35 + 0.1 * np.sin(5 * along),
     ]
-    # From the room's middle it turns to the walls, and back.
+    # It turns from the middle of the room to the walls, and back.
     yaw = along + np.pi + 0.9 * np.sin(4 * along)
     pitch = -0.45 + 0.3 * np.sin(7 * along)
     z_W = np.array(
@@ -143,7 +145,7 @@ def _write(arguments: argparse.Namespace, poses: Iterator[RigidTransform]):
 
 
 def _colors(K: np.ndarray, depth: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
-    """Colours that tell places apart, (h, w, 3): waves along the axes."""
+    """Colours that depend on the position, (h, w, 3): waves along the axes."""
     p_W = np.nan_to_num(back_project(K, depth, X_WC))
     waves = np.sin(p_W * [23.0, 29.0, 31.0]) * np.sin(p_W[..., ::-1] * 7.0)
     return (128 + 100 * waves).astype(np.uint8)
@@ -173,7 +175,7 @@ def _write_odometry(
     times: np.ndarray,
     poses: Sequence[RigidTransform],
 ):
-    """Writes the table of the poses, and the one camera."""
+    """Writes the table of poses, and the intrinsics."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(_COLUMNS)

@@ -75,20 +75,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=SCRIPT,
         metavar="FILE",
-        help="what the operator does (default: the shipped one, push.yaml)",
+        help="script of the operator (default: the shipped push.yaml)",
     )
     parser.add_argument(
         "--output",
         type=Path,
         default=Path("results/push"),
         metavar="DIR",
-        help=f"where {_FIGURE}, {_METRICS} and the session go; a session that"
-        " is complete is not run again (results/push)",
+        help=f"folder for {_FIGURE}, {_METRICS} and the session; a complete"
+        " session is not run again (results/push)",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs, draws and measures; returns 1 if anything true was touched."""
+    """Runs, draws and measures; returns 1 if the true scene was touched."""
     console = Console(stderr=True)
     scenario, world = _load(arguments)
     session = arguments.output / _SESSION
@@ -130,7 +130,7 @@ def _load(arguments: argparse.Namespace) -> tuple[Scenario, World]:
     )
     if not scenario.scene.truth:
         raise FieldError(
-            scenario.source, "scene.truth", "is needed to judge the run by"
+            scenario.source, "scene.truth", "is needed to evaluate the run"
         )
     check_mappable(scenario)
     world = load_world(scenario, blank=True)
@@ -142,7 +142,7 @@ def _load(arguments: argparse.Namespace) -> tuple[Scenario, World]:
 
 
 def _complete_run(folder: Path, scenario: Scenario) -> RecordedRun | None:
-    """Returns the recorded run, if it is of this scenario and complete."""
+    """Returns the recorded run if it is complete and has this scenario."""
     if not holds_session(folder):
         return None
     name = scenario.name
@@ -185,7 +185,7 @@ def _record(
 def measure(recorded: RecordedRun, trace: OperatorTrace) -> dict:
     """Measures a run; distances are in m, times in s.
 
-    None is an event that did not happen.
+    None stands for an event that did not occur.
     """
     assert trace.true_clearance is not None
     time, mapped = trace.time, recorded.log.rows["map_version"] > 0

@@ -12,8 +12,8 @@ class CameraErrors:
 
     Attributes:
         position: Largest error of a camera's position in W [m].
-        shape: The same after the rigid motion that fits best: what no other
-            choice of W explains [m].
+        shape: Largest error of a camera's position after the best rigid motion
+            [m], which no other choice of W reduces.
         rotation: Largest error of a camera's rotation in W [rad].
         scale: Error of the depth's scale.
     """
@@ -32,7 +32,7 @@ def camera_errors(
     Args:
         X_WC: Poses, shape (n, 4, 4).
         true_X_WC: The true poses, shape (n, 4, 4).
-        scale: How many times too large the depths are.
+        scale: Ratio of measured to true depths.
     """
     p_W, true_W = X_WC[:, :3, 3], true_X_WC[:, :3, 3]
     R = X_WC[:, :3, :3] @ true_X_WC[:, :3, :3].transpose(0, 2, 1)

@@ -19,8 +19,8 @@ def free_states(
     """Draws random configurations that touch nothing, shape (count, n_q).
 
     Joints are uniform within their limits, a base within `BASE_LOWER` and
-    `BASE_UPPER`. Only states of which some sphere is within `INFLUENCE`
-    count.
+    `BASE_UPPER`. Only states with a sphere within `INFLUENCE` of the scene are
+    used.
 
     Args:
         robot: Model of the robot.
@@ -47,12 +47,12 @@ def distance_errors(
     truth: DistanceField,
     states: np.ndarray,
 ) -> tuple[np.ndarray, Spheres]:
-    """Measures the errors of a map's distances, over all spheres that matter.
+    """Measures the errors of a map's distances, over all spheres in its range.
 
     Args:
         robot: Model of the robot.
-        field: Distances by the map. A sphere near which it finds nothing
-            counts as `INFLUENCE` away: that is all the controller would know.
+        field: Distances by the map. A sphere without a surface in range has the
+            distance `INFLUENCE`, as for the controller.
         truth: Distances to the true scene.
         states: Configurations, shape (k, n_q).
 

@@ -1,9 +1,9 @@
-"""Motions of `identify` from random poses, and whether they meet anything.
+"""Runs the motions of `identify` from random poses, and counts contacts.
 
-Robots stand anywhere where they are clear of the scene and of themselves. One
-axis, drawn by lot, makes the stroke that `remosplat identify` would choose
-there, in simulation and through the gate of every run. Every second robot is
-as late as one that is about to be measured may be.
+Robots start at random configurations that keep distances from the scene and
+between links. A random axis makes the stroke that `remosplat identify` would
+choose there, in simulation and with the diagram of every run. Every second
+robot has the largest delay that is permitted before identification.
 """
 
 import argparse
@@ -38,29 +38,29 @@ SCENARIOS = (
     "RidgebackReach",
     "TwoPandasReach",
 )
-"""A scenario of each robot that comes with the package."""
+"""A scenario of each shipped robot."""
 
 _CLEARANCE = 0.1
-"""Distance from the scene at the start, as `identify` wants it [m]."""
+"""Distance from the scene at the start, as `identify` requires it [m]."""
 
 _REACH = 0.3
 """Base poses lie within this distance of the scenario's start [m]."""
 
 _TRIES = 1000
-"""How many configurations are drawn for a pose at most."""
+"""Largest number of random configurations for a pose."""
 
 _PAUSE = 20
-"""Number of ticks that are left of each pause."""
+"""Number of ticks to which each pause is shortened."""
 
 
 @dc.dataclass
 class Strokes:
-    """What strokes of a robot have shown.
+    """Results of the strokes of a robot.
 
     Attributes:
         scenario: Name of its scenario.
         poses: Number of poses.
-        without_room: Number of poses at which no stroke was offered.
+        without_room: Number of poses without a possible stroke.
         held_back: Number of strokes that verification slowed down.
         contacts: Number of strokes in which the robot touched itself or the
             true scene.
@@ -80,7 +80,7 @@ class Strokes:
         """Judges a stroke by the truth.
 
         Args:
-            found: What the robot did.
+            found: Motion of the robot.
             world: The true scene, and the robot.
             own: The distances of the robot's own parts.
         """
@@ -122,7 +122,7 @@ def strokes_of(name: str, poses: int, seed: int = 0) -> Strokes:
             result.without_room += 1
             continue
         line = commands(stroke, robot, robot.velocity_limit, room.dt)
-        # A simulated omnidirectional base obeys at once.
+        # A simulated omnidirectional base follows commands without delay.
         is_late = k % 2 and not robot.is_omnidirectional
         robot.description.actuators = latest_axes(robot) if is_late else []
         there = dc.replace(world, q0=q0)
@@ -178,13 +178,13 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
         type=at_least_one,
         default=1000,
         metavar="N",
-        help="poses of each robot (default: %(default)s)",
+        help="number of poses of each robot (default: %(default)s)",
     )
     parser.add_argument(
         "--output",
         type=Path,
         metavar="FILE",
-        help="JSON file for what was found, written after each robot",
+        help="JSON file for the results, written after each robot",
     )
 
 

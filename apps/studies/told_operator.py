@@ -38,7 +38,7 @@ class ToldOperator(LeafSystem):
         command: OperatorCommand,
         map_requests: MapRequests,
     ) -> None:
-        """Changes what the system outputs.
+        """Changes the outputs of the system.
 
         Args:
             context: The system's own context, between two steps.

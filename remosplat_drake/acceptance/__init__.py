@@ -1,1 +1,1 @@
-"""Breaks a robot on a wire in every way, and judges how it stops."""
+"""Injects faults into a robot on a wire, and judges how it stops."""

@@ -1,4 +1,4 @@
-"""Processes that join a robot and its controller on their wire, uninvited.
+"""Processes that join the wire of a robot and its controller as a fault.
 
 Such a process takes seconds to start. Its case begins when its first packet is
 on the wire, which is recognised by the packet's sender.
@@ -22,14 +22,14 @@ from remosplat_drake.hardware.wire.multicast import MulticastListener
 from remosplat_drake.robot.robot_model import RobotModel
 
 REFUSED = 2
-"""Exit code of a controller that finds another one there."""
+"""Exit code of a controller that finds another one on the wire."""
 
 _START_UP = 60.0
 """Longest time until a process has joined, or has been refused [s]."""
 
 
 class Company:
-    """One process that joins, and its fate.
+    """One process that joins, and its outcome.
 
     Attributes:
         began: Wall-clock time of its first packet [s]; infinite before.
@@ -50,7 +50,7 @@ class Company:
         self._process: subprocess.Popen | None = None
 
     def join(self, stack: contextlib.ExitStack) -> None:
-        """Starts the process, and waits until it is there or has gone."""
+        """Starts the process, and waits until it has joined or ended."""
         listener = MulticastListener(self._url)
         stack.callback(listener.close)
         known = _senders(listener, 0.3)

@@ -1,4 +1,4 @@
-"""`Consent`: the operator of acceptance tests, which releases every robot."""
+"""`Consent`: a simulated operator of acceptance tests that releases robots."""
 
 import math
 import time
@@ -9,7 +9,7 @@ from remosplat_drake.hardware.client.operator import Operator
 from remosplat_drake.signals.supervisor_state import STOPPED, UNARMED
 
 _AGAIN = 0.2
-"""Time after which an operator asks once more [s]."""
+"""Time after which the operator repeats a request [s]."""
 
 
 class Consent:
@@ -26,7 +26,7 @@ class Consent:
         self._asked = -math.inf
 
     def give(self) -> None:
-        """Arms the sessions that wait now; call it again and again."""
+        """Arms the sessions that wait now; call it periodically."""
         leases = self._operator.leases()
         if time.monotonic() - self._asked < _AGAIN:
             return

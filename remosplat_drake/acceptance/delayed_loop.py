@@ -1,8 +1,8 @@
-"""The control tick in a closed loop with delays and lags, without any clock.
+"""The control tick in a closed loop with delays and lags, in simulated time.
 
 A campaign of real processes needs minutes for these cases; here they take
-seconds. The tick, its prediction and its verification are those that drive the
-robot. Only the robot and the wire are replaced by the model of its actuators.
+seconds. Tick, prediction and verification are those of real runs. Only robot
+and wire are replaced by a model of the actuators.
 """
 
 import dataclasses as dc
@@ -27,19 +27,19 @@ _STEPS = 5
 """Number of steps of the true robot in a tick."""
 
 _REACHED = 0.01
-"""Distance from the target that counts as there [m]."""
+"""Distance from the target that counts as arrival [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class DelayedRun:
-    """How a run ended.
+    """The outcome of a run.
 
     Attributes:
         clearance: Smallest true clearance [m].
         time: Time until the target was reached; infinite if it never was [s].
         distance: Distance from the target at the end [m].
-        share: Greatest share of its bound that a residual took up; NaN where
-            nothing was predicted.
+        share: Largest residual as a share of its bound; NaN if nothing was
+            predicted.
         seconds: Wall-clock time of each tick, shape (n,) [s].
     """
 
@@ -51,10 +51,10 @@ class DelayedRun:
 
 
 class DelayedRobot:
-    """A robot that moves as the model of its actuators says.
+    """A robot that moves by a model of its actuators.
 
     Attributes:
-        q: The true configurations so far, one each step, (n_q,) [m, rad].
+        q: The true configurations so far, one per step, (n_q,) [m, rad].
         times: Their times [s].
         v: The true velocities at these times, shape (n_u,) [m/s, rad/s].
     """
@@ -70,7 +70,7 @@ class DelayedRobot:
 
         Args:
             robot: The robot.
-            model: How its axes follow their commands.
+            model: The model of its actuators.
             q0: Configuration to start from, shape (n_q,) [m, rad].
             status_delay: Age of each axis' state when it is received, shape
                 (n_u,) [s].
@@ -82,7 +82,7 @@ class DelayedRobot:
         self._history = History.at_rest(robot.n_u)
 
     def move(self, u: np.ndarray, dt: float) -> None:
-        """Carries on for a tick, after a command was sent [m/s, rad/s]."""
+        """Simulates a tick after a command was sent [m/s, rad/s]."""
         now = self.times[-1]
         self._history = self._history.with_command(self.model, now, u)
         until = now + dt * np.arange(1, _STEPS + 1)[:, None] / _STEPS

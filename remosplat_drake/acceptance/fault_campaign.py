@@ -1,10 +1,9 @@
 """The fault campaign: reactions of a robot on a wire to faults.
 
-Robot and controller are processes of their own, a wire apart, as they are in
-a lab. While the robot moves, one thing goes wrong. A release is refused as
-long as that lasts; then the fault is taken back, and still nothing may
-move until a person releases the stop. After that the robot goes on. The judge
-is the simulated robot's true motion.
+Robot and controller are separate processes on a wire, as in a lab. One fault is
+injected while the robot moves. A release must be refused while the fault lasts.
+Then the fault is removed, and nothing may move until the stop is released.
+After that, the robot continues. The simulated robot's true motion is evaluated.
 """
 
 import dataclasses as dc
@@ -34,7 +33,7 @@ from remosplat_drake.app.run_result import REACHED
 from remosplat_drake.app.world import World
 
 _ATTEMPTS = 5
-"""Number of attempts at a run that is disturbed before its fault."""
+"""Largest number of attempts if a run is disturbed before its fault."""
 
 
 @dc.dataclass(frozen=True)
@@ -43,7 +42,7 @@ class FaultResult:
 
     Attributes:
         case: The case with its fault.
-        reason: Reason of the stop, as a person reads it.
+        reason: Displayed reason of the stop.
         time_to_zero: Time from the fault to a standstill [s]; NaN without one.
         moved_after: Largest distance that any part of the robot moved between
             the standstill and the release [m]; NaN without a standstill.
@@ -106,11 +105,10 @@ def _judged(run: FaultRun, case: FaultCase, world: World) -> FaultResult:
 def _judged_stop(
     run: FaultRun, case: FaultCase, true_run: TrueRun, world: World
 ) -> StopQuality:
-    """Judges the stop by the motion until the release."""
+    """Judges the stop from the motion until the release."""
     if case.part is Part.DRIVER_KILLED:
-        # The record of the killed robot is lost with it: what it was told
-        # last tells when it was to stand, and the new one's record whether it
-        # moved.
+        # The record of a killed robot is lost: the last command determines when
+        # it had to be at rest, and the new process's record whether it moved.
         moved = judge_stop(true_run, -math.inf, world.robot).moved_after
         return StopQuality(run.commanded - run.began, moved)
     began = run.first_stop if case.part is Part.TARGET else run.began
@@ -145,7 +143,7 @@ def _problem(result: FaultResult) -> str:
     if case.outcome == STOPS and not reason:
         return "the supervisor did not stop it"
     if case.reason not in reason:
-        return f"the reason does not say {case.reason!r}"
+        return f"the reason does not contain {case.reason!r}"
     if not result.time_to_zero < STOP_LIMIT:
         return "it did not come to rest"
     if not result.moved_after < CREEP:

@@ -16,7 +16,7 @@ class Part(Enum):
     CONTROLLER = "controller"
     """A fault of `fault_controller`, begun by a signal."""
     NETWORK = "network"
-    """The relay between the two turns bad."""
+    """The relay between both wires delays and loses messages."""
     TARGET = "target"
     """The scenario's own target jumps."""
     DRIVER_KILLED = "driver killed"
@@ -24,7 +24,8 @@ class Part(Enum):
     ARM_DRIVER_STALLED = "arm driver stalled"
     """`remosplat panda-driver` is stopped (SIGSTOP)."""
     ARM_CALLBACK_STALLED = "arm callback stalled"
-    """Its 1 kHz callback, a separate process, is stopped."""
+    """The 1 kHz callback of the arm's driver, a separate process, is
+    stopped."""
     SECOND_ROBOT = "second robot"
     """A second `remosplat hardware-sim` joins the wire."""
     SECOND_CONTROLLER = "second controller"
@@ -48,7 +49,7 @@ JOINING = (Part.SECOND_ROBOT, Part.SECOND_CONTROLLER, Part.STRANGER)
 """Parts in separate processes, besides robot and controller."""
 
 GOES_ON = "goes on"
-"""Outcome: the robot may go on, is safe, and reaches its target or stands."""
+"""Outcome: the robot may continue, is safe, and reaches its target or stops."""
 
 REACHES = "reaches the target"
 """Resumption: after a release the robot continues to its target."""
@@ -65,26 +66,26 @@ class FaultCase:
     Attributes:
         name: Name of the case in tables.
         part: Part of the system in which the fault occurs.
-        fault: Name of the fault, where the part has several.
-        value: Magnitude of the fault, in its own unit, where it has one.
+        fault: Name of the fault, if the part has several.
+        value: Magnitude of the fault in its own unit, if it has one.
         outcome: Expected outcome: STOPS, DRIVER_STOPS, ENDS or GOES_ON.
         reason: Text that the reason of the stop must contain.
         refusal: Text that the answer to a release must contain while the fault
-            is present; None where no release is tried.
-        resumes: Expected resumption, REACHES, MOVES or STAYS, once the fault
-            is gone and the stop released; None where it may be any.
-        then: Name of another fault that follows at once; empty for none.
-        tick_status: Status that some of the controller's ticks must have,
-            where it has to notice the fault; empty for any.
+            is present; None if no release is tried.
+        resumes: Expected resumption, REACHES, MOVES or STAYS, once the fault is
+            gone and the stop released; None if any is permitted.
+        then: Name of a second fault, which follows at once; empty for none.
+        tick_status: Status that at least one tick must have if the controller
+            must detect the fault; empty for any.
         watch: Time to observe the robot after the fault is over [s].
         text: YAML that overrides fields of the scenario.
         robot: Further arguments of `remosplat hardware-sim`.
         delay: Delay of the network [s].
         loss: Share of messages that the network loses, in [0, 1].
-        arm_driver: Whether the arm is driven by `remosplat panda-driver`,
-            which a new one replaces when the fault is over.
-        actuators: How the axes follow, as the controller's description of the
-            robot says; empty where they have not been measured.
+        arm_driver: Whether `remosplat panda-driver` drives the arm; it is
+            restarted when the fault is over.
+        actuators: Models of the axes in the controller's robot description;
+            empty if they have not been identified.
         clearance: True clearance that the robot must keep [m].
     """
 
@@ -109,7 +110,7 @@ class FaultCase:
 
 
 def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
-    """Makes a case of `remosplat hardware-sim`: its reason refuses, too.
+    """Makes a case of `remosplat hardware-sim`, with one text for both reasons.
 
     Args:
         name: Name of the case in tables.

@@ -4,9 +4,9 @@
 
 It runs a scenario on the robot at a wire, as `remosplat run --hardware` does,
 and waits for a release when it is stopped. SIGUSR1 makes its fault happen, a
-second one ends it, SIGUSR2 releases a stop. Its log, one JSON object a line
-on stdout, tells what the supervisor did, which socket hears the buttons of
-its page, if it has one, and at the end how the run went.
+second one ends it, SIGUSR2 releases a stop. Its log on stdout, one JSON object
+per line, contains the supervisor's actions, the socket for the buttons of its
+page, if it has one, and at the end the result of the run.
 """
 
 import argparse
@@ -38,10 +38,10 @@ FAULTS = {
     "stop-button": "a person presses the stop button",
     "exception": "the program fails in the middle of a tick",
     "hang": "the program stops to compute, and does not end",
-    "map-age": "the map gets no update any more",
-    "map-nan": "the map answers that it does not know",
-    "infeasible": "for 1.2 s the map holds the hand between two walls, both"
-    " a bit too near: no command fulfils both rows",
+    "map-age": "the map receives no updates any more",
+    "map-nan": "the map returns NaN",
+    "infeasible": "for 1.2 s the map has a wall on both sides of the hand,"
+    " both slightly too near: no command satisfies both rows",
 }
 """Faults of the controller's process, by name."""
 
@@ -49,11 +49,11 @@ _CONTRADICTION = 1.2
 """Time for which no command is feasible [s]."""
 
 _TOO_NEAR = 0.002
-"""Distance by which the two walls are nearer than the hand may come [m]."""
+"""Distance by which the two walls are inside the stopping distance [m]."""
 
 
 class FaultyField(DistanceField):
-    """A distance field that answers wrongly from some time on.
+    """A distance field that returns wrong results during a fault.
 
     Attributes:
         fault: Name of the present fault from `FAULTS`; empty for none.
@@ -81,7 +81,7 @@ class FaultyField(DistanceField):
 
     @property
     def compiled(self) -> Packed | None:
-        """The correct field's: a loop without a fault is as fast as any."""
+        """The correct field's compiled form: ticks without a fault are fast."""
         return None if self.fault else self._field.compiled
 
     def clearances(
@@ -89,7 +89,7 @@ class FaultyField(DistanceField):
     ) -> Clearances:
         """Returns the correct field's answer, changed by the present fault."""
         if self.fault == "exception":
-            raise RuntimeError("the map has failed, as it was told to")
+            raise RuntimeError("the map has failed: injected fault")
         if self.fault == "map-nan":
             return Clearances.unknown(len(spheres))
         answer = self._field.clearances(spheres, max_distance)
@@ -152,7 +152,7 @@ class FaultInjector:
             self._field.fault = self._name
 
     def _release_if_asked(self, context: Context) -> None:
-        """Passes a release on, and logs why one was refused."""
+        """Forwards a release, and logs the reason of a refusal."""
         refusal = self._supervisor.supervision(context).refusal
         if refusal and refusal != self._refusal:
             _log(refusal=refusal)

@@ -47,16 +47,16 @@ _RELEASE_LIMIT = 60.0
 
 
 class FaultRun:
-    """One run of a case of the campaign; its files lie in a folder.
+    """One run of a case of the campaign, with its files in a folder.
 
     Attributes:
         motion: Path of the record of the robot's true motion.
         began: Wall-clock time of the fault [s].
         released: Wall-clock time of the first release after the end of the
             fault [s]; infinite where there was none.
-        company: Processes that join the wire, where that is the fault.
-        commanded: Wall-clock time of the latest motion command before that
-            [s].
+        company: Process that joins the wire, if this is the fault.
+        commanded: Wall-clock time of the latest motion command before the
+            release [s].
     """
 
     def __init__(self, case: FaultCase, folder: Path):
@@ -115,7 +115,7 @@ class FaultRun:
         return min(times, default=math.nan)
 
     def carry_out(self) -> str:
-        """Runs the case; returns an early disturbance, empty for none."""
+        """Runs the case; returns the reason of an early stop, or ""."""
         case = self._case
         arguments = ["--scenario-text", self._text]
         if case.part is Part.CONTROLLER:
@@ -143,7 +143,7 @@ class FaultRun:
                 self.company.join(stack)
                 self.began = self.company.began
                 if self.first_stop < self.began:
-                    # The controller may have heard it before we have.
+                    # The controller may have received it before this process.
                     if case.reason not in self.reason:
                         return f"the robot was stopped too early: {self.reason}"
                     self.began = self.first_stop
@@ -152,7 +152,7 @@ class FaultRun:
         return ""
 
     def _start_robot(self, stack: contextlib.ExitStack) -> subprocess.Popen:
-        """Starts the stand-in, with a driver of its arm where there is one."""
+        """Starts the stand-in, and the driver of its arm if there is one."""
         options = ["--fci", str(self._fci)] if self._case.arm_driver else []
         robot = stack.enter_context(
             processes.robot(self._far, *self._robot, *options)
@@ -175,7 +175,7 @@ class FaultRun:
         )
 
     def _set_out(self, controller: subprocess.Popen) -> str:
-        """Waits until the robot is under way; says why it is not."""
+        """Waits until the robot moves; returns the reason if it does not."""
 
         def is_under_way() -> bool:
             self._consent.give()
@@ -226,9 +226,9 @@ class FaultRun:
         controller: subprocess.Popen,
         network: subprocess.Popen | None,
     ) -> None:
-        """Waits for the stop, tries a release, and takes the fault back.
+        """Waits for the stop, tries a release, and removes the fault.
 
-        Then it waits for a while before it releases the stop for good.
+        Then it waits for a while before the final release.
         """
         case = self._case
         if case.outcome == STOPS:
@@ -274,7 +274,7 @@ class FaultRun:
             self._tap.wait(lambda: self._tap.heard > gone, _START_UP)
 
     def _release(self, controller: subprocess.Popen) -> None:
-        """Releases the stop, and waits for the robot to go on."""
+        """Releases the stop, and waits until the robot continues."""
         self.released = time.time()
         controller.send_signal(signal.SIGUSR2)
         if self._case.resumes == REACHES:
@@ -292,5 +292,5 @@ class FaultRun:
 
 
 def _is_latched(event: dict) -> bool:
-    """Whether something went wrong: before it is armed, nothing has."""
+    """Whether a stop is latched; before the robot is armed, none is."""
     return event.get("mode") in LATCHED and event["reason"] != UNARMED

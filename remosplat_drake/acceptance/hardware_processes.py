@@ -1,4 +1,4 @@
-"""Robot, network and controller as processes of their own, on one computer."""
+"""Runs robot, network and controller as separate processes on one computer."""
 
 import contextlib
 import os
@@ -26,7 +26,8 @@ sys.exit(main())
 """
 
 _FIRST = -10
-"""Niceness of the processes: real robots' computers are not shared."""
+"""Niceness of the processes, since real robots' computers have no other
+load."""
 
 _PATIENCE = 10.0
 """Longest time for a process to end by itself [s]."""
@@ -47,7 +48,7 @@ def free_port() -> int:
 
 
 def wire_works(patience: float = 1.0) -> bool:
-    """Whether messages get from one end of an LCM wire to the other here.
+    """Returns whether this computer receives messages that it sends by LCM.
 
     Without a route for multicast no message arrives.
 
@@ -102,7 +103,7 @@ def program(
 
 @contextlib.contextmanager
 def second_controller(url: str) -> Iterator[subprocess.Popen]:
-    """Runs `remosplat run --hardware`, as another person in the lab would."""
+    """Runs a second `remosplat run --hardware` on the same wire."""
     flags = ["--hardware", "--without-doctor", "--headless", "--lcm-url", url]
     with program("run", "TableReach", *flags) as process:
         yield process
@@ -153,13 +154,13 @@ def _line(process: str) -> bytes:
 def relay(
     a: str, b: str, *, delay: float, loss: float
 ) -> Iterator[subprocess.Popen]:
-    """Runs a network between two wires that SIGUSR1 turns bad, and good again.
+    """Runs a relay between two wires; SIGUSR1 starts and ends its faults.
 
     Args:
         a: LCM URL of the controller's wire.
         b: LCM URL of the robot's wire.
-        delay: Delay of every message while the network is bad [s].
-        loss: Share of messages that are lost meanwhile, in [0, 1].
+        delay: Delay of every message during the fault [s].
+        loss: Share of messages that are lost during the fault, in [0, 1].
     """
     line = [sys.executable, "-m", "remosplat_drake.acceptance.network_relay"]
     numbers = ["--delay", str(delay), "--loss", str(loss)]

@@ -1,4 +1,4 @@
-"""Measures the pace of the real-time loop, over a wire to a robot."""
+"""Measures the timing of the real-time loop with a robot on a wire."""
 
 import contextlib
 import json
@@ -24,7 +24,7 @@ targets:
 - {translation: [0.95, 0.45, 0.95], rpy_deg: [180, 0, 0]}
 - {translation: [1.15, 0.0, 0.66], rpy_deg: [180, 0, 0]}
 """
-"""Targets: down to the table, up and down again, about 8 s."""
+"""Targets of a tour: down to the table, up and down again, about 8 s."""
 
 SEEN = "PersonSeen"
 """The scenario with cameras."""
@@ -104,7 +104,7 @@ def _measured(
     if not events or "loop" not in events[-1]:
         raise RemoSplatError(
             f"the run {what} had not ended after {_START_UP + _DURATION:.0f} s;"
-            " what a first start compiles is kept: try again"
+            " kernels that the first start compiles are kept, so try again"
         )
     return _quality(events[-1]["loop"])
 
@@ -119,5 +119,5 @@ def load() -> str:
     """Returns the load of this computer, as a note below a table."""
     return (
         f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}"
-        " (processes that want to run, averaged over a minute)"
+        " (runnable processes, averaged over a minute)"
     )

@@ -1,4 +1,4 @@
-"""Did the robot stop, and did it stay? Judged by its true motion."""
+"""Judges, from a robot's true motion, whether it stopped and stayed."""
 
 import dataclasses as dc
 from pathlib import Path
@@ -9,21 +9,21 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals.distance_field import DistanceField
 
 STILL = 2e-3
-"""Speed below which a robot counts as standing [m/s, rad/s]."""
+"""Speed below which a robot counts as at rest [m/s, rad/s]."""
 
 CREEP = 1e-3
-"""Distance by which a standing robot may still settle [m]."""
+"""Largest motion of a robot that counts as at rest [m]."""
 
 _DWELL = 5
-"""Number of samples for which it must be slow to count as standing."""
+"""Number of consecutive slow samples of a robot that counts as at rest."""
 
 
 @dc.dataclass(frozen=True)
 class StopQuality:
-    """How a robot stopped.
+    """Quality of a robot's stop.
 
     Attributes:
-        time_to_zero: Time until the robot stands [s]; NaN if it never does.
+        time_to_zero: Time until the robot is at rest [s]; NaN if it never is.
         moved_after: Largest distance that any sphere moved after that [m].
     """
 
@@ -90,7 +90,7 @@ def judge_stop(run: TrueRun, since: float, robot: RobotModel) -> StopQuality:
 
     Args:
         run: True motion of the robot.
-        since: Wall-clock time at which something went wrong [s].
+        since: Wall-clock time of the fault [s].
         robot: Robot whose spheres are followed.
     """
     i = first_standstill(run, since)
@@ -101,7 +101,7 @@ def judge_stop(run: TrueRun, since: float, robot: RobotModel) -> StopQuality:
 
 
 def distance_moved(run: TrueRun, robot: RobotModel) -> float:
-    """Returns the largest distance of any sphere from its first place [m].
+    """Returns the largest distance of any sphere from its first position [m].
 
     Args:
         run: True motion of the robot; without samples the distance is 0.

@@ -1,4 +1,4 @@
-"""A bad network as a process: it joins two wires, with delay and loss.
+"""A faulty network as a process: it connects two wires, with delay and loss.
 
     python -m remosplat_drake.acceptance.network_relay URL_A URL_B --delay 0.05
 
@@ -34,7 +34,7 @@ STATUSES = [
 ]
 
 READY = "ready"
-"""Line of output that says that the relay has joined both wires."""
+"""Line of output after the relay has joined both wires."""
 
 _PERIOD = 2e-4
 """Period at which both wires are polled [s]."""
@@ -49,7 +49,7 @@ class Relay:
     """
 
     def __init__(self, a: DrakeLcm, b: DrakeLcm):
-        """Joins the controller's wire a and the robot's wire b faultlessly."""
+        """Joins the controller's wire a and the robot's wire b, fault-free."""
         self._ways = [(Inbox(a, COMMANDS), b), (Inbox(b, STATUSES), a)]
         self._under_way: list[tuple[float, int, DrakeLcm, str, bytes]] = []
         self._count = 0

@@ -1,8 +1,8 @@
-"""A process on the wire that should not be there.
+"""A process that disturbs the wire.
 
     python -m remosplat_drake.acceptance.stranger URL WHAT
 
-It has no lease and requests none, like other programs that use LCM.
+It neither has nor requests a lease, like other programs that use LCM.
 """
 
 import argparse
@@ -75,7 +75,7 @@ def command(lcm: DrakeLcm) -> None:
 
 
 def arm_status(status: lcmt_panda_status) -> bytes:
-    """Returns a fresh status with joint 1 where it is not."""
+    """Returns a fresh status with a wrong position of joint 1."""
     status.utime = status.robot_utime = wall_utime()
     q = list(status.joint_position)
     status.joint_position = [q[0] + _OFF, *q[1:]]
@@ -83,14 +83,14 @@ def arm_status(status: lcmt_panda_status) -> bytes:
 
 
 def shifted(status: base_status) -> bytes:
-    """Returns a fresh status of a base that is elsewhere."""
+    """Returns a fresh status with a wrong pose of the base."""
     status.utime = wall_utime()
     status.pose = [status.pose[0] + _AWAY, *status.pose[1:]]
     return status.encode()
 
 
 def garbage(lcm: DrakeLcm, rng: np.random.Generator) -> None:
-    """Sends something to every channel, of forty bytes or so."""
+    """Sends 0 to 200 random bytes on every channel."""
     for channel in CHANNELS:
         size = int(rng.choice([0, 7, 8, 40, 200]))
         lcm.Publish(channel, rng.bytes(size))

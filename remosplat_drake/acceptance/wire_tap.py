@@ -71,7 +71,7 @@ class WireTap:
 
 
 def _velocities(channel: str, data: bytes) -> list[float]:
-    """Commanded velocities; none in a message that a stranger has garbled."""
+    """Commanded velocities; none in an invalid message."""
     try:
         if channel == channels.PANDA_COMMAND:
             return list(lcmt_panda_command.decode(data).joint_velocity)

@@ -1,6 +1,7 @@
-"""The application: a scenario's stages, wired into one diagram and run.
+"""The application: builds a scenario's stages into one diagram and runs it.
 
-Read it from top to bottom: `scenario` is what a file may say, `world` what its
-files hold, `stages` how each part is made, `control_loop` how they close the
-loop, `diagram` the whole, `simulation` and `hardware_run` what runs it.
+Read it in this order: `scenario` defines the content of a scenario file,
+`world` loads the files that it names, `stages` makes each part, `control_loop`
+closes the loop, `diagram` builds the whole diagram, and `simulation` or
+`hardware_run` runs it.
 """

@@ -18,7 +18,7 @@ TERMINAL_STOP = "Enter in the terminal"
 """Reason of a stop by any other line."""
 
 HINT = f"type `{ARM}` and Enter, or call `remosplat {ARM}`; Enter alone stops"
-"""How to let the robot go, and to stop it."""
+"""Instructions to release the robot, and to stop it."""
 
 
 class Arming:
@@ -38,7 +38,7 @@ class Arming:
         self._terminal = TerminalLines()
 
     def __call__(self, root: Context) -> None:
-        """Serves the requests since the last call.
+        """Processes the requests since the last call.
 
         Args:
             root: Context of the whole diagram.

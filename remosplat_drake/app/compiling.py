@@ -13,10 +13,10 @@ from remosplat_drake.base.progress import Progress, Stage
 from remosplat_drake.oracle.oracle_config import SphereToEllipsoid
 
 RUN_KERNELS = Path(__file__).with_name("run_kernels.json")
-"""The kernels that runs need whose map are ellipsoids."""
+"""List of the kernels of runs with ellipsoids as map."""
 
 _SURE = 5.0
-"""Time after which the measured pace counts as much as the expected one [s]."""
+"""Time after which measured and expected pace have equal weight [s]."""
 
 
 @contextmanager
@@ -28,9 +28,9 @@ def compiling_shown(
     """Shows how many kernels are compiled while the block waits for some.
 
     Args:
-        progress: Where it is shown, instead of the stage that is.
-        scenario: What the block runs, if anything. Once a kernel is found to be
-            missing, all that it needs are compiled, on all cores.
+        progress: Display that shows it, instead of the present stage.
+        scenario: The scenario that the block runs; None for none. Once a kernel
+            is missing, all kernels that it needs are compiled, on all cores.
         tell: Called with the text that is shown, kernel by kernel.
     """
     if scenario is not None and isinstance(scenario.oracle, SphereToEllipsoid):
@@ -77,10 +77,10 @@ class _Shown:
 
 
 def _say_why() -> None:
-    """Says that the kernels of a wheel are for something else, if they are."""
+    """Prints a line if a wheel's kernels do not fit this computer."""
     made = files.unfit()
     if made:
-        with suppress(OSError):  # Nothing reads it any more.
+        with suppress(OSError):  # stderr is closed.
             print(
                 f"kernels are compiled: those of the package are for {made},"
                 f" here is {files.made_for()}",

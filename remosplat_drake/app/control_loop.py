@@ -1,4 +1,4 @@
-"""`ControlLoop`: the stages that drive the robot, wired into a circle.
+"""`ControlLoop`: the stages that drive the robot, in a closed loop.
 
 station --configuration--> oracle --clearances--> controller --> supervisor
 --> station
@@ -73,7 +73,7 @@ class ControlLoop:
         localization: The system that corrects its base by the map; None if
             the odometry is trusted.
         configuration: The output port of q in W, n_q entries.
-        targets: The system that says where the end effector shall go.
+        targets: The system that outputs the targets of the end effectors.
         oracle: The system that measures distances to the map.
         law: The control law.
         controller: The reactive controller.
@@ -81,7 +81,7 @@ class ControlLoop:
             disables guidance.
         supervisor: The safety supervisor between controller and station; None
             if the scenario disables it.
-        standing: The system that says the robot's state, in one sentence.
+        standing: The system that describes the robot's state in one sentence.
         known_movers: The output port of the `Movers` that the robot knows; None
             if it knows of none.
         true_movers: The output port of the true `Movers` of a simulation, or of
@@ -109,8 +109,8 @@ class ControlLoop:
     def movers(self) -> OutputPort | None:
         """The output port of the `Movers` that are known.
 
-        It is that of the true ones where the robot senses none; None where
-        nothing moves.
+        If the robot senses none, it is that of the true ones; None without
+        movers.
         """
         return self.known_movers or self.true_movers
 
@@ -121,9 +121,9 @@ class ControlLoop:
 
     @property
     def executed(self) -> OutputPort:
-        """The output port of the command u that the station gets.
+        """The output port of the command u that the station receives.
 
-        It is the supervisor's, or the controller's where there is none.
+        It is the supervisor's, or the controller's if there is no supervisor.
         """
         commander = self.supervisor or self.controller
         return commander.GetOutputPort("velocity_commanded")

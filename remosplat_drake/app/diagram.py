@@ -1,7 +1,6 @@
-"""The application: every stage, wired together. The only place that does.
+"""Builds the application: all stages, connected in one diagram.
 
-`control_loop.py` closes the loop; `stages/` says how each stage is made and
-connected.
+`control_loop.py` closes the loop; `stages/` makes and connects each stage.
 """
 
 import dataclasses as dc
@@ -33,20 +32,21 @@ from remosplat_drake.visualization.safety_panel import SafetyPanel
 from remosplat_drake.visualization.unseen_space import show_unseen_space
 from remosplat_drake.visualization.views import AddViews
 
-# A plain run does not wait for the modules that make maps: these are
-# imported where they are needed.
+# Modules that make maps are imported where they are needed, so that a plain run
+# does not wait for them.
 if TYPE_CHECKING:
     from remosplat_drake.app.stages.teleoperation import Teleoperation
     from remosplat_drake.cockpit.cockpit_process import CockpitProcess
     from remosplat_drake.mapping.live_map import LiveMap
 
 KEPT = 10.0
-"""Time that a teleoperation keeps in memory; its log on disk has all [s]."""
+"""Time span of ticks that a teleoperation keeps in memory [s]; its log on disk
+has all."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Application(ControlLoop):
-    """A built diagram and the parts that a run looks at.
+    """A built diagram, and the parts that a run reads.
 
     Attributes:
         diagram: Drake's diagram of all stages.
@@ -88,7 +88,7 @@ def build(
         page: A browser page to draw on; None draws nothing.
         hardware: Whether the station is the real robot; nothing else differs.
         teleoperation: Inputs by which an operator moves the target and the map
-            grows; None takes the scenario's targets.
+            grows; None means the scenario's targets.
         ingredients: Costs and constraints of the control law, besides the
             scenario's; rollouts include them, too.
         law: The control law instead of the scenario's, with its own
@@ -105,7 +105,7 @@ def build(
         >>> application = rs.build(rs.load_scenario("TableGroundTruth"))
         >>> dot = application.diagram.GetGraphvizString(max_depth=1)
     """
-    # A field may have been assigned since it was read.
+    # A field may have changed since the scenario was read.
     check_ranges(scenario, scenario.source)
     world = world or load_world(scenario)
     scenario = with_right_of_way(scenario)
@@ -176,7 +176,7 @@ def _ConnectPanel(
     panel: SafetyPanel | None,
     operator: LeafSystem | None,
 ) -> None:
-    """Lets the page's panel, or else an operator, speak to the supervisor."""
+    """Connects the page's panel, or else an operator, to the supervisor."""
     if loop.supervisor is None:
         return
     if panel is not None:

@@ -1,6 +1,6 @@
-"""Narrower ranges of a scenario's fields where a real robot moves.
+"""Narrower ranges of a scenario's fields for runs on a real robot.
 
-They are data; experiments in simulation may go beyond them.
+Experiments in simulation may exceed these ranges.
 """
 
 from functools import reduce
@@ -16,7 +16,7 @@ REQUIRED = (
     "controller.verify",
     "controller.self_collision.enabled",
 )
-"""Fields of a scenario that must be true where a real robot moves."""
+"""Fields of a scenario that must be true for a real robot."""
 
 NARROWER = {
     # Commands expire after a tenth of a second.
@@ -41,35 +41,35 @@ NARROWER = {
     "hardware.localization.sigmas": Interval(ge=2, le=6),
     "hardware.localization.max_shift": Interval(gt=0, le=0.3),
     "hardware.localization.max_turn": Interval(gt=0, le=0.3),
-    # Obstacles that are made smaller or left out would not be seen.
+    # The oracle would miss obstacles that are scaled down or ignored.
     "oracle.n_sigma": Interval(ge=0.5, le=10),
     "oracle.min_opacity": Interval(ge=0, le=0.5),
-    # Nor do depth views see what is fainter, nearer or farther than these.
+    # Depth views miss obstacles that are fainter, nearer or farther than these.
     "oracle.alpha_cutoff": Interval(gt=0, le=0.9),
     "oracle.near": Interval(gt=0, le=0.05),
     "oracle.far": Interval(ge=0.5, le=100),
     "oracle.resolution": Interval(ge=20, le=2048),
 }
-"""Ranges on the real robot; oracles without such a field are left alone."""
+"""Ranges on the real robot, by field; oracles may lack a field."""
 
 HARDWARE_SPEED = 0.35
 """Bound on the speeds of a real robot's hands and, on a planned path, of all of
 its parts, until a person raises it in the scenario [m/s]."""
 
 COMMANDED_MODES = {"idle", "move"}
-"""Modes in which an arm follows commands; in others it does as it likes."""
+"""Modes in which an arm follows commands; in all others it ignores them."""
 
 
 def check_for_hardware(scenario: Scenario) -> None:
-    """Refuses a scenario that only a simulated robot may be driven with.
+    """Rejects a scenario that is not permitted on a real robot.
 
     Args:
         scenario: A scenario whose fields are valid for simulation.
 
     Raises:
-        FieldError: A value, which the text names, disarms a safety check: a
-            switch is off, a number beyond the ranges of `NARROWER`, or a mode
-            one in which a real arm follows no commands.
+        FieldError: A value, named in the text, disables a safety check: a
+            switch is off, a number is outside of the ranges of `NARROWER`, or a
+            real arm does not follow commands in the mode.
     """
     for field in REQUIRED:
         if not _value(scenario, field):

@@ -1,4 +1,4 @@
-"""Run an application on the real robot, by the robot's own clock."""
+"""Runs an application on the real robot, in real time."""
 
 import dataclasses as dc
 import gc
@@ -48,14 +48,13 @@ STATUS_TIMEOUT = 0.003
 millisecond [s]."""
 
 _SCIPY = ("linalg", "ndimage", "optimize", "sparse.csgraph", "spatial")
-"""Imports that scipy would do at its first use, which may be in a later
-tick."""
+"""Modules that scipy imports at first use, which may be in a later tick."""
 
 REHEARSAL = 0.3
-"""Time that the loop runs before anything is sent [s]."""
+"""Time for which the loop runs before it sends anything [s]."""
 
 FINAL_ZEROS = 0.1
-"""Time for which zero commands are sent before the wire falls silent [s]."""
+"""Time for which zero commands are sent at the end [s]."""
 
 PROGRESS_PERIOD = 0.05
 """Time between two calls of `on_progress` [s]."""
@@ -65,11 +64,11 @@ _BEFORE_TICK = 1e-4  # Far more than the resolution of epoch times [s].
 
 @dc.dataclass(frozen=True, eq=False)
 class HardwareResult:
-    """How a run on the real robot ended, and how its loop kept its period.
+    """Result of a run on the real robot, and timing of its loop.
 
     Attributes:
-        run: How the run ended.
-        loop: How well the real-time loop kept its period.
+        run: Result of the run.
+        loop: Timing of the real-time loop.
     """
 
     run: RunResult
@@ -82,15 +81,15 @@ def prepare_for_hardware(
     """Sets the values of a scenario that a real robot needs.
 
     Guidance looks ahead in a separate process, so that ticks do not wait for
-    it. The program knows how fast the base may go. Accelerations are bounded
-    with every gain set, as those of real joints are. Nothing is faster than
-    `HARDWARE_SPEED` and unseen space is solid, unless the scenario says
-    otherwise.
+    it. The quadratic program includes the base's speed limits. Accelerations
+    are bounded with every gain set, as those of real joints are. Unless the
+    scenario states other values, no part is faster than `HARDWARE_SPEED`, and
+    unseen space is solid.
 
     Args:
         scenario: The scenario, which is changed in place.
-        lcm_url: LCM URL at which the drivers are; None takes the scenario's.
-        shadow: Whether nothing is sent, against the scenario, too.
+        lcm_url: LCM URL of the drivers; None means the scenario's.
+        shadow: Whether nothing is sent, regardless of the scenario.
 
     Raises:
         FieldError: The scenario disarms a safety check, for example has no
@@ -132,13 +131,13 @@ def run_on_hardware(
 ) -> HardwareResult:
     """Runs the real robot until the last target is reached or time is up.
 
-    It waits for the drivers, rehearses without sending anything, takes the
-    drivers' command unless another program has it, and begins stopped: an
-    operator lets the robot go, see `Arming`. A shadow does not wait. Then it
-    ticks on the robot's statuses, with a real-time priority (SCHED_RR) where
-    the computer grants one and with automatic garbage collection off. However
-    it ends, by Ctrl-C or by an exception, too, the robot is brought to rest
-    along the braking ramp.
+    It waits for the drivers, rehearses without sending anything, and requests
+    the drivers' lease, which fails if another program has it. The robot begins
+    stopped: an operator releases it, see `Arming`. A shadow run does not wait
+    for that. Then the loop ticks on the robot's statuses, with a real-time
+    priority (SCHED_RR) if the computer grants one, and with automatic garbage
+    collection off. At the end, including Ctrl-C and exceptions, the robot is
+    brought to rest along the braking ramp.
 
     `warm_up.compile_kernels` must have run before: a tick in which a kernel
     is compiled is so late that the supervisor stops the robot.
@@ -150,9 +149,8 @@ def run_on_hardware(
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
         on_standing: Called with the time since the start [s] and the robot's
-            state whenever that is news.
-        on_map: Called with the live map's status whenever its `news` are
-            others.
+            state whenever it has changed.
+        on_map: Called with the live map's status whenever its `news` change.
         between_ticks: Called after every tick with the diagram's context, for
             a program that stops the robot or releases it.
         patience: Time that a stopped robot waits to be released before the
@@ -188,7 +186,8 @@ def run_on_hardware(
                         between_ticks(loop.context)
         finally:
             request.is_heeded = True
-            # A program that has never commanded must not send even zeros.
+            # A program that has sent no command must not send zero commands
+            # either.
             if math.isfinite(loop.link.sent):
                 bring_to_rest(
                     loop.link,
@@ -204,9 +203,9 @@ def run_on_hardware(
 class HardwareLoop:
     """Ticks an application at the pace of the wall clock.
 
-    A tick first gets the newest statuses, then lets the diagram compute, and
-    sends the command at once; drawing and recording come after it. A tick
-    that comes too late is omitted, not compensated.
+    A tick receives the newest statuses, computes the diagram, and sends the
+    command at once; drawing and recording follow. A tick that would be too late
+    is omitted and not repeated.
 
     Attributes:
         context: Context of the whole diagram; its time is the wall clock's.
@@ -237,10 +236,11 @@ class HardwareLoop:
         self.log = LoopLog(self._period)
 
     def rehearse(self) -> None:
-        """Ticks for a moment without sending anything, and forgets it all.
+        """Ticks for a moment without sending anything; discards the results.
 
-        Work of the first use is done here, so that it does not delay a tick
-        later. Kernels have been compiled before, by `warm_up.compile_kernels`.
+        Imports and caches of first use are done here, so that they do not delay
+        a later tick. Kernels have already been compiled by
+        `warm_up.compile_kernels`.
         """
         for name in _SCIPY:
             importlib.import_module(f"scipy.{name}")
@@ -258,8 +258,8 @@ class HardwareLoop:
     def start(self) -> None:
         """Starts at the next tick from the measured state, at rest.
 
-        A robot that stands where the map allows no robot to stand is stopped
-        before it has moved.
+        If the robot's clearance in the map is too small, the supervisor stops
+        it before it moves.
 
         Raises:
             RemoSplatError: A driver keeps silent, or another program
@@ -268,8 +268,7 @@ class HardwareLoop:
         self._initialize()
         self.link.is_armed = self._application.scenario.hardware.shadow
         self.link.take_command()
-        # Drawing everything for the first time takes a while; and the first
-        # command is zero.
+        # The first drawing takes a while, and the first command is zero.
         self._application.diagram.ForcedPublish(self.context)
         self.link.wait_for_statuses()
         self._leave_out_late_ticks(time.time())
@@ -277,13 +276,14 @@ class HardwareLoop:
         self._check_start()
 
     def _check_start(self) -> None:
-        """Latches a stop if the measured pose is too near in the map."""
+        """Latches a stop if the robot is too near to the map's surfaces."""
         app, robot = self._application, self._application.world.robot
         context = app.oracle.GetMyContextFromRoot(self.context)
         clearances = app.oracle.GetOutputPort("clearances").Eval(context)
         assert app.supervisor is not None
         least = app.supervisor.law.min_clearance
-        # What is not known is the supervisor's business from the first tick.
+        # Unknown clearances are handled by the supervisor from the first tick
+        # on.
         if clearances.minimum() < least:
             row = int(clearances.distance.argmin())
             link = robot.spheres.links[clearances.sphere[row]]
@@ -303,7 +303,7 @@ class HardwareLoop:
             )
 
     def _initialize(self) -> None:
-        """Lets the diagram begin at the next tick; sends nothing."""
+        """Initialises the diagram for the next tick; sends nothing."""
         self.link.wait_for_statuses()
         self._next = next_tick(time.time(), self._period, 0)
         self.context.SetTime(self._next * self._period - _BEFORE_TICK)
@@ -325,13 +325,13 @@ class HardwareLoop:
         """Computes a tick on the newest status.
 
         Returns:
-            The time at which that status was there, and its stamp [s].
+            The time at which that status was received, and its stamp [s].
         """
         sleep_until(self._next * self._period, self._period)
         if not self.link.flush(min(STATUS_TIMEOUT, self._period)):
             self.log.unheard += 1
         heard = time.time()
-        # Only now: a tick must not be older than the statuses it rests on.
+        # Only now, since a tick must not be older than its statuses.
         self._leave_out_late_ticks(heard)
         self._station.receive(self.context)
         self._simulator.AdvanceTo(self._next * self._period)
@@ -340,7 +340,7 @@ class HardwareLoop:
         return heard, self.context.get_time() - status.age
 
     def _end_tick(self) -> None:
-        """Draws, records and clears up while nothing waits for it."""
+        """Draws, records and collects garbage after the command is sent."""
         self._next += 1
         self._simulator.AdvanceTo(self._next * self._period - _BEFORE_TICK)
         gc.collect(1)
@@ -360,10 +360,10 @@ class HardwareLoop:
 def bring_to_rest(
     link: RobotLink, acceleration_limit: np.ndarray, period: float
 ) -> None:
-    """Ramps the robot down from its latest command, then falls silent.
+    """Ramps the robot down from its latest command, then sends nothing.
 
-    It needs only the wire. If the drivers are on the ramp already, the ramp
-    continues.
+    It needs only the wire. If the drivers are already braking along the ramp,
+    it continues their ramp.
 
     Args:
         link: The link to the robot's drivers.

@@ -23,12 +23,13 @@ def grade_map(error: MapError) -> str:
     """Grades a map by the stopping distance that its error allows.
 
     Args:
-        error: How wrong the map is.
+        error: The map's error.
 
     Returns:
         `GOOD`: the usual stopping distance is safe. `FAIR`: only a larger one
-        is, or the capture was doubtful. `POOR`: not even one at which a hand
-        is still near to something. `UNKNOWN`: its error has not been measured.
+        is safe, or the capture had problems. `POOR`: a safe stopping distance
+        is too large for work near objects. `UNKNOWN`: the error has not been
+        measured.
     """
     if error.largest is None:
         return UNKNOWN

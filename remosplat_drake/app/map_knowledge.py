@@ -1,4 +1,4 @@
-"""`MapKnowledge`: facts on a scenario's map, from before a robot moves."""
+"""`MapKnowledge`: facts on a scenario's map, collected before a robot moves."""
 
 import dataclasses as dc
 from collections.abc import Mapping
@@ -46,13 +46,13 @@ from remosplat_drake.safety.gates import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 MOST_OPACITY, MOST_SPLATS = 0.5, 0.75
-"""Largest fractions of opacity and of splats that a sound map ignores. Floaters
-are many, but faint: in the captures at hand up to a third of the splats, with
-a thirtieth of the opacity."""
+"""Largest ignored fractions of opacity and of splats in a good map. Floaters
+are numerous, but faint: in our captures up to a third of the splats, with a
+thirtieth of the opacity."""
 
 MOST_UNSEEN = 0.05
-"""Largest fraction of a robot's way that may be unseen without a warning: the
-inside of things is unseen as well."""
+"""Largest unseen fraction of the space around a robot's path without a warning:
+the inside of objects is unseen, too."""
 
 _UNKNOWN = (
     "the map's error has not been measured; `remosplat quality` makes a"
@@ -64,17 +64,18 @@ _UNKNOWN_SPACE = (
     " reconstruct` writes that beside the splat"
 )
 
-_ROUNDING = 1e-9  # Of distances that people write down in millimetres [m].
+_ROUNDING = 1e-9  # Rounding error of distances in files [m].
 
 
 @dc.dataclass(frozen=True)
 class MapError:
-    """How wrong a map is.
+    """The error of a map.
 
     Attributes:
-        largest: Largest over-estimate of a distance [m]; None if it is not
-            known, or the map is the true geometry.
-        trouble: Why `largest` cannot be relied on; empty if it can.
+        largest: Largest over-estimate of a distance [m]; None if it is unknown,
+            or if the map is the true geometry.
+        trouble: Reason for which `largest` is unreliable; empty if it is
+            reliable.
         warnings: Faults of the capture of the map.
     """
 
@@ -85,13 +86,13 @@ class MapError:
 
 @dc.dataclass(frozen=True)
 class MapKnowledge:
-    """The content of a map, its error, and what is insufficient about it.
+    """The content of a map, its error, and its insufficiencies.
 
     Attributes:
         summary: Content of the map, in total and where the robot works.
-        error: How wrong the map is.
-        stopping: Smallest stopping distance that may come into use [m].
-        gates: All that is wrong with the map for this scenario.
+        error: The error of the map.
+        stopping: Smallest stopping distance that a run may use [m].
+        gates: Problems of the map for this scenario.
         unseen: Fraction of the space between the start and the targets that
             no camera has seen; None if that is unknown.
         unseen_counts_as: `FREE` or `OBSTACLE`.
@@ -131,14 +132,14 @@ class MapKnowledge:
 def examine_map(
     scenario: Scenario, world: World, places: Mapping[str, np.ndarray]
 ) -> MapKnowledge:
-    """Looks into the map of a scenario.
+    """Examines the map of a scenario.
 
     Args:
         scenario: A checked scenario.
         world: The content of the scenario's files, with a splat or a true
             scene.
-        places: Points in W where the end effector is to go, by name, shape
-            (3,) each [m].
+        places: Target points of the end effector in W, by name, shape (3,) each
+            [m].
     """
     robot, truth = world.robot, world.truth
     places = {"the start": shoulder(robot, world.q0), **places}
@@ -179,7 +180,7 @@ def examine_map(
 
 
 def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
-    """Returns the points in W where a run goes, by the targets' numbers.
+    """Returns the points in W of a run's targets, by the targets' numbers.
 
     Args:
         scenario: A checked scenario.
@@ -199,7 +200,7 @@ def target_places(scenario: Scenario, world: World) -> dict[str, np.ndarray]:
 
 
 def saved_places(scenario: Scenario) -> dict[str, np.ndarray]:
-    """Returns the points in W to which an operator's buttons lead, by name.
+    """Returns the points in W of an operator's saved poses, by name.
 
     Args:
         scenario: A checked scenario.
@@ -233,7 +234,7 @@ def coverage_gates(summary: MapSummary) -> list[Gate]:
     ignored = (
         summary.ignored > MOST_SPLATS or summary.ignored_opacity > MOST_OPACITY
     )
-    # Where nothing is left, that has been said.
+    # An empty map has been reported above.
     if ignored and len(empty) < len(summary.places):
         problem = (
             f"of what stands within reach, {100 * summary.ignored:.0f} % of the"
@@ -254,7 +255,7 @@ def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
 
     Args:
         scenario: A checked scenario.
-        error: How wrong the map is.
+        error: The error of the map.
     """
     controller, gates = scenario.controller, []
     stopping, usual = (
@@ -289,15 +290,15 @@ def map_error_gates(scenario: Scenario, error: MapError) -> list[Gate]:
 
 
 def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
-    """Returns the error of a map that no distance of an oracle allows for [m].
+    """Returns the error of a map that remains in an oracle's distances [m].
 
-    It is the one place that decides which of a report's numbers a stopping
-    distance must exceed. An oracle that subtracts the splats' own uncertainty
-    leaves less of it than one that ignores them.
+    This function alone decides which number of a report a stopping distance
+    must exceed. The remaining error is smaller if an oracle subtracts the
+    splats' own uncertainty.
 
     Args:
         report: The measurements of the map.
-        oracle: The oracle that looks at it.
+        oracle: The oracle that uses the map.
     """
     looks = isinstance(oracle, DepthRasterization)
     remaining = remaining_of(report, DEPTH_VIEWS if looks else ELLIPSOIDS)
@@ -308,7 +309,7 @@ def remaining_error(report: QualityReport, oracle: OracleMaker) -> float:
 
 
 def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
-    """Finds whether the robot may go where no camera has looked.
+    """Finds problems of space that no camera has seen.
 
     Args:
         scenario: A checked scenario.
@@ -333,7 +334,7 @@ def unseen_gates(scenario: Scenario, unseen: float | None) -> list[Gate]:
 
 
 def find_map_error(scenario: Scenario) -> MapError:
-    """Finds how wrong a scenario's map is.
+    """Finds the error of a scenario's map.
 
     The larger of two numbers counts: the scenario's `map_error`, and that of
     the quality report beside the splat.
@@ -355,7 +356,7 @@ def find_map_error(scenario: Scenario) -> MapError:
         report = read_report(splat)
         measured = remaining_error(report, scenario.oracle)
     except RemoSplatError as error:
-        # What the scenario says may be of the splat that was there before.
+        # The scenario's value may belong to a previous splat.
         return MapError(scene.map_error, str(error))
     return MapError(
         max(measured, scene.map_error or 0.0),

@@ -11,7 +11,7 @@ from remosplat_drake.base.yaml_nodes import read_text
 
 
 def mount_fields(X_FC: np.ndarray) -> dict[str, list[float]]:
-    """Returns the fields of `wrist_camera` that say a hand-eye transform.
+    """Returns the fields of `wrist_camera` that define a hand-eye transform.
 
     Args:
         X_FC: The camera's pose in the frame that carries it, shape (4, 4).
@@ -29,15 +29,15 @@ def mount_fields(X_FC: np.ndarray) -> dict[str, list[float]]:
 
 
 def write_mount(spec: str, X_FC: np.ndarray) -> None:
-    """Sets the mount in a scenario's file; every other character stays.
+    """Sets the mount in a scenario's file; all other characters are kept.
 
     Args:
         spec: FILE or FILE:NAME, as on the command line.
         X_FC: The camera's pose in the frame that carries it, shape (4, 4).
 
     Raises:
-        RemoSplatError: The file cannot be read or written, or says the mount
-            in a way that cannot be replaced; it is as it was then.
+        RemoSplatError: The file cannot be read or written, or its mount is
+            written in a form that cannot be replaced; it is unchanged then.
     """
     path, name = find_scenario(spec)
     fields = mount_fields(X_FC)

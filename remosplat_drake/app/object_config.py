@@ -1,4 +1,4 @@
-"""`ObjectConfig`: an object of a scenario, and what the map shows of it."""
+"""`ObjectConfig`: an object of a scenario, and its splats in the map."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -46,23 +46,22 @@ class HullShape(Config):
 
 @dc.dataclass
 class ObjectConfig(Config):
-    """A thing that a hand may take, or that others stand on."""
+    """An object that a hand may grasp, or on which others stand."""
 
-    # Its name, which no other object has. Where the true scene has solids of
-    # this name, it stands for them.
+    # Its unique name. If the true scene has solids with this name, they
+    # represent the object.
     name: Annotated[str, Len(1, 60)] = "object"
-    # Where its frame is, which is in the middle of a box or a cylinder.
+    # Pose of its frame O in W; O is in the middle of a box or a cylinder.
     X_WO: PoseConfig = dc.field(default_factory=PoseConfig)
     # The three side lengths, if it is a box [m].
     box: Annotated[list[Size], Len(3, 3)] | None = None
     cylinder: CylinderShape | None = None
     hull: HullShape | None = None
-    # Its mass; absent: not known [kg].
+    # Its mass [kg]; absent: unknown.
     mass: Annotated[float, Interval(gt=0, le=1000)] | None = None
-    # Whether the splat shows it. What stands there without, its shape alone
-    # says.
+    # Whether the splat shows it. If not, only its shape represents it.
     in_splat: bool = True
-    # Splats whose centres are that near to its surface are its own [m].
+    # Largest distance of its splats' centres from its surface [m].
     margin: Annotated[float, Interval(ge=0, le=0.1)] = OWN_MARGIN
 
 
@@ -72,9 +71,9 @@ def make_objects(
     """Makes the objects of a scenario.
 
     Args:
-        configs: The objects, as the scenario has them.
+        configs: The objects of the scenario.
         folder: Folder that relative file names refer to.
-        where: The scenario that errors blame, as file and name.
+        where: File and name of the scenario, for errors.
 
     Raises:
         FieldError: A file is unusable, an object has no shape or several, or

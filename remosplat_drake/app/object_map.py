@@ -1,4 +1,4 @@
-"""Takes objects out of a scene: out of its splat, and out of its truth."""
+"""Removes objects from a scene: from its splat, and from its true geometry."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -12,10 +12,11 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 OWN_MARGIN = 0.01
-"""Distance from an object's surface up to which splats are its own [m]."""
+"""Default of the largest distance of an object's splats from its surface
+[m]."""
 
 LEAST_SPLATS = 10
-"""Number of splats that a map must show of an object."""
+"""Least number of splats of an object in a map."""
 
 
 def own_splats(
@@ -23,14 +24,13 @@ def own_splats(
 ) -> np.ndarray:
     """Finds the splats that show an object.
 
-    They are those whose centres are near its surface. At its foot they might as
-    well be those of what it stands on, and are not counted: there, the map
-    shows it and what it stands on.
+    Their centres are near its surface. Splats at its foot are excluded, since
+    they may belong to its support; they stay in the map.
 
     Args:
         splat_W: The scene's splat, in W.
         thing: The object.
-        margin: Distance up to which splats are its own [m].
+        margin: Largest distance of its splats from its surface [m].
 
     Returns:
         Flags, shape (N,).
@@ -52,7 +52,7 @@ def with_solids(
     """Adds objects to a true scene that has no solids of their names.
 
     Args:
-        truth: The true scene; None if it is not known.
+        truth: The true scene; None if it is unknown.
         objects: The objects, of which convex hulls are left out.
     """
     if truth is None:
@@ -72,11 +72,11 @@ def with_solids(
 def without_objects(
     truth: PrimitiveScene, objects: Sequence[SceneObject]
 ) -> PrimitiveScene:
-    """Returns a true scene without the solids that objects stand for.
+    """Returns a true scene without the solids of objects.
 
     Args:
         truth: The true scene.
-        objects: The objects; solids of their names are theirs.
+        objects: The objects; solids with their names belong to them.
     """
     names = {each.name for each in objects}
     return dc.replace(

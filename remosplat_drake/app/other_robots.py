@@ -1,7 +1,7 @@
 """The other robots of a simulation: control loops beside the application's.
 
 Each is a separate diagram with one input, the movers around it, and one output,
-the movers that it is to others.
+the movers that represent it for other robots.
 """
 
 import copy
@@ -22,13 +22,13 @@ from remosplat_drake.station.robot_movers import RobotMovers
 
 
 class DrivenRobot(Diagram):
-    """A robot with all that drives it, as a part of another simulation.
+    """A robot with its control loop, as a part of another simulation.
 
-    Its input `movers` are the `Movers` around it, its output `movers` those
-    that it is to others.
+    Its input `movers` takes the `Movers` around it. Its output `movers`
+    provides the `Movers` that represent it for other robots.
 
     Attributes:
-        loop: The stages that drive it.
+        loop: The stages of its control loop.
     """
 
     def __init__(self, config: OtherRobot, scenario: Scenario):
@@ -81,10 +81,10 @@ def AddOwnMovers(
 
     Args:
         builder: The builder of the diagram.
-        config: How the two robots are known to each other.
+        config: Name and bounds of the robot for the other one.
         world: The content of the robot's scenario.
         configuration: The output port of its q.
-        executed: The output port of the command that it carries out.
+        executed: The output port of the command that it executes.
         name: Its display name.
     """
     return RobotMovers.AddToBuilder(
@@ -115,7 +115,7 @@ def AddOtherRobots(
     executed: OutputPort,
     movers: OutputPort | None,
 ) -> list[OutputPort]:
-    """Adds the other robots of a scenario, which keep off ours and all else.
+    """Adds the other robots of a scenario, which avoid ours and all movers.
 
     Args:
         builder: The builder of the diagram.
@@ -157,7 +157,7 @@ def AddOtherRobots(
 def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
     """Reads the scenario that drives another robot.
 
-    It ticks with ours, and yields where the right of way is ours.
+    It has our control period, and yields if our robot has right of way.
 
     Args:
         config: The robot.
@@ -168,7 +168,7 @@ def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
     """
     spec = config.scenario
     if split_spec(spec) is not None:
-        # A file that is named beside ours.
+        # A file whose name is relative to our scenario's folder.
         spec = str(scenario.folder / spec)
     other = load_scenario(spec)
     other.movers = []
@@ -177,7 +177,7 @@ def scenario_of(config: OtherRobot, scenario: Scenario) -> Scenario:
 
 
 def with_right_of_way(scenario: Scenario) -> Scenario:
-    """Returns our scenario, in which we yield to a robot with right of way.
+    """Returns our scenario, in which our robot yields to one with right of way.
 
     Args:
         scenario: Our scenario.

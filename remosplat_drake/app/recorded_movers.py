@@ -23,21 +23,19 @@ from remosplat_drake.station.robot_movers import (
 class RecordedMovers(Config):
     """The movers of a recorded run, or the robot of that run itself.
 
-    After its end they stand.
+    After the end of the recording, they are at rest.
     """
 
-    # The `trajectory.npz` of a run, beside this file.
+    # The `trajectory.npz` of a run, relative to this file's folder.
     file: Annotated[str, Len(1)] = "trajectory.npz"
-    # The robot of that run, by name or file, whose links are then what moves;
-    # empty: what moved around it.
+    # Name or file of that run's robot, whose links are then the movers; empty:
+    # the movers of that run.
     robot: str = ""
-    # What people call that robot.
+    # Display name of that robot.
     name: str = "recorded robot"
-    # No point of its links ever moves faster, as far as the robot is told
-    # [m/s].
+    # Assumed speed limit of all points of its links [m/s].
     max_speed: Annotated[float, Interval(gt=0, le=100)] = 1.5
-    # No point of its links ever accelerates more, as far as the robot is told
-    # [m/s^2].
+    # Assumed acceleration limit of all points of its links [m/s^2].
     max_acceleration: Annotated[float, Interval(gt=0, le=1000)] = (
         MOST_ACCELERATION
     )
@@ -49,8 +47,8 @@ class RecordedMovers(Config):
             folder: The folder that the file's name refers to.
 
         Raises:
-            RemoSplatError: The file is not a recording, nothing moved in it, or
-                it is another robot's.
+            RemoSplatError: The file is not a recording, contains no movers, or
+                belongs to another robot.
         """
         path = folder / self.file
         trajectory = load_trajectory(path)
@@ -72,7 +70,7 @@ class RecordedMovers(Config):
 
 
 def _tick(trajectory: Trajectory, time: float) -> tuple[int, float]:
-    """The tick that a time lies in, and the time since it began."""
+    """The tick that contains a time, and the time since its beginning."""
     since = trajectory.time - trajectory.time[0]
     k = int(np.searchsorted(since, time + 1e-9, "right")) - 1
     k = min(max(k, 0), len(trajectory) - 1)
@@ -90,7 +88,7 @@ class RecordedTrack:
         self._trajectory = trajectory
 
     def movers(self, time: float) -> list[Mover]:
-        """Returns them as they were so long after that run began.
+        """Returns the movers at a time of that run.
 
         Args:
             time: Time since the run began [s].
@@ -120,7 +118,7 @@ class RecordedRobot:
         self._shapes = link_shapes(robot)
 
     def movers(self, time: float) -> list[Mover]:
-        """Returns its links as they were so long after that run began.
+        """Returns its links at a time of that run.
 
         Args:
             time: Time since the run began [s].

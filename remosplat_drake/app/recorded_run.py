@@ -117,7 +117,7 @@ class RecordedRun:
 
     @cached_property
     def scenes(self) -> tuple[PrimitiveScene, ...]:
-        """The true scene, and the one that takes turns with it, if any."""
+        """The true scene, and the alternative one, if any."""
         return true_scenes(self.scenario, self.world)
 
     @cached_property
@@ -138,8 +138,8 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
         number: Number of the run; None takes the last one.
 
     Raises:
-        RemoSplatError: The folder holds no session or no such run, or a file
-            that it needs cannot be read.
+        RemoSplatError: The folder contains no session or no such run, or one of
+            its files cannot be read.
     """
     if not folder.is_dir():
         problem = "is not a folder" if folder.exists() else "does not exist"
@@ -159,7 +159,7 @@ def load_recorded_run(folder: Path, number: int | None = None) -> RecordedRun:
             f" the session's has {world.robot.n_q}",
         )
     events = read_events(run / EVENTS)
-    # The real robot's runs go by the time of day.
+    # The clock of runs on the real robot is the time of day.
     start = float(log.rows["time"][0])
     log.rows["time"] -= start
     events = [dc.replace(e, time=e.time - start) for e in events]

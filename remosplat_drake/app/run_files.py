@@ -67,7 +67,7 @@ def save_result(result: RunResult, document: dict, folder: Path) -> None:
     with atomic_write(folder / METRICS) as file:
         json.dump(document, file, indent=2)
         file.write("\n")
-        # The trajectory takes its place only once these bytes have theirs:
-        # two files in a folder are of one run.
+        # The trajectory is written only after these bytes, so that both files
+        # in a folder belong to one run.
         file.flush()
         save_trajectory(result.trajectory, folder / TRAJECTORY)

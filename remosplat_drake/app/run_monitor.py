@@ -37,10 +37,10 @@ MapCallback = Callable[[MapStatus], None]
 """Function that is called with the live map's state."""
 
 KEPT_STANDINGS = 2000
-"""Number of latest news that a run keeps: it may go on for hours."""
+"""Number of the latest states that a run keeps: it may last for hours."""
 
 _NUMBER = re.compile(r"\d+(\.\d+)?")
-"""The parts that differ between two messages about the same trouble."""
+"""Parts that may differ between two messages about the same trouble."""
 
 
 class RunMonitor:
@@ -73,9 +73,9 @@ class RunMonitor:
             on_supervision: Called with the supervisor's state whenever its
                 mode has changed, or a release was refused.
             on_standing: Called with the time since the start [s] and the
-                robot's state whenever that is news.
-            on_map: Called with the live map's status whenever its `news` are
-                others.
+                robot's state whenever it has changed.
+            on_map: Called with the live map's status whenever its `news`
+                change.
             until: Function that ends the run instead of the arrival at the last
                 target; called once a step with the error to the present target.
             patience: Time that a stopped robot waits to be released before
@@ -105,26 +105,26 @@ class RunMonitor:
 
     @property
     def standings(self) -> tuple[tuple[float, Standing], ...]:
-        """News of the state, the latest `KEPT_STANDINGS`, with times."""
+        """The latest `KEPT_STANDINGS` changes of the state, with times."""
         return tuple(self._standings)
 
     @property
     def time_limit(self) -> float:
-        """Time of the context at which the run is given up [s].
+        """Time of the context at which the run fails [s].
 
-        The time in which the robot stood stopped does not count.
+        Time during which the robot is stopped does not count.
         """
         limit = self._application.scenario.time_limit
         return self._start + limit + self._paused
 
     def __call__(self, root: Context) -> EventStatus:
-        """Looks at the diagram after a step, as Drake's monitor.
+        """Examines the diagram after a step, as Drake's monitor.
 
         Args:
             root: Context of the whole diagram.
 
         Returns:
-            The status that ends the simulation, once the run is over.
+            The status, which ends the simulation once the run is over.
         """
         targets = self._application.targets
         context = targets.GetMyContextFromRoot(root)
@@ -176,7 +176,7 @@ class RunMonitor:
             return
         news = status.news
         if status.trouble:
-            # A clearance that is too small is another one at every tick.
+            # A too small clearance has another value at every tick.
             news = _NUMBER.sub("#", news)
         before, self._map_news = self._map_news, news or self._map_news
         if self._map_news != before:
@@ -195,7 +195,7 @@ class RunMonitor:
         """Counts how long the robot is stopped; reports changes."""
         step, self._time = time - self._time, time
         stands = supervision.mode == STOPPED
-        # For as long as it takes until a person releases the robot.
+        # While a person has not released the robot.
         unarmed = stands and supervision.reason == UNARMED
         waits = stands and not unarmed
         self._waited = self._waited + step if waits else 0.0

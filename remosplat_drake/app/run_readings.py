@@ -39,7 +39,7 @@ def selection_of(application: Application, root: Context) -> Selection | None:
 
 
 def standing_of(application: Application, root: Context) -> Standing:
-    """Reads how things stood at the latest look.
+    """Reads the robot's latest state, in words.
 
     Args:
         application: The diagram that runs, with all of its parts.
@@ -50,7 +50,7 @@ def standing_of(application: Application, root: Context) -> Standing:
 
 
 def map_status_of(application: Application, root: Context) -> MapStatus | None:
-    """Reads how the live map is coming on; None without one.
+    """Reads the live map's status; None without one.
 
     Args:
         application: The diagram that runs, with all of its parts.

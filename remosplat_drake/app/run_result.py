@@ -1,4 +1,4 @@
-"""`RunResult`: the end of a run, and its account."""
+"""`RunResult`: the outcome of a run, with its measurements."""
 
 import dataclasses as dc
 
@@ -24,26 +24,26 @@ GIVEN_UP = "given up"
 
 @dc.dataclass(frozen=True, eq=False)
 class RunResult:
-    """How a run ended.
+    """The outcome of a run, with its trajectory and metrics.
 
     Attributes:
-        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP, of a task with the
-            reason after a colon, or STOPPED and, after a colon, why the
-            supervisor stopped the robot.
+        outcome: REACHED, TIME_LIMIT, INTERRUPTED, GIVEN_UP (for a task, with
+            the reason after a colon), or STOPPED, with the supervisor's reason
+            after a colon.
         targets_reached: Number of targets that were reached.
         targets: Number of targets of the run.
         position_error: Distance from the end effector to the present target at
-            the end; of several, of the one that is farthest from its own [m].
-        angle_error: Angle from that end effector to that target [rad].
+            the end; of several end effectors, the largest one [m].
+        angle_error: Angle between this end effector and its target [rad].
         trajectory: All ticks that the recorder kept.
         metrics: Metrics of the trajectory.
-        standing: How things stood at the end, in one sentence.
-        standings: All that was news about the robot's state, each with its time
-            since the start [s].
+        standing: The robot's state at the end, in one sentence.
+        standings: Changes of the robot's state, each with its time since the
+            start [s].
         search_effort: Effort of the searches of paths.
-        effector_errors: By the names of several end effectors, distance [m] and
-            angle [rad] of each that has one to its present target; none for an
-            only one.
+        effector_errors: Distance [m] and angle [rad] from each end effector to
+            its present target, by the end effectors' names; empty for a single
+            end effector.
     """
 
     outcome: str
@@ -77,13 +77,13 @@ def make_result(
     interrupted: bool,
     standings: tuple[tuple[float, Standing], ...] = (),
 ) -> RunResult:
-    """Reads off the diagram's context how a run ended.
+    """Makes the result of a run from the diagram's context.
 
     Args:
         application: The diagram that ran, with all of its parts.
         root: Context of the whole diagram at the end.
         interrupted: Whether a person has ended the run.
-        standings: Changes of the robot's state, as `RunMonitor` has kept them.
+        standings: Changes of the robot's state, from `RunMonitor`.
     """
     scenario, world = application.scenario, application.world
     targets, recorder = application.targets, application.recorder

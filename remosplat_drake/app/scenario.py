@@ -80,7 +80,7 @@ from remosplat_drake.teleop.teleop_config import TeleopConfig
 YAML_SUFFIXES = (".yaml", ".yml")
 
 LONGEST_RUN = 1e9
-"""Longest time limit of a run, decades: more than a robot's life [s]."""
+"""Longest time limit of a run [s]: decades, longer than a robot's life."""
 
 _SPECS = "a NAME that `remosplat scenarios` lists, FILE.yaml or FILE.yaml:NAME"
 
@@ -90,32 +90,32 @@ DEFAULT_SCENARIO = "TableReach"
 
 TRUTH, CAMERAS = "truth", "cameras"
 MOVERS_FROM = (TRUTH, CAMERAS)
-"""Choices of how a simulated robot perceives movers."""
+"""Choices for the perception of movers by a simulated robot."""
 
 MOST_CAMERAS = 8
-"""Most cameras that watch for movers."""
+"""Largest number of cameras that detect movers."""
 
 
 @dc.dataclass
 class RobotConfig(Config):
-    """Which robot, and where it starts."""
+    """The robot and its start configuration."""
 
     # Name of a shipped robot (a folder of models/), or a file that describes
     # one, relative to the scenario's.
     model: str = "frankie"
     # Name of one of the sphere sets of the robot's description.
     spheres: str = "covering"
-    # Pose x, y, yaw at which the base starts; absent: where the truth file
-    # says, or zeros [m, m, rad].
+    # Start pose x, y, yaw of the base in W [m, m, rad]; absent: that of the
+    # truth file, or zeros.
     base_pose: Position | None = None
-    # Joint positions at which the arm starts; absent: the home of the robot's
-    # description [rad].
+    # Start positions of the arm's joints [rad]; absent: the home posture of the
+    # robot's description.
     arm: list[JointPosition] | None = None
 
 
 @dc.dataclass
 class Scenario(Config):
-    """One experiment: robot, scene, targets, controller and how it is run.
+    """One experiment: robot, scene, targets, controller and run settings.
 
     Example:
         >>> import remosplat_drake as rs
@@ -130,43 +130,42 @@ class Scenario(Config):
 
     scene: SceneConfig = dc.field(default_factory=SceneConfig)
     robot: RobotConfig = dc.field(default_factory=RobotConfig)
-    # What the end effector shall reach in W, one after the other; absent:
-    # where the truth file says. Or targets of one's own, like `oracle`.
+    # Targets of the end effectors in W, one after the other; absent: the target
+    # of the truth file. Or a class of your own, as for `oracle`.
     targets: Annotated[list[TargetConfig], Len(0, 10_000)] | TargetsMaker = (
         dc.field(default_factory=list)
     )
-    # What the robot shall do to objects, step by step, in place of `targets`.
+    # Steps with objects that the robot carries out instead of `targets`.
     tasks: Annotated[list[AnyStep], Len(0, 1000)] = dc.field(
         default_factory=list
     )
-    # The things of the scene that a task names.
+    # The objects of the scene that a task may name.
     objects: Annotated[list[ObjectConfig], Len(0, 1000)] = dc.field(
         default_factory=list
     )
     arrival: ArrivalConfig = dc.field(default_factory=ArrivalConfig)
-    # What moves by itself, in simulation: rounded boxes, `!Person`,
-    # `!SwingingDoor`, `!RecordedMovers`, `!OtherRobot`. The splat does not show
-    # them.
+    # Movers in simulation: rounded boxes, `!Person`, `!SwingingDoor`,
+    # `!RecordedMovers`, `!OtherRobot`. The splat does not show them.
     movers: Annotated[
         list[MoverConfig | Person | SwingingDoor | RecordedMovers | OtherRobot],
         Len(0, MOST),
     ] = dc.field(default_factory=list)
-    # How the robot gets to know of them in simulation without cameras: one of
-    # the library's ways, or one's own, like `oracle`.
+    # Perception of movers in simulation without cameras: one of the library's
+    # classes, or your own, as for `oracle`.
     mover_sensing: (
         KnownMovers | StandingMovers | UnknownMovers | MoverSensing
     ) = dc.field(default_factory=KnownMovers)
-    # Depth cameras that watch for what moves, in the room or on the robot.
+    # Depth cameras that detect movers, in the room or on the robot.
     cameras: Annotated[list[SightCameraConfig], Len(0, MOST_CAMERAS)] = (
         dc.field(default_factory=list)
     )
-    # How these tell things that move from the scene that is known.
+    # Settings of the detection of movers with these cameras.
     sight: SightConfig = dc.field(default_factory=SightConfig)
-    # How a simulated robot knows of `movers`: it is told the `truth`, or what
-    # its simulated `cameras` see.
+    # Source of `movers` for a simulated robot: the `truth`, or the detections
+    # of its simulated `cameras`.
     movers_from: Annotated[str, OneOf(MOVERS_FROM)] = TRUTH
     # The oracle that measures distances to the map: one of the library's, or
-    # one's own as `!package.module:Class {field: value}`.
+    # your own as `!package.module:Class {field: value}`.
     oracle: (
         SphereToEllipsoid | DepthRasterization | GroundTruth | OracleMaker
     ) = dc.field(default_factory=SphereToEllipsoid)
@@ -174,7 +173,7 @@ class Scenario(Config):
         default_factory=ReactiveControllerConfig
     )
     supervisor: SupervisorConfig = dc.field(default_factory=SupervisorConfig)
-    # The simulated robot: one of the library's stations, or one's own, like
+    # The simulated robot: one of the library's stations, or your own, as for
     # `oracle`.
     station: KinematicStation | DynamicStation | StationMaker = dc.field(
         default_factory=KinematicStation
@@ -188,17 +187,18 @@ class Scenario(Config):
     wrist_camera: WristCameraConfig | CameraConfig | None = None
     # The real robot, in place of `station` with `remosplat run --hardware`.
     hardware: HardwareConfig = dc.field(default_factory=HardwareConfig)
-    # What `remosplat teleop` needs besides: what moves the target, and how.
+    # Settings of `remosplat teleop`: inputs that move the target, and its
+    # motion.
     teleop: TeleopConfig = dc.field(default_factory=TeleopConfig)
     mapping: MappingConfig = dc.field(default_factory=MappingConfig)
     # Control period, the time between two ticks [s].
     control_period: Annotated[float, Interval(ge=0.001, le=1)] = 0.01
-    # Time after which the run is given up [s].
+    # Time after which the run fails [s].
     time_limit: Annotated[float, Interval(gt=0, le=LONGEST_RUN)] = 15.0
     # Seed of all random numbers.
     seed: Seed = 0
-    # Folder of one's own modules that this file names, searched after all that
-    # is installed; empty: the folder of this file.
+    # Folder of your own modules that this file names, searched after installed
+    # packages; empty: the folder of this file.
     modules: str = ""
     # File and name that the scenario was read from, filled in by the loader.
     source: str = dc.field(default="", metadata={"yaml": False})
@@ -219,7 +219,7 @@ class Scenario(Config):
 
     @property
     def own_stopping(self) -> dict[str, float]:
-        """The distances that pairs of links and objects keep, by field [m]."""
+        """Stopping distances of pairs of links and objects, by field [m]."""
         return {
             f"tasks[{i}].touch[{j}].stopping": touch.stopping
             for i, step in enumerate(self.tasks)
@@ -238,7 +238,7 @@ class Scenario(Config):
         return self.wrist_camera
 
     def sight_camera(self, name: str) -> SightCameraConfig:
-        """Returns one of the cameras that watch for movers.
+        """Returns one of the cameras that detect movers.
 
         Args:
             name: Its name.
@@ -256,13 +256,13 @@ class Scenario(Config):
     def check(self) -> Iterator[tuple[str, str]]:
         """Checks Drake's structs, cameras, control period and last targets.
 
-        Drake's camera and simulator settings must be ones that the library
-        can follow, and with verification the control period must not be
-        longer than `LONGEST_VERIFIED`. The last target of an end
-        effector must be one that is held.
+        The library must support Drake's camera and simulator settings. With
+        verification, the control period must not be longer than
+        `LONGEST_VERIFIED`. The last target of an end effector must be held, not
+        passed.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         if isinstance(self.wrist_camera, CameraConfig):
             for name, problem in camera_problems(self.wrist_camera):
@@ -277,7 +277,7 @@ class Scenario(Config):
                     where = f"cameras[{i}].{field.removesuffix('_name')}"
                     yield where, f"must be one of its own, got {value!r} again"
         if self.movers_from == CAMERAS and not self.cameras:
-            yield "movers_from", "says cameras; give some in `cameras`"
+            yield "movers_from", "is cameras, but the list `cameras` is empty"
         if self.controller.verify and self.control_period > LONGEST_VERIFIED:
             yield (
                 "control_period",

@@ -13,7 +13,7 @@ from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 
 def robot_file(scenario: Scenario) -> str:
-    """Returns the argument of `load_robot` for a scenario's robot.
+    """Returns the name or file of a scenario's robot, for `load_robot`.
 
     A file is relative to the scenario's. If it does not exist there, the
     working directory is searched, as a person expects on a command line.
@@ -29,7 +29,8 @@ def robot_file(scenario: Scenario) -> str:
     """
     model = scenario.robot.model
     if Path(model).suffix.lower() in MODEL_SUFFIXES:
-        # What `load_robot` says of it, of the field that names it.
+        # The problem that `load_robot` reports, as an error of the scenario's
+        # field.
         try:
             load_robot_description(model)
         except FileError as error:
@@ -47,7 +48,7 @@ def robot_file(scenario: Scenario) -> str:
 
 
 def robot_beside(robot: str, folder: Path) -> str:
-    """Returns how a scenario in a folder names a robot.
+    """Returns the name of a robot for a scenario file in a folder.
 
     Args:
         robot: Name of a shipped robot, or the path of a description's file.

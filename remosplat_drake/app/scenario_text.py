@@ -1,4 +1,4 @@
-"""A scenario as text that stands alone, wherever it is put."""
+"""A scenario as text that does not depend on its file's place."""
 
 import copy
 from pathlib import Path
@@ -14,7 +14,7 @@ _SCENE_FILES = ("splat", "truth", "truth_later")
 
 
 def scenario_text(scenario: Scenario, name: str) -> str:
-    """Writes a scenario as the YAML of a file that holds it alone.
+    """Writes a scenario as the YAML of a file with only this scenario.
 
     Every value is written out, so that later defaults change nothing, and
     relative file names become absolute ones.
@@ -24,7 +24,7 @@ def scenario_text(scenario: Scenario, name: str) -> str:
         name: Name of the scenario's entry in the file.
 
     Raises:
-        FileError: One of the scenario's files is not there.
+        FileError: One of the scenario's files is missing.
     """
     alone = copy.deepcopy(scenario)
     for field in _SCENE_FILES:

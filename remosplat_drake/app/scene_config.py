@@ -1,4 +1,4 @@
-"""`SceneConfig`: a robot's surroundings, as a scenario has them."""
+"""`SceneConfig`: a robot's surroundings in a scenario."""
 
 import dataclasses as dc
 from collections.abc import Iterator
@@ -40,43 +40,43 @@ class SceneConfig(Config):
     splat: str = ""
     # Pose of the splat's frame G in the world W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
-    # Metres per unit of the splat's file, applied before X_WG. Other than 1 it
-    # is refused for a splat with a quality report or seen space beside it,
-    # which were measured in metres [m].
+    # Metres per unit of the splat's file [m], applied before X_WG. It must be 1
+    # if a quality report or seen space is beside the splat, since these are in
+    # metres.
     scale: Annotated[float, Interval(ge=LEAST_SCALE, le=LARGEST_SCALE)] = 1.0
     crop: CropConfig | None = None
     # File of the true geometry (RMMI JSON), for metrics, contact and
     # !GroundTruth; empty for none.
     truth: str = ""
-    # File of what the true geometry becomes when a person changes the scene
-    # during a simulated teleoperation (RMMI JSON); empty: it stays.
+    # File of an alternative true geometry (RMMI JSON), which a person selects
+    # during a simulated teleoperation; empty for none.
     truth_later: str = ""
     # Further objects, as Drake's model directives (`add_model`, `add_weld`):
     # boxes and cylinders that are fixed to the world. They are part of both
-    # true geometries; a splat that does not show them stays as it is.
+    # true geometries; the splat is not changed.
     directives: Annotated[list[ModelDirective], Len(0, 1000)] = dc.field(
         default_factory=list
     )
-    # Largest over-estimate of a distance by the splat; absent: not known. The
-    # quality report beside the splat counts, too, and the larger of both holds.
-    # Stopping distances must exceed it [m].
+    # Largest over-estimate of a distance by the splat [m]; absent: unknown. If
+    # a quality report is beside the splat, the larger one of both values is
+    # used. Stopping distances must exceed it.
     map_error: Annotated[float, Interval(ge=0, le=1)] | None = None
-    # File that says what the cameras of the splat's capture saw, as `remosplat
-    # reconstruct` writes it; empty: the one beside the splat, if there is one.
+    # File with the seen space of the splat's capture, as `remosplat
+    # reconstruct` writes it; empty: the file beside the splat, if there is one.
     seen: str = ""
-    # What space counts as that no camera has seen: `free`, `obstacle`, or
-    # `warn`, free after a warning; absent: `obstacle` with --hardware, `warn`
+    # Treatment of space that no camera has seen: `free`, `obstacle`, or `warn`,
+    # which is free after a warning; absent: `obstacle` with --hardware, `warn`
     # in simulation.
     unknown: Annotated[str, OneOf(UNKNOWN)] | None = None
-    # Height in W below which the robot's floor links do not see the scene, so
-    # that wheels may stand on the floor [m].
+    # Height in W below which the robot's floor links ignore the scene, so that
+    # wheels may stand on the floor [m].
     floor_height: Annotated[float, Interval(ge=-100, le=0.1)] = 0.03
 
     def check(self) -> Iterator[tuple[str, str]]:
         """Checks that each directive has one entry.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         for i, directive in enumerate(self.directives):
             names = field_types(ModelDirective)

@@ -24,10 +24,10 @@ from remosplat_drake.signals.coverage import (
 )
 
 _AROUND = 0.3
-"""How far about its start and its targets a robot's way leads [m]."""
+"""Assumed largest distance of a robot's path from its start and targets [m]."""
 
 _STEP = 0.04
-"""Spacing of the points at which a way is looked at [m]."""
+"""Spacing of the points at which space is sampled [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class SeenSpace:
     Attributes:
         coverage: The voxels, in the splat's frame G.
         X_WG: Pose of G in W.
-        floor_height: Height in W below which floor links see nothing [m].
+        floor_height: Height in W below which floor links ignore the scene [m].
     """
 
     coverage: Coverage
@@ -50,10 +50,10 @@ class SeenSpace:
         return PlacedUnknownSpace(self.coverage, self.X_WG, self.floor_height)
 
     def unseen_fraction(self, places_W: Iterable[np.ndarray]) -> float:
-        """Returns which fraction of the space about some places is unseen.
+        """Returns the unseen fraction of the space around some places.
 
-        It is a box around all of them, above the floor; the inside of things
-        there is unseen, too.
+        The space is a box around all places, above the floor; the inside of
+        objects in it is unseen, too.
 
         Args:
             places_W: Points in W, shape (3,) each [m].
@@ -77,12 +77,12 @@ class SeenSpace:
 def load_seen_space(scenario: Scenario, start: Spheres) -> SeenSpace | None:
     """Reads the seen space of a scenario's splat.
 
-    The space about the robot at its start is free: it stands there. Surfaces
-    that the scenario crops away are not known any more.
+    The space of the robot itself at its start is free. Surfaces that the
+    scenario crops are removed.
 
     Args:
         scenario: The scenario.
-        start: The robot's spheres where it starts, in W.
+        start: The robot's spheres at its start, in W.
 
     Returns:
         The seen space; None if there is no such file, or if the oracle uses the
@@ -112,8 +112,8 @@ def seen_file(scenario: Scenario) -> Path | None:
     """Returns the file with the seen space of a scenario's splat, if any.
 
     Args:
-        scenario: The scenario; a file that it does not name is looked for
-            beside its splat.
+        scenario: The scenario; without a name, the file is sought beside its
+            splat.
 
     Raises:
         FieldError: The scenario names a file that does not exist, or one
@@ -121,7 +121,7 @@ def seen_file(scenario: Scenario) -> Path | None:
     """
     scene = scenario.scene
     if scene.seen and not scene.splat:
-        problem = "says what the cameras of a splat saw; scene.splat names none"
+        problem = "contains the seen space of a splat, but scene.splat is empty"
         raise FieldError(scenario.source, "scene.seen", problem)
     try:
         if scene.seen:
@@ -141,7 +141,7 @@ def _cropped(
     lower: np.ndarray,
     upper: np.ndarray,
 ) -> Coverage:
-    """Forgets the surfaces outside a box in W: their discs are left out."""
+    """Removes surfaces outside a box in W, whose discs are cropped."""
     voxels = np.argwhere(coverage.state == SURFACE)
     p_G = coverage.lower + coverage.voxel * (voxels + 0.5)
     p_W = X_WG.multiply(p_G.T).T

@@ -40,29 +40,28 @@ def run(
 ) -> RunResult:
     """Simulates until the last target is reached or time is up.
 
-    A robot that its supervisor has stopped ends the run, too. So does Ctrl-C,
-    after the step that it falls into; a second one interrupts that step. The
-    real robot runs by its own clock: see `hardware_run.run_on_hardware`.
+    A stop by the supervisor ends the run, too. Ctrl-C ends it after the present
+    step; a second Ctrl-C interrupts that step. For the real robot, see
+    `hardware_run.run_on_hardware`.
 
     Args:
         application: The diagram to run, with all of its parts.
-        realtime_rate: Pace relative to the wall clock, 0 is unlimited; None
-            takes that of the scenario's `simulator`, unlimited if it has none.
+        realtime_rate: Speed relative to the wall clock; 0 is unlimited. None
+            takes that of the scenario's `simulator`, or unlimited without one.
         on_progress: Called after every step with the time [s], the robot's
             state and the latest tick report.
         on_supervision: Called with the supervisor's state whenever its mode
             has changed.
-        on_standing: Called with the time [s] and the robot's state whenever
-            that is news.
-        on_map: Called with the live map's status whenever its `news` are
-            others.
+        on_standing: Called with the time [s] and the robot's state whenever it
+            has changed.
+        on_map: Called with the live map's status whenever its `news` change.
         until: Function that ends the run instead of the arrival at the last
             target; called once a step with the error to the present target.
         patience: Time that a stopped robot waits to be released before the
             run ends [s]. The time limit does not count this time.
 
     Returns:
-        How the run ended, with its trajectory and metrics.
+        The outcome of the run, with its trajectory and metrics.
 
     Raises:
         RemoSplatError: The application's station is the real robot.
@@ -101,9 +100,9 @@ def run(
 def _advance(
     simulator: Simulator, monitor: RunMonitor, diagram: Diagram
 ) -> bool:
-    """Simulates until the monitor ends it; returns whether a person did.
+    """Simulates until the monitor ends the run; returns whether Ctrl-C did.
 
-    The time limit may recede meanwhile: a robot that stands stopped has time.
+    The time limit may be extended meanwhile, since stopped time does not count.
     """
     with stop_signals([signal.SIGINT]) as request:
 
@@ -131,8 +130,8 @@ def simulator_config(scenario: Scenario) -> SimulatorConfig:
     """Returns the settings of Drake's simulator for a scenario.
 
     Args:
-        scenario: The scenario; where it has no `simulator`, the settings are
-            those with which kinematic stations are exact.
+        scenario: The scenario; without a `simulator`, the result has fixed
+            steps with which kinematic stations are exact.
     """
     if scenario.simulator is not None:
         return scenario.simulator

@@ -26,10 +26,10 @@ NOTABLE = 1e-3
 """Least depth inside a stopping distance that is reported [m]."""
 
 _FORESEEN = 2.0
-"""Time within which a start must be seen to lead out [s]."""
+"""Simulated time within which distances from a start must increase [s]."""
 
 _GAIN = 1e-4
-"""By how much all that is too near together must part within that time [m]."""
+"""Least sum of the increases of too small distances within this time [m]."""
 
 
 def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
@@ -53,16 +53,16 @@ def start_gates(scenario: Scenario, world: World) -> tuple[Gate, ...]:
 
 
 def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
-    """Computes how far distances are below their stopping distances [m, rad].
+    """Computes the lack of distances to their stopping distances [m, rad].
 
     Args:
-        law: The control law, which keeps them.
+        law: The control law, with the stopping distances.
         world: The robot and its map.
         q: Configuration, shape (n_q,) [rad, m].
 
     Returns:
-        Zero where nothing is lacking, shape (k + n + n_q,): of the k pairs of
-        the robot's shapes, of its n spheres from the map, and of its joints
+        The lacking distances, 0 for none, shape (k + n + n_q,): of the k pairs
+        of the robot's shapes, of its n spheres from the map, and of its joints
         from their limits.
     """
     own, robot, least = law.self_clearance, world.robot, law.collision.stopping
@@ -75,10 +75,10 @@ def lacking(law: ReactiveLaw, world: World, q: np.ndarray) -> np.ndarray:
 
 
 def leads_out(law: ReactiveLaw, world: World) -> bool:
-    """Returns whether the law moves the robot out of where it starts.
+    """Returns whether the law increases the distances that are too small.
 
-    It is driven ahead in thought, until all that is too near has parted by a
-    little. A robot that gets stuck later is not foreseen.
+    The robot is simulated until the distances have increased slightly. A robot
+    that gets stuck later is not detected.
 
     Args:
         law: The control law.
@@ -109,7 +109,7 @@ def _beyond_limits(world: World) -> Iterator[Gate]:
 def _too_near(
     scenario: Scenario, world: World, law: ReactiveLaw
 ) -> Iterator[Gate]:
-    """Finds pairs that start nearer than permitted, also to the scene."""
+    """Finds distances between links, and from the scene, that are too small."""
     q, called = world.q0, world.robot.description.called
     own = law.self_clearance
     if own is not None and len(own.pairs):
@@ -140,7 +140,7 @@ def _too_near(
 
 
 def _clearances(world: World, q: np.ndarray, within: float) -> Clearances:
-    """Measures clearances of the spheres that some command moves."""
+    """Measures clearances of the spheres that a command can move."""
     robot = world.robot
     found = world.field.clearances(robot.spheres_at(q), within)
     moves = np.abs(robot.jacobian_bound[found.sphere]).max(axis=1) > 0
@@ -148,21 +148,21 @@ def _clearances(world: World, q: np.ndarray, within: float) -> Clearances:
 
 
 def _relation(one: str, other: str, gap: float) -> str:
-    """Says how two things are to each other: apart, or overlapping."""
+    """Describes the distance or the overlap of two objects."""
     if gap < 0:
         return f"{one} and {other} overlap by {-1e3 * gap:.0f} mm"
     return f"{one} and {other} are {1e3 * gap:.0f} mm apart"
 
 
 def _out_of_reach(scenario: Scenario, world: World) -> Iterator[Gate]:
-    """Targets that no posture of an arm reaches; a base only drives."""
+    """Finds targets out of an arm's reach; a base only drives on the floor."""
     if not isinstance(scenario.targets, list):
         return
     robot = world.robot
     effectors = {"": 0, **{name: i for i, name in enumerate(robot.effectors)}}
     for i, config in enumerate(scenario.targets):
         if config.effector not in effectors:
-            continue  # The run itself says so.
+            continue  # The run reports this itself.
         field, effector = f"targets[{i}]", effectors[config.effector]
         target = make_target(config, scenario.source, field)
         aim = Aim((None,) * effector + (target,))

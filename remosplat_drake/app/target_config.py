@@ -20,34 +20,35 @@ from remosplat_drake.signals.target import (
 
 @dc.dataclass
 class TargetConfig(PoseConfig):
-    """A pose of the end effector, its constrained directions, and the way."""
+    """A target pose of an end effector: its free directions, and the path."""
 
-    # Name of the end effector; empty for the first or only one. Each has
-    # its own targets one after the other, and none waits for another.
+    # Name of the end effector; empty for the first or only one. Each end
+    # effector has its own sequence of targets and does not wait for others.
     effector: str = ""
     # Directions that are free: `x`, `y`, `z` along the axes of the pose, and
-    # turns `rx`, `ry`, `rz` about them. Of the turns one or all: [rz] for a
-    # screw about the tool's axis, [rx, ry, rz] for a position alone.
+    # turns `rx`, `ry`, `rz` about them. One or all of the turns may be free:
+    # [rz] for a screw about the tool's axis, [rx, ry, rz] for a position
+    # without orientation.
     free: Annotated[
         list[Annotated[str, OneOf(DIRECTIONS, "direction")]], Len(0, 6)
     ] = dc.field(default_factory=list)
-    # By direction, how much dearer it is to miss it where not all can be had;
-    # 1 for those that are not named.
+    # Relative weights of errors by direction, if not all directions can be
+    # reached; 1 for directions without an entry.
     weights: dict[str, Annotated[float, Interval(gt=0, le=1000)]] = dc.field(
         default_factory=dict
     )
-    # Distance at which the target counts as passed, and the end effector goes
-    # on to the next without a stop; absent: it is reached and held [m].
+    # Distance at which the target counts as passed [m]: the end effector
+    # continues to the next one without a stop. Absent: it is reached and held.
     pass_within: Annotated[float, Interval(gt=0, le=1)] | None = None
-    # Speed on the straight line that the end effector follows from where it
-    # is when the target's turn comes; absent: the way is free [m/s].
+    # Speed on a straight line [m/s], which begins at the end effector's
+    # position when the target becomes active; absent: the path is free.
     line_speed: Annotated[float, Interval(gt=0, le=2)] | None = None
 
     def check(self) -> Iterator[tuple[str, str]]:
         """Checks that the directions exist and can be free together.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         yield from super().check()
         for name in self.weights:
@@ -71,11 +72,11 @@ class TargetConfig(PoseConfig):
 
 
 def make_target(config: TargetConfig, where: str, field: str) -> Target:
-    """Makes the target that an entry of a scenario stands for.
+    """Makes the target of a scenario's entry.
 
     Args:
         config: The entry.
-        where: The scenario that errors blame, as file and name.
+        where: File and name of the scenario, for errors.
         field: Name of the entry's field, for errors.
 
     Raises:
@@ -84,5 +85,7 @@ def make_target(config: TargetConfig, where: str, field: str) -> Target:
     X_WT = make_transform(config, where, field).GetAsMatrix4()
     line = None
     if config.line_speed is not None:
-        line = Line(X_WT, config.line_speed)  # It starts where the motion does.
+        line = Line(
+            X_WT, config.line_speed
+        )  # The line starts at the motion's start.
     return Target(X_WT, config.weighed(), line, config.pass_within)

@@ -1,4 +1,4 @@
-"""Begin a session of teleoperation in a new folder, or continue one."""
+"""Begins a session of teleoperation in a new folder, or continues one."""
 
 import importlib.util
 import logging
@@ -42,7 +42,7 @@ _log = logging.getLogger(__name__)
 
 
 def holds_session(folder: Path) -> bool:
-    """Returns whether a folder is that of a session.
+    """Returns whether a folder contains a session.
 
     Args:
         folder: Any path.
@@ -51,14 +51,14 @@ def holds_session(folder: Path) -> bool:
 
 
 def check_mappable(scenario: Scenario) -> None:
-    """Refuses a live map where none can be made, before any work starts.
+    """Checks, before any work starts, that a live map can be made.
 
     Args:
         scenario: A checked scenario.
 
     Raises:
-        FieldError: The oracle measures no distances to a splat, or the
-            space that the splat's cameras saw is not known.
+        FieldError: The oracle measures no distances to a splat, or the seen
+            space of the splat's cameras is unknown.
         MissingExtraError: A package that mapping needs is not installed.
     """
     if not scenario.mapping.enabled:
@@ -100,7 +100,7 @@ def removed_on_failure(folder: Path) -> Iterator[None]:
             if path not in before:
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
         for path in missing:
-            # Others may have put something into the folders above.
+            # Other programs may have written into the parent folders.
             with suppress(OSError):
                 path.rmdir()
         raise
@@ -117,8 +117,8 @@ def open_teleoperation(
     """Begins or continues a session, and starts its mapping process.
 
     Args:
-        scenario: A checked scenario; where the folder holds a session, that
-            of the session.
+        scenario: A checked scenario; if the folder contains a session, the
+            session's.
         world: The content of the scenario's files.
         folder: Folder of the session; it may be new or empty, or contain a
             session to continue.
@@ -168,7 +168,7 @@ def open_teleoperation(
 
 
 def _reopened(session: Session) -> tuple[SceneMap | None, str]:
-    """Opens the map of a session that is continued, or says why it cannot.
+    """Opens the map of a continued session, or raises an error.
 
     Raises:
         RemoSplatError: The map's file is damaged.
@@ -182,10 +182,10 @@ def _reopened(session: Session) -> tuple[SceneMap | None, str]:
 
 
 def _initial_map(scenario: Scenario, world: World) -> SceneMap:
-    """Makes the map that the scenario comes with.
+    """Makes the scenario's own map.
 
-    Without a map, all space is an obstacle except near the robot: it can look
-    around, and cannot be driven blindly.
+    Without a map, all space except near the robot is an obstacle: the robot can
+    look around, but cannot drive blindly.
     """
     splat_W = world.splat_W or GaussianSplat.empty()
     field, coverage = world.field, None

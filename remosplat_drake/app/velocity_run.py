@@ -1,9 +1,9 @@
-"""Runs that move a real robot's axes by given velocities, as drills do.
+"""Runs that move a real robot's axes with given velocities, for drills.
 
-There is one gate to the robot, and these runs go through it, too: the diagram
-of every run with another control law. What that wants is verified against the
-map, the robot itself and the joint limits; the supervisor stands between it
-and the station; and the robot is looked for where the diagram localises it.
+These runs use the diagram of every run, with another control law. So its
+velocities are verified with the map, self-collision and joint limits, the
+supervisor is between law and station, and the robot's pose is the localised
+one.
 """
 
 import copy
@@ -37,24 +37,24 @@ from remosplat_drake.task.velocity_profile import ProfileMaker, VelocityProfile
 
 LATEST_BASE = Actuator(delay=0.2, tube=0.25, noise=0.02)
 LATEST_ARM = Actuator(delay=0.1, tube=0.15, noise=0.005)
-"""Assumed model of axes that are about to be measured: the tubes contain axes
-without delay and axes that are 0.45 and 0.25 s late."""
+"""Assumed models of axes before identification: their tubes contain axes
+without delay and axes with 0.45 s (base) or 0.25 s (arm) of delay."""
 
 _FOLLOW_DWELL = 1.0
-"""Time for which an axis may follow its command otherwise than the models above
-say [s]: how late it is shall be found out."""
+"""Time for which an axis may deviate from these models [s], since its delay is
+still unknown."""
 
 LONGEST_GAP = 0.05
-"""Longest pause between two commands that counts as none [s]: longer ones may
-have let a command expire."""
+"""Longest permitted pause between two commands [s]: during longer ones, a
+command may have expired."""
 
 
 class LateError(RemoSplatError):
-    """A computer was late, ours or the robot's: the same may end well again."""
+    """A computer was late, ours or the robot's; another attempt may succeed."""
 
 
 class HeldBackError(RemoSplatError):
-    """Verification let the robot go no faster than it went."""
+    """Verification reduced the robot's speed."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class Played:
     """A tick of a profile.
 
     Attributes:
-        sent: When its command was sent, by our wall clock [s].
+        sent: Time at which its command was sent, by our wall clock [s].
         u: The command, shape (n_u,) [m/s, rad/s].
         measurement: The measurement of the tick.
     """
@@ -78,9 +78,9 @@ def build_velocity_run(
     """Wires the diagram of a scenario for profiles instead of its targets.
 
     Args:
-        scenario: The scenario, prepared for hardware; it is left as it is.
-        world: The content of its files. Its real robot is taken to be as late
-            as `LATEST_BASE` and `LATEST_ARM` say from now on.
+        scenario: The scenario, prepared for hardware; it is not changed.
+        world: The content of its files. The delays of its real robot become
+            `LATEST_BASE` and `LATEST_ARM`.
         hardware: Whether the station is the real robot.
 
     Raises:
@@ -111,7 +111,7 @@ def build_velocity_run(
 
 
 def latest_axes(robot: RobotModel) -> list[Actuator]:
-    """Returns the models that are assumed of a robot before it is measured.
+    """Returns the assumed models of a robot's axes before identification.
 
     Args:
         robot: The robot.
@@ -121,21 +121,21 @@ def latest_axes(robot: RobotModel) -> list[Actuator]:
 
 
 def play(application: Application, u: np.ndarray) -> list[Played]:
-    """Plays a profile on the real robot, which a person has agreed to.
+    """Plays a profile on the real robot; a person must have agreed to it.
 
-    The supervisor is released once the robot may move, and never again: a
-    stop ends it. However it ends, the robot is brought to rest.
+    The supervisor is released once, when the robot may move; a stop ends the
+    run. At the end, the robot is brought to rest in any case.
 
     Args:
         application: The result of `build_velocity_run`.
-        u: Velocities, one row a period, shape (k, n_u) [m/s, rad/s].
+        u: Velocities, one row per period, shape (k, n_u) [m/s, rad/s].
 
     Returns:
         All ticks.
 
     Raises:
         LateError: The robot stopped after a command or a status was late.
-        HeldBackError: Verification did not let the robot go as it shall.
+        HeldBackError: Verification reduced the profile's velocities.
         RemoSplatError: The robot may not move, or was stopped.
         KeyboardInterrupt: The run was interrupted.
     """
@@ -167,7 +167,7 @@ class _Player:
         self.ticks: list[Played] = []
 
     def __call__(self, root: Context) -> None:
-        """Looks on between two ticks."""
+        """Processes the state between two ticks."""
         state = supervision_of(self._application, root)
         assert state is not None
         if state.mode == RUNNING and not self._is_playing:
@@ -204,6 +204,6 @@ class _Player:
             raise HeldBackError("verification holds it back")
 
     def was_late(self) -> bool:
-        """Returns whether statuses or commands came late."""
+        """Returns whether statuses or commands were late."""
         gaps = np.diff([*(tick.sent for tick in self.ticks), time.time()])
         return self._is_late or bool((gaps[:-1] > LONGEST_GAP).any())

@@ -1,4 +1,4 @@
-"""The one slow start: Numba compiles the kernels before the first tick.
+"""Compiles the kernels with Numba before the first tick.
 
 Compiled kernels are kept. Loading them takes a while, too, so every run begins
 with `compile_kernels`.
@@ -33,13 +33,13 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.station.station_config import KinematicStation
 
 TICKS = 4
-"""Number of ticks that together use all that later ones may use; the second
+"""Number of ticks that together use all kernels of later ticks; the second one
 looks ahead."""
 
-_NEAR = 1e-3  # From the robot: closer than it ever means to stop [m].
-_ROOM = 8  # Voxels of a metre, around the robot.
-_ABOVE = 0.4  # From the hand to what may move [m].
-_AWAY = np.array([0.1, 0.1, 0.1])  # From the start to the target [m].
+_NEAR = 1e-3  # Distance of the obstacle: less than any stopping distance [m].
+_ROOM = 8  # Number of voxels of 1 m around the robot.
+_ABOVE = 0.4  # Height of a mover above the hand [m].
+_AWAY = np.array([0.1, 0.1, 0.1])  # Vector from the start to the target [m].
 
 
 def compile_kernels(
@@ -49,19 +49,19 @@ def compile_kernels(
     live_map: bool = False,
     plans: bool = True,
 ) -> None:
-    """Runs some ticks of a scenario's own loop, right beside an obstacle.
+    """Runs some ticks of a scenario's own loop very close to an obstacle.
 
-    There, commands are verified and bent, which elsewhere they are not. The
-    loop looks ahead by itself, against the scenario, too: a process that is
-    started later finds what it needs compiled.
+    Only there, all parts of verification and guidance run. The loop looks ahead
+    in this process, even if the scenario uses a separate one, which later finds
+    its kernels compiled.
 
     Args:
-        scenario: The scenario, which is left as it is.
+        scenario: The scenario, which is not changed.
         world: The content of the scenario's files; the robot, its start, and
             the kind of its map matter here.
-        live_map: Whether another map may take its place.
-        plans: Whether planning is rehearsed, too. A run without real time may
-            load its kernels when a path is searched.
+        live_map: Whether the map may be replaced during the run.
+        plans: Whether planning is rehearsed, too. A run without real-time
+            limits may load these kernels at the first search.
 
     Raises:
         RemoSplatError: The loop cannot be made.
@@ -71,7 +71,9 @@ def compile_kernels(
     scenario.station = KinematicStation()
     scenario.wrist_camera = None
     for camera in scenario.cameras:
-        camera.latency = 0.0  # What they see counts within these few ticks.
+        camera.latency = (
+            0.0  # Their detections take effect within these few ticks.
+        )
     scenario.controller.guidance.asynchronous = False
     p_WE = world.robot.end_effector_pose(world.q0)[:3, 3]
     scenario.targets = [TargetConfig(translation=(p_WE + _AWAY).tolist())]
@@ -120,9 +122,9 @@ def _fields(
 
 
 class _Outside(DistanceField):
-    """A map that kernels cannot query, as maps of other packages may be.
+    """A map without compiled kernels, like those of other packages.
 
-    Unknown space that is placed elsewhere than in W is one of them.
+    Unknown space in another frame than W is one of them.
     """
 
     def __init__(self, field: DistanceField):
@@ -137,7 +139,7 @@ class _Outside(DistanceField):
 
 
 def _plan_once(scenario: Scenario, world: World) -> None:
-    """Searches a short path, if the scenario's guidance may."""
+    """Searches a short path, if the scenario enables planning."""
     config, robot = scenario.controller.guidance, world.robot
     if not (config.enabled and config.planning.enabled):
         return
@@ -147,7 +149,7 @@ def _plan_once(scenario: Scenario, world: World) -> None:
 
 
 def _look(scenario: Scenario, world: World) -> None:
-    """Rehearses the looks of a scenario's cameras."""
+    """Rehearses the detection with a scenario's cameras."""
     from remosplat_drake.app.stages.camera_sight import known_scene
     from remosplat_drake.sight.rehearsal import rehearse as rehearse_sight
 
@@ -155,10 +157,9 @@ def _look(scenario: Scenario, world: World) -> None:
 
 
 def _tick_among_movers(scenario: Scenario, world: World) -> None:
-    """Runs a tick beside something that moves.
+    """Runs a tick with a mover.
 
-    Without it the first such thing that appears in a run would have kernels
-    compiled.
+    Otherwise kernels would be compiled when the first mover appears.
     """
     robot, q = world.robot, world.q0
     law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
@@ -181,7 +182,7 @@ def _tick_among_movers(scenario: Scenario, world: World) -> None:
 def _obstacle(world: World) -> tuple[GaussianSplat, PrimitiveScene]:
     """Makes a small obstacle that the hand nearly touches, as splat and box."""
     p_WC = _beside_hand(world.robot, world.q0)
-    n = 8  # More than a leaf of the map's tree holds.
+    n = 8  # More than a leaf of the map's hierarchy.
     flat = world.splat_W is None or world.splat_W.is_surfel
     splat_W = GaussianSplat(
         p_GK=np.tile(p_WC, (n, 1)),

@@ -47,8 +47,8 @@ from remosplat_drake.splat.formats import read_splat
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _DEEPEST = 0.03
-"""How deep inside the scene a robot may start [m]: a map contains surfaces, and
-deeper inside no direction is sure to lead out."""
+"""Largest penetration of the scene at a robot's start [m]: a map contains
+surfaces, so deeper inside, the direction out of the scene is uncertain."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -57,14 +57,14 @@ class World:
 
     Attributes:
         robot: The robot, with its limits and kinematics.
-        splat_W: The scene's splat in W, without the cropped part; None if there
-            is not a splat.
+        splat_W: The scene's splat in W, without the cropped part; None without
+            a splat.
         cropped_W: The part of the splat that was cropped away, in W.
         truth: The scene's true geometry in W; None if it is unknown.
         field: The map that the oracle queries.
-        scene_field: The same without the objects.
-        objects: The objects, where they are at the start.
-        q0: Configuration to start from, shape (n_q,) [rad, m].
+        scene_field: The map without the objects.
+        objects: The objects at their initial poses.
+        q0: Start configuration, shape (n_q,) [rad, m].
         seen: The seen space of the splat's capture; None if that is unknown.
     """
 
@@ -82,7 +82,7 @@ class World:
     def fixed_truth(self) -> PrimitiveScene | None:
         """The true geometry without the objects; None if it is unknown.
 
-        Objects may be moved, and be touched.
+        Objects are excluded, since the robot may move and touch them.
         """
         if self.truth is None:
             return None
@@ -96,12 +96,12 @@ class World:
 
 
 def load_world(scenario: Scenario, *, blank: bool = False) -> World:
-    """Reads a scenario's files, and checks where the robot starts.
+    """Reads a scenario's files, and checks the robot's start.
 
     Args:
         scenario: The scenario.
-        blank: Whether the scenario may come without a splat, because its map
-            is still to be made.
+        blank: Whether the scenario may lack a splat, since its map will be
+            made.
 
     Raises:
         RemoSplatError: A file or a field is unusable, or the robot would
@@ -144,7 +144,7 @@ def _scene_field(
     splat_W: GaussianSplat | None,
     truth: PrimitiveScene | None,
 ) -> DistanceField:
-    """Makes the map of what is no object."""
+    """Makes the map without the objects."""
     if objects and truth is not None:
         truth = without_objects(truth, objects)
     if objects and splat_W is not None:
@@ -160,8 +160,8 @@ def _scene_field(
                 raise FieldError(
                     scenario.source,
                     f"objects[{i}].X_WO",
-                    f"the splat shows no {thing.name} there; in_splat: false"
-                    " is for what it does not show",
+                    f"the splat shows no {thing.name} there; set in_splat:"
+                    " false for an object that it does not show",
                 )
             is_other &= ~own
         splat_W = splat_W.select(is_other)
@@ -169,7 +169,7 @@ def _scene_field(
 
 
 def true_scenes(scenario: Scenario, world: World) -> tuple[PrimitiveScene, ...]:
-    """Returns the true scene, and the one that takes turns with it, if any.
+    """Returns the true scene, and the alternative one, if any.
 
     Args:
         scenario: The scenario.
@@ -215,8 +215,8 @@ def scenario_targets(
 ) -> dict[str, list[Target]]:
     """Returns the targets of a scenario, or else that of its true scene.
 
-    There are none where the scenario has tasks, or a system of its own that
-    hands out targets during the run.
+    There are none if the scenario has tasks, or its own system that outputs
+    targets during the run.
 
     Args:
         scenario: The scenario.
@@ -281,7 +281,7 @@ def load_splat(
 
 
 def _check_scale(scenario: Scenario, splat: Path) -> None:
-    """Refuses to scale the measurements in metres."""
+    """Checks that a splat with measurements in metres is not scaled."""
     scale = scenario.scene.scale
     if scale == 1:
         return
@@ -339,7 +339,7 @@ def _check_start(world: World, where: str) -> None:
     clearances = world.field.clearances(robot.spheres_at(q0))
     if not clearances.is_known:
         raise FieldError(
-            where, "oracle", "does not know how near the robot would start"
+            where, "oracle", "returns no distance of the robot's start"
         )
     if clearances.minimum() < -_DEEPEST:
         row = int(clearances.distance.argmin())

@@ -1,6 +1,6 @@
-"""One's own controller in the benchmark: a function from q to u.
+"""A user's controller in the benchmark: a function from q to u.
 
-A module offers a function that makes a controller:
+The user's module contains a function that makes a controller:
 
     def make(robot, field, X_WT, dt):
         def control(q, u_previous):
@@ -9,10 +9,11 @@ A module offers a function that makes a controller:
         return control
 
 `robot` is a `RobotModel` (kinematics, limits, spheres), `field` the map as a
-`DistanceField`, `X_WT` the target pose (4, 4) and `dt` the control period
-[s]; q is a configuration (n_q,) and u the command (n_u,) for the next dt.
-It is named MODULE:FUNCTION, or MODULE:FUNCTION:METHOD to take the oracle,
-control period and time limit of a shipped method instead of `sdf-hard`'s.
+`DistanceField`, `X_WT` the target pose (4, 4) and `dt` the control period [s];
+q is a configuration (n_q,) and u the command (n_u,) for the next dt. On the
+command line, its name is MODULE:FUNCTION. MODULE:FUNCTION:METHOD takes oracle,
+control period and time limit from the shipped method METHOD instead of
+`sdf-hard`.
 """
 
 import hashlib
@@ -61,7 +62,7 @@ def load_controller(name: str) -> MakeControl:
 
 
 def source_digest(name: str) -> str:
-    """Returns a digest of the source of the module that a name stands for."""
+    """Returns a digest of the source of a controller's module."""
     module = inspect.getmodule(load_controller(name))
     assert module is not None
     return hashlib.sha256(inspect.getsource(module).encode()).hexdigest()[:16]

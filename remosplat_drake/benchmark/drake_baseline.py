@@ -3,8 +3,9 @@
 `DifferentialInverseKinematicsSystem` supports neither splats nor a base that
 cannot move sideways. It is used where the comparison is fair:
 
-- It gets the scene's true solids, as `sdf-hard` does, so it stands beside
-  that method. The robot is the same spheres, with the same stopping and
+- It gets the scene's true solids, as `sdf-hard` does, so its results are
+comparable with that method's. The robot has the same spheres, the same stopping
+and
   influence distance, velocity limits and joint-limit margins, and the desired
   twist is the paper's servo with the paper's gains.
 - Its plant's world frame is the robot's base frame B. The base's joints stay
@@ -48,16 +49,16 @@ GAINS = gain_set("paper")
 """Gain set of the servo, the distances and the margins: the paper's."""
 
 TWIST_WEIGHT = 100.0
-"""Weight of tracking against the posture, as Drake's documentation asks."""
+"""Weight of tracking relative to the posture, as in Drake's documentation."""
 
 POSTURE_GAIN = 1.0
-"""Gain of the pull to the home posture, in tracking's null space [1/s]."""
+"""Gain towards the home posture, in the null space of tracking [1/s]."""
 
 
 def make_control(
     robot: RobotModel, field: DistanceField, X_WT: np.ndarray, dt: float
 ) -> Control:
-    """Makes the controller, as `custom_controller` asks for it.
+    """Makes the controller, as a function for `custom_controller`.
 
     Args:
         robot: Model of a robot with a differential base.

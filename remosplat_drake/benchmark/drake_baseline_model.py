@@ -1,9 +1,9 @@
 """The collision model of `drake_baseline`: robot spheres in a moving scene.
 
-The plant's world frame is the robot's base frame B, so the base stands at
-zero and the scene hangs on a planar joint. The robot is rebuilt from its
-kinematic tree: its model file would bring collision shapes of its own, and a
-base that slides sideways.
+The plant's world frame is the robot's base frame B, so the base stays at zero
+and the scene moves by a planar joint. The robot is rebuilt from its kinematic
+tree: its model file would add collision shapes, and a base that can move
+sideways.
 """
 
 import dataclasses as dc
@@ -131,7 +131,7 @@ def _add_joint(
     parent: RigidBody,
     link: RigidBody,
 ) -> None:
-    """Joins link i to its parent; all that does not move is welded."""
+    """Joins link i to its parent; immovable joints become welds."""
     tree, name = robot.tree, f"joint_{i}"
     F = _offset_frame(plant, f"{name}_F", parent, tree.X_PF[i])
     M = _offset_frame(plant, f"{name}_M", link, np.linalg.inv(tree.X_MB[i]))

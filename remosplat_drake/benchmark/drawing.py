@@ -1,10 +1,11 @@
-"""`Drawing`: progress of a suite that draws its scenes and targets."""
+"""`Drawing`: progress of the random generation of scenes and targets."""
 
 from collections.abc import Callable
 
 Drawing = Callable[[str, int, int], None]
-"""Callback with the drawn item, and its number of how many."""
+"""Callback for each generated item: its name, its number, and the number of
+items."""
 
 
 def no_drawing(what: str, found: int, count: int) -> None:
-    """Shows nothing."""
+    """A `Drawing` that shows nothing."""

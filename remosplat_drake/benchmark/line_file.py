@@ -1,4 +1,4 @@
-"""`LineFile`: a file of results, one a line, that survives being killed."""
+"""`LineFile`: a file of results, one per line, that survives a kill."""
 
 import os
 from pathlib import Path

@@ -33,7 +33,7 @@ METHODS_FILE = Path(__file__).with_suffix(".yaml")
 SHIPPED_CONTROLLERS = {
     "drake-ik": "remosplat_drake.benchmark.drake_baseline:make_control",
 }
-"""Short names for controllers that are not ours but come with the package."""
+"""Short names for other projects' controllers that the package contains."""
 
 BASE_METHOD = "sdf-hard"
 """Method whose oracle, control period and limits a custom controller gets by
@@ -158,7 +158,7 @@ def load_methods(
 
 
 def _split_controller(name: str) -> tuple[str, str]:
-    """One's own controller, if any, and the method whose settings it uses."""
+    """The user's controller, if any, and the method with its settings."""
     first, *rest = name.split(":")
     name = ":".join([SHIPPED_CONTROLLERS.get(first, first), *rest])
     module, *rest = name.split(":")
@@ -191,7 +191,7 @@ def _find(name: str) -> list[tuple[Path, str]]:
     valid = entries(path)
     for wanted in names:
         if wanted not in valid:
-            # Groups are only known for the shipped file.
+            # Groups exist only for the shipped file.
             groups = GROUPS if path == METHODS_FILE else ()
             others = (*groups, *SHIPPED_CONTROLLERS) if groups else ()
             problem = unknown_name("method", wanted, [*valid, *others])
@@ -210,10 +210,10 @@ def _load(path: Path, entry: str, override: str) -> Scenario:
         ("targets", scenario.targets),
     ):
         if given:
-            raise FieldError(where, field, "is the benchmark's to choose")
+            raise FieldError(where, field, "is set by the benchmark")
     check_scenario(scenario)
-    # The benchmark drives in maps without a measured error; only distances
-    # below the usual one need to know.
+    # The benchmark uses maps without a measured error, which only stopping
+    # distances below the usual one require.
     errors = map_error_gates(scenario, find_map_error(scenario))
     open_gates(errors, (), hardware=False, where=where)
     return scenario

@@ -46,7 +46,7 @@ def target_errors(
 
 
 def _worst(errors: list[PoseError]) -> PoseError:
-    """The largest distance, angle and L1 norm: all have arrived if it has."""
+    """The largest distance, angle and L1 norm of several errors."""
     return PoseError(
         max(errors, key=lambda error: error.distance).p_ET_W,
         max(errors, key=lambda error: error.angle).rotation_W,
@@ -80,16 +80,16 @@ def minimum_clearances(
 def self_distance(robot: RobotModel, q: np.ndarray) -> float | None:
     """Returns the smallest distance of the robot from itself, up to `FAR` [m].
 
-    It is that of the hulls of links which are watched and do not overlap at
-    home.
+    It is measured between hulls of links, over the pairs that the robot avoids
+    and that do not overlap at home.
 
     Args:
         robot: The robot.
         q: Configurations, shape (T + 1, n_q).
 
     Returns:
-        The distance, negative where links overlap; None where no links are
-        watched.
+        The distance, negative where links overlap; None if the robot avoids no
+        pair of links.
     """
     pairs = self_collision_pairs(robot, 0.0)
     apart = pairs.allowance == 0.0
@@ -124,11 +124,11 @@ def mean_acceleration(
 ) -> float:
     """Returns the authors' gracefulness: mean |a_EE| [m/s^2].
 
-    a = J du/dt + dJ/dt u, where du/dt is the central difference of the
-    commands at the control rate (one-sided at both ends), averaged over the
-    ticks (paper section V, "Gracefulness"; definition of their code). The
-    jump from rest and the stop do not count, and the number grows with the
-    control rate; `resampled_acceleration` does not have these faults.
+    a = J du/dt + dJ/dt u, where du/dt is the central difference of the commands
+    at the control rate (one-sided at both ends). |a| is averaged over the ticks
+    (paper section V, "Gracefulness"; as defined in the authors' code). The jump
+    from rest and the stop do not count, and the result grows with the control
+    rate; `resampled_acceleration` does not have these defects.
 
     Args:
         robot: Model of the robot, for its Jacobians.
@@ -165,7 +165,7 @@ def jerk_share(robot: RobotModel, u: np.ndarray, dt: float) -> float | None:
         dt: Control period [s].
 
     Returns:
-        The share; None where the robot's description states no limits.
+        The share; None if the robot's description states no limits.
     """
     if not np.isfinite(robot.jerk_limit).any():
         return None
@@ -207,9 +207,9 @@ def resampled_acceleration(
 ) -> float:
     """Returns the end effector's mean |a| from rest to rest [m/s^2].
 
-    Positions are resampled to a fixed period, so that the number hardly
-    depends on the control rate; a zero velocity is added at both ends, so
-    that starting and stopping count.
+    Positions are resampled to a fixed period, so that the number hardly depends
+    on the control rate; a zero velocity is added at both ends, so that starting
+    and stopping count, too.
 
     Args:
         p_WE: Positions of the end effector in W, one every dt, shape
@@ -236,14 +236,14 @@ def resampled_acceleration(
 def is_stalled(
     robot: RobotModel, q: np.ndarray, dt: float, window: float, reach: float
 ) -> bool:
-    """Whether end effector and base hardly moved at the end of a motion.
+    """Returns whether end effector and base were almost at rest at the end.
 
     Args:
         robot: Model of the robot, for its kinematics.
         q: Configurations at the control ticks, shape (T + 1, n_q).
         dt: Control period [s].
-        window: Length of time before the end that is looked at [s].
-        reach: Path length up to which a point counts as standing still [m].
+        window: Length of the evaluated time before the end [s].
+        reach: Path length up to which a point counts as at rest [m].
     """
     last = q[-1 - round(window / dt) :]
     if len(last) < 2:

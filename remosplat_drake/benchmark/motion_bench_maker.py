@@ -1,12 +1,12 @@
 """MotionBenchMaker's problems as a suite: scenes, starts and goals of an arm.
 
 A family is a folder of pairs `sceneNNNN.yaml` and `requestNNNN.yaml` (Chamzas
-et al., "MotionBenchMaker", RA-L 2022). The scene stands around the arm's
-mount, and the goal is where one given configuration puts the end effector:
-other configurations that reach it count, too.
+et al., "MotionBenchMaker", RA-L 2022). The scene is placed around the arm's
+mount. The goal is the pose of the end effector at one given configuration;
+other configurations that reach this pose count, too.
 
-At the goal the hand encloses an object. It is to be grasped, not to be kept
-away from: it is left out of the scene, or else the hand alone may touch it.
+At the goal the hand encloses an object that is to be grasped. It is left out of
+the scene, or the hand alone may touch it.
 """
 
 import dataclasses as dc
@@ -31,13 +31,13 @@ from remosplat_drake.scene.planning_scene import read_planning_scene
 from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 SUITE = "MotionBenchMaker"
-"""Name of the suite; titles go on with the robot."""
+"""Name of the suite; in titles, the robot follows."""
 
 GRASP_SUITE = f"{SUITE} with the object"
-"""Name of the suite in which the object to be grasped is there."""
+"""Name of the suite with the object to be grasped."""
 
 ROBOT = "panda"
-"""Robot of the problems, if none is named."""
+"""Default robot of the problems."""
 
 GRASP_DISTANCE = 0.021
 """Distance to the hand's spheres within which an object is grasped [m]."""
@@ -50,7 +50,7 @@ GRASP_SPHERES = ("paper", "covering")
 has."""
 
 START_CLEARANCE, START_DRAWS = 0.05, 200
-"""Smallest clearance of a displaced base [m], and how often it is drawn."""
+"""Smallest clearance of a displaced base [m], and number of random attempts."""
 
 FLOOR_HEIGHT = 0.03
 """Height below which floor links see nothing, as in scenarios [m]."""
@@ -60,20 +60,20 @@ FLOOR_HEIGHT = 0.03
 class MotionProblem(SceneCase):
     """One problem: a scene, a start and a goal, for one robot.
 
-    Its `file` is the request; the scene lies beside it.
+    Its `file` is the request; the scene is in the same folder.
 
     Attributes:
-        robot: Name or file of the robot. An arm on a fixed base stands where
-            the problem has it; a mobile one is displaced, the same way each
-            time.
-        with_object: Whether the object to be grasped is there.
+        robot: Name or file of the robot. An arm on a fixed base has the
+            problem's pose; a mobile one starts at a displaced pose, which is
+            the same in every run.
+        with_object: Whether the scene contains the object to be grasped.
     """
 
     robot: str = ROBOT
     with_object: bool = False
 
     def grasping(self) -> "MotionProblem":
-        """Returns the same problem with the object to be grasped."""
+        """Returns the same problem, with the object to be grasped."""
         suite = self.suite.replace(SUITE, GRASP_SUITE, 1)
         return dc.replace(self, suite=suite, with_object=True)
 
@@ -107,8 +107,8 @@ def motion_problems(
         robot: Name or file of the robot.
 
     Raises:
-        RemoSplatError: There is no such folder, it holds no problems, or only
-            archives of them; or there is no such robot.
+        RemoSplatError: There is no such folder or robot, or the folder contains
+            no problems, or only archives of them.
     """
     description = load_robot_description(robot)
     if not folder.is_dir():
@@ -133,14 +133,14 @@ def motion_problems(
 
 
 def _family(folder: Path) -> str:
-    """The name of a family, whose folder is called after a robot, too."""
+    """The name of a family; its folder's name also contains a robot."""
     return folder.resolve().name.removesuffix(f"_{ROBOT}")
 
 
 def _numbers(folder: Path) -> list[str]:
     """The numbers of the problems in a folder, as they are written.
 
-    Half a pair counts: it is a problem that cannot be used, and no gap.
+    A number with only one file of a pair counts: it is an unusable problem.
     """
     return sorted(
         {
@@ -216,7 +216,7 @@ def read_request(
 
     Raises:
         FileError: The file is missing or not YAML.
-        FieldError: A field is missing or unusable, or a joint is.
+        FieldError: A field or a joint is missing or unusable.
     """
     request = ForeignValue.read(path)
     state = request.get("start_state").get("joint_state")
@@ -235,7 +235,7 @@ def read_request(
     for joint in joints:
         for place, given in ((positions, start), (wanted, goal)):
             if joint not in given:
-                place.fail(f"says nothing of {joint}")
+                place.fail(f"has no position of {joint}")
     return (
         np.array([start[joint] for joint in joints]),
         np.array([goal[joint] for joint in joints]),
@@ -256,7 +256,7 @@ def grasped_object(
         objects: Objects in W by name.
 
     Returns:
-        The object's name; None if nothing is so near.
+        The object's name; None if no object is so near.
     """
     hand = robot.spheres_at(q).select(robot.leading_spheres)
     distance = {
@@ -301,7 +301,7 @@ def _placed(X_WS: RigidTransform, scene: PrimitiveScene) -> PrimitiveScene:
 def _displaced(
     robot: RobotModel, scene: PrimitiveScene, arm: np.ndarray, file: str
 ) -> tuple[float, float, float]:
-    """Draws where a mobile base starts, clear of the scene, by its name."""
+    """Draws a collision-free start of a base; the scene's name is the seed."""
     digest = hashlib.sha256(scene.name.encode()).digest()
     rng = np.random.default_rng(list(digest[:8]))
     field = SignedDistanceField(scene)

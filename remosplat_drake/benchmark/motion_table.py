@@ -1,4 +1,4 @@
-"""The table of MotionBenchMaker's problems: one row a method and family."""
+"""The table of MotionBenchMaker's problems: a row per method and family."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from remosplat_drake.benchmark.result import COLLISION, ERROR
 from remosplat_drake.benchmark.summary import Comparison, Row
 
 ALL = "all"
-"""Name of the rows over all families."""
+"""Family name of the rows over all families."""
 
 
 def motion_table(comparison: Comparison, rule: str) -> Table:
@@ -30,7 +30,7 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
             "min clearance [mm]",
             "motion time, median [s]",
             "95 % [s]",
-            "times the joint path's",
+            "motion / joint path",
             "jerk, largest [%]",
             "torque, largest [%]",
             "planned [%]",
@@ -45,18 +45,19 @@ def motion_table(comparison: Comparison, rule: str) -> Table:
             for family in (*families, ALL)
         ),
         "The object that the hand encloses at the goal is left out of the"
-        " scene: neither the map nor the judge of collisions knows it. In"
+        " scene: neither the map nor the true scene contains it. In"
         " problems with the object, the hand alone may touch it."
         " Collisions are judged by the true geometry, at ticks and at four"
         " points between. Motion times are those of the problems that the row"
-        " itself reaches; the straight path through joint space, at the"
-        " velocity limits and through all obstacles, takes the"
-        " joint path's time to the given goal configuration. Jerk and torque"
-        " are shares of what the robot's description and its model file allow:"
-        " the second difference of the commands, and what the commands take"
-        " with an empty hand. The columns of paths count the problems in which"
-        " one was found, the time of the searches until then, beside what"
-        " else ran, and the configurations and motions that these looked at."
+        " itself reaches. Motion / joint path is their ratio to the time of the"
+        " straight path in joint space to the given goal configuration, at the"
+        " velocity limits and through all obstacles. Jerk is the second"
+        " difference of the commands, and torque that of the commands with an"
+        " empty hand, both relative to the limits in the robot's description"
+        " and model file. The columns of paths contain the number of problems"
+        " in which a path was found, the time of the searches until then, with"
+        " other load on the computer, and the number of configurations and"
+        " motions that they checked."
         " Errors are problems that cannot be used; they count as not reached.",
         texts=2,
     )

@@ -1,4 +1,4 @@
-"""`MovingCase`: a scene of solids in which other things move by themselves."""
+"""`MovingCase`: a scene of solids with movers."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -14,19 +14,19 @@ from remosplat_drake.scene.moving.person import Person
 from remosplat_drake.scene.moving.track import Track
 
 MOVING = "moving"
-"""Kind of the suite of scenes in which things move."""
+"""Kind of the suite of scenes with movers."""
 
 
 @dc.dataclass(frozen=True)
 class MovingCase(SceneCase):
-    """A scene, and its movers, drawn for its name."""
+    """A scene with random movers; the seed is the scene's name."""
 
     @staticmethod
     def of(case: SceneCase) -> "MovingCase":
-        """Makes a scene of another suite move.
+        """Adds movers to a scene of another suite.
 
         Args:
-            case: The scene, which stands.
+            case: The scene without movers.
         """
         fields = {f.name: getattr(case, f.name) for f in dc.fields(case)}
         suite = f"{case.suite} with movers v{MOVING_VERSION}"
@@ -41,5 +41,5 @@ class MovingCase(SceneCase):
         return draw_movers(self.truth(), self.seed)
 
     def tracks(self) -> list[Track]:
-        """Returns how it moves."""
+        """Returns the tracks of the movers."""
         return [mover.make(Path()) for mover in self.movers()]

@@ -20,20 +20,21 @@ RULE = "text"
 """The success rule of the table."""
 
 NOTES = (
-    "Scenes by the worst contact in them, judged by the true movers between"
-    " ticks, too. Towards: a link moved towards what it touched, the robot's"
-    " fault; out of unseen space: it did, but no camera of its own had had that"
-    " in view since it was the protective separation distance away; retreating:"
-    " a link that moved away or along was caught up with;"
-    " at rest: the robot stood. Reached: the target, without having touched"
-    " anything towards it, and nothing that stands. Reachable: some method of"
-    " the table arrived, with or without contacts. Waited, time: medians of the"
-    " scenes that were reached."
+    "Numbers of scenes by the worst contact with a mover, at and between ticks."
+    " Towards: the touching link moved towards the mover, so the robot caused"
+    " the contact. Out of unseen space: the link moved towards the mover, but"
+    " the robot's cameras had not seen the mover all the time since it was the"
+    " protective separation distance away. Retreating: the mover caught up with"
+    " a link that moved away or sideways. At rest: the link did not move."
+    " Reached: the robot arrived without the first two kinds of contact, and"
+    " without a collision with the scene. Reachable: some method of the table"
+    " arrived, with or without contacts. Waited, time: medians over the scenes"
+    " that were reached."
 )
 
 
 def moving_table(comparison: Comparison) -> Table:
-    """Makes the table, one method a row.
+    """Makes the table, one row per method.
 
     Args:
         comparison: The methods to show, whose trials have movers.
@@ -60,7 +61,7 @@ def moving_table(comparison: Comparison) -> Table:
 
 
 def reached(row: Row) -> np.ndarray:
-    """Returns in which trials it arrived, having touched nothing towards it."""
+    """Returns which trials arrived without contacts that the robot caused."""
     faults = np.isin(worst_contacts(row), (TOWARDS, UNSEEN))
     return row.successes(RULE) & ~faults
 
@@ -73,7 +74,7 @@ def worst_contacts(row: Row) -> np.ndarray:
 
 
 def reachable(comparison: Comparison) -> np.ndarray:
-    """Returns in which scenes any of the methods has arrived."""
+    """Returns the scenes in which any of the methods arrived."""
     arrived = [row.successes(RULE) for row in comparison.rows]
     return np.logical_or.reduce(arrived)
 

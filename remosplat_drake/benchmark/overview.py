@@ -56,7 +56,7 @@ def overview_table(comparison: Comparison) -> Table:
 
 
 def headline(comparison: Comparison) -> str:
-    """Says in a sentence or two which methods reach most.
+    """Returns a sentence or two on the methods that reach most targets.
 
     Args:
         comparison: The methods to compare.

@@ -1,4 +1,4 @@
-"""Jobs on a Ray cluster, whose nodes see the same files."""
+"""Runs jobs on a Ray cluster with a shared file system."""
 
 import socket
 from collections.abc import Iterable
@@ -12,7 +12,7 @@ CONNECT_TIMEOUT = 5.0
 
 
 def on_ray(jobs: Iterable[Job], address: str) -> Results:
-    """Runs jobs on a cluster; a lost worker or node costs nothing.
+    """Runs jobs on a cluster; jobs of a lost worker or node are run again.
 
     Args:
         jobs: Jobs to run. Scene files must have the same path on all nodes,
@@ -44,7 +44,8 @@ def on_ray(jobs: Iterable[Job], address: str) -> Results:
         run = ray.remote(num_cpus=1, max_retries=MAX_ATTEMPTS - 1)(Job.run)
         queue, running = iter(jobs), dict[object, Job]()
         while True:
-            # Nodes come and go. Some jobs wait there, so that none idles.
+            # The number of nodes may change. Some jobs are queued, so that no
+            # node idles.
             cores = ray.cluster_resources().get("CPU", 1)
             while len(running) < 2 * cores:
                 if (job := next(queue, None)) is None:
@@ -65,7 +66,7 @@ def on_ray(jobs: Iterable[Job], address: str) -> Results:
 
 
 def _check_reachable(address: str) -> None:
-    """Fails fast where no cluster listens; Ray itself would try for minutes."""
+    """Raises an error soon if no cluster listens; Ray would try for minutes."""
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if not host:
         return

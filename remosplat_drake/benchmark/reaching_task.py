@@ -1,4 +1,4 @@
-"""`ReachingTask`: a scene of any origin, as a trial takes it."""
+"""`ReachingTask`: target, start and true geometry of a trial's scene."""
 
 import dataclasses as dc
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 TRAINED, SURFEL, NO_SPLAT = "trained", "surfel", "none"
-"""Origins of a splat, as tables name them."""
+"""Origins of a splat, by their names in tables."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -31,16 +31,17 @@ class ReachingTask:
         X_WE_target: Target pose of the end effector in W.
         X_WB_start: Start pose of the base in W as (x, y, yaw) [m, m, rad].
         content_hash: Digest of the true geometry.
-        measure_truth: Makes the distance field that collisions are judged by.
-        solids: The true geometry as solids; None where it is not known as
-            such.
+        measure_truth: Makes the distance field with which collisions are
+            detected.
+        solids: The true geometry as solids; None if it is not made of known
+            solids.
         arm_start: Joint positions at which the arm starts [rad]; None: at its
             home.
         start_field: Name of the start in the scene's file, for errors.
-        arm_goal: Joint positions of an arm on a fixed base at the target
-            [rad]; None where they are not given.
-        grasped: The object that the hand encloses at the target, which it
-            alone may touch; empty where there is none, or it is left out.
+        arm_goal: Joint positions of an arm on a fixed base at the target [rad];
+            None if they are not given.
+        grasped: The object that the hand encloses at the target, and that the
+            hand alone may touch; empty if there is none, or if it is left out.
         further_targets: Target poses in W of the robot's further end effectors,
             in their order; empty if they have none.
     """
@@ -70,10 +71,10 @@ class ReachingTask:
     def with_grasped(
         self, field: DistanceField, robot: RobotModel
     ) -> DistanceField:
-        """Adds the object to a field, for all links but the hand's.
+        """Adds the object to a field, for all links except the hand's.
 
         Args:
-            field: Distances to all else.
+            field: Distances to all other surfaces.
             robot: The robot.
         """
         if not self.grasped:
@@ -85,7 +86,7 @@ class ReachingTask:
 
 
 def solid_task(scene: PrimitiveScene) -> ReachingTask:
-    """Makes the task of a scene of solids, which must have one."""
+    """Makes the task of a scene of solids, which must have a target."""
     assert scene.X_WE_target is not None and scene.X_WB_start is not None
     return ReachingTask(
         scene.X_WE_target,
@@ -106,7 +107,7 @@ class BenchmarkCase(Protocol):
 
     @property
     def file(self) -> str:
-        """Path of the file that says where the case is from; may be empty."""
+        """Path of the file that the case was read from; empty without one."""
         ...
 
     @property
@@ -132,7 +133,7 @@ class BenchmarkCase(Protocol):
         ...
 
     def splat(self) -> tuple[GaussianSplat, str]:
-        """Returns the map, expressed in W, and its origin as tables name it."""
+        """Returns the map, expressed in W, and its origin's name in tables."""
         ...
 
 

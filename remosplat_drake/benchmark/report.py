@@ -1,4 +1,4 @@
-"""The tables of a benchmark, side by side with the paper's."""
+"""The tables of a benchmark, with the paper's numbers."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ from remosplat_drake.benchmark.scan_table import scan_table
 from remosplat_drake.benchmark.summary import Comparison, Row, gather
 
 KINEMATIC = "kinematic"
-"""Name of the station that the dynamic one is compared with."""
+"""Name of the station with which the dynamic one is compared."""
 
 COMMON = (
     ("average_distance", 3),
@@ -35,7 +35,7 @@ decimals."""
 
 
 def report_tables(results: Sequence[TrialResult]) -> list[Table]:
-    """Returns all tables that results give, comparison by comparison."""
+    """Makes all tables of some results, comparison by comparison."""
     tables, comparisons = [], gather(results)
     for comparison in comparisons:
         if comparison.is_robots:
@@ -116,7 +116,7 @@ def _main_row(row: Row, rule: str, common: np.ndarray) -> tuple[str, ...]:
     everything = np.ones(len(row), bool)
     clearance = row.values("minimum_distance", rule, everything)
     solve = 1e3 * row.times("solve_mean")
-    solve = solve[solve > 0]  # One's own controller need not have a program.
+    solve = solve[solve > 0]  # Not every controller solves a program.
     return (
         row.method,
         row.gains,
@@ -148,7 +148,7 @@ def _paper_row(paper: PaperRow) -> tuple[str, ...]:
 
 
 def family_table(comparison: Comparison) -> Table:
-    """Makes the table of success by family, by both success rules."""
+    """Makes the table of success by family, for both success rules."""
     families = comparison.families()
     rows = []
     for row in comparison.rows:
@@ -184,8 +184,8 @@ def outcome_table(comparison: Comparison) -> Table:
             )
             for row in comparison.rows
         ),
-        "local minimum: standing still when time was up; timeout: still"
-        " moving; infeasible: the last program had no solution; error: the"
+        "local minimum: at rest at the time limit; timeout: still moving;"
+        " infeasible: the last program had no solution; error: the"
         " scene cannot be used.",
     )
 
@@ -226,7 +226,7 @@ def timing_table(comparison: Comparison) -> Table:
 
 
 def paired_table(comparison: Comparison) -> Table:
-    """Makes the table of every method against the first, scene by scene."""
+    """Makes the table that compares each method with the first, by scene."""
     first, *others = comparison.rows
     rows = []
     for row in others:

@@ -1,4 +1,4 @@
-"""The report as one page of HTML: its tables, and plots of them."""
+"""The report as one page of HTML with tables and plots."""
 
 import dataclasses as dc
 import html
@@ -138,7 +138,7 @@ def _rate_plot(comparison: Comparison) -> str:
 def _draw_rate(axes, y: float, successes: int, count: int, color: str):
     low, high = rate_interval(successes, count)
     rate = successes / count
-    # Where nothing or everything succeeds, rounding puts an end beyond it.
+    # At rates of 0 and 1, rounding may put an end of the interval beyond them.
     below, above = max(rate - low, 0.0), max(high - rate, 0.0)
     axes.errorbar(
         100 * rate,

@@ -29,8 +29,8 @@ OUTCOMES = (
 
 `timeout`: still moving when the time limit was reached. `local minimum`:
 standing still by then. `infeasible`: the last quadratic program had no
-solution. `error`: the scene cannot be used, because of its file or because
-the robot would start inside something. `crash`: an error in the software.
+solution. `error`: the scene cannot be used, because of its file or because the
+robot would start inside an obstacle. `crash`: an error in the software.
 """
 
 RULES = ("text", "authors")
@@ -38,7 +38,7 @@ RULES = ("text", "authors")
 
 RULE_TITLES = {
     "text": "success by the paper's text: 2 cm and 2 deg",
-    "authors": "success as the authors' code has it: L1 < 2 cm, any rotation",
+    "authors": "success by the authors' code: L1 < 2 cm, any rotation",
 }
 
 
@@ -57,9 +57,9 @@ class Judgement:
         path_length: Path length of the end effector [m].
         base_path_length: Path length of the base [m].
         jerk: Largest jerk of the commands, as a share of the arm's limits; None
-            where the robot's description states none.
-        torque: Largest torque that they take, as a share of the motors' limits;
-            None where the model file states none.
+            if the robot's description states none.
+        torque: Largest torque that the commands require, as a share of the
+            motors' limits; None if the model file states none.
     """
 
     outcome: str
@@ -84,7 +84,7 @@ class MovingResult:
     """The motion of the robot and of the movers around it, by the truth.
 
     Attributes:
-        movers: Number of things that moved, each part counted.
+        movers: Number of movers; each moving part counts.
         contacts: Number of contacts of a link and a mover, by their kind
             (`recording.mover_contacts`).
         distance: Least distance of the robot to any mover [m].
@@ -108,13 +108,13 @@ class WallTimes:
 
     Attributes:
         solve_mean: Mean time to solve the quadratic program [s], of ticks that
-            are run step by step; 0 where each was one compiled call.
+            ran step by step; 0 if each tick was one compiled call.
         solve_std: Standard deviation of that time [s].
         tick_p50: Median of a whole control tick [s].
         tick_p99: 99th percentile of a whole control tick [s].
         trial: Duration of the whole trial [s].
-        first_path: Time of the searches until a path was found; None if none
-            was searched or found [s].
+        first_path: Search time until the first path was found [s]; None if none
+            was searched or found.
     """
 
     solve_mean: float
@@ -154,11 +154,11 @@ class TrialResult:
         problem: Why the scene cannot be used, in one line; empty otherwise.
         joint_time: Time that the straight path of the joints to the given
             goal takes at the velocity limits; None without such a goal [s].
-        first_checks: Number of configurations and motions that were looked at
-            until a path was found; None if none was searched or found.
-        self_distance: Smallest distance between two links of the robot that are
-            watched, by the hulls of their shapes, at ticks; negative where they
-            overlap, and None where none are watched [m].
+        first_checks: Number of configurations and motions that were checked
+            until the first path was found; None if none was searched or found.
+        self_distance: Smallest distance between the hulls of two links that the
+            robot keeps apart, at ticks [m]; negative if they overlap, and None
+            if the robot keeps no links apart.
         moving: Contacts with movers and their distances; None without movers.
     """
 
@@ -240,11 +240,11 @@ def from_line(line: str, where: str) -> TrialResult:
 def read_results(path: Path) -> list[TrialResult]:
     """Reads the results in a file, the latest of each key.
 
-    A last line without an end was cut off while it was written; it does not
-    count.
+    A last line without a line end was cut off while it was written; it is
+    ignored.
 
     Returns:
-        The results; none where the file does not exist.
+        The results; none if the file does not exist.
 
     Raises:
         FileError: The file cannot be read, or a line does not hold a result.

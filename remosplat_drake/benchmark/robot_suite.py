@@ -1,9 +1,9 @@
 """Any robot, at random targets in generated scenes and in a trained one.
 
-Targets are poses of hands that the robot can reach and hold: those of random
-configurations that keep away from the scene, the robot itself and its joint
-limits, with a hand near something or in a piece of furniture. If the robot has
-several hands, each has its own target.
+Targets are poses of hands that the robot can reach and hold. They belong to
+random configurations that keep distances from the scene, from the robot itself
+and from joint limits, with a hand near the scene or in a piece of furniture. If
+the robot has several hands, each has its own target.
 """
 
 import dataclasses as dc
@@ -51,7 +51,7 @@ TRAINED_SCENES = {True: "table", False: "workbench"}
 """Shipped scenes with a trained splat, for robots with a base and without."""
 
 _SHIPPED = "trained"
-"""Stands for the one of these that fits a robot."""
+"""Name for the one of these scenes that fits a robot."""
 
 SCENES = (GENERATED, _SHIPPED, *KINDS)
 """Names of all scenes that a suite may name."""
@@ -67,20 +67,21 @@ _INSIDE = 0.1
 """Distance of goals from joint limits, as a share of the range."""
 
 _NEAR = 0.3
-"""How near to the scene the hand is at a goal, at most [m]."""
+"""Largest distance of the hand from the scene at a goal [m]."""
 
 _AROUND = 1.2
-"""How far a mobile robot's goals are from where it starts, each way [m]."""
+"""Largest distance of a mobile robot's goals from its start, along each axis
+[m]."""
 
 _DRAWS = 20_000
-"""Number of configurations after which a scene counts as hopeless."""
+"""Number of random configurations after which the search in a scene fails."""
 
 _DRAWS_INSIDE = 50_000
-"""The same in furniture, where few hands are inside; then other furniture is
-drawn."""
+"""The same number in furniture, where few hands are inside; then another piece
+of furniture is drawn."""
 
 _PIECES = 40
-"""Number of pieces of furniture after which none of a kind is reached into."""
+"""Number of pieces of furniture of a kind after which the search fails."""
 
 _DISCS = 40_000
 """Number of discs of a generated scene's splat."""
@@ -124,7 +125,7 @@ class RobotCase:
 
     @property
     def file(self) -> str:
-        """Nothing: no file says where a random target is from."""
+        """Empty: a random target has no file."""
         return ""
 
     def task(self) -> ReachingTask:
@@ -142,7 +143,7 @@ class RobotCase:
         return self.scene
 
     def splat(self) -> tuple[GaussianSplat, str]:
-        """Returns the map in W, and its origin as tables name it."""
+        """Returns the map in W, and its origin's name in tables."""
         if self._is_generated:
             return surfel_splat(self._solids, _DISCS), SURFEL
         return read_ply(_folder(self.scene) / "splat.ply"), TRAINED
@@ -158,7 +159,7 @@ class RobotCase:
 
 @dc.dataclass(frozen=True)
 class _Wish:
-    """A target that is to be drawn; see `RobotCase`."""
+    """Description of a target that is to be drawn; see `RobotCase`."""
 
     robot: str
     scene: str
@@ -175,7 +176,7 @@ def robot_cases(
     """Draws random targets for some robots.
 
     Args:
-        robots: Their names or files.
+        robots: Names or files of the robots.
         count: Number of targets in each scene.
         scenes: Some of `SCENES`, joined by commas; empty for a cluttered and a
             trained one.
@@ -213,7 +214,7 @@ def robot_cases(
 
 
 def _draw(wish: _Wish) -> RobotCase:
-    """Draws a target, with furniture if its scene is some.
+    """Draws a target, and the furniture if the scene is a kind of furniture.
 
     Raises:
         RemoSplatError: The robot can hold no goal there.
@@ -249,7 +250,7 @@ def _folder(scene: str) -> Path:
 
 @lru_cache(maxsize=16)
 def _scene(robot: str, scene: str, piece: int) -> PrimitiveScene:
-    """The scene, with a place for the robot to start from."""
+    """The scene, with a start pose of the robot."""
     if scene in KINDS:
         found = furniture(_robot(robot), scene, piece).scene
     elif scene == GENERATED:
@@ -289,7 +290,7 @@ def _held(
     Its hand is inside a piece of furniture, or near the scene if none is given.
     """
     space, start = _goal_space(robot, solids), _start(robot, solids)
-    # More than half a turn from zero is a turn too many.
+    # Joint angles beyond half a turn would add a needless turn.
     lower = np.maximum(robot.position_lower, -np.pi)
     upper = np.minimum(robot.position_upper, np.pi)
     spread = _INSIDE * (upper - lower)
@@ -314,6 +315,6 @@ def _is_near(robot: RobotModel, space: FreeSpace, q: np.ndarray) -> bool:
 
 
 def _above_floor(robot: RobotModel, q: np.ndarray) -> bool:
-    """Whether all that the arm moves is above the floor that it stands on."""
+    """Whether all links that the arm moves are above the floor."""
     spheres = robot.spheres_at(q).select(robot.moved_by_arm)
     return bool((spheres.p_WS[:, 2] - spheres.radius > FLOOR_HEIGHT).all())

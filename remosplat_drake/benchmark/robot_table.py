@@ -1,4 +1,4 @@
-"""The table of random targets: one row a robot and scene."""
+"""The table of random targets: a row per robot and scene."""
 
 import numpy as np
 
@@ -26,7 +26,7 @@ def robot_table(comparison: Comparison, rule: str) -> Table:
             "min self-distance [mm]",
             "motion time, median [s]",
             "95 % [s]",
-            "base's way, median [m]",
+            "base path, median [m]",
             "planned [%]",
             "tick p50 [ms]",
         ),
@@ -36,10 +36,10 @@ def robot_table(comparison: Comparison, rule: str) -> Table:
             for family in comparison.families()
         ),
         "Targets are poses of configurations drawn at random that keep 30 mm"
-        " from the scene, a tenth of their ranges from joint limits, and their"
-        " distance from the robot itself. Collisions with the scene are judged"
-        " by the spheres, which enclose all hulls, at ticks and at four points"
-        " between; the distance of the robot from itself by hulls, at ticks.",
+        " from the scene, a tenth of their ranges from joint limits, and the"
+        " required distances between links. Collisions with the scene are"
+        " measured with the spheres, which enclose all hulls, at ticks and at"
+        " four points between; distances between links with hulls, at ticks.",
         texts=2,
     )
 

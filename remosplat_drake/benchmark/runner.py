@@ -1,8 +1,8 @@
-"""Runs a benchmark: the splats that scenes lack first, and then the trials.
+"""Runs a benchmark: makes missing splats of scenes, then runs the trials.
 
 Each trial is a pure function of its description, so results do not depend on
-how many run at once or in which order. A result is one line, written in one
-piece as soon as it is there; what is in the file already is not run again.
+how many run at once or in which order. A result is one line, written at once
+when its trial ends; trials with a result in the file are not run again.
 """
 
 import dataclasses as dc
@@ -40,7 +40,7 @@ _WARM_UP = 2
 
 @dc.dataclass(frozen=True)
 class SplatMaking:
-    """How the missing splats of scenes are made.
+    """Settings for making the missing splats of scenes.
 
     Attributes:
         recipe: Settings of the capture and the training.
@@ -54,7 +54,7 @@ class SplatMaking:
 
 
 def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
-    """Compiles the kernels of trials, before many workers would at once.
+    """Compiles the kernels of trials, so that workers need not compile them.
 
     A failure here occurs again in a worker, and is recorded there.
 
@@ -83,10 +83,10 @@ def compile_kernels(trials: Sequence[Trial], renders: bool) -> None:
 def missing_splats(
     trials: Sequence[Trial], recipe: SplatRecipe
 ) -> list[SplatOrder]:
-    """Returns the orders of the splats that trials need and do not have.
+    """Returns orders of the missing splats of trials.
 
-    Scenes that no method looks at through a splat, and those whose solids
-    are unknown, get none.
+    Scenes without a method that uses a splat, and scenes with unknown solids,
+    get none.
 
     Args:
         trials: The trials, scene by scene.
@@ -115,13 +115,13 @@ def make_splats(
         orders: Orders of the splats, one a scene.
         making: Recipe, workers and GPUs.
         is_over: Predicate that is called before each splat; once it is true, no
-            other one is started.
+            further splat is started.
         on_record: Callback for every new record.
         function: Function that makes a splat; workers must be able to import
             it.
 
     Returns:
-        Records of the splats that were begun, the failed ones among them.
+        Records of the splats that were started, including failed ones.
     """
     jobs = (Job(order, function, failed_record) for order in orders)
     in_time = takewhile(lambda job: not is_over(), jobs)
@@ -156,8 +156,8 @@ def run_trials(
             "auto" is the one of this machine, "local" a new one. None uses
             processes.
         is_over: Predicate that is called before each scene; once it is true, no
-            other one is started.
-        on_start: Callback for the number of trials that will be run.
+            further scene is started.
+        on_start: Called with the number of trials that will be run.
         on_result: Callback for every new result.
         function: Function that runs a trial; workers must be able to import
             it.

@@ -32,20 +32,20 @@ SCANS_DIR = Path(__file__).parent / "scans"
 
 @dc.dataclass
 class SolidsTruth(Config):
-    """The scene's solids are known: an RMMI file, whose task is not used."""
+    """Known solids of the scene: an RMMI file, whose task is ignored."""
 
     file: str = ""
 
 
 @dc.dataclass
 class CaptureTruth(Config):
-    """The solids are unknown: the capture's own depth is the truth."""
+    """Truth for unknown solids: the depth of the capture itself."""
 
-    # A capture that `remosplat capture-info` understands.
+    # A capture in a format that `remosplat capture-info` reads.
     folder: str = ""
     # Pose of the capture's world frame in W.
     X_WG: PoseConfig = dc.field(default_factory=PoseConfig)
-    # Depth beyond this is too coarse to judge by [m].
+    # Largest depth that is accurate enough to detect collisions [m].
     max_depth: Annotated[float, Interval(gt=0, le=100)] = 3.5
 
 
@@ -59,7 +59,8 @@ class MapConfig(Config):
     # Faint discs to add in free space, and their seed; see `with_floaters`.
     floaters: Annotated[int, Interval(ge=0, le=1_000_000)] = 0
     seed: Seed = 0
-    # Stands beside the paper's experiment 3, not 2; implied by `floaters`.
+    # Whether it is compared with the paper's experiment 3 instead of 2; implied
+    # by `floaters`.
     noisy: bool = False
 
 
@@ -67,7 +68,7 @@ class MapConfig(Config):
 class ScannedScene(Config):
     """A scanned scene: every target is a trial on every map."""
 
-    # Folder of the files below, itself relative to this file.
+    # Folder of the data files of the following fields, relative to this file.
     data: str = "."
     truth: SolidsTruth | CaptureTruth = dc.field(default_factory=SolidsTruth)
     # Base pose to start from: x, y, yaw [m, m, rad].
@@ -154,7 +155,7 @@ class ScanCase:
         return noisy, f"{TRAINED} with {entry.floaters} floaters"
 
     def check(self) -> None:
-        """Fails before anything runs if one of the case's files cannot be used.
+        """Checks, before any trial, that the case's files can be used.
 
         It also fills the cache of a capture's surfaces, which workers then
         read.
@@ -194,8 +195,8 @@ def scan_cases(name: str) -> list[ScanCase]:
     """Returns all cases of a suite, map by map.
 
     Args:
-        name: Name of a shipped suite or path of a YAML file; after a colon the
-            folder of its data files, if it is not where the suite says.
+        name: Name of a shipped suite or path of a YAML file; after a colon, the
+            folder of its data files, if it differs from the suite's.
 
     Raises:
         RemoSplatError: The suite does not exist or cannot be used.

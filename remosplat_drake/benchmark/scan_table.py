@@ -1,4 +1,4 @@
-"""The paper's Tables II and III: ours, and the paper's rows below."""
+"""Our counterpart of the paper's Tables II and III, with the paper's rows."""
 
 from collections import defaultdict
 
@@ -42,7 +42,7 @@ def scan_table(comparison: Comparison, rule: str) -> Table:
         " reaches, as in the paper's Tables II and III. Collisions and"
         " clearances are judged by the true solids or, where these are"
         " unknown, by the capture's own depth, at ticks and at four points"
-        " between. The paper's scene and targets are others.",
+        " between. The paper used another scene and other targets.",
         quoted=frozenset(range(ours, len(rows))),
     )
 

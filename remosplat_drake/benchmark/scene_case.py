@@ -1,4 +1,4 @@
-"""`SceneCase`: a scene of solids in a benchmark, and where its splat is."""
+"""`SceneCase`: a scene of solids in a benchmark, with its splat."""
 
 import dataclasses as dc
 import hashlib
@@ -26,7 +26,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 @dc.dataclass(frozen=True)
 class SceneCase:
-    """One scene of a suite, and where its splat is.
+    """One scene of a suite, and the folders of its splat.
 
     Attributes:
         name: Name of the scene in tables.
@@ -34,8 +34,8 @@ class SceneCase:
         suite: Name of the suite in titles of tables.
         file: Path of the scene's RMMI file; empty for a generated scene.
         seed: Seed of a generated scene.
-        splat_folders: Folders in which trained splats may lie: as NAME.ply, as
-            FAMILY_NUMBER.ply with the number that ends the name, or as
+        splat_folders: Folders in which trained splats are sought: as NAME.ply,
+            as FAMILY_NUMBER.ply with the number that ends the name, or as
             HASH.ply with the hash of the scene's content.
     """
 
@@ -79,7 +79,7 @@ class SceneCase:
         return solid_task(self.truth())
 
     def splat_key(self) -> str:
-        """Returns the trained splat's digest; "surfel" where there is none."""
+        """Returns the trained splat's digest; "surfel" if there is none."""
         path = self.trained_splat(self.truth())
         if path is None:
             return SURFEL
@@ -87,9 +87,9 @@ class SceneCase:
         return f"{path.name}-{_digest(path, status.st_mtime_ns)}"
 
     def splat(self) -> tuple[GaussianSplat, str]:
-        """Returns the scene's splat in W and its origin as tables name it.
+        """Returns the scene's splat in W, and its origin's name in tables.
 
-        Without a trained one it is made of surfels on the true geometry.
+        Without a trained splat, it consists of surfels on the true geometry.
         """
         truth = self.truth()
         path = self.trained_splat(truth)

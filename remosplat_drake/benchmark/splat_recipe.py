@@ -1,8 +1,8 @@
 """Makes a scene's splat, and keeps it in the user's cache.
 
-Every recipe has a folder of its own in the user's cache: another recipe
-never takes a splat for its own. In it, splats are named by the content of
-their scenes. Scenes that differ in nothing but their target share one.
+Every recipe has its own folder in the user's cache, so recipes never use each
+other's splats. In it, splats are named by the content of their scenes. Scenes
+that differ only in their target share a splat.
 """
 
 import dataclasses as dc
@@ -33,25 +33,25 @@ ORIGINS = {"cuda": TRAINED, "cpu": REFINED}
 
 @dc.dataclass
 class SplatRecipe(Config):
-    """Rendered views, and the splats made of them."""
+    """Settings of rendered views, and of the splats that are made from them."""
 
     # `cpu` refines; `cuda` refines and then trains.
     device: Annotated[str, OneOf(tuple(ORIGINS), "device")] = "cuda"
-    # Rendered views.
+    # Number of rendered views.
     views: Annotated[int, Interval(ge=1, le=10_000)] = 100
     # Size of a view [pixels].
     width: Annotated[int, Interval(ge=1, le=8192)] = 480
     height: Annotated[int, Interval(ge=1, le=8192)] = 360
-    # Splats at most; finest around the target.
+    # Largest number of splats, which are finest around the target.
     count: Annotated[int, Interval(ge=1, le=100_000_000)] = 60_000
-    # Optimisation steps of a training; refining ends by itself.
+    # Number of optimisation steps of a training; refinement ends by itself.
     steps: Annotated[int, Interval(ge=1, le=1_000_000)] = 300
-    # Of everything random.
+    # Seed of all random numbers.
     seed: Seed = 0
 
     @property
     def origin(self) -> str:
-        """Origin of the recipe's splats, as tables name it."""
+        """Name of the recipe's splats in tables, by their origin."""
         return ORIGINS[self.device]
 
     @property
@@ -62,7 +62,7 @@ class SplatRecipe(Config):
         return resources.cache_dir() / "splats" / f"{self.origin}-{digest}"
 
     def splat_file(self, truth: PrimitiveScene) -> Path:
-        """Returns the path where the splat of a scene is, or would be."""
+        """Returns the path of the splat of a scene, which need not exist."""
         return self.folder / f"{truth.content_hash}.ply"
 
 

@@ -13,7 +13,7 @@ from remosplat_drake.reconstruction.report.quality import DistanceQuality
 
 @dc.dataclass(frozen=True)
 class SplatRecord:
-    """How a scene's splat was made, and how well it measures distances.
+    """A description of how a scene's splat was made, with its distance errors.
 
     Attributes:
         scene: Name of the scene.
@@ -23,10 +23,11 @@ class SplatRecord:
         recipe: All settings of the recipe, by name.
         version: Version of this package that made the splat.
         count: Number of splats.
-        capture_seconds: Time to render the views and lay the first discs [s].
+        capture_seconds: Time to render the views and place the initial discs
+            [s].
         fit_seconds: Time to train or refine the discs [s].
         quality: Distance errors by the name of the oracle.
-        error: Error text where there is no splat; empty otherwise.
+        error: Error text if there is no splat; empty otherwise.
     """
 
     scene: str

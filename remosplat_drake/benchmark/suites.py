@@ -1,4 +1,4 @@
-"""The scenes that methods are compared in, as small picklable names."""
+"""The scenes of benchmarks, as small picklable descriptions."""
 
 import dataclasses as dc
 from collections.abc import Sequence
@@ -35,10 +35,10 @@ METHODS = "paper,sdf-guided,ellipsoid-guided"
 true distances and on splats."""
 
 ROBOTS_METHOD = "robots-guided"
-"""The same for random targets of any robot."""
+"""Default method for random targets of any robot."""
 
 MOVING_METHODS = "moving,drake-ik:movers-unknown"
-"""The same with movers: our controllers, and Drake's, which ignores them."""
+"""Default methods with movers: ours, and Drake's, which ignores movers."""
 
 MBM, MBM_GRASP = "mbm", "mbm-grasp"
 """Kinds of suites of MotionBenchMaker's problems: without the object that the
@@ -61,8 +61,8 @@ def suite_robots(name: str, robot: str = "") -> list[str]:
 
     Args:
         name: Name of the suite.
-        robot: Names or files of robots, joined by commas; empty for those that
-            the suite is made for. An empty name stands for the methods' own.
+        robot: Names or files of robots, joined by commas; empty for the suite's
+            default robots. An empty name stands for the methods' own robots.
 
     Raises:
         RemoSplatError: The suite takes one robot only.
@@ -85,7 +85,7 @@ def interleave_families(
 ) -> list[BenchmarkCase]:
     """Orders cases: the first of each family, then the second of each, ...
 
-    Whenever a run stops, it has compared methods in balanced scenes.
+    Then the results of an interrupted run contain all families equally.
     """
     by_family = [
         list(group) for _, group in groupby(cases, key=lambda c: c.family)
@@ -112,11 +112,11 @@ def load_cases(
             MotionBenchMaker's problems (`motion_problems`), "moving" or
             "moving:NAME" for the generated scenes or others that `load_suite`
             takes, with movers, else such a name.
-        count: How many scenes of each family; scanned scenes are all taken.
+        count: Number of scenes of each family; of scanned scenes, all are used.
         splat_folders: Folders of trained splats; scanned scenes use those
             that their suite names.
-        trained_only: Whether scenes without a trained splat are left out;
-            MotionBenchMaker's problems are all taken.
+        trained_only: Whether scenes without a trained splat are left out; of
+            MotionBenchMaker's problems, all are used.
         robot: Name or file of the robot; empty for the methods' own.
         jobs: Number of processes that draw scenes; 0: this one.
         drawing: Callback for the number of scenes that are drawn.
@@ -164,7 +164,7 @@ def load_suite(
             "generated:FAMILY,..." for chosen ones, or "published:DIR" with
             the folders of `PUBLISHED_FOLDERS` in DIR.
         count: Number of scenes of each family.
-        splat_folders: Folders in which trained splats are looked for.
+        splat_folders: Folders in which trained splats are sought.
         trained_only: Whether scenes without a trained splat are left out.
         jobs: Number of processes that draw scenes; 0: this one.
         drawing: Callback for the number of scenes that are drawn.

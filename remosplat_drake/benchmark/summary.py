@@ -25,7 +25,7 @@ from remosplat_drake.benchmark.result import (
 
 @dc.dataclass(frozen=True, eq=False)
 class Row:
-    """All trials of one method with one set-up: one row of a table.
+    """All trials of one method with one configuration: one row of a table.
 
     Attributes:
         method: Name of the method.
@@ -81,11 +81,11 @@ class Row:
         Args:
             field: Name of the field.
             rule: One of the success rules in `RULES`.
-            chosen: Which trials to take, shape (n,) bool.
+            chosen: Mask of the trials to use, shape (n,) bool.
 
         Returns:
-            One value for each chosen trial that did not crash, NaN where it is
-            not known.
+            One value for each chosen trial that did not crash, NaN if it is
+            unknown.
         """
         judged = [self.trials[i].judged(rule) for i in np.flatnonzero(chosen)]
         found = [getattr(j, field) for j in judged if j is not None]
@@ -114,7 +114,7 @@ class Comparison:
 
     @property
     def is_moving(self) -> bool:
-        """Whether other things move in the scenes."""
+        """Whether the scenes contain movers."""
         return any(t.moving for row in self.rows for t in row.trials)
 
     @property
@@ -129,7 +129,7 @@ class Comparison:
 
     @property
     def paper(self) -> dict[str, PaperRow]:
-        """Rows of the paper's Table I that belong beside these, by method."""
+        """Rows of the paper's Table I for these methods, by method."""
         ours = self.is_scan or self.is_motion or self.is_robots
         return {} if ours or self.is_moving else PAPER_TABLE_I
 
@@ -175,7 +175,7 @@ def gather(results: Sequence[TrialResult]) -> list[Comparison]:
 
     If a scene has several results for one set-up, for example from different
     splats, the last one counts. Otherwise the order does not matter: methods
-    come as in the shipped file, then others by name.
+    are in the order of the shipped file, then others by name.
     """
     by_setup = defaultdict(dict)
     for result in results:

@@ -1,7 +1,7 @@
 """Makes the splats of scenes: renders views, fits discs, measures errors.
 
-A splat and its record are files in the recipe's folder. The splat comes
-last: where it is, everything is.
+A splat and its record are files in the recipe's folder. The splat is written
+last: if it exists, so does the record.
 """
 
 import dataclasses as dc
@@ -45,7 +45,7 @@ from remosplat_drake.splat.codecs.ply import write_ply
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 Fit = Callable[[Capture, Surfels, SplatRecipe], GaussianSplat]
-"""Function that makes a splat of a capture and the discs laid on it."""
+"""Function that makes a splat from a capture and its initial discs."""
 
 ORACLES: dict[str, OracleConfig] = {
     "ellipsoid": SphereToEllipsoid(),
@@ -58,8 +58,8 @@ QUALITY_POINTS = 4000
 count."""
 
 MARGIN, FLOOR_MARGIN, HEIGHT = 0.6, 0.05, 1.4
-"""Extent of that space: so far beyond start and target, and from just above
-the floor up to so high [m]."""
+"""Extent of that space [m]: the distance beyond start and target, and the least
+and the largest height."""
 
 
 @dc.dataclass(frozen=True)
@@ -190,7 +190,7 @@ def _train(
 def _refine(
     capture: Capture, surfels: Surfels, recipe: SplatRecipe
 ) -> GaussianSplat:
-    del recipe  # It stops by itself, and draws nothing at random.
+    del recipe  # It stops by itself and is deterministic.
     return refine(capture, surfels)
 
 

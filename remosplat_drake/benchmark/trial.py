@@ -49,8 +49,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.arrival import has_arrived
 
 TRIAL_VERSION = 6
-"""Version of trials, raised whenever one would end differently; part of the
-key."""
+"""Version of trials, raised whenever results of equal trials would change; part
+of the key."""
 
 
 @dc.dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Trial:
     def key(self) -> str:
         """Returns a digest of everything that the result depends on.
 
-        If the scene cannot be used, this is the reason.
+        If the scene cannot be used, the reason replaces it in the digest.
         """
         parts = (
             TRIAL_VERSION,
@@ -109,7 +109,7 @@ def _moving_parts(case: BenchmarkCase) -> tuple:
 
 
 def describe(trial: Trial, error: str = "") -> TrialResult:
-    """Returns the head of a trial's result, before anything has happened.
+    """Returns a trial's result before the run, with its description only.
 
     Args:
         trial: The trial.
@@ -188,7 +188,7 @@ def _contacts(
 def start_problem(
     robot: RobotModel, q: np.ndarray, truth: DistanceField
 ) -> str:
-    """Returns why a robot cannot start at a configuration; empty if it can.
+    """Returns the reason why a robot cannot start at a configuration, or "".
 
     Args:
         robot: The robot, with its spheres and limits.
@@ -223,7 +223,7 @@ def _make_world(
     splat_W: GaussianSplat | None,
 ) -> World:
     robot = load_scenario_robot(scenario)
-    # A measured truth has no solids, and is a map like any other.
+    # A measured truth has no solids, so it is used as a map.
     if task.solids is None and not method.needs_splat:
         field = task.truth_field
     else:
@@ -240,7 +240,7 @@ def _make_world(
 def _drive(
     method: Method, scenario: Scenario, world: World, task: ReachingTask
 ) -> tuple[Trajectory, SearchEffort]:
-    """Runs the closed loop until every rule has held, or time is up."""
+    """Runs the closed loop until arrival by every rule, or the time limit."""
     until = _ArrivedByEveryRule(scenario)
     if not method.controller:
         targets = [
@@ -278,7 +278,7 @@ def _pose(X: RigidTransform, effector: str) -> TargetConfig:
 
 
 class _ArrivedByEveryRule:
-    """Returns whether each rule has held once, so that one run serves all."""
+    """Returns whether each rule has been met once: one run serves all."""
 
     def __init__(self, scenario: Scenario):
         self._open = [arrival_rule(scenario, rule) for rule in RULES]

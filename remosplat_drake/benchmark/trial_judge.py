@@ -31,12 +31,12 @@ from remosplat_drake.signals.tick_report import BRAKING, RELAXED
 from remosplat_drake.task.arrival import ArrivalConfig
 
 CHECKS_A_TICK = 5
-"""Number of collision checks a tick: at the tick and at four points
-between."""
+"""Number of collision checks per tick: at the tick and at four points after
+it."""
 
 STALL_WINDOW, STALL_REACH = 1.0, 0.01
-"""Time at the end of a run [s], and the path length below which the robot
-stood still in it [m]."""
+"""Time at the end of a run [s], and path length in this time below which the
+robot counts as at rest [m]."""
 
 
 def arrival_rule(scenario: Scenario, rule: str) -> ArrivalConfig:
@@ -116,7 +116,7 @@ class RunJudge:
         )
 
     def _failure(self) -> str:
-        """Returns why a run without a collision did not arrive."""
+        """Returns the outcome of a collision-free run that did not arrive."""
         trajectory = self._trajectory
         if len(trajectory) and trajectory.status[-1] in (RELAXED, BRAKING):
             return INFEASIBLE
@@ -143,7 +143,7 @@ def judge_contacts(
         scenario: The robot's perception of movers.
         world: The robot and the true scene.
         trajectory: The robot's motion.
-        tracks: How things moved.
+        tracks: Motions of the movers over time.
         seed: Seed of the cameras' noise.
     """
     robot, dt = world.robot, scenario.control_period

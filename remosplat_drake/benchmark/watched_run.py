@@ -1,9 +1,9 @@
 """`WatchedRun`: causes of contacts if cameras detect the movers.
 
-No robot can heed what has come out of space that no camera sees. So a link that
-moves towards what it touches is the robot's fault only if cameras have had the
-mover in view for as long as a robot needs: since it was at least the protective
-separation distance away, or since the start.
+A robot cannot avoid a mover that comes out of space that no camera sees. So a
+contact with a link that moves towards the mover is the robot's fault only if
+cameras have seen the mover for long enough: since its distance was at least the
+protective separation distance, or since the start.
 """
 
 import dataclasses as dc
@@ -37,8 +37,8 @@ class WatchedRun:
         movers: Function that returns the true movers at a time [s]; in the same
             order each time.
         cameras: The cameras.
-        least_pixels: A mover is in a camera's view where so many of its pixels
-            show it.
+        least_pixels: Least number of pixels that show a mover which counts as
+            in a camera's view.
         separation: The additional distance C that the robot keeps [m].
         dt: Control period [s].
     """
@@ -52,7 +52,7 @@ class WatchedRun:
     dt: float
 
     def judged(self, judgement: MoverJudgement) -> MoverJudgement:
-        """Tells contacts out of unseen space from the robot's faults.
+        """Separates contacts out of unseen space from the robot's faults.
 
         Args:
             judgement: The contacts, by the motion of the links.
@@ -66,7 +66,7 @@ class WatchedRun:
         return dc.replace(judgement, contacts=tuple(contacts))
 
     def was_seen(self, contact: Contact) -> bool:
-        """Whether a camera saw the mover from S_p on until it was touched.
+        """Whether a camera saw the mover from distance S_p until the contact.
 
         Args:
             contact: A link and a mover that touched.
@@ -95,8 +95,8 @@ class WatchedRun:
     def _is_apart(self, k: int, contact: Contact) -> bool:
         """Whether link and mover are S_p apart, as known at that time.
 
-        That is the true state when the newest image was taken that can have
-        arrived, and the mover's motion, with its own bounds.
+        The state is the true one at the newest image that can have arrived,
+        extrapolated with the mover's motion and bounds.
         """
         time, u = float(self.trajectory.time[k]), self.trajectory.u[k]
         late = max(c.period + c.latency for c in self.cameras)

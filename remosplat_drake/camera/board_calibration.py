@@ -72,8 +72,8 @@ class CharucoBoard:
             and min(board.columns, board.rows) > 2
         ):
             raise RemoSplatError(
-                f"--board: {text!r}: needs three squares each way, and markers"
-                " smaller than they are"
+                f"--board: {text!r}: needs at least three columns and rows,"
+                " and markers smaller than the squares"
             )
         return dc.replace(board, dictionary=dictionary or board.dictionary)
 
@@ -82,7 +82,8 @@ class CharucoBoard:
 
         Raises:
             MissingExtraError: OpenCV is not installed.
-            RemoSplatError: It has no such dictionary, or too small a one.
+            RemoSplatError: OpenCV has no such dictionary, or it has too few
+                markers.
         """
         aruco = _opencv().aruco
         number = getattr(aruco, self.dictionary, None)
@@ -109,7 +110,7 @@ class BoardView:
         X_WF: Pose of the frame that carries the camera, shape (4, 4).
         K: Intrinsic matrix, shape (3, 3) [pixels].
         p_KQ: The corners on the board, shape (n, 3) [m].
-        z: Where the image shows them, shape (n, 2) [pixels].
+        z: Positions of the corners in the image, shape (n, 2) [pixels].
         X_CK: Pose of the board in the camera, by this image alone, (4, 4).
     """
 
@@ -127,8 +128,7 @@ class BoardFit:
     Attributes:
         X_FC: The camera's pose (OpenCV axes) in the frame F that carries it.
         X_WK: Pose of the board.
-        residual: RMS distance of the corners from where they should be
-            [pixels].
+        residual: RMS distance between detected and projected corners [pixels].
         images: Number of images that show the board.
         turn_deviation: Standard deviation of the rotation about its least
             certain axis [rad], from the scatter between images.
@@ -237,13 +237,13 @@ def _covariance(r: np.ndarray, J: np.ndarray, sizes: list[int]) -> np.ndarray:
     )
     n, unknowns = len(sizes), J.shape[1]
     bread = np.linalg.pinv(J.T @ J)
-    # Each image has six numbers of its own.
+    # Each image has six unknowns of its own.
     shrinkage = 6 * n / max(1, 6 * n - unknowns)
     return shrinkage * bread @ (scores.T @ scores) @ bread
 
 
 def _offsets(view: BoardView, X_FC: np.ndarray, X_WK: np.ndarray):
-    """Differences between where corners should be and are [pixels]."""
+    """Differences between projected and detected corners [pixels]."""
     X_CK = np.linalg.solve(view.X_WF @ X_FC, X_WK)
     p_C = view.p_KQ @ X_CK[:3, :3].T + X_CK[:3, 3]
     depth = np.maximum(p_C[:, 2:], 1e-3)

@@ -34,7 +34,8 @@ class Camera(Protocol):
 class CameraDriver:
     """Publishes a camera's images in the format of the scenario.
 
-    A camera that stops sending is closed, and reopened until it sends again.
+    If a camera stops sending, it is closed; attempts to reopen it follow until
+    it sends again.
 
     Attributes:
         sent: Number of sent images.

@@ -26,8 +26,8 @@ class CameraScene:
     Attributes:
         plant: The plant that poses robot and scene.
         joints: Index of each of the robot's positions in the plant's.
-        tracks: How things move by themselves.
-        movers: The bodies of these things' parts, in their order.
+        tracks: Motions of the movers over time.
+        movers: The bodies of the movers in the plant, in the order of `tracks`.
         images: The camera's output ports by their names in
             `signals.station_ports`.
     """
@@ -53,7 +53,7 @@ class CameraScene:
             config: Mount, lens and range of the camera.
             robot: The robot that carries it.
             scene: The solids in view besides the robot; None for none.
-            tracks: How things move by themselves.
+            tracks: Motions of the movers over time.
 
         Raises:
             RemoSplatError: A setting is invalid.
@@ -78,7 +78,7 @@ class CameraScene:
             root: Context of the whole diagram.
             q: The robot's configuration, shape (n_q,).
             stamp: Time at which the images are taken [s].
-            time: Time for the tracks of moving things [s].
+            time: Time at which the movers' tracks are evaluated [s].
         """
         root.SetTime(stamp)
         context = self.plant.GetMyMutableContextFromRoot(root)

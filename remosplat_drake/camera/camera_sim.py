@@ -51,8 +51,8 @@ class CameraSim:
             config: Mount, lens and range of the camera.
             robot: The robot that carries it.
             scene: The solids in view besides the robot; None for none.
-            tracks: How things move.
-            lcm: Where the images are published.
+            tracks: Motions of the movers over time.
+            lcm: The LCM network on which the images are published.
 
         Raises:
             RemoSplatError: A setting is unusable.
@@ -101,8 +101,8 @@ _MOVED = 5e-3
 class HeardConfiguration:
     """The robot's latest configuration, assembled from LCM statuses.
 
-    Moving things start when the robot first moves. All processes that receive
-    its statuses by then use the same start.
+    Movers start when the robot first moves. All processes that receive its
+    statuses before that use the same start.
 
     Attributes:
         channels: The LCM channels that it must receive.
@@ -124,7 +124,7 @@ class HeardConfiguration:
         self.channels = [*base, PANDA_STATUS]
 
     def receive(self, channel: str, data: bytes) -> None:
-        """Takes in a message; broken ones and other channels are ignored.
+        """Processes a message; broken ones and other channels are ignored.
 
         Args:
             channel: The LCM channel that it came on.

@@ -23,7 +23,7 @@ _SOURCES = {
 """The field of Drake's config for each field of `WristCameraConfig`."""
 
 _FREE = ("name", "depth")
-"""Nothing depends on the name, and there is always a depth image."""
+"""Ignored fields: nothing depends on a name, and depth is always rendered."""
 
 
 def make_wrist_camera(config: CameraConfig) -> WristCameraConfig:

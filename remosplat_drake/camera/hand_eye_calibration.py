@@ -31,16 +31,16 @@ _STEPS = 3
 """Number of Gauss-Newton steps in each round."""
 
 _DELTA = 2e-3
-"""Step of the finite differences [m, rad]; noise of single pixels drowns the
-effect of smaller ones."""
+"""Step of the finite differences [m, rad]; with smaller ones, the noise of
+single pixels would dominate."""
 
 _RIDGE = 1e-9
 """Regularization, as a share of the information matrix' trace: it damps
 directions that the images do not constrain."""
 
 _POINTS, _MIN_POINTS = 2000, 100
-"""Points of an image that are compared, and how many of all images at least
-must be comparable."""
+"""Number of points of an image that are compared, and least number of
+comparable points of all images."""
 
 _OUTLIERS = (0.2, 0.1, 0.05, 0.03, 0.02, 0.02)
 """Relative difference of depths above which points belong to different
@@ -50,7 +50,7 @@ _SPREAD, _MIN_NOISE = 1.5, 1e-6
 """Scale of the robust weight (standard deviation over median)."""
 
 _MIN_TURN = np.deg2rad(3.0)
-"""The camera must turn by this about two axes (standard deviation)."""
+"""Least standard deviation of the camera's rotations about each of two axes."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -101,7 +101,8 @@ def refine_hand_eye(
         if len(pairs) < len(capture) - 1:
             raise RemoSplatError(
                 f"hand-eye calibration: only {len(pairs)} pairs of"
-                f" {len(capture)} images show the same from the same side"
+                f" {len(capture)} images show the same surfaces from similar"
+                " directions"
             )
 
         def residuals(x, ordered=ordered):
@@ -133,7 +134,9 @@ def _gauss_newton_step(
     known = np.isfinite(r) & np.isfinite(J).all(axis=1)
     known &= np.abs(np.where(known, r, np.inf)) < outlier
     if known.sum() < _MIN_POINTS:
-        raise RemoSplatError("hand-eye calibration: too little is seen twice")
+        raise RemoSplatError(
+            "hand-eye calibration: images share too few surface points"
+        )
     r, J = r[known], J[known]
     scale = max(_SPREAD * float(np.median(np.abs(r))), _MIN_NOISE)
     weights = 1 / (1 + (r / scale) ** 2)
@@ -179,7 +182,7 @@ def transform(x: np.ndarray) -> np.ndarray:
 
 
 def check_turns(X_WF: np.ndarray):
-    """Raises unless the frames differ by turns about two axes."""
+    """Checks that the frames differ by rotations about two axes."""
     rotations = Rotation.from_matrix(X_WF[:, :3, :3])
     turns = (rotations.mean().inv() * rotations).as_rotvec()
     spread = np.linalg.svd(turns, compute_uv=False) / np.sqrt(len(turns))

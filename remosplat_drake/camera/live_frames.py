@@ -55,7 +55,7 @@ class RobotFrames:
                 at a time of the image's clock [s]. An image is older than the
                 latest measurement, and with an arm at 0.5 m/s, a delay of 20 ms
                 shifts walls by 10 mm.
-            mount: Where the camera sits on the robot.
+            mount: The camera's mount on the robot.
         """
         self._image = image
         self._configuration = configuration
@@ -83,7 +83,7 @@ def station_frames(
         robot: The station's robot.
         config: The assumed camera: its intrinsics, and a hand-eye transform
             that may differ from the true one.
-        margin: How much the robot's spheres are inflated to hide it [m].
+        margin: Distance by which the robot's spheres are inflated [m].
 
     Raises:
         RemoSplatError: The robot has no such camera frame.

@@ -39,13 +39,13 @@ class MotionHistory:
         self._base = _Track("the base") if has_base else None
 
     def hear_arm(self, data: bytes) -> None:
-        """Takes in an encoded status of the arm; a broken one is ignored."""
+        """Stores an encoded status of the arm; a broken one is ignored."""
         with contextlib.suppress(BrokenMessage):
             arm = decode_panda_status(data, self._n_arm)
             self._arm.append(arm.stamp, arm.q)
 
     def hear_base(self, data: bytes) -> None:
-        """Takes in an encoded status of the base; a broken one is ignored."""
+        """Stores an encoded status of the base; a broken one is ignored."""
         if self._base is None:
             return
         with contextlib.suppress(BrokenMessage):

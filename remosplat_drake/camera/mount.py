@@ -19,7 +19,7 @@ class CameraMount:
         robot: The robot; its spheres must cover it.
         X_FC: Hand-eye transform, the camera's pose (OpenCV axes) in F, shape
             (4, 4).
-        margin: How much the robot's spheres are inflated to hide it [m].
+        margin: Distance by which the robot's spheres are inflated [m].
         body: Index in the robot's tree of the body that carries the camera.
     """
 
@@ -37,7 +37,7 @@ class CameraMount:
             robot: The robot that carries the camera.
             X_FC: The hand-eye transform.
             frame: Name of the frame F in the robot's model.
-            margin: How much the robot's spheres are inflated to hide it [m].
+            margin: Distance by which the robot's spheres are inflated [m].
             field: The field that errors about the frame name.
 
         Raises:

@@ -69,7 +69,7 @@ class RealSenseCamera:
     def image(self) -> RgbdImage:
         """Waits for the next image.
 
-        Its time is by the wall clock, as `stamp_of` has it [s].
+        Its time is the result of `stamp_of`, by the wall clock [s].
 
         Raises:
             RemoSplatError: No image arrives within two seconds.
@@ -116,7 +116,7 @@ def from_realsense(frames) -> RgbdImage:
 
 
 def stamp_of(frame, now: float) -> float:
-    """Returns when a frame was taken, by the wall clock [s].
+    """Returns the time at which a frame was taken, by the wall clock [s].
 
     By default, librealsense synchronises the camera's clock with the computer's
     and provides the stamp. Otherwise the frame is stamped with the present

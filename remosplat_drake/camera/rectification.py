@@ -15,9 +15,9 @@ class Rectifier:
     """Resamples a camera's images to those of a pinhole camera.
 
     Messages and their receivers describe a camera only by size and field of
-    view. A colour and a depth are those of the nearest pixel of the lens: up to
-    half of one beside the ray. Pixels beyond the lens' field of view are black,
-    and their depths unknown.
+    view. Colour and depth of a pixel are those of the nearest pixel of the real
+    image, at most half a pixel from the ray. Pixels beyond the lens' field of
+    view are black, and their depths unknown.
     """
 
     def __init__(self, config: WristCameraConfig):

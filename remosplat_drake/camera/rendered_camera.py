@@ -39,7 +39,7 @@ class RenderedCamera:
             scene: The solids in view besides the robot; None for none.
             odometry_drift: Velocity of the drift of received base
                 configurations from the true ones [m/s, m/s, rad/s].
-            tracks: How things move.
+            tracks: Motions of the movers over time.
 
         Raises:
             RemoSplatError: A setting is unusable.

@@ -29,9 +29,9 @@ def robot_mask(
         K: Intrinsic matrix, shape (3, 3) [pixels]; see `Capture`.
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
         depth: Depth z in C, shape (h, w) [m]; 0 where it is unknown.
-        margin: How much spheres are inflated, and how far a measured point
-            may lie in front of the robot [m]: the errors of kinematics,
-            calibration and depth together.
+        margin: Distance by which spheres are inflated, and largest distance of
+            a measured point in front of the robot [m]: the sum of the errors of
+            kinematics, calibration and depth.
 
     Returns:
         A mask of shape (h, w), True where a pixel may show the robot.

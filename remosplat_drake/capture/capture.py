@@ -36,7 +36,8 @@ class Capture:
         hidden: Pixels that do not show the scene (such as the robot), shape (n,
             h, w), bool; their depth is 0. None: every pixel shows the scene.
         names: Names of the n views, as their files have them; empty: unknown.
-        notes: Doubts and omissions of the reader, one sentence each.
+        notes: Doubtful or omitted data, as the reader reports them, one
+            sentence each.
         up_W: Unit vector against gravity, if the file says so; None: unknown.
         velocity_W: Angular velocity of each camera [rad/s], then the velocity
             of its centre [m/s], in W, while its image was taken, shape (n, 6);

@@ -87,7 +87,7 @@ FORMATS = {
 
 @dc.dataclass(frozen=True)
 class ReadingConfig:
-    """How a capture is read.
+    """Settings for reading a capture.
 
     Attributes:
         stride: Step between frames that are considered.
@@ -128,7 +128,7 @@ def read_capture(
 ) -> Capture:
     """Reads a capture: undistorted images of one size, in metres.
 
-    Colour and depth of different size both get the smaller one; colours are
+    If colour and depth differ in size, the larger image is reduced: colours are
     averaged over areas, depths are picked.
 
     Args:
@@ -171,7 +171,7 @@ def read_keyframes(
         format: A name of `FORMATS`; None detects it by the content.
         config: Which frames are considered, how many are read, and how.
         report: Called with the progress, see `Report`.
-        stages: Where the selection is kept.
+        stages: Storage for the selection.
 
     Returns:
         The capture as `read_capture` describes it, and the selection of its
@@ -244,7 +244,7 @@ def _velocities(recording: Recording) -> np.ndarray:
 
 
 def _accelerations(recording: Recording, velocity_W: np.ndarray) -> np.ndarray:
-    """How fast the velocities change, (n, 6); NaN where it is unknown."""
+    """Accelerations of the cameras, (n, 6); NaN if unknown."""
     if recording.times is None:
         return np.full((len(recording), 6), np.nan)
     return camera_accelerations(recording.times, velocity_W)

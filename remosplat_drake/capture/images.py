@@ -48,7 +48,7 @@ def read_depth(source: Source, unit: float) -> np.ndarray:
         Shape (h, w), float32 [m]; 0 where the file has no finite number.
 
     Raises:
-        FileError: The file is missing or damaged, or is no depth image.
+        FileError: The file is missing or damaged, or is not a depth image.
         MissingExtraError: Pillow or OpenEXR is not installed.
     """
     if source.name.endswith(".npy"):

@@ -18,13 +18,13 @@ from remosplat_drake.capture.capture import back_project
 from remosplat_drake.capture.frames import sample_nearest, scale_intrinsics
 
 VOXEL = 0.1
-"""Edge of the voxels that surfaces are cut into [m]."""
+"""Edge length of the voxels into which surfaces are divided [m]."""
 
 EXPOSURE = 1 / 60
 """Time for which a phone or an RGB-D camera exposes an image indoors [s]."""
 
 _COARSE = 64
-"""Largest width and height of the depth images that are looked at [pixels]."""
+"""Largest width and height of the depth images that are evaluated [pixels]."""
 
 _WORTH = 0.5
 """Ratio of the gains of successive views of a voxel; the first view adds 1.
@@ -38,7 +38,8 @@ _DIRECTION_WORTH = 0.5
 """Weight of the first view of a voxel from a direction."""
 
 _AXIS_BITS, _DIRECTION_BITS = 19, 5
-"""A look is an integer: indices along three axes, and a direction."""
+"""A pair of voxel and viewing direction is one integer: three indices and a
+direction."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -142,8 +143,8 @@ def choose_keyframes(
         more = float((_WORTH ** views[places[i]]).sum())
         return float(worth[i]) * (more + _DIRECTION_WORTH * fresh)
 
-    # Gains only fall, so that one which is still the largest is the largest
-    # of all; of equal ones the first frame's is.
+    # Gains never grow. So if a recomputed gain is still the largest in the
+    # queue, it is the largest of all; of equal gains, that of the first frame.
     waiting = [(-np.inf, i) for i in range(n)]
     chosen: list[int] = []
     while waiting and len(chosen) < most:
@@ -158,7 +159,7 @@ def choose_keyframes(
             is_seen[directions[i]] = True
         else:
             heapq.heapreplace(waiting, (-now, i))
-    if not chosen:  # No frame has a depth, which is refused elsewhere.
+    if not chosen:  # No frame has a depth: `check_reconstructible` fails.
         chosen = list(range(min(n, most)))
     return Keyframes(
         np.array(sorted(chosen), np.int64), n, _missed(voxels, views > 0)

@@ -13,8 +13,7 @@ ACCELERATION_SPAN = 0.1
 def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
     """Computes a camera's velocities from its poses, by central differences.
 
-    A frame that follows a gap, or precedes one, has the velocity towards its
-    one neighbour.
+    A frame beside a gap gets the velocity between it and its only neighbour.
 
     Args:
         times: Times of n frames in any order, shape (n,) [s].
@@ -22,8 +21,8 @@ def camera_velocities(times: np.ndarray, X_WC: np.ndarray) -> np.ndarray:
 
     Returns:
         Angular velocities in W [rad/s], then velocities of the camera's centre
-        in W [m/s], shape (n, 6); NaN for a frame that has no usable pose, or
-        none of whose neighbours is nearer than `LONGEST_STEP`.
+        in W [m/s], shape (n, 6); NaN for a frame without a usable pose, or
+        without a neighbour within `LONGEST_STEP`.
     """
     velocity_W = np.full((len(times), 6), np.nan)
     order = np.argsort(times, kind="stable")
@@ -53,7 +52,7 @@ def camera_accelerations(
     """Computes a camera's accelerations.
 
     Differences are taken over `ACCELERATION_SPAN` to either side: over single
-    frames, the jitter of poses would be most of them.
+    frames, the jitter of poses would dominate.
 
     Args:
         times: Times of n frames in any order, shape (n,) [s].

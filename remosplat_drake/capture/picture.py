@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from remosplat_drake.capture.capture import Capture
 
 _COLUMNS, _MOST = 6, 12
-"""Frames in a row of the sheet, and in all."""
+"""Number of frames in a row of the sheet, and on the whole sheet."""
 
 _CELL, _MAP = 2.4, 9.0
 """Width of a frame and height of the map on paper [in]."""
 
 _POINTS = 60_000
-"""Points in the view from above."""
+"""Number of points in the view from above."""
 
 _ABOVE = 0.5
 """Height above all cameras of hidden points, such as ceilings [m]."""

@@ -30,7 +30,7 @@ class DepthImage:
         color_size: tuple[float, float],
         depth: np.ndarray,
     ) -> "DepthImage":
-        """Makes a depth image of the camera of the colour image beside it.
+        """Makes a depth image with the camera of the colour image of its frame.
 
         Args:
             name: Name of the frame.

@@ -38,8 +38,8 @@ def add_alignment_arguments(parser: argparse.ArgumentParser):
         choices=("auto", "exact"),
         default="auto",
         help="refine errors that all images share, too: focal length,"
-        " lens, delay, read-out and mount (auto); or assume that all"
-        " but the depths' scale and offset are exact",
+        " lens, delay, read-out and mount (auto); or assume that everything"
+        " except the depths' scale and offset is exact",
     )
     group.add_argument(
         "--depth-scale-std",
@@ -70,7 +70,7 @@ def check_alignment(arguments: argparse.Namespace):
     """
     check_positive("reconstruct", arguments, "depth_scale_std")
     if arguments.depth_scale_std > 1:
-        problem = "must be a part of the depth, at most 1"
+        problem = "must be a fraction of the depth, at most 1"
         raise FieldError("reconstruct", "--depth-scale-std", problem)
     for values in arguments.length:
         if any(value != int(value) or value < 0 for value in values[:6]):
@@ -117,8 +117,8 @@ def _length(values: list[float]) -> Length:
 
 def print_alignment(console: Console, summary: AlignmentSummary):
     """Prints residuals by the distance of views, and the corrections."""
-    table = Table(title="points of views off others' surfaces [mm]")
-    for heading in ("views apart [m]", "pairs", "median", "95 %"):
+    table = Table(title="distances of points from other views' surfaces [mm]")
+    for heading in ("distance of views [m]", "pairs", "median", "95 %"):
         table.add_column(heading, justify="right")
     for row in summary.rows:
         before = row.median_before, row.high_before

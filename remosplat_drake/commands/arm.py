@@ -18,7 +18,7 @@ EXAMPLES = """
 remosplat arm
 remosplat arm --rehearsal
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Arms one session; returns 1 if its robot stays stopped."""
+    """Arms one session; returns 1 if its robot remains stopped."""
     console = open_console(highlight=False)
     url = REHEARSAL_URL if arguments.rehearsal else arguments.lcm_url
     operator = Operator(open_wire(url))

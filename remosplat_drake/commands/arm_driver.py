@@ -28,16 +28,16 @@ from remosplat_drake.hardware.wire.channels import COMMAND_RAMP, PANDA_COMMAND
 from remosplat_drake.robot.robot_description import load_robot_description
 
 _PATIENCE = 3.0
-"""How long the arm is given to come to rest at the end [s]."""
+"""Longest time for the arm to come to rest at the end [s]."""
 
 _AFTERWARDS = 0.2
-"""How long a stopped arm's mode is sent before the driver ends [s]."""
+"""Time for which a stopped arm's mode is sent before the driver ends [s]."""
 
 EXAMPLES = """
 remosplat arm-driver my_arm.yaml
 remosplat arm-driver my_arm.yaml --lcm-url 'udpm://239.255.76.67:7667?ttl=1'
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Drives the arm until Ctrl-C, or until it is stopped by itself."""
+    """Drives the arm until Ctrl-C, or until the arm has stopped by itself."""
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     config = scenario.hardware
     if config.arm_driver is None:
@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _leave(
     driver: ArmDriver, link: ArmLink, pacer: Pacer, has_stopped: bool
 ) -> None:
-    """Brings the arm to rest, or reports for a moment why it rests."""
+    """Brings the arm to rest, or reports for a moment why it has stopped."""
     try:
         end = time.monotonic() + (_AFTERWARDS if has_stopped else _PATIENCE)
         while time.monotonic() < end:

@@ -45,7 +45,7 @@ EXAMPLES = """
 remosplat base-driver my_base.yaml
 remosplat base-driver my_base.yaml --arcl 10.0.0.5 --arcl-password-file pw
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -112,7 +112,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _leave(driver: BaseDriver, link: BaseLink, pacer: Pacer) -> None:
-    """Stops the base, several times: one message may be lost on the way."""
+    """Stops the base with several messages, since one may be lost."""
     try:
         for _ in range(_LAST_ZEROS):
             driver.stop()
@@ -125,7 +125,7 @@ def _leave(driver: BaseDriver, link: BaseLink, pacer: Pacer) -> None:
 def _arcl(
     arguments: argparse.Namespace, tell: Tell
 ) -> Iterator[list[ArclMonitor]]:
-    """Queries ARCL while the context lasts, if a flag requests it."""
+    """Queries ARCL during the context, if a flag requests it."""
     if arguments.arcl is None:
         yield []
         return
@@ -138,7 +138,7 @@ def _arcl(
 
 
 def _password(arguments: argparse.Namespace) -> str:
-    """Reads the password of ARCL; in a command line all could read it."""
+    """Reads the password of ARCL from a file: command lines are public."""
     path = arguments.arcl_password_file
     if path is None:
         raise FieldError("--arcl", arguments.arcl, "needs --arcl-password-file")

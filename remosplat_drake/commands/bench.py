@@ -47,7 +47,7 @@ GROUPS: dict[str, Callable[[], list[Case]]] = {
 """Functions that make the groups of timed functions, by their names."""
 
 OTHERS = {"solvers": SOLVER_PACKAGES, "mesh": MESH_PACKAGES}
-"""By groups, the packages of others that they time where they are there."""
+"""Other packages that each group times if they are installed."""
 
 ON_A_WIRE = ("hardware", "sight", "faults")
 """Groups that drive the stand-in robot, each with its own table."""
@@ -56,7 +56,7 @@ EXAMPLES = """
 remosplat bench tick
 remosplat bench --compare before.json
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 STDOUT = "-"
@@ -69,12 +69,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "group",
         nargs="?",
         choices=[*GROUPS, *ON_A_WIRE],
-        help="only this group of cases (default: all that are timed);"
+        help="only this group of cases (default: all timed groups);"
         " hardware drives the stand-in robot in real time, sight does so with"
         " cameras that see a person move, faults injects faults into it",
     )
     parser.add_argument(
-        "--scenario", help="scenario of whose run tick and solvers are"
+        "--scenario", help="scenario for the groups tick and solvers"
     )
     parser.add_argument(
         "--case",
@@ -127,8 +127,8 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = [arguments.group] if arguments.group else GROUPS
     news, timings = open_console(stderr=True), []
     for group in chosen:
-        # Made in turn: libraries of others, which the last groups load, change
-        # how threads are run.
+        # The groups run in this order: other libraries, which the last groups
+        # load, change the scheduling of threads.
         with Progress(news) as progress:
             cases = progress.over(makers[group](), f"measuring {group}")
             timings += [measure(case) for case in cases]

@@ -26,12 +26,12 @@ def run_faults(console: Console, only: str = "") -> list[FaultResult]:
     """Runs the fault campaign and prints a table.
 
     Args:
-        console: Where the table is printed.
-        only: Text in the names of the cases to run; all have the empty one.
+        console: Console for the table.
+        only: Text that the names of the cases contain; empty for all cases.
 
     Raises:
-        RemoSplatError: No case has such a name, or this computer receives
-            nothing.
+        RemoSplatError: No case has such a name, or this computer does not
+            receive its own multicasts.
     """
     cases = [case for case in CASES if only in case.name]
     if not cases:
@@ -80,7 +80,7 @@ def _check_wire() -> None:
 
 
 def fault_table(results: list[FaultResult]) -> Table:
-    """Makes a table with one row a fault; reasons follow it."""
+    """Makes a table with one row per fault; the reasons follow it."""
     return Table(
         "",
         (
@@ -107,7 +107,7 @@ def fault_table(results: list[FaultResult]) -> Table:
 
 
 def fault_rows(results: list[FaultResult]) -> list[dict]:
-    """Returns the results as JSON has them; null for a missing number."""
+    """Returns the results as JSON types; null for a missing number."""
     rows = []
     for result in results:
         row = {"fault": result.case.name, **vars(result)}
@@ -126,7 +126,7 @@ def _milli(value: float, decimals: int) -> str:
 
 
 def loop_table(loops: list[LoopQuality]) -> Table:
-    """Makes a table with one row a rate: median, 99th percentile, maximum."""
+    """Makes a table with one row per rate: median, 99th percentile, maximum."""
     return Table(
         "",
         (

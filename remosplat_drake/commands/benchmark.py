@@ -1,4 +1,4 @@
-"""`remosplat benchmark`: the paper's comparison, and your own in it."""
+"""`remosplat benchmark`: compares controllers, as the paper does."""
 
 import argparse
 import dataclasses as dc
@@ -65,8 +65,7 @@ REPORT, PAGE = "report.md", "report.html"
 """Names of the report's files in the output folder."""
 
 CRASHED, UNUSABLE, UNFINISHED = 1, 2, 3
-"""Exit codes: something crashed, a scene cannot be used, and something is left
-to run."""
+"""Exit codes: a trial crashed, a scene cannot be used, and trials are left."""
 
 HEADING = "Benchmark"
 
@@ -75,7 +74,7 @@ remosplat benchmark --scenes 20 --output results/first
 remosplat benchmark --methods my_controller:make,sdf-hard --scenes 2
 remosplat benchmark --suite robots --robot my_arm/my_arm.yaml
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -85,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=at_least_one,
         default=20,
         metavar="N",
-        help="how many of each family (default: 20)",
+        help="number of scenes of each family (default: 20)",
     )
     parser.add_argument(
         "--suite",
@@ -145,8 +144,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ray",
         metavar="ADDRESS",
-        help="run on that Ray cluster instead (extra `cluster`); auto: the"
-        " one of this machine",
+        help="run on the Ray cluster at this address instead (extra"
+        " `cluster`); auto: that of this machine",
     )
     parser.add_argument(
         "--stop-after",
@@ -201,7 +200,7 @@ def run(arguments: argparse.Namespace) -> int:
     if splats is not None:
         made = stored_records(cases, splats.recipe)
         write_records(output / SPLATS, [*made, *outcome.failed_splats])
-    # What has just been run counts more than the same with other splats.
+    # New results take precedence over old ones with other splats.
     results = [*read_results(output / RESULTS), *outcome.results]
     text = _report(results, output)
     if arguments.json:
@@ -218,7 +217,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _trials(
     arguments: argparse.Namespace, folders: tuple[Path, ...], drawing: Drawing
 ) -> list[Trial]:
-    """All trials, scene by scene: an interrupt leaves some scenes complete."""
+    """All trials, scene by scene: an interrupt leaves complete scenes."""
     chosen = arguments.methods or default_methods(arguments.suite)
     names = chosen.split(",")
     trials: list[Trial] = []
@@ -315,7 +314,8 @@ def _conclude(outcome: _Outcome, console: Console) -> int:
     if outcome.trials_left:
         console.print(
             f"stopped in time: {outcome.trials_left} trials and"
-            f" {outcome.splats_left} splats are left; the same command goes on"
+            f" {outcome.splats_left} splats are left; the same command"
+            " continues"
         )
     if broken:
         return CRASHED

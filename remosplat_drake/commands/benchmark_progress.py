@@ -1,4 +1,4 @@
-"""Shows how far a benchmark is, and when it will be done."""
+"""Shows the progress of a benchmark and its remaining time."""
 
 from remosplat_drake.base.progress import Progress, Stage
 from remosplat_drake.benchmark.result import SUCCESS, TrialResult

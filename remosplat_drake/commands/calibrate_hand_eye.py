@@ -1,4 +1,4 @@
-"""`remosplat calibrate-hand-eye`: find where the camera sits on the robot."""
+"""`remosplat calibrate-hand-eye`: finds the camera's pose on the robot."""
 
 import argparse
 import math
@@ -35,15 +35,15 @@ EXAMPLES = """
 remosplat calibrate-hand-eye kitchen.yaml --board 7x5:0.04:0.03
 remosplat calibrate-hand-eye kitchen.yaml --board 7x5:0.04:0.03 --write
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's flags."""
     parser.add_argument(
         "scenario",
-        help="NAME, FILE or FILE:NAME: the robot, its camera, and the mount"
-        " that it is believed to have",
+        help="NAME, FILE or FILE:NAME: the robot, its camera, and the assumed"
+        " mount of the camera",
     )
     parser.add_argument(
         "--board",
@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--capture",
         type=Path,
         metavar="FOLDER",
-        help="recorded images at the poses of the believed mount (default:"
+        help="recorded images with the poses of the assumed mount (default:"
         " images of the camera on the wire)",
     )
     parser.add_argument(
@@ -75,7 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--write",
         action="store_true",
-        help="set the mount in the scenario's file",
+        help="write the mount to the scenario's file",
     )
 
 
@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
     console = open_console(soft_wrap=True)
     if arguments.write and split_spec(arguments.scenario) is None:
         raise RemoSplatError(
-            "--write: shipped scenarios stay as they are; name a file"
+            "--write: shipped scenarios cannot be changed; name a file"
         )
     board = arguments.board and CharucoBoard.parse(arguments.board)
     scenario = load_scenario(arguments.scenario)
@@ -142,7 +142,7 @@ def _capture(
     config: WristCameraConfig,
     console: Console,
 ) -> Capture:
-    """Reads the images, or takes them from the wire."""
+    """Reads the images from files or from the wire."""
     if arguments.capture is not None:
         return read_capture(resolve(arguments.capture))
     hardware = scenario.hardware
@@ -154,8 +154,8 @@ def _capture(
     console.print(
         f"move the camera to {arguments.frames} places that see the same, and"
         f" turn it by {math.degrees(APART):.0f} deg or more between them,"
-        " about different axes; each is taken when the robot stands; Ctrl-C"
-        " ends"
+        " about different axes; images are taken while the robot stands still;"
+        " Ctrl-C ends"
     )
     told = -1
     with stop_signals() as request:

@@ -23,7 +23,7 @@ EXAMPLES = """
 remosplat camera-driver kitchen.yaml
 remosplat camera-driver kitchen.yaml --lcm-url 'udpm://239.255.76.67:7667?ttl=1'
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scenario",
         nargs="?",
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): size and"
-        " field of view that the images get",
+        " field of view of the sent images",
     )
     add_wire_argument(parser)
     add_camera_wire_argument(parser)
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for name, default, what in (
         ("width", 640, "width of its images [pixels]"),
         ("height", 480, "height of its images [pixels]"),
-        ("fps", 15, "images a second"),
+        ("fps", 15, "images per second"),
     ):
         parser.add_argument(
             f"--{name}",
@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _drive(
     driver: CameraDriver, console: Console, request: StopRequest
 ) -> None:
-    """Sends images, and reports when they cease and come back."""
+    """Sends images, and reports when the camera stops and resumes."""
     problem, is_new = "", True
     while not request.made:
         driver.step()
@@ -99,7 +99,8 @@ def _drive(
             is_new = False
             console.print(
                 f"the lens sees {100 * driver.coverage:.0f} % of the image"
-                " that the scenario's wrist_camera wants; fov_y_deg is smaller"
+                " that the scenario's wrist_camera requires; reduce its"
+                " fov_y_deg"
             )
         if driver.problem != problem:
             problem = driver.problem

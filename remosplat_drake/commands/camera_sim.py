@@ -31,15 +31,15 @@ from remosplat_drake.sight.simulated.wire_camera import WireCamera
 _YIELD = 10
 
 _MOST_AHEAD = 50_000
-"""Longest time that an image is made ahead: the robot is drawn where it is now
-[us]."""
+"""Longest time by which an image is rendered ahead [us]: the robot is drawn at
+its present position."""
 
 EXAMPLES = """
 remosplat camera-sim StudioLive
 remosplat camera-sim StudioLive --rate 2
 remosplat camera-sim PersonSeen --camera left --rate 30
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scenario",
         nargs="?",
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`):"
-        " the camera and what it sees",
+        " the camera and its surroundings",
     )
     add_wire_argument(parser, REHEARSAL_URL)
     add_camera_wire_argument(parser)
@@ -63,12 +63,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=5.0,
         metavar="HZ",
-        help="images a second at most (default: %(default)s)",
+        help="largest number of images per second (default: %(default)s)",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Sends images until Ctrl-C, after a status of each part of the robot.
+    """Sends images until Ctrl-C, once each part of the robot has sent a status.
 
     Movers begin to move when the robot does.
     """
@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _camera(
     name: str | None, scenario: Scenario, world: World, lcm: DrakeLcm
 ) -> CameraSim | WireCamera:
-    """The camera on the wrist, or the one of a name."""
+    """The camera on the wrist, or the one with the given name."""
     robot, truth, tracks = world.robot, world.truth, tracks_of(scenario)
     if name is None:
         wrist = scenario.camera or WristCameraConfig()

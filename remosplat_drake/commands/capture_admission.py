@@ -1,4 +1,4 @@
-"""Inspect a capture before work starts: refuse it, repair it, or warn."""
+"""Inspects a capture before work starts, then refuses, repairs or warns."""
 
 import argparse
 from collections.abc import Iterable
@@ -44,8 +44,8 @@ def add_inspection_arguments(parser: argparse.ArgumentParser):
         action="append",
         default=[],
         metavar="NAME",
-        help="use the capture although this is wrong with it; may be given"
-        f" repeatedly ({defects})",
+        help="use the capture in spite of this defect; may be given repeatedly"
+        f" ({defects})",
     )
 
 
@@ -103,7 +103,7 @@ def after_alignment(
     Args:
         warnings: The warnings before.
         capture: The capture with refined cameras and depths.
-        undone: Errors of the camera that it was freed of, see `camera_errors`.
+        undone: Errors of the camera that were corrected, see `camera_errors`.
     """
     rest = [warning for warning in warnings if not warning.startswith(INEXACT)]
     if len(rest) == len(warnings):
@@ -130,7 +130,7 @@ def _gate(finding: Finding) -> Gate:
 
 
 def _otherwise(result: Repair, tried: bool) -> str:
-    """The remedy, up to the names that can be accepted."""
+    """The remedy, and the flag that accepts the defects."""
     anyway = "to use it anyway"
     if tried and result.undone:
         done = ", ".join(finding.remedy for finding in result.undone)

@@ -22,11 +22,11 @@ TRUTH = "truth.json"
 its images."""
 
 KEYFRAMES = 150
-"""Default of the largest number of frames in use: with so many, a map is made
-in minutes."""
+"""Default of the largest number of used frames, with which a map is made within
+minutes."""
 
 _MOST_MISSED = 0.01
-"""Part of the seen surfaces that may be in unused frames only, without a
+"""Largest fraction of the seen surfaces in unused frames only that gives no
 warning."""
 
 
@@ -38,24 +38,28 @@ def add_capture_arguments(parser: argparse.ArgumentParser):
     parser.add_argument(
         "--format",
         metavar="NAME",
-        help=f"one of {', '.join(FORMATS)} (default: told by the content)",
+        help=f"one of {', '.join(FORMATS)} (default: detected from the"
+        " content)",
     )
     parser.add_argument(
-        "--stride", type=int, default=1, help="use every so many frames (1)"
+        "--stride",
+        type=int,
+        default=1,
+        help="step between frames that are used (1)",
     )
     parser.add_argument(
         "--keyframes",
         type=int,
         default=KEYFRAMES,
         metavar="N",
-        help="of more frames, use the N that together have seen most, sharp"
-        f" ones first; 0 uses all ({KEYFRAMES})",
+        help="largest number of used frames: those that together show most"
+        f" surfaces, preferably sharp ones; 0 uses all ({KEYFRAMES})",
     )
     parser.add_argument(
         "--max-depth",
         type=float,
         metavar="Z",
-        help="depth beyond is unknown [m]",
+        help="largest trusted depth; deeper pixels are unknown [m]",
     )
     parser.add_argument(
         "--max-size",
@@ -87,12 +91,11 @@ def captured(
 
     Args:
         arguments: The command's flags.
-        console: Console that prints how many frames are used, if some are left
-            out.
+        console: Console for the number of used frames, if some are left out.
         report: Called with the progress.
-        stages: Where the choice of frames is kept.
-        counting: The flag, if one is given, that names frames by their numbers,
-            which keyframes would change.
+        stages: Storage for the selection of frames.
+        counting: A flag of the command line that names frames by their numbers,
+            which keyframes would change; None without one.
 
     Returns:
         The capture; its notes say if its frames miss many of the seen surfaces.

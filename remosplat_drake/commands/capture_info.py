@@ -26,13 +26,13 @@ from remosplat_drake.commands.json_output import add_json_argument, print_json
 from remosplat_drake.commands.tables import open_console, print_table
 
 WRONG = 1
-"""Exit code for a capture with which something is wrong."""
+"""Exit code for a capture with a problem."""
 
 EXAMPLES = """
 remosplat capture-info my_capture
 remosplat capture-info my_capture --picture frames.png
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--picture",
         type=Path,
         metavar="FILE.png",
-        help="draw the frames, and the cameras from above",
+        help="file for a picture of the frames and of the cameras from above",
     )
     add_json_argument(parser)
 
@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
         print_table(console, Table(title, ("", ""), rows, texts=2))
         tell_findings(console, inspection.findings)
         if not inspection.findings:
-            console.print("[green]nothing seems wrong[/green]")
+            console.print("[green]no problem found[/green]")
     if arguments.picture:
         from remosplat_drake.capture.picture import draw_capture
         from remosplat_drake.visualization.depth_views import save_picture

@@ -1,6 +1,6 @@
 """All commands by group, each in one line, as `remosplat --help` shows them.
 
-Nothing here loads a command's module, so that help comes at once.
+This module imports no command, so that help appears at once.
 """
 
 from typing import NamedTuple
@@ -44,7 +44,7 @@ GROUPS = (
         {
             "capture-info": "describe an RGB-D capture and check it",
             "reconstruct": "make a splat from an RGB-D capture",
-            "quality": "measure how far a splat can be trusted",
+            "quality": "measure the errors of a splat's distances",
             "convert": "turn a splat from one format of file into another",
             "render-capture": "render RGB-D views of a scene, a model or a"
             " mesh",
@@ -55,7 +55,7 @@ GROUPS = (
         "remosplat doctor TableReach --skip all",
         {
             "doctor": "check robot, wire and computer before the robot moves",
-            "driver-check": "check that a robot's drivers keep to the rules",
+            "driver-check": "check that a robot's drivers follow the rules",
             "arm": "arm a real robot that waits for an operator",
             "identify": "measure how the axes of the real robot follow"
             " commands",
@@ -64,12 +64,12 @@ GROUPS = (
             "arm-driver": "drive an arm: ROS 2, Universal Robots, a plug-in",
             "base-driver": "drive a mobile base: ROS 1, ROS 2, a plug-in",
             "hand-driver": "drive a gripper: ROS 2, a plug-in",
-            "ros2-target": "take a teleoperation's target from ROS 2",
-            "ros2-objects": "take a scenario's objects from MoveIt on ROS 2",
+            "ros2-target": "send targets from ROS 2 to a teleoperation",
+            "ros2-objects": "read a scenario's objects from MoveIt on ROS 2",
             "camera-driver": "send the images of a RealSense camera",
-            "hardware-sim": "stand in for the real robot, behind the same wire",
+            "hardware-sim": "simulate the real robot on the same wire",
             "sight": "detect movers by cameras, and send them to a robot",
-            "camera-sim": "stand in for a camera of the real robot",
+            "camera-sim": "simulate a camera of the real robot",
         },
     ),
     Group(
@@ -85,7 +85,7 @@ GROUPS = (
         "Your own robot",
         "remosplat import-robot my_arm.urdf",
         {
-            "import-robot": "make a robot's own files ready to drive",
+            "import-robot": "prepare a robot from its URDF or other files",
             "fit-spheres": "cover a robot's links with spheres",
             "fit-hulls": "cut a robot's meshes into convex collision shapes",
         },
@@ -102,7 +102,7 @@ COMMANDS = {
 
 
 def overview() -> str:
-    """Words the help on all commands, in lines of at most 80 columns."""
+    """Returns the help text on all commands, in lines of at most 80 columns."""
     width = max(map(len, COMMANDS))
     parts = [
         "usage: remosplat COMMAND ...\n\n"

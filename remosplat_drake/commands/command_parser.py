@@ -57,10 +57,10 @@ class CommandParser(argparse.ArgumentParser):
             description=f"{summary[0].upper()}{summary[1:]}.",
             epilog=f"examples:\n  {indented}",
             formatter_class=_HelpFormatter,
-            # No real robot is moved by --har: flags are written out.
+            # No abbreviations of flags: --har must not move a real robot.
             allow_abbrev=False,
         )
-        # Of its own, `argparse` takes -1e-3 for a flag.
+        # By default, `argparse` parses -1e-3 as a flag.
         self._negative_number_matcher = _NUMBER
         self.register("type", float, number)
         self.register("type", int, whole_number)
@@ -77,7 +77,8 @@ class CommandParser(argparse.ArgumentParser):
         Raises:
             RemoSplatError: An argument is unknown, missing or unusable.
         """
-        # First, so that a required flag that is misspelt is not "missing".
+        # Checked first, so that a misspelt required flag is not reported as
+        # missing.
         for word in args:
             if word == "--":
                 break

@@ -38,7 +38,7 @@ remosplat convert kitchen.ply kitchen.sog --crop -2 -2 0 2 2 2
 remosplat convert phone.ply kitchen.ply --scale 0.37 --align floor --up 0 1 0
 remosplat convert phone.ply kitchen.ply --clean --guide --length 4.2
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,12 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "output",
         metavar="B",
         type=Path,
-        help="the file to write; its name's end chooses the format",
+        help="the file to write; its suffix determines the format",
     )
     parser.add_argument(
         "--surfels",
         action="store_true",
-        help="make discs of ellipsoids: their shortest axis is the normal",
+        help="convert ellipsoids to discs with the shortest axis as normal",
     )
     parser.add_argument(
         "--crop",
@@ -106,15 +106,15 @@ def run(arguments: argparse.Namespace) -> int:
     console.print(f"{arguments.output}: {target.title}, {_description(splat)}")
     if splat.is_surfel and not target.keeps_surfels:
         console.print(
-            f"It holds the discs as ellipsoids {1e6 * THICKNESS:.0f} um thick;"
+            f"It contains the discs as ellipsoids {1e6 * THICKNESS:.0f} um"
+            " thick;"
             " read here, they are discs again."
         )
     if splat.uncertainty is not None and not target.keeps_uncertainty:
         largest = f"{1e3 * splat.uncertainty.max():.1f} mm"
         console.print(
             f"The splats' uncertainty, up to {largest}, is lost:"
-            f" {target.title} has no place for it, and oracles will subtract"
-            " none."
+            f" {target.title} cannot store it, so oracles will subtract none."
         )
     if target.loss:
         again = read_splat(arguments.output)

@@ -56,7 +56,7 @@ EXAMPLES = """
 remosplat doctor kitchen.yaml --skip all
 remosplat doctor kitchen.yaml --lcm-url 'udpm://239.255.76.67:7667?ttl=1'
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -82,14 +82,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--yes",
         action="store_true",
-        help="begin every drill without asking; the robot MOVES",
+        help="begin every drill without confirmation; the robot MOVES",
     )
     parser.add_argument(
         "--skip",
         action="append",
         default=[],
         metavar="DRILL",
-        help=f"leave a drill out: one of {', '.join(DRILLS)}, or all; no real"
+        help=f"skip a drill: one of {', '.join(DRILLS)}, or all; no real"
         " robot is driven with such a report",
     )
     parser.add_argument(
@@ -103,7 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Checks everything; returns 1 if something keeps the robot from moving."""
+    """Runs all checks; returns 1 if one of them forbids motion."""
     console = open_console(stderr=arguments.json, soft_wrap=True)
     for name in arguments.skip:
         if name not in (*DRILLS, "all"):
@@ -138,7 +138,7 @@ def _examine(
     arguments: argparse.Namespace,
     console: Console,
 ) -> Iterator[Finding]:
-    """Yields all findings, in the order of the bring-up."""
+    """Yields all findings, in the order in which a robot is brought up."""
     hardware, has_base = scenario.hardware, robot.n_base > 0
     yield host_checks.check_clock()
     yield host_checks.check_priority()
@@ -223,7 +223,7 @@ def _base_speeds(
 
 
 def _agreed(name: str) -> bool:
-    """Asks the person at the terminal; without one nothing is agreed."""
+    """Returns the answer of the person at the terminal; False without one."""
     if not sys.stdin.isatty():
         return False
     answer = input(f"{name}: {DRILLS[name]}. Go on? [y/N] ")

@@ -36,7 +36,7 @@ EXAMPLES = """
 remosplat driver-check my_arm.yaml
 remosplat driver-check my_arm.yaml --skip restart --duration 60
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,7 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=300.0,
         metavar="S",
-        help="longest time to listen; it ends earlier once everything was seen"
+        help="longest time to listen; the check ends earlier once everything"
+        " was observed"
         " (default: %(default)s)",
     )
     parser.add_argument(
@@ -72,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Listens and judges; returns 1 where something fails or was not seen."""
+    """Listens and judges; returns 1 if a rule is violated or unobserved."""
     if arguments.duration > _LONGEST:
         problem = f"must be at most {_LONGEST:g}"
         raise FieldError("driver-check", "--duration", problem)
@@ -89,8 +90,9 @@ def run(arguments: argparse.Namespace) -> int:
     slower = 1e3 * (config.arm_status_period - 1e-3)
     if slower > 1:
         console.print(
-            f"at {config.arm_status_rate:g} Hz a silent arm is noticed"
-            f" {slower:.0f} ms later than at 1 kHz: it moves on until then"
+            f"at {config.arm_status_rate:g} Hz a silent arm is detected"
+            f" {slower:.0f} ms later than at 1 kHz: it continues to move until"
+            " then"
         )
     if arguments.json:
         print_json(findings)
@@ -109,7 +111,7 @@ def _listen(
     arguments: argparse.Namespace,
     console: Console,
 ) -> RobotRecord:
-    """Listens until everything was seen, and what followed, too."""
+    """Listens until everything was observed, and two seconds longer."""
     packets: list[Packet] = []
     seen, looked, told, complete = Seen(), 0, "", False
     listener = MulticastListener(config.url)

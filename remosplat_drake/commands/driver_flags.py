@@ -9,7 +9,7 @@ from remosplat_drake.hardware.hardware_config import HardwareConfig
 
 
 def add_driver_arguments(parser: argparse.ArgumentParser, part: str) -> None:
-    """Declares which robot is driven, and on which wire.
+    """Declares the flags for the driven robot and its wire.
 
     Args:
         parser: The command's parser.
@@ -18,7 +18,7 @@ def add_driver_arguments(parser: argparse.ArgumentParser, part: str) -> None:
     parser.add_argument(
         "scenario",
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): its"
-        f" hardware.{part}_driver says how the {part} is reached",
+        f" hardware.{part}_driver defines the connection to the {part}",
     )
     parser.add_argument(
         "--scenario-text",
@@ -50,5 +50,5 @@ def open_driver_wire(
 
 
 def driver_name(config: object) -> str:
-    """Returns how a file names a driver, without its settings."""
+    """Returns a driver's tag in scenario files, without its settings."""
     return f"!{type(config).__name__}"

@@ -1,4 +1,4 @@
-"""Drive an application to its end, and report its progress."""
+"""Runs an application to its end, and reports its progress."""
 
 import math
 import time
@@ -28,8 +28,8 @@ _FRAME = 0.1
 """Period at which the progress line is updated [s]."""
 
 LONGEST_REPLAY = 600.0
-"""Time of a run on a real robot that the page's replay holds [s]: each minute
-takes 6 MB, and a run may last for hours."""
+"""Length of the page's replay of a run on a real robot [s]: each minute takes 6
+MB, and a run may last for hours."""
 
 _COLOURS = {
     stands.WAITING: "cyan",
@@ -40,7 +40,7 @@ _COLOURS = {
     stands.STOPPED: "bold red",
     stands.ENDED: "bold red",
 }
-"""How a sentence is coloured, by its kind."""
+"""Colours of sentences, by their kind."""
 
 
 def drive(
@@ -59,8 +59,8 @@ def drive(
         rate: Real-time rate of a simulation, as `simulation.run` takes it;
             None if the station is the real robot.
         patience: Time that a stopped robot waits for a release [s].
-        page: The page that records the motion, for `LONGEST_REPLAY` where the
-            station is the real robot; None for none.
+        page: The page that records the motion; on the real robot, only for
+            `LONGEST_REPLAY`. None for no page.
 
     Returns:
         The result of the run, and the timing of a real robot's loop, which is
@@ -91,11 +91,11 @@ def drive(
                 if rate is None:
                     console.print(HINT)
                 elif patience > 0:
-                    console.print("the page's release button lets it go on")
+                    console.print("press Release on the page to continue")
 
         def explain(t: float, standing: Standing):
             if standing.kind == stands.HELD:
-                # Whole in a pipe, which has no width.
+                # Without line breaks in a pipe, which has no width.
                 line = Text(f"{t:.2f} s  ", "dim")
                 line.append(standing.text, _COLOURS[standing.kind])
                 console.print(line, soft_wrap=not console.is_terminal)
@@ -122,7 +122,7 @@ def drive(
 
 
 def log_is_whole(application: Application, console: Console) -> bool:
-    """Prints what is missing in the files that were written during a run.
+    """Prints the missing parts of files that were written during a run.
 
     Args:
         application: The diagram that ran; its log is closed.
@@ -139,12 +139,12 @@ def log_is_whole(application: Application, console: Console) -> bool:
 
 
 def say_trouble(trouble: str, console: Console) -> None:
-    """Prints in one line what is missing in files, with their names."""
+    """Prints the missing parts of files in one line, with the files' names."""
     console.print(Text(trouble, "bold red"), soft_wrap=True)
 
 
 def strangers(application: Application) -> str:
-    """Names other programs on a real robot's wire, in a line; empty if none."""
+    """A line on other programs on a real robot's wire; empty if none."""
     assert isinstance(application.station, HardwareStation)
     guard = application.station.link.guard
     said = guard.summary() if guard else ""

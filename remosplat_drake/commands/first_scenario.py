@@ -1,7 +1,7 @@
-"""A first scenario for a robot that has not been driven yet.
+"""A first scenario for a new robot.
 
-It has a post on the floor, and targets on both sides of it. The scenario has
-been tried: its targets are those that a simulated run reached.
+It has a post on the floor, and targets on both sides of it. Its targets are
+those that a simulated run has reached.
 """
 
 import dataclasses as dc
@@ -49,7 +49,7 @@ _MARGIN = 0.2
 _IMPATIENT = """{
     time_limit: 10, controller: {guidance: {planning: {enabled: false}}}
 }"""
-"""Trial of the scenario: without a search for targets that are not reached
+"""Settings of the trial run: no search for targets that are not reached
 soon."""
 
 _DISCS = 4000
@@ -58,12 +58,12 @@ _DISCS = 4000
 
 @dc.dataclass(frozen=True)
 class Tried:
-    """Result of the scenario's trial.
+    """Result of the scenario's trial run.
 
     Attributes:
         reached: Number of targets that were reached.
-        time: Simulated time until the last was [s].
-        clearance: Least true clearance on the way [m].
+        time: Simulated time until the last target was reached [s].
+        clearance: Least true clearance during the run [m].
     """
 
     reached: int
@@ -81,12 +81,12 @@ def write_first_scenario(
     Args:
         robot: The robot, whose description is in that folder.
         folder: The folder.
-        on_try: Called with the number of scenes that have been tried, and of
-            those that may be.
+        on_try: Called with the number of scenes tried so far, and the largest
+            number of tries.
 
     Raises:
-        RemoSplatError: The robot reaches no target in any of the scenes, or
-            would stand inside all of them.
+        RemoSplatError: The robot reaches no target in any of the scenes, or its
+            start is inside an obstacle in all of them.
     """
     best: tuple[Tried, list[np.ndarray], PrimitiveScene] | None = None
     effectors = len(robot.effectors)
@@ -100,13 +100,13 @@ def write_first_scenario(
             break
     if best is None or best[0].reached < effectors:
         raise RemoSplatError(
-            f"{robot.description.name} reached none of the targets that were"
-            " tried; look at its spheres (robot.png) and its home"
+            f"{robot.description.name} reached no target; check its spheres"
+            " (robot.png) and its home posture"
         )
     tried, goals, scene = best
     kept = tried.reached // effectors
     if kept < TARGETS:
-        # Fewer goals are other runs, and what is written has been tried.
+        # A run with fewer goals differs, so each written scenario is run first.
         _write(folder, goals[:kept], scene, robot)
         tried = _try(folder)
     return tried
@@ -134,7 +134,7 @@ def _scenes(
 
 
 def _goal(robot: RobotModel, rng: np.random.Generator) -> np.ndarray | None:
-    """A configuration some way from home that the arm can hold."""
+    """A valid configuration at some distance from home."""
     n = robot.n_q - len(robot.home)
     for _ in range(200):
         q = robot.q_home
@@ -167,7 +167,7 @@ def _lowest(robot: RobotModel, q: np.ndarray) -> float:
 def _post(
     robot: RobotModel, states: list[np.ndarray], rng: np.random.Generator
 ) -> Cylinder | None:
-    """A post beside the way of a hand that no state touches."""
+    """A post beside the path of a hand that no state touches."""
     ends = np.array([robot.end_effector_poses(q)[:, :3, 3] for q in states])
     for _ in range(100):
         hand = rng.integers(ends.shape[1])

@@ -21,7 +21,7 @@ EXAMPLES = """
 remosplat fit-hulls frankie --output collision
 remosplat fit-hulls frankie --links panda_link7 --tolerance 2
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -44,7 +44,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         default=1.0,
         metavar="MM",
-        help="how far a mesh may extend beyond its shapes (1 mm)",
+        help="largest distance by which a mesh extends beyond its shapes (1"
+        " mm)",
     )
     parser.add_argument(
         "--output",

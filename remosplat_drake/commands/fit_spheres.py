@@ -21,7 +21,7 @@ EXAMPLES = """
 remosplat fit-spheres my_arm.urdf --output spheres.yaml
 remosplat fit-spheres my_arm.urdf --tolerance 30
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -33,20 +33,20 @@ def add_arguments(parser: argparse.ArgumentParser):
         " the name of a shipped robot",
     )
     parser.add_argument(
-        "--count", type=int, help=f"how many spheres at most ({COUNT})"
+        "--count", type=int, help=f"largest number of spheres ({COUNT})"
     )
     parser.add_argument(
         "--tolerance",
         type=float,
         metavar="MM",
-        help="in place of a count: how far spheres may protrude from a link, in"
-        " mm, where --most a link suffice",
+        help="instead of a count: largest distance by which spheres protrude"
+        " from a link [mm], if --most spheres per link suffice",
     )
     parser.add_argument(
         "--most",
         type=int,
         metavar="N",
-        help="with --tolerance: how many spheres a link takes at most"
+        help="with --tolerance: largest number of spheres per link"
         f" ({MOST_SPHERES})",
     )
     parser.add_argument(
@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         nargs="+",
         default=[],
         metavar="LINK=FACTOR",
-        help="give a link slimmer (> 1) or coarser (< 1) spheres",
+        help="fit finer (> 1) or coarser (< 1) spheres to a link",
     )
     parser.add_argument(
         "--meshes",
@@ -81,7 +81,7 @@ def add_arguments(parser: argparse.ArgumentParser):
 def run(args: argparse.Namespace) -> int:
     """Fits the spheres, prints a table and writes the sphere model."""
     if args.count is not None and args.tolerance is not None:
-        raise RemoSplatError("--tolerance: give it or --count, not both")
+        raise RemoSplatError("--tolerance: not with --count")
     tolerance, count = args.tolerance, args.count
     if tolerance is not None and not 0.5 <= tolerance <= 200:
         problem = f"expected 0.5 to 200 [mm], got {tolerance:g}"

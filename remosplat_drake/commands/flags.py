@@ -34,13 +34,14 @@ def add_record_argument(parser: argparse.ArgumentParser) -> None:
         "--live",
         type=int,
         metavar="PORT",
-        help="with --record: let Foxglove watch at ws://127.0.0.1:PORT (usually"
+        help="with --record: let Foxglove connect to ws://127.0.0.1:PORT"
+        " (usually"
         " 8765; extra `live`)",
     )
     parser.add_argument(
         "--rviz",
         action="store_true",
-        help="with --record: show target, clearances and standing on ROS 2, as"
+        help="with --record: publish target, clearances and state on ROS 2, as"
         " markers and a transform (extra `ros2`)",
     )
 
@@ -57,7 +58,7 @@ def opened_recorder(
         robot: The robot that is recorded.
 
     Raises:
-        RemoSplatError: The file cannot be begun.
+        RemoSplatError: The file cannot be created.
     """
     if arguments.live is not None:
         if arguments.record is None:
@@ -92,14 +93,14 @@ def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--without-doctor",
         action="store_true",
-        help="drive a robot for which there is no such report",
+        help="drive a robot without such a report",
     )
 
 
 def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
     """Refuses a real robot without a valid report, unless permitted.
 
-    A rehearsal moves no real robot, and a shadow none at all.
+    A rehearsal moves no real robot, and a shadow run moves no robot.
 
     Args:
         arguments: The command line with `--doctor`, `--without-doctor`,
@@ -107,7 +108,7 @@ def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
         scenario: The scenario, with the LCM URL of the robot.
 
     Raises:
-        RemoSplatError: There is no report, or it does not hold.
+        RemoSplatError: There is no report, or it is invalid for this robot.
     """
     told = arguments.without_doctor or arguments.rehearsal or arguments.shadow
     if told:
@@ -122,10 +123,11 @@ def check_report(arguments: argparse.Namespace, scenario: Scenario) -> None:
 
 
 def check_positive(command: str, arguments: argparse.Namespace, *names: str):
-    """Checks that flags, where they are given, are positive and finite.
+    """Checks that those flags that are given are positive and finite.
 
     Raises:
-        FieldError: A flag's value is not; the error names the flag.
+        FieldError: A value is not positive or not finite; the error names the
+            flag.
     """
     for name in names:
         value = getattr(arguments, name)
@@ -135,7 +137,7 @@ def check_positive(command: str, arguments: argparse.Namespace, *names: str):
 
 
 def check_finite(command: str, arguments: argparse.Namespace, *names: str):
-    """Checks that flags, where they are given, are finite.
+    """Checks that those flags that are given are finite.
 
     Raises:
         FieldError: A flag holds NaN or infinity; the error names the flag.
@@ -147,7 +149,7 @@ def check_finite(command: str, arguments: argparse.Namespace, *names: str):
 
 
 def check_seed(command: str, arguments: argparse.Namespace):
-    """Checks that the seed is one that random generators take.
+    """Checks that the seed is valid for random generators.
 
     Raises:
         FieldError: The seed is negative.

@@ -1,4 +1,4 @@
-"""Print the knowledge about a map, and let people accept what is missing."""
+"""Prints the knowledge about a map, and lets people accept its problems."""
 
 import argparse
 import dataclasses as dc
@@ -27,8 +27,9 @@ def add_accept_argument(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="drive although something is wrong; may be given repeatedly, and"
-        f" with --hardware each is confirmed at the terminal ({gates})",
+        help="drive in spite of this problem; may be given repeatedly, and"
+        " with --hardware a person must confirm each one at the terminal"
+        f" ({gates})",
     )
 
 
@@ -58,7 +59,7 @@ class Admission:
     Attributes:
         knowledge: The knowledge about the run's map.
         passage: Result of the gates: the warnings, and the accepted gates.
-        hardware: Whether a real robot moves.
+        hardware: Whether a real robot will move.
     """
 
     knowledge: MapKnowledge
@@ -69,7 +70,7 @@ class Admission:
         """Prints the map's state; asks to confirm accepted gates.
 
         Raises:
-            RemoSplatError: No person confirms it.
+            RemoSplatError: No person confirms an accepted gate.
         """
         describe(self.knowledge, self.passage.warnings, console)
         for gate in self.passage.accepted:
@@ -78,7 +79,7 @@ class Admission:
             _tell(console, f"accepted: {gate}", "bold yellow")
 
     def document(self) -> dict:
-        """Returns the part of the admission that the files of a run keep."""
+        """Returns the part of the admission that a run's files contain."""
         return {
             "map_summary": dc.asdict(self.knowledge.summary),
             "map_error": self.knowledge.error.largest,
@@ -99,7 +100,7 @@ def admit(
     Args:
         knowledge: The knowledge about the run's map.
         arguments: The command line, with `accept` and `hardware`.
-        where: Name of the scenario that errors blame.
+        where: Name of the scenario, for errors.
         start: Faults of the run's start and targets.
 
     Raises:
@@ -119,7 +120,7 @@ def _entry(gate: Gate) -> dict[str, str]:
 
 
 def _confirm(gate: Gate, console: Console) -> None:
-    """Asks for a gate's name to be typed before a real robot moves.
+    """Requests that a person types a gate's name before a real robot moves.
 
     Raises:
         RemoSplatError: There is no terminal, or something else is typed.
@@ -130,7 +131,7 @@ def _confirm(gate: Gate, console: Console) -> None:
             f"{flag}: with --hardware a person has to confirm that at a"
             f" terminal, and there is none ({gate.problem})"
         )
-    # What was typed before the question is no answer to it.
+    # Input from before the question is not an answer to it.
     termios.tcflush(sys.stdin, termios.TCIFLUSH)
     _tell(console, str(gate))
     console.print(
@@ -141,7 +142,7 @@ def _confirm(gate: Gate, console: Console) -> None:
 
 
 def _tell(console: Console, line: str, style: str = "") -> None:
-    """One line, at any width of the terminal and with any brackets."""
+    """Prints one line, without wrapping, in which brackets are not markup."""
     console.print(
         line, style=style, markup=False, highlight=False, soft_wrap=True
     )

@@ -1,4 +1,4 @@
-"""`remosplat hardware-sim`: the real robot's stand-in, behind its wire."""
+"""`remosplat hardware-sim`: simulates the real robot on its wire."""
 
 import argparse
 import gc
@@ -42,18 +42,19 @@ from remosplat_drake.hardware.stand_in.ur_rules import JOINTS as UR_JOINTS
 from remosplat_drake.station.station_config import DynamicStation
 
 _PATIENCE = 0.04
-"""Longest stall of the computer that the stand-in makes up for [s]: a real
-robot continues meanwhile. After longer ones its statuses would stay too old."""
+"""Longest stall of the computer after which the stand-in catches up [s], since
+a real robot continues meanwhile. After longer ones, its statuses would remain
+too old."""
 
 _FCI_PATIENCE = 0.002
-"""The same where a driver must answer each millisecond: in those that are made
-up for it has no time to [s]."""
+"""The same if a driver must answer each millisecond [s]: while the stand-in
+catches up, the driver has no time to answer."""
 
 EXAMPLES = """
 remosplat hardware-sim TableReach
 remosplat hardware-sim TableReach --fci 20000
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -70,22 +71,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=1.0,
         metavar="R",
-        help="seconds of the robot in a second of the wall clock (default: 1)",
+        help="simulated seconds per second of the wall clock (default: 1)",
     )
     parser.add_argument(
         "--time-limit",
         type=float,
         default=math.inf,
         metavar="S",
-        help="end after this time of the robot (default: Ctrl-C ends)",
+        help="end after this simulated time [s] (default: at Ctrl-C)",
     )
     parser.add_argument(
         "--fault",
         action="append",
         default=[],
         metavar="NAME[=VALUE]@START[+DURATION]",
-        help="something that goes wrong, START seconds after the first"
-        f" command; may be repeated; one of {', '.join(FAULTS)}",
+        help="a fault, START seconds after the first command; may be repeated;"
+        f" one of {', '.join(FAULTS)}",
     )
     parser.add_argument(
         "--fci",
@@ -112,13 +113,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--localization",
         action="store_true",
         help="also send the base's pose by a localisation, 10 times a"
-        " second; its odometry then begins elsewhere",
+        " second; its odometry then has another origin",
     )
     parser.add_argument(
         "--record",
         type=Path,
         metavar="FILE",
-        help="write how the robot truly moved (.npz) at the end",
+        help="write the robot's true motion (.npz) at the end",
     )
 
 
@@ -164,7 +165,7 @@ def run(arguments: argparse.Namespace) -> int:
     patience = _PATIENCE if arguments.fci is None else _FCI_PATIENCE
     pacer = Pacer(TICK / arguments.realtime_rate, patience)
     console.print(f"the robot is on {url}; Ctrl-C ends")
-    # A collection of everything that was loaded would cost several ticks.
+    # A garbage collection of all loaded modules would take several ticks.
     gc.collect()
     gc.freeze()
     with realtime_priority(DRIVER_PRIORITY), stop_signals() as request:
@@ -197,7 +198,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _arm_driver(
     arguments: argparse.Namespace, world: World
 ) -> FciArm | RtdeArm | None:
-    """Source of the arm's commands that replaces the wire, if any."""
+    """Other source of the arm's commands than the wire, if there is one."""
     joints = len(world.robot.home)
     if arguments.ros2 and (arguments.fci is not None or arguments.rtde):
         problem = "not with --fci or --rtde: the arm is on ROS 2"

@@ -1,4 +1,4 @@
-"""Wait for people at a browser page, before a run and after it."""
+"""Waits for people at a browser page, before and after a run."""
 
 import argparse
 import sys
@@ -16,7 +16,7 @@ LOCALHOST = "localhost"
 """Interface that only this computer reaches."""
 
 _PERIOD = 0.05
-"""Time between two looks at the page's buttons [s]."""
+"""Time between two checks of the page's buttons [s]."""
 
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,21 +48,21 @@ def open_page(arguments: argparse.Namespace) -> MeshcatPage:
         arguments: The command line with `add_page_arguments`.
 
     Raises:
-        RemoSplatError: The port is taken, or others would reach the page of a
-            real robot.
+        RemoSplatError: The port is taken, or other computers could reach the
+            page of a real robot.
     """
     host = arguments.host
     if host != LOCALHOST and getattr(arguments, "hardware", False):
         raise RemoSplatError(
             "--host: not with --hardware: Meshcat cannot identify its visitors"
         )
-    # As Meshcat has it.
+    # Meshcat's default.
     host = "*" if host == "0.0.0.0" else host
     return MeshcatPage(port=arguments.port, host=host)
 
 
 def is_held(wanted: bool | None) -> bool:
-    """Whether a page stays; None: if a terminal is attached."""
+    """Whether a page stays open; None means: if a terminal is attached."""
     return sys.stdin.isatty() if wanted is None else wanted
 
 
@@ -85,7 +85,7 @@ def is_waited_for(arguments: argparse.Namespace) -> bool:
             `hardware`.
 
     Raises:
-        RemoSplatError: It was requested, and is not possible.
+        RemoSplatError: The user requested it, but it is not possible.
     """
     wanted = arguments.wait_for_viewer
     if wanted and arguments.headless:
@@ -93,7 +93,7 @@ def is_waited_for(arguments: argparse.Namespace) -> bool:
     if wanted and arguments.hardware:
         raise RemoSplatError(
             "--wait-for-viewer: not with --hardware, where the robot waits to"
-            " be armed and no page sets it going"
+            " be armed, which no page can do"
         )
     if arguments.headless or arguments.hardware:
         return False
@@ -128,9 +128,9 @@ def hold(wanted: bool | None, page: MeshcatPage, console: Console) -> None:
     """Keeps a page until Ctrl-C.
 
     Args:
-        wanted: Whether the page stays; None: if a terminal is attached.
+        wanted: Whether the page stays open; None: if a terminal is attached.
         page: The page.
-        console: Console for how to end it.
+        console: Console for instructions.
     """
     if not is_held(wanted):
         return

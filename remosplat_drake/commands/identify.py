@@ -53,14 +53,14 @@ from remosplat_drake.robot.actuators import Actuator
 _INCOMPLETE = 1
 
 _TRIES = 5
-"""How often an axis is measured until nothing came late."""
+"""Largest number of measurements of an axis until no message is late."""
 
 EXAMPLES = """
 remosplat identify kitchen.yaml
 remosplat identify kitchen.yaml --axes 0,1 --fraction 0.5
 remosplat identify TableReach --rehearsal
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scenario",
         nargs="?",
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`): the robot,"
-        " and the map that it keeps away from",
+        " and the map of its surroundings",
     )
     parser.add_argument(
         "--scenario-text",
@@ -85,7 +85,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=0.1,
         metavar="M",
-        help="distance that is kept from the scene (default: %(default)s)",
+        help="distance that the robot keeps from the scene (default:"
+        " %(default)s)",
     )
     parser.add_argument(
         "--fraction",
@@ -106,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="robot description to write to (default: the scenario's)",
     )
     parser.add_argument(
-        "--yes", action="store_true", help="move without asking first"
+        "--yes", action="store_true", help="move without confirmation"
     )
 
 
@@ -157,7 +158,7 @@ def run(arguments: argparse.Namespace) -> int:
     base = [("forward", "left", "yaw")[i] for i in base_axes(robot.n_base)]
     names = [*base, *robot.description.arm.joints]
     kept = write_actuators(path, known, names, time.strftime("%Y-%m-%d"))
-    console.print(f"{path} written; the file before is {kept}")
+    console.print(f"{path} written; the old file is kept as {kept}")
     return _INCOMPLETE if len(fits) < len(axes) else 0
 
 
@@ -189,11 +190,11 @@ def _agrees(console: Console, n: int) -> bool:
 def _identified(
     axis: int, limit: np.ndarray, application: Application, room: Room
 ) -> Fit:
-    """Moves one axis where there is room, and fits it.
+    """Moves one axis if there is room, and fits its model.
 
     Raises:
-        NoRoomError: There is none.
-        RemoSplatError: The robot stopped, or was disturbed too often.
+        NoRoomError: There is no room.
+        RemoSplatError: The robot stopped, or messages were late too often.
     """
     robot = room.own.robot
     ticks = _strokes(axis, limit, application, room)
@@ -209,12 +210,12 @@ def _identified(
 def _strokes(
     axis: int, limit: np.ndarray, application: Application, room: Room
 ) -> list[Played]:
-    """Moves one axis, more slowly where verification holds it back."""
+    """Moves one axis, more slowly if verification reduces fast motions."""
     robot, hardware = room.own.robot, application.scenario.hardware
     assert isinstance(application.station, HardwareStation)
     late, fastest = 0, 1.0
     while True:
-        # An axis that a try left somewhere starts from there.
+        # After a failed attempt, an axis starts from where it stopped.
         reading = await_robot(application.station.link, robot, hardware)
         about = room.about(reading)
         stroke = find_stroke(about, reading.q_W, axis, limit, fastest)
@@ -226,15 +227,15 @@ def _strokes(
             late += 1
             if late == _TRIES:
                 raise RemoSplatError(
-                    f"identify: axis {axis}: {error}, {_TRIES} times; leave"
-                    " this computer alone meanwhile"
+                    f"identify: axis {axis}: {error}, {_TRIES} times; do not"
+                    " use this computer meanwhile"
                 ) from error
         except RemoSplatError as error:
             raise RemoSplatError(f"identify: axis {axis}: {error}") from error
 
 
 def fit_table(fits: dict[int, Fit]) -> Table:
-    """Makes a table with one row an axis."""
+    """Makes a table with one row per axis."""
     header = ("axis", "delay [ms]", "lag [ms]", "ramp", "dead band")
     return Table(
         "",

@@ -1,4 +1,4 @@
-"""`remosplat import-robot`: from a robot's own files to a run that reaches."""
+"""`remosplat import-robot`: from a robot's own files to a first run."""
 
 import argparse
 import shutil
@@ -39,7 +39,7 @@ remosplat import-robot my_arm.urdf
 remosplat import-robot my_arm.urdf --end-effector tool0 --out my_arm
 remosplat import-robot my_arm.xml --base differential
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -54,21 +54,22 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--out",
         type=Path,
         metavar="DIR",
-        help="folder to make (default: the file's name, here)",
+        help="folder to create (default: the file's name, in the working"
+        " directory)",
     )
     parser.add_argument(
         "--end-effector",
         action="append",
         default=[],
         metavar="[NAME=]LINK",
-        help="link whose frame goes to targets; once for each of several arms"
-        " (default: of one arm or two, as found or guessed)",
+        help="link whose frame is moved to targets; once for each of several"
+        " arms (default: found or guessed, for one arm or two)",
     )
     parser.add_argument(
         "--base",
         choices=BASES,
-        help="how the robot moves about (default: differential if it has"
-        " wheels, else fixed)",
+        help="kind of base (default: differential if it has wheels, else"
+        " fixed)",
     )
     parser.add_argument(
         "--package",
@@ -83,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--srdf",
         type=Path,
         metavar="FILE",
-        help="the robot's SRDF (default: looked for beside the file)",
+        help="the robot's SRDF (default: one beside the file)",
     )
     parser.add_argument(
         "--arg",
@@ -97,21 +98,21 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=float,
         default=1e3 * TOLERANCE,
         metavar="MM",
-        help="how far spheres may protrude from a link's surface"
+        help="largest distance by which spheres protrude from a link's surface"
         f" ({1e3 * TOLERANCE:g} mm)",
     )
     parser.add_argument(
         "--no-scenario",
         action="store_true",
-        help="make and try no scenario",
+        help="do not create and run a scenario",
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    """Imports a robot into a new folder, which appears when all is done."""
+    """Imports a robot into a new folder, which is created at the end."""
     out = args.out or Path(args.robot.name.partition(".")[0])
     if out.exists():
-        raise FileError(out, "is there already; --out names another folder")
+        raise FileError(out, "exists already; --out names another folder")
     request = _request(args, out)
     console = open_console()
     findings = Findings()
@@ -162,7 +163,7 @@ def _request(args: argparse.Namespace, out: Path) -> ImportRequest:
 
 
 def _end_effectors(texts: list[str]) -> dict[str, str]:
-    """Links by the end effectors' names; an only one has an empty name."""
+    """Links by the end effectors' names; a single one has an empty name."""
     parts = [text.rpartition("=") for text in texts]
     links = [link for _, _, link in parts]
     if len(links) == 1:
@@ -186,7 +187,7 @@ def _import(
 def _scenario(
     robot: RobotModel, folder: Path, findings: Findings, console: Console
 ) -> Tried | None:
-    what = "trying a scenario"
+    what = "running a scenario"
     with Progress(console, what) as progress, compiling_shown(progress):
         on_try = partial(progress.report, what)
         try:
@@ -222,7 +223,7 @@ def _report(
             "guessed: check these, and correct them in the description",
             findings.guessed,
         ),
-        ("doubtful: can this be?", findings.doubted),
+        ("implausible: check these values", findings.doubted),
     ):
         if not pairs:
             continue
@@ -236,7 +237,7 @@ def _report(
         lines += [
             f"tried: {tried.reached} targets reached in {tried.time:.1f} s,"
             f" clearance {1e3 * tried.clearance:.0f} mm",
-            f"go on with `remosplat run {out}/scenario.yaml`",
+            f"next: `remosplat run {out}/scenario.yaml`",
         ]
     for line in lines:
         console.print(line, soft_wrap=True, highlight=False, markup=False)

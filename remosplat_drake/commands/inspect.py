@@ -43,7 +43,7 @@ EXAMPLES = """
 remosplat inspect TableReach --sphere panda_hand --output hand.png
 remosplat inspect kitchen.yaml --page
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,8 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sphere",
         metavar="INDEX|LINK",
-        help="which sphere, or the one of that link that is nearest to the"
-        " scene (default: the nearest of all)",
+        help="index of a sphere, or a link, of which the sphere nearest to the"
+        " scene is shown (default: the nearest sphere)",
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
@@ -66,16 +66,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         nargs="+",
         metavar="Q",
-        help="look from there, not from the start [m, rad]",
+        help="configuration of the robot (default: the start) [m, rad]",
     )
     where.add_argument(
         "--trajectory",
         type=Path,
         metavar="FILE",
-        help="look from a recorded trajectory.npz, at --tick",
+        help="take the configuration from a recorded trajectory.npz, at --tick",
     )
     parser.add_argument(
-        "--tick", type=int, default=-1, help="negative: from the end (-1)"
+        "--tick",
+        type=int,
+        default=-1,
+        help="index of a tick of --trajectory; negative ones count from the"
+        " end (-1)",
     )
     parser.add_argument(
         "--output",
@@ -90,7 +94,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="show robot, splat and the sensor's rays in the browser",
     )
     parser.add_argument(
-        "--save-html", type=Path, metavar="FILE", help="write that page"
+        "--save-html",
+        type=Path,
+        metavar="FILE",
+        help="write the page as one static file",
     )
     parser.add_argument(
         "--scenario-text",
@@ -102,7 +109,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the picture, and serves the page if requested."""
+    """Writes the picture, and serves the page if a flag requests it."""
     console = open_console(stderr=True)
     if arguments.page or arguments.save_html:
         check_free(arguments.host, arguments.port)
@@ -111,7 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
     if world.splat_W is None:
         raise FieldError(scenario.source, "scene.splat", "inspect needs one")
     q, place = _configuration(arguments, world)
-    # Of the scenario's own depth oracle, if it has one.
+    # Settings of the scenario's own depth oracle, if it has one.
     sensor = getattr(_map_field(world), "sensor", DepthSensor())
     spheres = world.robot.spheres_at(q)
     candidates = _candidates(arguments.sphere, world.robot.spheres.links)
@@ -140,7 +147,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _map_field(world: World) -> DistanceField:
-    """Returns the field of the splat, without that of unseen space."""
+    """Returns the field of the splat, without the field of unseen space."""
     field = world.field
     composite = isinstance(field, CompositeDistanceField)
     return field.parts[0] if composite else field
@@ -149,7 +156,7 @@ def _map_field(world: World) -> DistanceField:
 def _configuration(
     arguments: argparse.Namespace, world: World
 ) -> tuple[np.ndarray, str]:
-    """Returns the configuration to look from, and its name."""
+    """Returns the configuration of the robot, and its description."""
     n_q = world.robot.n_q
     if arguments.configuration is not None:
         if len(arguments.configuration) != n_q:
@@ -179,7 +186,7 @@ def _nearest(
     spheres: Spheres,
     candidates: list[int],
 ) -> int:
-    """Returns the candidate that is nearest to the surfaces it sees."""
+    """Returns the candidate that is nearest to its visible surfaces."""
     field = DepthRasterizationField(splat_W, sensor, nearest_only=True)
     asked = spheres.select(np.array(candidates))
     distance = field.clearances(asked).per_sphere(len(candidates))

@@ -8,11 +8,11 @@ from contextlib import contextmanager
 
 @contextmanager
 def interrupts_deferred() -> Iterator[None]:
-    """Keeps Ctrl-C waiting until the end of the block.
+    """Defers Ctrl-C until the end of the block.
 
-    A compiled module that is interrupted in the middle of its import reports
-    that it is broken. Elsewhere than in the main thread, and where another
-    handler has the signal, nothing changes.
+    If the import of a compiled module is interrupted, the module reports that
+    it is broken. Outside of the main thread, and if another handler is
+    installed, this block has no effect.
     """
     default = signal.default_int_handler
     if (

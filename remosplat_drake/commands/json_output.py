@@ -32,10 +32,10 @@ def json_text(document: Any) -> str:
 def plain(value: Any) -> Any:
     """Converts dataclasses, arrays, paths and numbers to JSON's types.
 
-    A number that is infinite or none becomes null.
+    Infinite numbers and NaN become null.
 
     Args:
-        value: One of these, or a list, tuple or mapping of them.
+        value: An object of these types, or a list, tuple or mapping of them.
     """
     if dc.is_dataclass(value) and not isinstance(value, type):
         fields = dc.fields(value)

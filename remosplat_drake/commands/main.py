@@ -16,7 +16,7 @@ USER_ERROR = 2
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command and returns its exit code, as `exit_code` has it."""
+    """Runs one command and returns its exit code, see `exit_code`."""
     argv = list(sys.argv[1:] if argv is None else argv)
 
     return exit_code(lambda: _run(argv))
@@ -26,13 +26,13 @@ def exit_code(run: Callable[[], int]) -> int:
     """Reads and runs a command line, and returns its exit code.
 
     Returns:
-        0: done. 1: the robot did not get there. 2: the user can correct it, and
-        one line on stderr says how; or a reader failed at a file unexpectedly,
-        and the line names the log of its traceback. 130: interrupted. Any other
-        exception is a defect and leaves its traceback.
+        0: success. 1: the robot did not reach its target. 2: an error that the
+        user can correct, as one line on stderr states; or a reader failed
+        unexpectedly, and the line names the log of its traceback. 130:
+        interrupted. Any other exception is a defect and prints its traceback.
     """
-    # Drake announces its server; the commands say so in their own words. It
-    # sets its logger's level when it is imported, which is later than here.
+    # Drake announces its server, but the commands print their own line. Drake
+    # sets its logger's level at its import, which is later than here.
     logging.getLogger("drake").addFilter(_is_no_announcement)
     try:
         return run()

@@ -1,4 +1,4 @@
-"""Flags and files that say where a map lies: upright, or as captured."""
+"""Flags and files for the pose of a map: upright, or as captured."""
 
 import argparse
 from pathlib import Path
@@ -55,9 +55,9 @@ def true_scene(arguments: argparse.Namespace) -> PrimitiveScene | None:
 def find_placement(
     capture: Capture, arguments: argparse.Namespace
 ) -> Placement:
-    """Finds where the map of a capture lies.
+    """Finds the pose of the map of a capture.
 
-    A capture whose true geometry is known keeps the frame of that.
+    If the true geometry is known, the map keeps its frame.
 
     Raises:
         RemoSplatError: The floor was requested, and none is convincing.
@@ -67,7 +67,7 @@ def find_placement(
 
 
 def write_pose(placement: Placement, splat: Path):
-    """Keeps the pose of the capture's world where `quality` looks for it.
+    """Writes the pose of the capture's world to the file that `quality` reads.
 
     Raises:
         FileError: It cannot be written.

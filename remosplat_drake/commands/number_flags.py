@@ -1,4 +1,4 @@
-"""Numbers on the command line: parsed, and refused in plain words."""
+"""Parsers for numbers on the command line, with one-line errors."""
 
 import argparse
 import math

@@ -47,7 +47,7 @@ EXAMPLES = """
 remosplat panda-driver 172.16.0.2 --status-only
 remosplat panda-driver 172.16.0.2 --hand
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--status-only",
         action="store_true",
-        help="publish the arm's statuses, in any mode, and command nothing",
+        help="publish the arm's statuses, in any mode, and send no commands",
     )
     parser.add_argument(
         "--joint-torque-limit",
@@ -95,8 +95,8 @@ def run(arguments: argparse.Namespace) -> int:
     drive = _drive_hand if arguments.hand else _drive_arm
     if arguments.status_only:
         drive = _watch_arm
-    # Before there are threads. The arm's callback, in its own process, goes
-    # before this one.
+    # Before any thread starts. The arm's callback, in its own process, has
+    # precedence over this one.
     with realtime_priority(DRIVER_PRIORITY - 1):
         drive(open_wire(arguments.lcm_url), arguments)
     return 0
@@ -145,7 +145,7 @@ def _watch_arm(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
 
 
 def _library(arguments: argparse.Namespace) -> str:
-    """Names the module with libfranka's interface; its arm answers."""
+    """Returns the module with libfranka's interface; its arm has answered."""
     if arguments.simulated:
         return fci_library.__name__
     check_reachable(arguments.host)
@@ -181,7 +181,7 @@ def _drive_hand(lcm: DrakeLcm, arguments: argparse.Namespace) -> None:
 
 
 def _announce(arguments: argparse.Namespace) -> None:
-    """Prints that the robot is under control, and how to end that."""
+    """Prints that the robot is under control, and how to end control."""
     open_console(stderr=True).print(
         f"{arguments.lcm_url} <-> {arguments.host}; Ctrl-C ends"
     )

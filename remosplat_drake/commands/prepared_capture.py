@@ -28,15 +28,15 @@ from remosplat_drake.reconstruction.workspace import Workspace
 
 @dc.dataclass(frozen=True, eq=False)
 class PreparedCapture:
-    """A capture as it is reconstructed, with the results of its preparation.
+    """A capture, ready for reconstruction, with the preparation's results.
 
     Attributes:
         capture: The capture, inspected, refined and placed.
         warnings: Warnings of its inspection.
         alignment: The refinement of its cameras; None if it was not requested.
         summary: The report's summary of the alignment.
-        placement: Where its frame is.
-        workspace: Where the robot works.
+        placement: Pose of its frame.
+        workspace: Box in which the robot works.
     """
 
     capture: Capture
@@ -63,7 +63,7 @@ def prepare_capture(
     Args:
         arguments: The command's flags.
         console: Console for progress and results.
-        stages: Where the choice of frames and the refinement are kept.
+        stages: Storage for the choice of frames and the refinement.
 
     Raises:
         RemoSplatError: The capture or a flag is unusable.
@@ -96,6 +96,6 @@ def _workspace(capture: Capture, arguments: argparse.Namespace) -> Workspace:
     workspace = Workspace.around(np.array(arguments.focus))
     if not workspace.is_seen(capture):
         raise FieldError(
-            "reconstruct", "--focus", "is far from all that was captured"
+            "reconstruct", "--focus", "is far from all captured surfaces"
         )
     return workspace

@@ -51,13 +51,13 @@ from remosplat_drake.scene.rmmi import read_scene
 from remosplat_drake.splat.formats import read_splat
 
 COMPARED = 8
-"""Default step between views that are compared: every eighth is."""
+"""Default step between views that are compared."""
 
 EXAMPLES = """
 remosplat quality kitchen.ply my_capture
 remosplat quality kitchen.ply my_capture --json
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -78,8 +78,8 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--held-out",
         type=int,
         metavar="N",
-        help="every N-th view was left out of training, and its image is"
-        f" compared (default: every {COMPARED}th, used by training or not)",
+        help="compare the image of every N-th view, which training did not"
+        f" use (default: every {COMPARED}th, used by training or not)",
     )
     parser.add_argument(
         "--focus",
@@ -102,7 +102,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--points",
         type=int,
         default=5000,
-        help="at which distances are compared, at most (5000)",
+        help="largest number of points at which distances are compared (5000)",
     )
     parser.add_argument(
         "--output",
@@ -170,7 +170,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def grade(report: QualityReport) -> str:
-    """Returns how good a map is, as `grade_map` has it."""
+    """Returns the grade of a map, see `grade_map`."""
     warnings = tuple(report.warnings)
     return grade_map(MapError(report.remaining_error, warnings=warnings))
 

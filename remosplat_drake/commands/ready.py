@@ -1,4 +1,4 @@
-"""Facts of a run that a person needs before pressing START."""
+"""Facts of a run for a person who is about to press START."""
 
 import numpy as np
 from pydrake.systems.framework import Context, OutputPort
@@ -15,14 +15,14 @@ from remosplat_drake.visualization.robot_view import draw_robot
 from remosplat_drake.visualization.run_view import draw_targets
 
 _NEAR = 0.25
-"""Distance up to which the thing nearest to a target is named [m]."""
+"""Largest distance from a target of an object that is named [m]."""
 
 _SMALL = 0.01
-"""Part of a way that is not worth a word [m]."""
+"""Smaller components of the direction to a target are not mentioned [m]."""
 
 
 def show_start(application: Application) -> None:
-    """Draws the robot where it starts, and where its targets are.
+    """Draws the robot at its start, and its targets.
 
     Args:
         application: The diagram, with a page.
@@ -53,7 +53,7 @@ def goal_in_words(application: Application, knowledge: MapKnowledge) -> str:
             said = f"{count} targets, the first: {said}"
     error = knowledge.error.largest
     if error is not None:
-        said += f"; the map is wrong by up to {1e3 * error:.0f} mm"
+        said += f"; the map's error is up to {1e3 * error:.0f} mm"
     return said
 
 
@@ -68,7 +68,7 @@ def _value(port: OutputPort, root: Context):
 
 
 def _way(aim: Aim, robot: RobotModel, q: np.ndarray) -> str:
-    """Says how far it is to the target, as seen from the base."""
+    """Describes distance and direction to the target, relative to the base."""
     effector, target = aim.items[0]
     p_EO_W = target.X_WT[:3, 3] - robot.end_effector_poses(q)[effector][:3, 3]
     if not target.asks_for_place:
@@ -90,7 +90,7 @@ def _way(aim: Aim, robot: RobotModel, q: np.ndarray) -> str:
 
 
 def _beside(application: Application, aim: Aim) -> str:
-    """Names the nearest thing to the target; empty if there is none."""
+    """Names the object nearest to the target; empty if there is none."""
     world, p_WT = application.world, aim.first.X_WT[:3, 3]
     near = world.field.clearances(Spheres.at(p_WT), _NEAR)
     if not len(near) or not aim.first.asks_for_place:

@@ -81,12 +81,12 @@ from remosplat_drake.signals.coverage import Coverage
 from remosplat_drake.splat.formats import format_of_name, write_splat
 
 _LEAST_COUNT = 100
-"""Smallest number of splats that make a scene."""
+"""Least number of splats of a scene."""
 
 EXAMPLES = """
 remosplat reconstruct my_capture -o kitchen.ply
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -98,28 +98,28 @@ def add_arguments(parser: argparse.ArgumentParser):
         type=Path,
         required=True,
         metavar="SPLAT.ply",
-        help="the splat; its report, seen space and a scenario go beside it",
+        help="file of the splat; its report, seen space and a scenario are"
+        " written beside it",
     )
     parser.add_argument(
         "--device",
         choices=DEVICES,
         default=AUTO,
-        help="cuda trains, cpu refines, none lays discs and stops (auto)",
+        help="cuda: train; cpu: refine; none: only place discs (auto)",
     )
     add_placement_arguments(parser)
     parser.add_argument(
         "--robot",
         default=FRANKIE,
         metavar="MODEL",
-        help="name or file of the robot for which the scenario's target is"
-        f" ({FRANKIE})",
+        help=f"name or file of the robot of the generated scenario ({FRANKIE})",
     )
     parser.add_argument(
         "--held-out",
         type=int,
         default=8,
         metavar="N",
-        help="every N-th view only judges (8)",
+        help="every N-th view is not used for training, but for evaluation (8)",
     )
     parser.add_argument(
         "--truth",
@@ -131,33 +131,40 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--count",
         type=int,
         default=60_000,
-        help="splats to start with, at most (60000)",
+        help="largest number of initial splats (60000)",
     )
     parser.add_argument(
         "--focus",
         type=float,
         nargs=3,
         metavar=("X", "Y", "Z"),
-        help="the robot's workspace with the finest splats, in the splat's"
-        " frame (default: all alike)",
+        help="centre of the robot's workspace, around which splats are finest,"
+        " in the splat's frame (default: equally fine everywhere)",
     )
     parser.add_argument(
         "--initialisation",
         choices=("surfels", "voxels"),
         default="surfels",
-        help="from depth images (surfels) or from a point cloud (voxels)",
+        help="source of the initial splats: depth images (surfels) or a point"
+        " cloud (voxels)",
     )
     parser.add_argument(
-        "--random-points", type=int, default=0, help="floaters to add (0)"
+        "--random-points",
+        type=int,
+        default=0,
+        help="number of floaters to add (0)",
     )
     parser.add_argument(
-        "--steps", type=int, default=500, help="of training, at most (500)"
+        "--steps",
+        type=int,
+        default=500,
+        help="largest number of training steps (500)",
     )
     parser.add_argument(
         "--refine-cameras",
         action="store_true",
-        help="train poses, focal lengths, principal point and the depths' curve"
-        " of the cameras as well; needs a CUDA device",
+        help="also train the cameras' poses, focal lengths, principal point"
+        " and depth curve; needs a CUDA device",
     )
     parser.add_argument("--seed", type=int, default=0)
     add_alignment_arguments(parser)
@@ -176,7 +183,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def stages_path(splat: Path) -> Path:
-    """Returns the folder in which an interrupted reconstruction is kept."""
+    """Returns the folder with the stages of an interrupted reconstruction."""
     return splat.with_suffix(".unfinished")
 
 
@@ -218,7 +225,7 @@ def _write_cameras(
     prepared: PreparedCapture,
     arguments: argparse.Namespace,
 ):
-    """Keeps cameras that were refined, in the frame of the capture's files."""
+    """Writes refined cameras, in the frame of the capture's files."""
     undone = []
     if prepared.alignment is not None and prepared.alignment.accepted:
         undone.append(prepared.alignment.undone)
@@ -239,7 +246,7 @@ def _suggest(
     arguments: argparse.Namespace,
     console: Console,
 ):
-    """Writes a scenario of the splat, or says why there is none."""
+    """Writes a scenario for the splat, or prints why there is none."""
     path = scenario_path(arguments.output)
     if not prepared.placement.has_floor:
         path.unlink(missing_ok=True)
@@ -281,7 +288,8 @@ def _check(arguments: argparse.Namespace):
         raise FieldError(
             "reconstruct",
             "--truth",
-            "is in the capture's frame, which --floor changes; use one of them",
+            "is in the capture's frame, which --floor changes; use only one of"
+            " both",
         )
     load_robot(arguments.robot)
     splat: Path = arguments.output
@@ -318,7 +326,7 @@ def _reconstruct(
     console: Console,
     stages: KeptStages,
 ) -> Reconstruction:
-    """Runs the pipeline under a progress bar; Ctrl-C keeps the training."""
+    """Runs the pipeline with a progress bar; Ctrl-C saves training's state."""
     initialisation = _initialisation(arguments)
     steps, seed = arguments.steps, arguments.seed
     with Progress(console, "starting") as progress:

@@ -48,7 +48,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 @dc.dataclass(frozen=True)
 class _Subject:
-    """The captured scene, its free space, and the part that matters."""
+    """The captured scene, its free space, and the box of the workspace."""
 
     solids: tuple[Solid, ...]
     field: DistanceField
@@ -61,7 +61,7 @@ EXAMPLES = """
 remosplat render-capture scene.json capture --floor
 remosplat render-capture scene.json capture --floor --noise kinect
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser):
@@ -73,10 +73,14 @@ def add_arguments(parser: argparse.ArgumentParser):
         " URDF, SDF or MJCF model, or a mesh (.obj, .gltf, .glb, .stl, .ply)",
     )
     parser.add_argument("folder", metavar="FOLDER", type=Path)
-    parser.add_argument("--views", type=int, default=120, help="how many (120)")
+    parser.add_argument(
+        "--views", type=int, default=120, help="number of views (120)"
+    )
     parser.add_argument("--width", type=int, default=480, help="pixels (480)")
     parser.add_argument("--height", type=int, default=360, help="pixels (360)")
-    parser.add_argument("--seed", type=int, default=0, help="of all chance (0)")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed of all random numbers (0)"
+    )
     parser.add_argument(
         "--floor", action="store_true", help="add a floor at z = 0"
     )
@@ -99,7 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser):
         "--radius",
         type=float,
         metavar="R",
-        help=f"how far away the farthest cameras stand [m] ({RADIUS:g}, less"
+        help=f"distance of the farthest cameras [m] ({RADIUS:g}, less"
         " for small meshes)",
     )
     parser.add_argument(
@@ -176,7 +180,7 @@ def _subject(arguments: argparse.Namespace) -> _Subject:
     elif scene.X_WE_target is not None:
         focus = scene.X_WE_target.translation()
     else:
-        raise RemoSplatError(f"{scene.name} has no target: say --around X Y Z")
+        raise RemoSplatError(f"{scene.name} has no target: add --around X Y Z")
     if arguments.floor:
         scene = scene.with_floor()
     if not len(scene):
@@ -191,7 +195,7 @@ def _subject(arguments: argparse.Namespace) -> _Subject:
 
 
 def _primitive_scene(name: str) -> PrimitiveScene | None:
-    """The generated scene or RMMI file of a name, if it is one of these."""
+    """The generated scene or RMMI file with this name; None for other names."""
     family, _, seed = name.partition(":")
     if seed.isdecimal() and family.isidentifier():
         return generate(family, int(seed))

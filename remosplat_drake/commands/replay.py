@@ -1,4 +1,4 @@
-"""`remosplat replay`: a recorded session plays again in the browser."""
+"""`remosplat replay`: plays a recorded session in the browser."""
 
 import argparse
 import dataclasses as dc
@@ -33,7 +33,7 @@ EXAMPLES = """
 remosplat replay sessions/monday
 remosplat replay sessions/monday --save-html replay.html --figure figure.png
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +42,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "session", type=Path, help="session folder of `remosplat teleop`"
     )
     parser.add_argument(
-        "--run", dest="number", type=int, metavar="N", help="default: the last"
+        "--run",
+        dest="number",
+        type=int,
+        metavar="N",
+        help="number of the run (default: the last)",
     )
     parser.add_argument(
         "--from",
@@ -65,8 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=1.0,
         metavar="R",
-        help="seconds of the run that the page plays in a second (1); a saved"
-        " page plays in real time",
+        help="playback speed of the page (1); a saved page plays in real time",
     )
     parser.add_argument(
         "--save-html",

@@ -19,7 +19,7 @@ EXAMPLES = """
 remosplat ros2-target
 remosplat ros2-target --topic /goal_pose --frame map
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,12 +53,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--frame",
         default="world",
         metavar="FRAME",
-        help="the frame that is the scenario's world (default: %(default)s)",
+        help="name of the ROS frame that is the scenario's world W (default:"
+        " %(default)s)",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Passes poses and velocities on until Ctrl-C."""
+    """Forwards poses and velocities until Ctrl-C."""
     lcm = open_wire(arguments.lcm_url)
     console = open_console(stderr=True)
     targets = [

@@ -1,4 +1,4 @@
-"""`remosplat run`: one scenario, watched in the browser or headless."""
+"""`remosplat run`: runs one scenario, with a browser page or headless."""
 
 import argparse
 import math
@@ -77,7 +77,7 @@ remosplat run BookshelfReach
 remosplat run scan.ply --save-scenario scan.yaml
 remosplat run TableReach --hardware --rehearsal
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -86,7 +86,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scenario",
         nargs="?",
         help="NAME, FILE or FILE:NAME (see `remosplat scenarios`), or a splat"
-        " file, for which one is generated",
+        " file, for which a scenario is generated",
     )
     parser.add_argument(
         "--save-scenario",
@@ -103,15 +103,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--realtime-rate",
         type=not_negative,
         metavar="R",
-        help="pace against the wall clock, 0 = unlimited"
-        " (default: the scenario's, else 1 with the page, 0 headless)",
+        help="speed relative to the wall clock, 0 = unlimited (default: the"
+        " scenario's, else 1 with the page, 0 headless)",
     )
     add_robot_arguments(parser)
     parser.add_argument(
         "--output",
         type=Path,
         metavar="DIR",
-        help="write metrics.json and trajectory.npz there",
+        help="folder for metrics.json and trajectory.npz",
     )
     parser.add_argument(
         "--save-html",
@@ -193,7 +193,7 @@ def run(arguments: argparse.Namespace) -> int:
     preparation.say_address()
     if page is not None and application.supervisor is None:
         page.show(unsupervised())
-    # A real robot stands until an operator lets it go, after every stop.
+    # A real robot stands until an operator releases it, after every stop, too.
     waits = arguments.hardware or (
         not arguments.headless and is_held(arguments.hold)
     )
@@ -217,7 +217,7 @@ def run(arguments: argparse.Namespace) -> int:
         if application.log is not None:
             application.log.close()
     if page is not None:
-        # People read the verdict while the recording is on its way.
+        # The verdict is visible while the recording is being sent.
         page.end(state_at_end(result))
     facts = facts_of(result, loop)
     document = run_document(result, application, loop, admission.document())
@@ -254,21 +254,21 @@ class _Preparation:
         self._is_said = page is None or headless
 
     def say_address(self) -> None:
-        """Says where the page is, once and for all."""
+        """Prints the page's address once."""
         if self._page is not None and not self._is_said:
             self._console.print(f"watch at [bold]{self._page.url}[/bold]")
         self._is_said = True
 
     def tell(self, text: str) -> None:
-        """Prints the present step."""
+        """Prints the current step."""
         self.say_address()
-        # Meshcat serves one thread; others compile, too.
+        # Meshcat must be called from one thread, but others compile, too.
         if self._page is not None and current_thread() is main_thread():
             self._page.show(preparing(text))
 
 
 def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float | None:
-    """The pace against the wall clock; None: the real robot's own."""
+    """The speed relative to the wall clock; None for the real robot."""
     if arguments.hardware:
         return None
     if arguments.realtime_rate is not None:
@@ -279,7 +279,7 @@ def _rate(arguments: argparse.Namespace, scenario: Scenario) -> float | None:
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
-    """Refuses, before the run, files that could not be written after it."""
+    """Checks, before the run, that the output files can be written."""
     paths = [arguments.graphviz, arguments.save_html, arguments.save_scenario]
     if arguments.output:
         paths += [arguments.output / name for name in (METRICS, TRAJECTORY)]

@@ -17,7 +17,7 @@ _TOLD = (stands.MOVING, stands.HELD, stands.STOPPED)
 
 
 def show_verdict(page: MeshcatPage, knowledge: MapKnowledge) -> None:
-    """Shows how good a map is, as a coloured badge.
+    """Shows the grade of a map as a coloured badge.
 
     Args:
         page: The page of the run on that map.
@@ -43,7 +43,7 @@ def show_warnings(page: MeshcatPage, warnings: Sequence[Gate]) -> None:
 
     Args:
         page: The page.
-        warnings: What is wrong.
+        warnings: The faults, one sentence each.
     """
     page.set_status("", "start", "; ".join(gate.problem for gate in warnings))
 
@@ -58,9 +58,9 @@ def account_of(
     """Returns a saved page's account of a run.
 
     Args:
-        result: How the run ended.
+        result: Result of the run.
         scenario: The scenario that was run.
-        state: The same, as the page says it.
+        state: The page's text about the result.
         facts: Names and values of the measurements.
         start: Time of the diagram at which the recording begins [s].
     """

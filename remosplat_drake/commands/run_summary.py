@@ -12,12 +12,12 @@ from remosplat_drake.recording.metrics import RunMetrics
 def print_summary(
     result: RunResult, facts: list[tuple[str, str]], console: Console
 ) -> None:
-    """Prints how a run ended, and the measurements.
+    """Prints the outcome of a run and its measurements.
 
     Args:
         result: Result of the run.
         facts: Names and values, from `facts_of`.
-        console: Where to print.
+        console: Console for the output.
     """
     table = Table(show_header=False, box=None, pad_edge=False)
     style = "bold green" if result.outcome == REACHED else "bold red"
@@ -51,7 +51,7 @@ def facts_of(
     most, mean = metrics.line_deviation_max, metrics.line_deviation_mean
     if most is not None and mean is not None:
         beside = f"max {1e3 * most:.1f} mm, mean {1e3 * mean:.1f} mm"
-        facts.append(("beside the line", beside))
+        facts.append(("deviation from the line", beside))
     facts += [
         (
             "path",

@@ -17,7 +17,7 @@ EXAMPLES = """
 remosplat scenarios
 remosplat scenarios --json
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 _IN_WORDS = {
     "SphereToEllipsoid": "ellipsoids",
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints a table with one row a shipped scenario."""
+    """Prints a table with one row per shipped scenario."""
     found = {name: load_scenario(name) for name in shipped_scenarios()}
     if arguments.json:
         print_json(

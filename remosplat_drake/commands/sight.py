@@ -1,4 +1,4 @@
-"""`remosplat sight`: send a robot the movers that cameras detect."""
+"""`remosplat sight`: detects movers with cameras and sends them to a robot."""
 
 import argparse
 import time
@@ -18,14 +18,14 @@ from remosplat_drake.sight.followed_map import FollowedMap
 from remosplat_drake.sight.wire_sight import WireSight
 
 _REPORT = 10.0
-"""Time between two lines on how it goes [s]."""
+"""Time between two printed progress lines [s]."""
 
 EXAMPLES = """
 remosplat sight PersonSeen
 remosplat sight PersonSeen --lcm-url 'udpm://239.255.76.67:7667?ttl=1'
 remosplat sight PersonSeen --session kitchen
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
-        help="where the robot's drivers are (default: the scenario's"
+        help="wire of the robot's drivers (default: the scenario's"
         f" hardware.lcm_url, {REHEARSAL_URL} unless it says otherwise)",
     )
     parser.add_argument(
@@ -52,9 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--session",
         type=Path,
         metavar="DIR",
-        help="folder of a teleoperation with a growing map: things that"
-        " its map contains are no longer movers (default: the"
-        " scenario's map is used)",
+        help="folder of a teleoperation with a growing map: objects in its map"
+        " are no longer movers (default: the scenario's map is used)",
     )
 
 
@@ -75,7 +74,7 @@ def _open(
 ) -> WireSight:
     """Loads the map and joins the wire."""
     if not scenario.cameras:
-        problem = "are none: list the cameras that watch for movers"
+        problem = "is empty: list the cameras that detect movers"
         raise FieldError(scenario.source, "cameras", problem)
     hardware = scenario.hardware
     if arguments.lcm_url:

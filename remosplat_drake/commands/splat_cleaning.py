@@ -49,7 +49,7 @@ def check_cleaning(arguments: argparse.Namespace) -> None:
     """Checks the flags by themselves, before a file is read.
 
     Raises:
-        FieldError: `--views` has nothing to do.
+        FieldError: `--views` is given without `--clean`.
     """
     if arguments.views is not None and not arguments.clean:
         problem = "gives the cameras to --clean; use both"
@@ -62,13 +62,13 @@ def cleaned(
     source: Path,
     console: Console,
 ) -> tuple[GaussianSplat, Junk]:
-    """Removes junk from a splat, and prints how many of each kind.
+    """Removes junk from a splat, and prints the numbers by kind.
 
     Args:
-        splat: The splat, as its file has it.
+        splat: The splat, as read from its file.
         arguments: The command line.
         source: The splat's file.
-        console: Where it is said.
+        console: Console for the results.
 
     Returns:
         The remaining splat, and the removed part.
@@ -92,7 +92,7 @@ def _views(
     source: Path,
     console: Console,
 ) -> Views | None:
-    """The cameras that the flag names, or else those beside the splat."""
+    """The cameras of the flag's file, or else of the file beside the splat."""
     beside = source.parent / TRANSFORMS
     path = arguments.views or (beside if beside.is_file() else None)
     if path is None:

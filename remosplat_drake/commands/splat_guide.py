@@ -25,7 +25,7 @@ _DIRECTIONS = 90
 """Number of directions along the floor in which a side is measured."""
 
 _SAME = np.cos(np.deg2rad(15.0))
-"""Cosine of the angle between two directions that are one."""
+"""Least cosine of the angle between directions that count as equal."""
 
 
 def add_guide_arguments(group: argparse._ArgumentGroup) -> None:
@@ -57,7 +57,7 @@ def check_guide(arguments: argparse.Namespace) -> None:
         raise FieldError("convert", "--length", problem)
     for name in ("scale", "scale_by", "align", "align_points", "up"):
         if arguments.guide and getattr(arguments, name) is not None:
-            problem = f"finds this by itself; give it or {flag_name(name)}"
+            problem = f"finds this by itself; use it or {flag_name(name)}"
             raise FieldError("convert", "--guide", problem)
     check_positive("convert", arguments, "length")
 
@@ -68,10 +68,10 @@ def guided(
     """Finds upward direction, floor and scale, and prints equivalent flags.
 
     Args:
-        splat_G: The splat, as its file has it.
+        splat_G: The splat, as read from its file.
         length: True length of its longest side along the floor [m]; None if it
             was not measured, and the unit does not change.
-        console: Where it is said.
+        console: Console for the results.
 
     Returns:
         The pose X_FG of the splat's frame in that of the floor [m], and metres
@@ -103,7 +103,7 @@ def guided(
             f"The longest side along the floor, {side:.4g} units of A, is"
             f" {length:g} m: scaled by {scale:.6g}."
         )
-    console.print(f"The same again: {flags}")
+    console.print(f"The same without the guide: {flags}")
     return X_FG, scale
 
 
@@ -137,7 +137,7 @@ def _best_floor(
 
 
 def _up(floor: SplatFloor) -> np.ndarray:
-    """The direction in G that a floor says is up."""
+    """The upward direction in G that a floor defines."""
     return floor.X_FG.rotation().matrix()[2]
 
 
@@ -174,6 +174,6 @@ def scaled_pose(X_FG: RigidTransform, scale: float) -> RigidTransform:
 
 
 def turn_in_words(X_FG: RigidTransform) -> str:
-    """Says how far the input's z axis is turned."""
+    """Describes the rotation of the input's z axis."""
     tilt = np.arccos(np.clip(X_FG.rotation().matrix()[2, 2], -1, 1))
     return f"The input's z axis is turned by {np.degrees(tilt):.1f} degrees"

@@ -15,7 +15,8 @@ from remosplat_drake.benchmark.trained_splats import FITS
 from remosplat_drake.oracle.backend import missing_for_gsplat
 
 JOBS_PER_GPU = 8
-"""Default number of splats at once on a GPU; one alone does not fill it."""
+"""Default number of splats at once on a GPU; a single one does not use it
+fully."""
 
 
 def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +35,7 @@ def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
     either.add_argument(
         "--trained-only",
         action="store_true",
-        help="only scenes that have a trained splat",
+        help="use only scenes with a trained splat",
     )
     either.add_argument(
         "--train",
@@ -62,7 +63,7 @@ def add_splat_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def splat_making(arguments: argparse.Namespace) -> SplatMaking | None:
-    """Returns how scenes get splats; None without `--train`.
+    """Returns the settings for making splats; None without `--train`.
 
     Raises:
         RemoSplatError: A flag cannot be used on this machine.

@@ -34,7 +34,7 @@ from remosplat_drake.splat.gaussian_splat import (
 _FLOOR = "floor"
 
 _FARTHEST = 1e9
-"""Coordinates are at most so large, of whichever unit."""
+"""Largest coordinate, in any unit."""
 
 _POINTS = ("X0", "Y0", "Z0", "X1", "Y1", "Z1")
 _THIRD = ("X2", "Y2", "Z2")
@@ -91,7 +91,7 @@ def check_placement(arguments: argparse.Namespace) -> None:
 
     Raises:
         FieldError: A number is not finite or enormous, a scale or points are
-            unusable, or `--up` has no length or nothing to do.
+            unusable, or `--up` is zero or has no effect.
     """
     check_guide(arguments)
     check_positive("convert", arguments, "scale")
@@ -113,12 +113,12 @@ def check_placement(arguments: argparse.Namespace) -> None:
 def find_placement(
     splat_G: GaussianSplat, arguments: argparse.Namespace, console: Console
 ) -> tuple[RigidTransform | None, float]:
-    """Finds where the flags put a splat, and says so.
+    """Computes the pose and scale of a splat from the flags, and prints them.
 
     Args:
-        splat_G: The splat, as its file has it.
+        splat_G: The splat, as read from its file.
         arguments: The command line.
-        console: Where it is said.
+        console: Console for the results.
 
     Returns:
         The pose X_FG of the splat's frame, None if it does not change, and
@@ -179,8 +179,8 @@ def _floor(splat_G: GaussianSplat, up_G: list[float] | None) -> SplatFloor:
         )
     except RemoSplatError as error:
         problem = (
-            f"{error}; --up X Y Z tells roughly what is up, --align-points"
-            " three points on the floor"
+            f"{error}; --up X Y Z gives an approximate upward direction,"
+            " --align-points three points on the floor"
         )
         raise FieldError("convert", "--align", problem) from error
 
@@ -200,7 +200,7 @@ def _words_of_points(
 
 
 def _size(splat: GaussianSplat, scale: float) -> str:
-    """How large the inner part of a splat is then."""
+    """Describes the size of the inner part of the placed splat."""
     lower, upper = np.quantile(splat.p_GK, (0.02, 0.98), axis=0)
     sides = " x ".join(f"{side:.2f}" for side in scale * (upper - lower))
     return f"96 % of the splats now lie within {sides} m along the input's axes"

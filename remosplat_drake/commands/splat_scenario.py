@@ -1,4 +1,4 @@
-"""`remosplat run scene.ply`: a scenario for a splat that comes without one."""
+"""`remosplat run scene.ply`: a scenario for a splat without one."""
 
 from pathlib import Path
 
@@ -41,8 +41,8 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import Suggestion, suggest_task
 
 _BELOW, _MOST_BELOW = -0.1, 0.05
-"""Height below which wheels cannot stand [m], and the largest fraction of a
-splat's opacity that is there by mistake."""
+"""Height below which wheels cannot stand [m], and largest erroneous fraction of
+a splat's opacity below it."""
 
 _OUTSIDE = 0.02
 """Fraction of the splats at each end of an axis that count as outliers."""
@@ -74,8 +74,7 @@ def load_given(
         override: YAML that overrides the scenario.
         console: Console for the choices.
         save: File that receives a generated scenario.
-        hardware: Whether a real robot will move, for which no scenario is made
-            up.
+        hardware: Whether a real robot will move; it needs an existing scenario.
 
     Raises:
         RemoSplatError: There is no such scenario, or none can be generated.
@@ -100,7 +99,7 @@ def load_given(
 
 
 def _splat_of(spec: str) -> Path | None:
-    """The splat that is meant, if a scenario cannot be."""
+    """The splat file of a command line that names no scenario."""
     if split_spec(spec) is not None or spec in shipped_scenarios():
         return None
     path = expand(spec)
@@ -120,7 +119,7 @@ def _splat_of(spec: str) -> Path | None:
 
 
 def _is_of(scenario: Path, splat: Path) -> bool:
-    """Whether a file is there, whose first scenario is in this splat."""
+    """Whether a scenario file exists whose first scenario uses this splat."""
     if not scenario.is_file():
         return False
     named = load_scenario(str(scenario))
@@ -165,7 +164,7 @@ def _made_up(
 
 
 def _laid_over(base: Scenario, override: str, splat: Path) -> Scenario:
-    """A scenario with values of the command line, in a splat."""
+    """A scenario for a splat, with the values of the command line."""
     scenario = base
     if override:
         scenario = load_text(Scenario, override, "--scenario-text", base)
@@ -176,7 +175,7 @@ def _laid_over(base: Scenario, override: str, splat: Path) -> Scenario:
 
 
 def _suggested(scenario: Scenario, robot: RobotModel) -> Suggestion:
-    """Finds a task in a scenario's splat; refuses a splat that lies wrong."""
+    """Finds a task in a scenario's splat; rejects a splat with a wrong pose."""
     splat_W, _ = load_splat(scenario)
     assert splat_W is not None
     if robot.n_base:
@@ -196,7 +195,7 @@ def _suggested(scenario: Scenario, robot: RobotModel) -> Suggestion:
 
 
 def _check_floor(splat_W: GaussianSplat) -> None:
-    """Refuses a splat with much below where the wheels stand."""
+    """Rejects a splat with many splats below the wheels."""
     below = splat_W.opacities[splat_W.p_GK[:, 2] < _BELOW].sum()
     fraction = below / splat_W.opacities.sum()
     if fraction > _MOST_BELOW:
@@ -206,10 +205,10 @@ def _check_floor(splat_W: GaussianSplat) -> None:
 
 
 def _free_space(scenario: Scenario):
-    """Function that returns which points in W are known to be free.
+    """Makes a function that returns which points in W are known to be free.
 
-    If seen space is unknown, all space counts as seen: the clear way from the
-    base keeps the target out of solids.
+    If seen space is unknown, all space counts as seen: the free path from the
+    base excludes targets inside of solids.
     """
     path = seen_file(scenario)
     if path is None:
@@ -222,7 +221,7 @@ def _free_space(scenario: Scenario):
 
 
 def _words(task: Suggestion, robot: RobotModel) -> str:
-    """Says where the robot starts, and where its target is."""
+    """Describes the robot's start and its target."""
     x, y, z = task.X_WT.translation()
     start = "at the origin"
     if not task.X_WG.IsExactlyIdentity():

@@ -27,9 +27,9 @@ def suggested_entry(
     """Makes a scenario's entry from a suggested task.
 
     Args:
-        splat: Name of the splat's file, as the scenario is to give it.
+        splat: Name of the splat's file, as written in the scenario.
         task: The task.
-        robot: The robot, as the scenario is to give it.
+        robot: The robot, as written in the scenario.
         map_error: Largest over-estimate of a distance by the splat [m]; None
             if it is unknown.
     """
@@ -58,7 +58,7 @@ def suggested_entry(
 
 
 def _placement(X_WG: RigidTransform) -> dict:
-    """Writes a map's pose in W, which turns about z alone."""
+    """Writes a map's pose in W, which is rotated about z only."""
     yaw = RollPitchYaw(X_WG.rotation()).yaw_angle()
     return {
         "translation": X_WG.translation().round(4).tolist(),
@@ -77,7 +77,7 @@ def as_yaml(splat: Path, entry: dict) -> str:
 def rounded_error(map_error: float) -> tuple[float, float]:
     """A map's error and the stopping distance that is safe, rounded up.
 
-    To tenths of a millimetre, and to millimetres.
+    The error is rounded up to 0.1 mm, the stopping distance to 1 mm.
     """
     error = math.ceil(round(1e6 * map_error) / 100) / 1e4
     safe = math.ceil(round(1e6 * (error + MAP_ERROR_MARGIN)) / 1000) / 1e3

@@ -25,7 +25,7 @@ from remosplat_drake.splat.gaussian_splat import GaussianSplat
 from remosplat_drake.task.suggestion import NEAR, suggest_task
 
 _FREE_MARGIN = 0.05
-"""Depth beyond a point to which views must have seen for it to be free [m]."""
+"""Least distance of measurements behind a point that is free [m]."""
 
 
 def write_scenario(
@@ -39,8 +39,8 @@ def write_scenario(
 ) -> str:
     """Writes a scenario with a free start and a target, and returns its text.
 
-    It carries the verdict on the splat: its error, and a stopping distance
-    that this allows, if the task can be done with one.
+    It contains the verdict on the splat: its error, and a stopping distance
+    that is safe with this error, if the task is feasible with one.
 
     Args:
         splat: Path of the splat's file; the scenario is written beside it.

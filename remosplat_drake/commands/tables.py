@@ -1,6 +1,6 @@
-"""Consoles that commands print to, and tables that fit there.
+"""Consoles of commands, and tables that fit them.
 
-In a terminal a table is as wide as the terminal at most; in a pipe or a file
+In a terminal, a table is at most as wide as the terminal. In a pipe or a file,
 nothing is cut and no line is broken.
 """
 
@@ -19,14 +19,14 @@ _ENDLESS = 10_000
 """Width of a table without a terminal [columns]."""
 
 _GAP = 2
-"""Space between two columns: a cell's padding, and a line's place."""
+"""Width between two columns: padding of cells, and the line."""
 
 _NARROWEST = 16
 """Width to which a column of text may shrink before words are broken."""
 
 
 def open_console(*, stderr: bool = False, **options) -> Console:
-    """Makes a console that cuts and wraps nothing unless it is a terminal.
+    """Makes a console; only in a terminal it cuts and wraps texts.
 
     Args:
         stderr: Whether it prints to stderr, and not to stdout.
@@ -47,9 +47,9 @@ def print_table(
     which repeats the first column.
 
     Args:
-        console: Where it is printed.
+        console: Console for the table.
         table: The table.
-        styles: Styles of cells by their text; None: none has one.
+        styles: Styles of cells by their text; None for no styles.
     """
     if table.title:
         console.print(Text(table.title, "bold"))

@@ -1,4 +1,4 @@
-"""`remosplat teleop`: move the target by hand while the map grows."""
+"""`remosplat teleop`: a person moves the target while the map grows."""
 
 import argparse
 import importlib.util
@@ -61,7 +61,7 @@ from remosplat_drake.visualization.page import MeshcatPage
 
 COCKPIT, MESHCAT = "cockpit", "meshcat"
 VIEWERS = (COCKPIT, MESHCAT)
-"""The pages that an operator may have."""
+"""The pages for an operator."""
 
 LOOPBACK = "127.0.0.1"
 """Interface that only this computer reaches."""
@@ -77,7 +77,7 @@ EXAMPLES = """
 remosplat teleop StudioLive
 remosplat teleop --session sessions/monday
 """
-"""What `--help` ends with."""
+"""Examples at the end of `--help`."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -92,8 +92,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--session",
         type=Path,
         metavar="DIR",
-        help="begin a session there, or go on with it (default: a new folder"
-        " in sessions/)",
+        help="folder of a new session, or of one to continue (default: a new"
+        " folder in sessions/)",
     )
     add_robot_arguments(parser)
     parser.add_argument(
@@ -111,21 +111,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--realtime-rate",
         type=positive,
         metavar="R",
-        help="pace of a simulation (default: the scenario's, else 1)",
+        help="speed of a simulation relative to the wall clock (default: the"
+        " scenario's, else 1)",
     )
     parser.add_argument(
         "--duration",
         type=positive,
         default=math.inf,
         metavar="S",
-        help="end after so many seconds, without a page at a stop, too"
+        help="end after this time [s]; without a page, a stop ends it, too"
         " (default: at Ctrl-C)",
     )
     parser.add_argument(
         "--viewer",
         choices=VIEWERS,
         default=COCKPIT,
-        help="the operator's page: the cockpit, or Meshcat's, which hears a"
+        help="the operator's page: the cockpit, or Meshcat's, which supports a"
         " gamepad (default: %(default)s)",
     )
     parser.add_argument(
@@ -152,10 +153,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Teleoperates until Ctrl-C; returns 1 if the robot ended up stopped.
+    """Runs a teleoperation until Ctrl-C; returns 1 if the robot is stopped.
 
-    It returns `INCOMPLETE` if it did not, and a log or a recording is
-    incomplete.
+    It returns `INCOMPLETE` if the robot is not stopped, but a log or a
+    recording is incomplete.
     """
     console = open_console(stderr=True)
     check_accepted(arguments)
@@ -210,7 +211,7 @@ def run(arguments: argparse.Namespace) -> int:
         if cockpit is not None:
             cockpit.close()
     is_logged = log_is_whole(application, console)
-    # A folder's name is as long as it is; the line is to be copied.
+    # The line is not wrapped, so that it can be copied.
     told = f"{result.standing.text}; `remosplat replay {folder}` shows it"
     console.print(told, soft_wrap=True)
     if result.outcome not in (INTERRUPTED, TIME_LIMIT):
@@ -221,7 +222,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _pages(
     arguments: argparse.Namespace, console: Console
 ) -> tuple[MeshcatPage | None, CockpitProcess | None]:
-    """Returns the page that the operator gets, of the two that there are.
+    """Returns the operator's page: the cockpit or Meshcat's.
 
     Raises:
         RemoSplatError: The port is taken, or viser is not installed.
@@ -282,7 +283,8 @@ def _begin(
         teleoperation = open_teleoperation(
             scenario, world, folder, hardware=arguments.hardware
         )
-        # Of this run: the session has kept its scenario without them.
+        # Only for this run: the session stores its scenario without these
+        # overrides.
         scenario.time_limit = min(arguments.duration, LONGEST_RUN)
         if arguments.trajectory is not None:
             scenario.teleop.trajectory = str(arguments.trajectory.resolve())

@@ -38,7 +38,7 @@ def report(error: UnreadableError) -> None:
 
 
 def one_line(error: Exception) -> str:
-    """Returns an error's text as one line that no file can disturb.
+    """Returns an error's text as one printable line.
 
     Names in files may hold line ends and terminals' control characters.
     """
@@ -54,8 +54,8 @@ def one_line(error: Exception) -> str:
 def _write_log(text: str) -> Path:
     """Writes a log and returns its path; equal tracebacks have the same one.
 
-    It holds versions and the lines of the program, and neither the values of
-    variables nor the command's arguments or the environment.
+    It contains versions and lines of the program, but no values of variables,
+    no arguments of the command and no environment.
     """
     digest = hashlib.sha256(text.encode(errors="replace")).hexdigest()
     path = resources.state_dir() / "tracebacks" / f"{digest[:12]}.log"

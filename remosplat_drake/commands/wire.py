@@ -1,4 +1,4 @@
-"""Flags and checks that commands on a wire have in common."""
+"""Common flags and checks of commands that use a wire."""
 
 import argparse
 from collections.abc import Collection
@@ -44,8 +44,8 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--hardware",
         action="store_true",
-        help="drive a real robot, or its stand-in, over LCM; it stands until"
-        " a person arms it",
+        help="drive a real robot, or its stand-in, over LCM; it does not move"
+        " until a person arms it",
     )
     add_robot_choice(parser)
     parser.add_argument(
@@ -57,7 +57,7 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_robot_choice(parser: argparse.ArgumentParser) -> None:
-    """Declares the flags that say which robot a command moves."""
+    """Declares the flags that select the robot of a command."""
     parser.add_argument(
         "--lcm-url",
         metavar="URL",
@@ -76,13 +76,13 @@ def add_robot_choice(parser: argparse.ArgumentParser) -> None:
 def prepare_robot(
     arguments: argparse.Namespace, scenario: Scenario, console: Console
 ) -> None:
-    """Readies a scenario for the robot that the flags name.
+    """Prepares a scenario for the robot that the flags select.
 
     Args:
-        arguments: Those of `add_robot_arguments`; a command that always
+        arguments: The arguments of `add_robot_arguments`; a command that always
             moves a robot sets `hardware`, and clears `shadow`.
         scenario: The scenario, which is changed in place.
-        console: Console that says when messages leave this computer.
+        console: Console for a warning if messages leave this computer.
 
     Raises:
         RemoSplatError: The flags contradict each other, name no robot, or the
@@ -100,19 +100,19 @@ def prepare_robot(
     prepare_for_hardware(scenario, url, shadow=arguments.shadow)
     if url is None and scenario.hardware.url == REHEARSAL_URL:
         raise RemoSplatError(
-            "say which robot moves: --rehearsal names the stand-in,"
-            f" --lcm-url URL a real one, for example {ROBOT_URL}"
+            "select the robot: --rehearsal for the stand-in, --lcm-url URL"
+            f" for a real one, for example {ROBOT_URL}"
         )
     check_report(arguments, scenario)
     announce_wire(scenario.hardware.url, console)
 
 
 def announce_wire(url: str, console: Console) -> None:
-    """Says so where messages leave this computer."""
+    """Prints a warning if messages leave this computer."""
     if leaves_computer(url):
         console.print(
             f"[bold yellow]{url} leaves this computer[/]: every robot that"
-            " listens there hears this program"
+            " listens there receives this program's messages"
         )
 
 
@@ -130,7 +130,7 @@ def leased_inbox(
         lcm: The wire.
         channels: Channels of commands.
         name: Name of the driver.
-        console: Console that prints the sessions it follows and refuses.
+        console: Console for the sessions that the driver accepts and rejects.
         open_channels: Channels that every program may use.
     """
     return LeasedInbox(

@@ -12,10 +12,10 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 
 POSTS, BEAMS = 5, 3
-"""Number of each."""
+"""Number of posts, and of beams."""
 
 _ROOM = 0.15
-"""Least distance of each from the robot at home [m]."""
+"""Least distance of a post or beam from the robot at home [m]."""
 
 _TRIES = 200
 """Number of draws for each; if none fits, it is omitted."""

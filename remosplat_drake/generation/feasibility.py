@@ -1,9 +1,10 @@
 """Decides which generated scenes are feasible, by their goals.
 
-The generators keep the target point clear of obstacles, but not the gripper
-and the arm around it. Here a goal counts as feasible if a search with random
+The generators keep the target point clear of obstacles, but not the gripper and
+the arm around it. Here a goal counts as feasible if a search with random
 restarts over the base pose and the arm finds a configuration that reaches it
-with every sphere clear. A failed search is no proof of the contrary.
+with every sphere clear. A failed search does not prove that the goal is
+infeasible.
 """
 
 import dataclasses as dc
@@ -41,7 +42,7 @@ MARGIN = 0.5
 """Fraction of the tolerances that the search aims at."""
 
 CLEARANCE_MARGIN = 5e-4
-"""Clearance beyond the wanted one that the search aims at [m]."""
+"""Clearance at which the search aims beyond the required one [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -94,7 +95,7 @@ def hand_fits(
 ) -> bool:
     """Whether the spheres fixed to the end effector are clear at the goal.
 
-    The test is quick, and certain where it fails: within the tolerances a
+    The test is quick, and a negative result is certain: within the tolerances a
     sphere moves, and so gains clearance, by no more than the position's
     tolerance and the angle's times its distance from the end effector.
     """
@@ -190,7 +191,7 @@ class _GoalSearch:
     def guess(self, rng: np.random.Generator) -> np.ndarray:
         """Draws a base on the start's side of the target and an arm to match.
 
-        The arm is found for the base as it stands and an empty scene.
+        The arm's posture is found for a fixed base in an empty scene.
         """
         robot = self.robot
         lower, upper = robot.position_lower, robot.position_upper
@@ -264,7 +265,8 @@ class _GoalSearch:
             J[1] = -axis @ turning / self.criteria.angle
         near = self.field.clearances(state.spheres, self._wanted)
         for sphere, n_W in zip(near.sphere, near.direction_W, strict=True):
-            # The clearance falls along n, so what is missing grows.
+            # The clearance decreases along n, so the missing clearance
+            # increases.
             slope = n_W @ self._by_q(state.Jv_WS[sphere])
             J[2 + sphere] = slope / self.criteria.position
         return J
@@ -277,7 +279,7 @@ class _GoalSearch:
         return max(ratio - self.margin, 0.0)
 
     def _by_q(self, Jv: np.ndarray) -> np.ndarray:
-        """Maps a Jacobian in u to one in q, in which the base may slip."""
+        """Maps a Jacobian in u to one in q, with sideways base motion."""
         return np.hstack([np.eye(3)[:, :2], self._from_yaw(Jv)])
 
     def _from_yaw(self, J: np.ndarray) -> np.ndarray:

@@ -29,8 +29,8 @@ from remosplat_drake.generation.scene_generators import (
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 
 ROBOT, FLOOR_HEIGHT = "frankie", 0.03
-"""Robot that must reach the goals, and the height below which its floor links
-ignore everything, as in scenarios [m]."""
+"""Robot that must reach the goals, and height below which its floor links
+ignore obstacles, as in scenarios [m]."""
 
 
 @dc.dataclass(frozen=True)
@@ -116,7 +116,7 @@ def _robot(spheres: str) -> RobotModel:
 
 
 def _digest(robot: RobotModel, criteria: FeasibilityFilter) -> str:
-    """Returns a digest of all that a decision depends on."""
+    """Returns a digest of everything on which a decision depends."""
     digest = hashlib.sha256()
     digest.update(repr((GENERATOR_VERSION, FILTER_VERSION, criteria)).encode())
     digest.update(robot.spheres.p_LS.tobytes())

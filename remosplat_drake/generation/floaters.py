@@ -31,8 +31,8 @@ def with_floaters(
 ) -> GaussianSplat:
     """Returns a splat with random discs added in the free part of its box.
 
-    The box holds the splat's centres above the floor, as the random points of
-    the paper's experiment 3 do that are added before training. Sizes and
+    The box contains the splat's centres above the floor, like that of the
+    random points which the paper's experiment 3 adds before training. Sizes and
     opacities are drawn from fits to 1,000 such points after 1,000 steps of
     training on a table: nine in ten fade to 1/255, one in a hundred keeps an
     opacity above 0.1, and the discs are large (median standard deviation 75 mm,

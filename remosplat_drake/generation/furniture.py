@@ -1,7 +1,7 @@
 """Random shelves, boxes and tables beside any robot, to reach into.
 
-Sizes follow from the robot's reach, so that each kind is as narrow for a small
-arm as for a large one.
+Sizes are proportional to the robot's reach, so that each kind is equally narrow
+for small and for large arms.
 """
 
 import dataclasses as dc
@@ -26,7 +26,7 @@ _ROOM = 0.2
 """Least distance from the robot at home [m]."""
 
 _TRIES = 2000
-"""Number of places that are drawn for a piece of furniture."""
+"""Number of random places that are tried for a piece of furniture."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Furniture:
 
     Attributes:
         scene: The boards.
-        inside: Boxes in which the hand is at a goal.
+        inside: Boxes in which the hand is at goals.
     """
 
     scene: PrimitiveScene
@@ -63,8 +63,8 @@ def furniture(robot: RobotModel, kind: str, seed: int) -> Furniture:
     - `under_table`: a table on four legs, 0.8 to 1.4 m wide, 0.5 to 0.8 m deep
       and 0.55 to 0.75 m high; hands reach under it.
 
-    It stands 0.35 to 0.75 of the arm's reach from the shoulder. A shelf or a
-    box begins below that.
+    It stands 0.35 to 0.75 of the arm's reach from the shoulder. The bottom of a
+    shelf or a box is below the shoulder.
 
     Args:
         robot: The robot.
@@ -97,8 +97,8 @@ def furniture(robot: RobotModel, kind: str, seed: int) -> Furniture:
 
 
 Boards = tuple[list[Box], list[Box]]
-"""Boards and the space inside, in a frame F in the middle of the front on the
-floor, whose x axis leads in."""
+"""Boards and the space inside, in a frame F on the floor, in the middle of the
+front, with the x axis pointing inwards."""
 
 
 def _shelf(rng: np.random.Generator, shoulder_height: float) -> Boards:
@@ -138,7 +138,7 @@ def _open_box(rng: np.random.Generator, shoulder_height: float) -> Boards:
 
 def _table(rng: np.random.Generator, shoulder_height: float) -> Boards:
     wide, deep = rng.uniform(0.8, 1.4), rng.uniform(0.5, 0.8)
-    # A low shoulder cannot bend below a table of a person's height.
+    # A robot with a low shoulder cannot reach below a table of usual height.
     height = max(rng.uniform(0.55, 0.75), shoulder_height)
     x, y = (0.0, deep), (-0.5 * wide, 0.5 * wide)
     boards = [_box(x, y, (height - _BOARD, height))]

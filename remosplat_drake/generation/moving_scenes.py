@@ -79,8 +79,8 @@ def crosser(
     Args:
         rng: The random numbers.
         name: Its name.
-        base: Where the base starts [m].
-        hand: Where the hand starts [m].
+        base: Start position of the base [m].
+        hand: Start position of the hand [m].
         goal: Target of the hand [m].
     """
     speed = rng.uniform(SLOWEST, FASTEST)
@@ -157,7 +157,7 @@ def forearm(
     Args:
         rng: The random numbers.
         name: Its name.
-        goal: Where the robot reaches [m].
+        goal: Target position of the robot's hand [m].
     """
     speed = rng.uniform(SLOWEST, FASTEST)
     half_length = 0.2
@@ -196,8 +196,8 @@ def walker(
 
     Args:
         rng: The random numbers.
-        base: Where the base starts [m].
-        goal: Where the robot reaches [m].
+        base: Start position of the base [m].
+        goal: Target position of the robot's hand [m].
     """
     side = rng.choice([-1.0, 1.0])
     start = rng.uniform(0.0, 3.0)

@@ -1,4 +1,4 @@
-"""Objects to take: cans, boxes and bottles of ours, and meshes from a folder.
+"""Objects to grasp: cans, boxes and bottles, and meshes from a folder.
 
 PyBullet's wheel holds 1,000 random meshes. They are read without importing it:
 unpack the wheel, and name the folder `pybullet_data/random_urdfs`.
@@ -27,7 +27,7 @@ DENSITY = 150.0, 900.0
 _STEADY = 0.008
 """Least distance of the centre of mass from the edge of the base [m]."""
 
-_SIDES = 12  # Of a bottle.
+_SIDES = 12  # Sizes of a bottle.
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class MeshLibrary:
 
     Attributes:
         hulls: Vertices of each hull in the mesh's frame, by name, (v, 3) [m].
-        refused: What is wrong with the other meshes, by name.
+        refused: Problems of the other meshes, by name.
     """
 
     hulls: dict[str, np.ndarray]
@@ -50,7 +50,7 @@ def read_mesh_library(folder: Path) -> MeshLibrary:
         folder: A folder of folders, each with a URDF file and its mesh.
 
     Raises:
-        FileError: It has no such files.
+        FileError: The folder has no such files.
     """
     hulls, refused = {}, {}
     for path in sorted(folder.glob("*/*.urdf")):
@@ -74,14 +74,14 @@ def read_mesh_library(folder: Path) -> MeshLibrary:
 def standing(vertices: np.ndarray) -> np.ndarray | None:
     """Turns a hull so that it stands, with its centre of mass at the origin.
 
-    It stands on the face above which its centre of mass is farthest from the
-    edge.
+    It stands on the face for which the distance of the projected centre of mass
+    from the face's edge is largest.
 
     Args:
         vertices: Vertices of the hull, shape (v, 3) [m].
 
     Returns:
-        The vertices, shape (v, 3) [m]; None if it stands on no face.
+        The vertices, shape (v, 3) [m]; None if it is stable on no face.
     """
     hull = scipy.spatial.ConvexHull(vertices)
     p_cm = _centroid(vertices, hull)
@@ -152,8 +152,8 @@ def placed_object(
         solid: A solid that stands at the origin.
         name: The object's name.
         p_W: Point in W on which it stands, shape (3,) [m].
-        yaw: Its turn about the vertical [rad].
-        rng: Source of its density.
+        yaw: Its yaw [rad].
+        rng: Source of randomness for the density.
     """
     low, high = SceneObject(name, solid).corners[:, 2]
     X_WO = RigidTransform(

@@ -28,7 +28,7 @@ from remosplat_drake.scene.primitive_scene import Box, PrimitiveScene
 from remosplat_drake.signals.distance_field import DistanceField
 
 TARGET, SUPPORT, GOAL_SUPPORT = "target", "table", "shelf"
-"""Names of the object to take, and of what it stands on before and after."""
+"""Names of the object to grasp, and of its supports before and after."""
 
 LEAST_GAP = 0.09
 """Least gap between two objects, for a finger and its distances [m]."""
@@ -41,17 +41,17 @@ _FRICTION = 0.2
 that no hand slides off a bottle's shoulder."""
 
 _LOOKS = 25
-"""Number of points of an object from which grasps are looked for."""
+"""Number of points of an object from which grasps are sought."""
 
 _KEPT = 0.025
-"""Least distance of the hand's spheres from all but the target [m]: what
-controllers keep, and some more."""
+"""Least distance of the hand's spheres from all objects except the target [m]:
+more than the controllers' stopping distance."""
 
 _TRIES = 200
-"""Number of places that are drawn for an object."""
+"""Number of random places that are tried for an object."""
 
 _SPACING = 0.015
-"""Distance of points on what is around an object [m]."""
+"""Spacing of points on the surroundings of an object [m]."""
 
 _NEAR = 0.25
 """Distance up to which other surfaces count as around an object [m]."""
@@ -65,7 +65,7 @@ class Spot:
         support: Name of the solid that it is on.
         lower: Its corner with the least x and y, and its height, (3,) [m].
         upper: The opposite corner, shape (3,) [m].
-        approach_W: Direction from which a hand comes best, shape (3,).
+        approach_W: Best direction of approach of a hand, shape (3,).
     """
 
     support: str
@@ -83,8 +83,8 @@ class PickAndPlace:
         robot: Name of the robot.
         scene: The furniture.
         objects: The objects, the target first.
-        pick: Where the target stands.
-        place: Where it shall stand.
+        pick: Rectangle on which the target stands.
+        place: Rectangle on which it shall be put.
         X_WO_goal: Pose of the target in W at the goal.
         grasps: Grasps of it that suit both places, the best first; empty if
             the hand is too small for it.
@@ -109,9 +109,9 @@ def pick_and_place(
     """Generates a problem.
 
     - `table`: a Panda before a table, which is as high as its foot or up to
-      0.15 higher; the target goes to another place on it.
-    - `shelf`: as `table`, and the target goes into a bay beside the robot.
-    - `room`: Frankie drives through a doorway to a table (family `room` of the
+      0.15 higher; the goal is another place on it.
+    - `shelf`: as `table`, and the goal is in a bay beside the robot. - `room`:
+    Frankie drives through a doorway to a table (family `room` of the
       scenes), and puts the target elsewhere on it.
 
     One to four other objects stand around. Half of all objects are from
@@ -176,7 +176,7 @@ def _free_place(
     solid: Solid,
     objects: Sequence[SceneObject],
 ) -> np.ndarray | None:
-    """A place on a spot beside all objects, shape (3,); None if it is full."""
+    """A free place on a spot, shape (3,); None if there is none."""
     radius = footprint(solid)
     for _ in range(_TRIES):
         p_W = rng.uniform(spot.lower, spot.upper)
@@ -192,7 +192,7 @@ def _free_place(
 
 
 def footprint(solid: Solid) -> float:
-    """Returns the radius of a circle about O that holds a solid's plan [m]."""
+    """Returns the radius of a circle about O around a solid's footprint [m]."""
     if isinstance(solid, Box):
         return float(np.linalg.norm(solid.half_extents[:2]))
     if isinstance(solid, ConvexHull):
@@ -255,7 +255,7 @@ class HandSpheres:
 
     @staticmethod
     def of(gripper: ParallelGripper) -> "HandSpheres":
-        """Reads the spheres of a gripper that is open as far as it goes."""
+        """Reads the spheres of a fully open gripper."""
         robot = gripper.robot.with_hand_width(gripper.max_width)
         hand = robot.leading_spheres
         spheres = robot.spheres_at(robot.q_home).select(hand)
@@ -266,10 +266,10 @@ class HandSpheres:
     def keeps(
         self, field: DistanceField, X_WE: np.ndarray, distance: float
     ) -> bool:
-        """Returns whether the hand keeps a distance from all that is mapped.
+        """Returns whether the hand keeps a distance from the map.
 
         Args:
-            field: Distances to what is mapped.
+            field: Distances to the map.
             X_WE: Pose of the end effector, shape (4, 4).
             distance: The distance [m].
         """
@@ -310,7 +310,7 @@ def in_world(surface: Surface, X_WO: RigidTransform) -> Surface:
 
 
 Family = tuple[PrimitiveScene, Spot, Spot]
-"""The furniture, where the target stands, and where it shall stand."""
+"""The furniture, and the target's rectangles before and after."""
 
 _DOWN = np.array([0.0, 0.0, -1.0])
 

@@ -15,8 +15,8 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 LOWER_SHELF_MAX_Z = 0.552
 MIDDLE_SHELF_MIN_Z = 0.953
-"""Smallest centre height of the middle shelf: below it no published scene
-was feasible [m]."""
+"""Smallest centre height of the middle shelf [m]: no published scene with a
+lower one was feasible."""
 
 _BOARD = 0.03
 """Half the thickness of table tops and shelves [m]."""

@@ -1,4 +1,4 @@
-"""Antipodal pairs: two points of a surface that two fingers can press.
+"""Antipodal pairs: two points of a surface at which two fingers can grip.
 
 The line through both is inside the friction cones of both, so that two soft
 fingers hold the object in every direction (Nguyen, "Constructing
@@ -12,9 +12,9 @@ import numpy as np
 from remosplat_drake.grasping.surface import Surface
 
 LEAST_WIDTH = 0.003
-"""Distance of two points below which they are one wall's [m]."""
+"""Largest distance of two points on the same side of a wall [m]."""
 
-_BLOCK = 64  # Points whose partners are looked for at once.
+_BLOCK = 64  # Number of points whose partners are sought at once.
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -48,16 +48,17 @@ def antipodal_pairs(
 ) -> AntipodalPairs:
     """Finds antipodal pairs of points on a surface.
 
-    From a point it looks along the normal through the object. The nearest and
-    the farthest point there whose friction cones hold the line are partners:
-    the wall of a cup, and the whole cup.
+    Partners of a point are sought along the normal through the object: the
+    nearest and the farthest point for which the connecting line lies in both
+    friction cones. For a cup, the nearest partner is on the other side of the
+    wall, and the farthest one on the opposite wall.
 
     Args:
         surface: The surface.
         widest: Greatest distance of two points [m].
         friction: Coefficient of friction of fingers and object.
-        most: Number of points to look from.
-        rng: Source of the choice of these.
+        most: Largest number of points whose partners are sought.
+        rng: Source of randomness for the choice of these points.
     """
     first = np.arange(len(surface))
     if len(first) > most:
@@ -90,7 +91,7 @@ def _partners(
         & (leaves >= cone)
     )
     has = fits.any(axis=1)
-    # Among points of one wall the one nearest to the line counts.
+    # Of the points of one wall, the one nearest to the line is used.
     near = np.where(fits, depth + aside, np.inf).argmin(axis=1)
     far = np.where(fits, depth - aside, -np.inf).argmax(axis=1)
     both = np.concatenate([[first, near], [first, far]], axis=1)

@@ -11,25 +11,26 @@ from remosplat_drake.grasping.kernels.hand_clearance import hand_clearances
 from remosplat_drake.grasping.surface import Surface
 
 OPENING = 0.01
-"""Way of each finger from where the hand is open to where it grips [m]."""
+"""Distance that each finger moves between opening and grip [m]."""
 
 LEAST_OPENING = 0.002
-"""Least such way, around objects almost as wide as the hand [m]."""
+"""Least such distance, for objects almost as wide as the hand [m]."""
 
 APPROACHES = 12
-"""Directions from which each pair of points is approached."""
+"""Number of directions from which each pair of points is approached."""
 
 DEPTHS = (-0.005, 0.0, 0.005)
-"""By how much the points are in front of the end effector's frame [m]."""
+"""Distances of the points in front of the end effector's frame [m]."""
 
 ENOUGH = 0.02
-"""Clearance of the hand beyond which more is no better [m]."""
+"""Clearance of the hand above which the score does not increase [m]."""
 
 GIVE = 0.001
-"""How far a pad gives way where it presses [m]."""
+"""Compression of a pad under pressure [m]."""
 
 LEVER = 0.05
-"""Distance of the centre of mass from the closing axis that is too far [m]."""
+"""Distance of the centre of mass from the closing axis with the lowest score
+[m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -40,13 +41,13 @@ class Grasp:
         X_OE: Pose of the end effector in the object's frame, shape (4, 4).
         width: Distance of the fingers when they grip [m].
         opening: Width of the hand while it approaches [m].
-        clearance: Distance of the open hand from the object and from what is
+        clearance: Distance of the open hand from the object and from the points
             around it, at most `ENOUGH` [m].
         alignment: Cosine of the greatest angle between normals and axis.
-        bearing: Share of a pad that presses on the object, 0 to 1; of the two
-            pads the smaller.
+        bearing: Share of a pad that presses on the object, 0 to 1: the smaller
+            one of both pads.
         lever: Distance of the centre of mass from the closing axis [m].
-        score: Its rank among others, 0 to 1; the best is the greatest.
+        score: Weighted quality, 0 to 1; a larger one is better.
     """
 
     X_OE: np.ndarray
@@ -72,15 +73,15 @@ class Grasp:
 
 @dc.dataclass(frozen=True)
 class Weights:
-    """Shares of what makes a grasp good; their sum is 1.
+    """Weights of the terms of a grasp's score; their sum is 1.
 
     Attributes:
-        clearance: Room of the open hand.
-        width: A narrow grasp, in which the fingers have way left.
-        approach: The wanted direction of approach.
-        alignment: Normals along the closing axis.
-        bearing: Much of the pads on the object.
-        lever: The centre of mass near the closing axis.
+        clearance: Weight of the open hand's clearance.
+        width: Weight of a narrow grasp, in which the fingers can close further.
+        approach: Weight of the desired direction of approach.
+        alignment: Weight of normals along the closing axis.
+        bearing: Weight of the share of the pads on the object.
+        lever: Weight of a centre of mass near the closing axis.
     """
 
     clearance: float = 0.2
@@ -109,18 +110,18 @@ def plan_grasps(
         surface: The object's surface.
         gripper: The gripper.
         friction: Coefficient of friction of pads and object.
-        approach_O: Wanted direction of approach in O, shape (3,); None for
+        approach_O: Desired direction of approach in O, shape (3,); None for
             any.
-        around: Points of what is around the object, in O, shape (m, 3) [m].
+        around: Points of surrounding obstacles, in O, shape (m, 3) [m].
         p_OOcm: The centre of mass in O, shape (3,) [m]; None for the middle of
             the surface.
-        most: Number of points of the surface to look from.
-        weights: What makes a grasp good.
-        rng: Source of the choice of points.
+        most: Largest number of points of the surface whose partners are sought.
+        weights: Weights of the score.
+        rng: Source of randomness for the choice of points.
 
     Returns:
-        Grasps whose open hand overlaps neither the object nor what is around
-        it. There are none if the object is wider than the hand.
+        Grasps whose open hand overlaps neither the object nor the points around
+        it; none if the object is wider than the hand.
     """
     widest = gripper.max_width - 2.0 * LEAST_OPENING
     pairs = antipodal_pairs(surface, widest, friction, most, rng)
@@ -186,8 +187,9 @@ def bearing(
 
     It is the share of a pad's cells, one and a half times as large as the
     spacing of the surface's points, in which a point is within `GIVE` of the
-    pad's plane; of the two pads the smaller counts. A hand that holds an object
-    by the tips of its fingers, or by an edge, has little, and lets it turn.
+    pad's plane; the result is the smaller one of both pads. A hand that holds
+    an object with its fingertips only, or at an edge, has a small share, and
+    the object can rotate in it.
 
     Args:
         surface: The object's surface.
@@ -225,7 +227,7 @@ def reachable(
     X_WO: np.ndarray,
     reach: Reach,
 ) -> Iterator[tuple[Grasp, np.ndarray]]:
-    """Yields the grasps that the whole robot reaches, in their order.
+    """Yields the grasps that the whole robot can reach, in their order.
 
     Each is tried with the fingers exchanged, too.
 
@@ -233,7 +235,7 @@ def reachable(
         grasps: The grasps, the best first.
         gripper: The gripper.
         X_WO: Pose of the object, shape (4, 4).
-        reach: Inverse kinematics of the robot among its obstacles.
+        reach: Inverse kinematics of the robot with obstacles, see `Reach`.
     """
     for grasp in grasps:
         for each in (grasp, grasp.flipped(gripper)):
@@ -264,7 +266,7 @@ def _score(
 
 
 def _opening(width: float, widest: float) -> float:
-    """Width of the hand before it grips, in whole millimetres where it can."""
+    """Width of the hand before it grips, in whole millimetres if possible."""
     return min(np.ceil(1e3 * (width + 2.0 * OPENING)) / 1e3, widest)
 
 

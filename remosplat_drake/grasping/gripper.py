@@ -1,4 +1,4 @@
-"""`ParallelGripper`: a robot's hand, as grasps are planned for it."""
+"""`ParallelGripper`: geometry and force of a robot's two-finger hand."""
 
 import dataclasses as dc
 from functools import cached_property
@@ -27,7 +27,7 @@ PATCH = 0.005
 round and have edges."""
 
 _FLAT = 0.001
-"""How far a vertex of a finger is from its pad's plane at most [m]."""
+"""Largest distance of a pad's vertices from the pad's plane [m]."""
 
 _DIRECTIONS = 60  # Of the polyhedron around a rounded shape, 6 % larger.
 
@@ -69,13 +69,13 @@ class ParallelGripper:
 
     @staticmethod
     def of(robot: RobotModel) -> "ParallelGripper":
-        """Reads the gripper off a robot's model.
+        """Derives the gripper from a robot's model.
 
         Args:
             robot: A robot with a hand.
 
         Raises:
-            RemoSplatError: It has no hand of two fingers that slide.
+            RemoSplatError: The robot has no hand with two sliding fingers.
         """
         robot, hand = robot.as_described, robot.description.hand
         if hand is None or len(hand.joints) != 2:
@@ -190,17 +190,17 @@ class ParallelGripper:
         """Returns the force with which each finger shall press [N].
 
         Two fingers carry the weight by friction. If the centre of mass is
-        beside the closing axis, they keep the object from turning about it,
-        too: force and torque of a soft finger lie in an ellipsoid (Howe and
-        Cutkosky, "Practical force-motion models for sliding manipulation",
-        IJRR 1996). A factor stands for accelerations and for friction that is
-        less than assumed.
+        beside the closing axis, they also prevent the object from rotating
+        about it: force and torque of a soft finger lie in an ellipsoid (Howe
+        and Cutkosky, "Practical force-motion models for sliding manipulation",
+        IJRR 1996). A safety factor covers accelerations and a lower friction
+        than assumed.
 
         Args:
             mass: Mass of the object [kg].
             friction: Coefficient of friction.
             lever: Distance of its centre of mass from the closing axis [m].
-            factor: How many times the weight is to be carried.
+            factor: Safety factor on the weight.
 
         Raises:
             RemoSplatError: The hand is too weak.

@@ -20,7 +20,7 @@ _SAMPLES = 400
 def updated(
     base: GaussianSplat, seen: GaussianSplat, capture: Capture
 ) -> GaussianSplat:
-    """Removes vanished things from a splat, and adds new ones.
+    """Removes vanished objects from a splat, and adds new ones.
 
     Args:
         base: The splat from before the run, in W.

@@ -78,10 +78,10 @@ class Judgement:
     problem: str = ""
 
     def holds_for(self, names: tuple[str, ...]) -> bool:
-        """Whether the judgement holds for frames, too.
+        """Returns whether the judgement is valid for other frames, too.
 
-        It does not if half of them are new, or if there was a problem and any
-        of them is new.
+        It is not if half of them are new, or if there was a problem and any of
+        them is new.
 
         Args:
             names: Names of the frames.
@@ -162,13 +162,12 @@ def _problem(apart: float, freely: float) -> str:
     )
     if freely <= LARGEST_SIGMA:
         return problem + (
-            "the robot was not where its joints and its odometry say: check"
-            " the joints' zeros, and set mapping.odometry_drift if its base"
-            " drifts"
+            "the robot's poses from joints and odometry are wrong: check the"
+            " joints' zeros, and set mapping.odometry_drift if its base drifts"
         )
     return problem + (
-        "nor do wrong poses: the camera's depth is bent, or what it looks at"
-        " moves"
+        "wrong poses do not explain it either: the depth is distorted, or the"
+        " scene moves"
     )
 
 

@@ -8,14 +8,15 @@ from remosplat_drake.reconstruction.measured_cells import THINNEST
 from remosplat_drake.reconstruction.measured_space import times_looked_through
 
 _APART = 0.03
-"""Least distance of some part of a vanished thing from all remaining surfaces
-[m]; edges with slight disagreement of views stay below it."""
+"""Least distance from all remaining surfaces of at least one part of a vanished
+object [m]; edges about which views disagree slightly are nearer."""
 
 _AROUND = 0.1
-"""Distance from vanished discs within which the rest of the thing is [m]."""
+"""Largest distance of the rest of a vanished object from its vanished discs
+[m]."""
 
 _PAST = 0.01
-"""A disc near a vanished thing is removed, too, if views see past it by this
+"""A disc near a vanished object is removed, too, if views see past it by this
 distance [m]."""
 
 _NEIGHBORS = 8

@@ -42,7 +42,7 @@ class Changes:
     Attributes:
         gone: Pixels that show vanished things.
         hidden_now: Pixels that look through things that are there now.
-        come: Pixels that show new things.
+        come: Pixels that show new objects.
     """
 
     gone: np.ndarray

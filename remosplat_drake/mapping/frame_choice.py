@@ -120,7 +120,7 @@ def confirmed_frames(
 
 
 def contradiction(residual: float) -> str:
-    """Returns why a frame that contradicts the others is rejected.
+    """Returns the reason for the rejection of a frame that contradicts others.
 
     Args:
         residual: Median distance of its surfaces from theirs [m]; NaN if not

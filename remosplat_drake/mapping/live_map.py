@@ -250,7 +250,7 @@ class LiveMap(LeafSystem):
 
     def _calc_age(self, context: Context, output: BasicVector):
         now, taken = context.get_time(), self.status(context).scene_map.time
-        if taken > now + _AHEAD:  # From an earlier run, with its clock.
+        if taken > now + _AHEAD:  # Of an earlier run, with another clock.
             taken = 0.0
         age = now - taken if np.isfinite(taken) else 0.0
         output.SetAtIndex(0, max(0.0, age))

@@ -25,7 +25,7 @@ class LiveMapMemory:
     """State between two ticks; copying returns the object itself.
 
     Attributes:
-        status: The status on show.
+        status: The displayed status.
         known: The requests that have been passed on.
         due: Times at which answers take effect: triples (time [s], number of
             requests answered by then, whether they make a map); only with a
@@ -34,7 +34,8 @@ class LiveMapMemory:
         tracked: Time of the latest localisation of the base [s].
         candidate: A map that waits to take effect, and the pose of the odometry
             in it; None for none.
-        hold: Why it waits; empty if nothing waits for the robot to stop.
+        hold: Reason for which the candidate waits, and the robot is stopped;
+            empty for none.
     """
 
     status: MapStatus
@@ -77,11 +78,11 @@ def taken_back(memory: LiveMapMemory) -> LiveMapMemory:
 
 
 def changed(memory: LiveMapMemory, objection: str) -> LiveMapMemory:
-    """Makes the waiting map take effect, with its pose, or records why not.
+    """Applies the waiting map and its pose, or records an objection to it.
 
     Args:
         memory: The state before.
-        objection: Why it must not; empty if it may.
+        objection: Reason why the map must not take effect; empty if it may.
     """
     if memory.candidate is None:
         return memory

@@ -38,8 +38,8 @@ from remosplat_drake.splat.surfel_tiles import make_tiles
 
 QUICK, FULL = "quick", "full"
 EFFORTS = (QUICK, FULL)
-"""Efforts of a map: quick while the operator waits, or as well as the device
-can."""
+"""Efforts of a map: quick, while the operator waits, or full, with training if
+the device allows it."""
 
 _QUICK_SWEEPS = 2
 _QUICK_DISCS = 20_000
@@ -84,8 +84,8 @@ def build_map(
         robot_free: The robot's spheres where it was when frames were taken:
             these places are free. None for none.
         camera: Description of the corrected camera errors.
-        report: Called with the stage, and how many of its steps are done, of
-            how many.
+        report: Called with the stage, its number of steps that are done, and
+            its number of steps.
 
     Raises:
         RemoSplatError: The frames show too little, or a setting is invalid.
@@ -137,9 +137,9 @@ def _surfaces(
     effort: str,
     report: Report,
 ) -> GaussianSplat:
-    """Returns discs that start on all seen surfaces and fit the present ones.
+    """Makes discs on all seen surfaces, and fits them to the present surfaces.
 
-    Behind new things, earlier surfaces remain, unseen now.
+    Earlier surfaces that new objects hide remain.
 
     Args:
         capture: The frames as they were taken.

@@ -173,7 +173,7 @@ def free_around(job: MappingJob, q: np.ndarray) -> Spheres:
 
     Args:
         job: The robot, where it started, and its margins.
-        q: Configurations in which it was since, shape (n, n_q).
+        q: Later configurations of the robot, shape (n, n_q).
     """
     start = job.robot.spheres_at(job.q0)
     more = max(0.0, job.config.start_margin - job.config.robot_margin)

@@ -133,7 +133,7 @@ class Building:
 
 @dc.dataclass(frozen=True)
 class MapReady:
-    """Event: a map to change to, a new one or after an undo an older one.
+    """Event: a new map, or an older one after an undo, shall take effect.
 
     Attributes:
         path: The map's file; None for the map that the scenario began with.
@@ -151,7 +151,7 @@ class MapReady:
 
 @dc.dataclass(frozen=True)
 class Note:
-    """Event: something went well.
+    """Event: a report of success, for display.
 
     Attributes:
         text: Description, for display.
@@ -162,7 +162,7 @@ class Note:
 
 @dc.dataclass(frozen=True)
 class Trouble:
-    """Event: something went wrong; the process goes on.
+    """Event: a report of a failure; the process continues.
 
     Attributes:
         text: Description of the problem, for display.

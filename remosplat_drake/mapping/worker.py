@@ -178,7 +178,7 @@ class _Worker:
         return self._seals.get(version, "")
 
     def _try(self, action: Callable[[], None]) -> None:
-        """Reports errors of an action, and continues."""
+        """Runs an action, reports its errors, and continues."""
         try:
             action()
         except (EOFError, ConnectionError):
@@ -186,7 +186,7 @@ class _Worker:
         except RemoSplatError as error:
             self._tell(Trouble(str(error)))
         except Exception as error:
-            _log.exception("the mapping process goes on after an error")
+            _log.exception("the mapping process continues after an error")
             self._tell(Trouble(f"{type(error).__name__}: {error}"))
 
     def _do(self, request: Request) -> None:
@@ -205,7 +205,7 @@ class _Worker:
                 self._camera.show(scene)
 
     def _want(self, effort: str) -> None:
-        """Schedules a map for when no other one is under construction."""
+        """Schedules a map, to be built after the one under construction."""
         if self._wanted != "full":
             self._wanted = effort
 
@@ -267,7 +267,7 @@ class _Worker:
             self._builder.drop()
             self._wanted = ""
             session.leave_out_new_frames()
-            self._tell(Note("what no map had yet is left out"))
+            self._tell(Note("frames that were in no map yet are dropped"))
             return
         self._seal(session.parent)  # If that fails, nothing has changed.
         session.undo()
@@ -308,7 +308,7 @@ class _Worker:
             self._tell(Idle(self._answered, len(self._session.active)))
 
     def _take(self, made: WrittenMap) -> None:
-        """Puts a finished map into use."""
+        """Records a finished map and announces it."""
         replaced = self._offered - set(made.version.frames)
         if self._aligner is not None and self._graph is not None:
             poses = self._aligner.adopt(self._graph)

@@ -24,7 +24,7 @@ def make_coverage(
 
     A voxel that holds a measured point is surface; one whose centre a camera
     looked through is free. All other voxels are unseen, including the inside of
-    things.
+    objects.
 
     Args:
         capture: Posed RGB-D images.

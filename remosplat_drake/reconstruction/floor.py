@@ -17,10 +17,10 @@ from remosplat_drake.reconstruction.surfels.surfels import (
 )
 
 _SAMPLES = 20_000
-"""Surfels of an even cover: their number measures area."""
+"""Number of surfels, spread evenly: their count is a measure of area."""
 
 _HYPOTHESES = 500
-"""Surfels whose tangent plane is tried."""
+"""Number of surfels whose tangent plane is tried."""
 
 _TABLE = 0.2
 """Height above which level surfaces are separate from the floor [m]."""
@@ -149,8 +149,8 @@ def _score(
 ) -> float:
     """Scores a plane by its area and by the surfaces beneath it.
 
-    Something beneath counts as much as twenty times as much of the plane:
-    walls and ceilings apart, a level plane's rival is a higher one.
+    An area beneath the plane counts twenty times an area of the plane: a higher
+    level surface, such as a table top, must not win.
     """
     if np.median(p_WC @ normal_W + offset) < config.min_camera_height:
         return -np.inf
@@ -162,7 +162,7 @@ def _score(
 def _fitted(
     surfels: Surfels, normal_W: np.ndarray, offset: float, config: FloorConfig
 ) -> tuple[np.ndarray, float]:
-    """The least-squares normal of the floor and of surfaces parallel to it."""
+    """Returns the floor's normal, by least squares over level surfaces."""
     inliers = _inliers(surfels, normal_W, offset, config)
     if inliers.sum() < 3:
         return normal_W, offset

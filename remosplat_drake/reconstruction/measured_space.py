@@ -22,17 +22,17 @@ _NOISE_DEPTH = 2.0
 the square of the depth [m]."""
 
 _BLOCK = 50_000
-"""Points that a thread takes at a time."""
+"""Number of points that a thread processes at a time."""
 
 _STEEPEST = 0.1
 """Least height over a surface by which a ray leaves it, for each metre of depth
 that counts."""
 
 _DRAWS = 20
-"""Tries to find free points before giving up."""
+"""Number of attempts to find free points."""
 
 _NOISY_VOXEL = 0.01
-"""Voxels that hold enough noisy points for a mean [m]."""
+"""Edge length of voxels with enough noisy points for a mean [m]."""
 
 _SMOOTH_RADIUS, _MIN_NEIGHBORS = 0.03, 6
 """Neighbourhood of a point that separates surface from noise [m]."""
@@ -95,7 +95,7 @@ def voxel_means(p_W: np.ndarray, voxel: float) -> np.ndarray:
 
 
 def scatter(p_W: np.ndarray, count: int = 500, seed: int = 0) -> float:
-    """Estimates the noise of a point cloud: how thick its surfaces are [m].
+    """Estimates the noise of a point cloud: the thickness of its surfaces [m].
 
     It is the median, over `count` random points, of the standard deviation of
     the points around it from the plane through them; 0 without any such point.
@@ -120,7 +120,7 @@ def thinned(p_W: np.ndarray, passes: int = 2) -> np.ndarray:
 
     Args:
         p_W: Points, shape (n, 3) [m].
-        passes: How often every point is moved.
+        passes: Number of times that every point is moved.
     """
     for _ in range(passes):
         tree = KDTree(p_W)
@@ -157,11 +157,11 @@ def times_looked_through(
     Args:
         capture: Posed RGB-D images.
         p_W: Points in W, shape (n, 3) [m].
-        margin: A view looked through a point when the pixel that it projects
-            to, and all pixels around that, are deeper by this much [m]; beyond
-            2 m it grows with the square of the depth.
-        pitch: How far apart a view's pixels may be at each point, shape (n,)
-            [m]; None for any distance.
+        margin: A view looked through a point if the point's pixel and all
+            neighbours of this pixel are deeper than the point by more than this
+            [m]; beyond 2 m it grows with the square of the depth.
+        pitch: Largest distance between a view's pixels at each point, shape
+            (n,) [m]; None for any distance.
         normal_W: Unit normals of the surfaces that the points are on, shape (n,
             3): the margin is along them, so that a camera that is slightly too
             low does not seem to look through a floor at a grazing angle; None:
@@ -228,7 +228,7 @@ def is_behind(
 
 @kernel
 def _find_behind(front, K, X_WC, p_W, margin, pitch, normal_W, behind):
-    """Finds each point that a depth image is deeper than."""
+    """Marks the points in front of a depth image's surfaces."""
     height, width = front.shape
     for i in range(len(p_W)):
         x = p_W[i, 0] - X_WC[0, 3]

@@ -65,7 +65,7 @@ class Reconstruction:
     Attributes:
         splat: The splat in the capture's world frame, with the uncertainty of
             its discs if requested.
-        method: How the splat was made, in words.
+        method: Description of how the splat was made.
         seconds: Wall-clock time that it took [s].
         capture: The capture that the splat fits: the given one, or that with
             refined cameras.
@@ -117,8 +117,8 @@ def reconstruct(
         seed: Seed of the order of the images in training.
         refine_cameras: Whether training takes poses, lens and depth curve of
             the cameras as unknowns, too; needs a CUDA device.
-        held_out: Which views are not trained on but decide when training stops,
-            shape (n,), bool.
+        held_out: Mask of the views that are not trained on and whose loss
+            decides when training stops, shape (n,), bool.
         checkpoint: File in which training keeps its state; removed at the end.
         report: Called with the progress, see `Report`.
 
@@ -171,17 +171,17 @@ def reconstruct(
 
 
 def check_refinable(device: str, refine_cameras: bool):
-    """Checks that cameras can be unknowns, before any work starts.
+    """Checks, before any work starts, that the device can refine cameras.
 
     Args:
         device: The result of `choose_device`.
-        refine_cameras: Whether they shall be.
+        refine_cameras: Whether the user requested it.
 
     Raises:
-        FieldError: They shall be, but nothing is trained on this device.
+        FieldError: It was requested, and nothing is trained on this device.
     """
     if refine_cameras and device != CUDA:
-        problem = f"needs training, on a CUDA device; this is on: {device}"
+        problem = f"needs training on a CUDA device; got device {device}"
         raise FieldError("reconstruct", "--refine-cameras", problem)
 
 

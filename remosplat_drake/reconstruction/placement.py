@@ -38,7 +38,7 @@ class Placement:
 
     Attributes:
         X_FW: Pose of the capture's frame W in the map's frame F.
-        words: How it was found, in words.
+        words: Description of how it was found.
         has_floor: Whether the floor is known to be z = 0 in F, z up.
     """
 
@@ -89,7 +89,7 @@ def place(capture: Capture, up: str = AUTO) -> Placement:
     tilt = np.arccos(np.clip(R_FW.matrix()[2, 2], -1, 1))
     if tilt > _LEVEL or abs(p_FW[2]) > _ON_FLOOR:
         return placement
-    words = f"{placement.words}; the capture's frame stands on it and stays"
+    words = f"{placement.words}; the capture's frame stands on it and is kept"
     return Placement(RigidTransform(), words, True)
 
 
@@ -103,7 +103,7 @@ def _on_floor(capture: Capture) -> Placement:
         f" cameras {floor.camera_height:.2f} m above"
     )
     if floor.camera_height < _LOW:
-        words += "; if that is a table, say --up none"
+        words += "; if that is a table, use --up none"
     return Placement(floor.X_FW, words, True)
 
 

@@ -26,9 +26,9 @@ SUFFIX = ".seen"
 KIND = FileKind("file of seen space", b"RSSEEN\r\n", 1)
 
 MOST_VOXELS = 20_000_000
-"""Greatest number of voxels of a file: more would take many seconds."""
+"""Largest number of voxels of a file: more would take many seconds."""
 
-_FARTHEST = 1e4  # No grid lies farther from the origin [m].
+_FARTHEST = 1e4  # Largest distance of a grid from the origin [m].
 
 
 def seen_path(splat: Path) -> Path:
@@ -66,14 +66,14 @@ def read_seen_space(path: Path, splat: Path) -> Coverage:
 
     Args:
         path: The file.
-        splat: The splat file that it must be about.
+        splat: The splat file that it must belong to.
 
     Returns:
         The voxels, in the splat's frame.
 
     Raises:
-        FileError: The file is missing, damaged, of another kind or version,
-            or about another splat.
+        FileError: The file is missing, damaged, of another kind or version, or
+            belongs to another splat.
         FieldError: A field of it is missing or unusable.
     """
     file = open_arrays(path, KIND, None)
@@ -81,8 +81,8 @@ def read_seen_space(path: Path, splat: Path) -> Coverage:
     if head.text("splat_digest") != file_digest(splat):
         raise FileError(
             path,
-            f"is about another splat than {splat.name}; create both again with"
-            " `remosplat reconstruct`",
+            f"is about another splat than {splat.name}; create both again"
+            " with `remosplat reconstruct`",
         )
     lower = np.array(head.numbers("lower", 3))
     if np.abs(lower).max() > _FARTHEST:
@@ -98,7 +98,7 @@ def read_seen_space(path: Path, splat: Path) -> Coverage:
 def _unpack(path: Path, packed: np.ndarray, shape: list[int]) -> np.ndarray:
     """The states (nx, ny, nz) of packed and deflated ones."""
     size = 2 * math.prod(shape)
-    damaged = FileError(path, "is damaged: it holds other voxels than it says")
+    damaged = FileError(path, "is damaged: its number of voxels is wrong")
     try:
         unpacker = zlib.decompressobj()
         # A damaged file must not fill the memory.

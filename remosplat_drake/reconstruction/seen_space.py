@@ -5,7 +5,7 @@ it, or if the splat's discs cover the rest of it: a robot that comes from free
 space reaches a disc before unknown space. For this test, voxels at surfaces are
 divided into cells. A cell that was not looked through, beside one that was, and
 without a disc is a frontier (Yamauchi, 1997), and its voxel counts as unseen.
-Space with a measured point is not free, however thin the thing is: see
+Space with a measured point is not free, however thin the object is: see
 `measured_cells`.
 """
 
@@ -47,16 +47,16 @@ _BEYOND = 0.2
 """Percentage of the surfaces that may lie beyond each side of the box."""
 
 _FARTHEST = 3.0
-"""Farthest that a robot may come from its workspace [m]."""
+"""Largest distance of a robot from its workspace [m]."""
 
 _MOST_VOXELS = 4e6
-"""More would take more than a minute."""
+"""Largest number of voxels; more would take over a minute."""
 
 _MOST_RINGS = 200
-"""Bounds the points on a disc that is absurdly large."""
+"""Largest number of points on a disc, for absurdly large discs."""
 
 _BLOCK = np.ones((3, 3, 3), bool)
-"""A voxel and all that it touches."""
+"""A voxel and its 26 neighbours."""
 
 _AROUND = np.array(list(product((-1, 0, 1), repeat=3)))
 _SIDES = _AROUND[np.abs(_AROUND).sum(axis=1) == 1]
@@ -119,9 +119,9 @@ def find_seen_space(
 
     A voxel is free if a view has looked through the whole of it, a surface if
     discs stand between its free and its unseen part, and unseen otherwise: the
-    inside of things, too. Beside surfaces, where depth images have most errors,
-    a single view does not suffice. In cells with measured points, only views
-    with fine pixels count.
+    inside of objects, too. Beside surfaces, where depth images have most
+    errors, a single view does not suffice. In cells with measured points, only
+    views with fine pixels count.
 
     Args:
         capture: Posed RGB-D images.
@@ -179,7 +179,7 @@ def _is_among(
 
 
 def _floats(state: np.ndarray) -> np.ndarray:
-    """Returns unseen voxels without support: all around them is free.
+    """Returns unseen voxels without support: all voxels around them are free.
 
     A solid there would float; gaps between views leave such remnants.
     """
@@ -248,12 +248,12 @@ def _divide(covered: np.ndarray, state: np.ndarray) -> _Cells:
 
 
 def _frontier(cells: _Cells, state: np.ndarray) -> np.ndarray:
-    """Which cells are neither free nor covered, beside a free one."""
+    """Marks cells beside a free one that are neither free nor covered."""
     beside_free = np.zeros_like(cells.free)
     m = CELLS
     inner = np.indices((m, m, m)).reshape(3, -1).T
     for side in _SIDES:
-        # The voxel that each cell's neighbour is in, and where it is there.
+        # The voxel of each cell's neighbour, and the neighbour's place in it.
         at = inner + side
         step, place = at // m, at % m
         neighbour = cells.voxels[:, None] + step

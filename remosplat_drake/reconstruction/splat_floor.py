@@ -17,17 +17,17 @@ from remosplat_drake.reconstruction.floor import floor_frame
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 _SAMPLES = 20_000
-"""Points on the splats' surfaces: their number measures area."""
+"""Number of points on the splats' surfaces: their count measures area."""
 
 _FEW = 2_000
 """Number of them that suffices to separate good planes from bad ones."""
 
 _HYPOTHESES, _DISTINCT = 500, 10
-"""Planes through three points that are tried, and how many that differ are
-looked at closely."""
+"""Number of planes through three points that are tried, and of distinct ones
+that are fitted to all points."""
 
 _NEIGHBOURS = 200
-"""Points about the first one from which the other two are taken."""
+"""Number of neighbours of the first point among which the others are drawn."""
 
 _INNER, _MARGIN = 0.9, 1.2
 """Fraction of the splats whose distance from the middle is the radius of the
@@ -44,24 +44,25 @@ _BENEATH = 4.0
 """Weight of points beneath a plane relative to points on it."""
 
 _SAME, _NEAR = np.deg2rad(15.0), 0.08
-"""Planes of a smaller angle [rad] and distance, in radii of the scene, are one
-plane."""
+"""Planes with a smaller angle [rad] and distance, in radii of the scene, count
+as one plane."""
 
 _RIVAL = 0.5
-"""A floor has this fraction of the score of another plane at most."""
+"""Largest score of any other plane, as a fraction of the floor's."""
 
 _STEEP = np.deg2rad(45.0)
 """Largest angle between a floor's normal and the given up [rad]."""
 
 _COLLINEAR = np.deg2rad(1.0)
-"""Least angle of three points that define a plane [rad]."""
+"""Least angle between the lines from one of three points to the others
+[rad]."""
 
 _FEWEST = 100
 """Least number of splats to find a floor."""
 
 MIN_SHARE, MIN_SHARE_UPWARD = 0.15, 0.05
 """Least fraction of the splats' surface in a floor, for unknown and for known
-up: every thing has a flat side."""
+up: every object has a flat side."""
 
 MAX_BENEATH = 0.05
 """Largest fraction of the splats' surface that lies beneath a floor."""
@@ -120,8 +121,8 @@ def find_splat_floor(
         seed: Seed of the random choice of points.
 
     Raises:
-        RemoSplatError: No plane is convincing; the error says why the best one
-            is not.
+        RemoSplatError: No plane is convincing; the error states the problem of
+            the best one.
     """
     rng = np.random.default_rng(seed)
     p_G, radius = _surface_points(splat, rng)
@@ -157,7 +158,7 @@ def frame_of_points(
     """Makes the pose X_FG of G in the frame F of three points on a floor.
 
     Args:
-        p_GO: Where F has its origin, shape (3,).
+        p_GO: Origin of F, shape (3,).
         p_GX: A point on F's x axis, shape (3,).
         p_GY: A point of the floor where F's y is positive, shape (3,).
 
@@ -193,7 +194,8 @@ def _surface_points(
     largest = np.sort(splat.scales[inner], axis=1)[:, :-3:-1].astype(float)
     weight = np.minimum(largest, most).prod(axis=1) * splat.opacities[inner]
     kept = inner[rng.choice(len(inner), _SAMPLES, p=weight / weight.sum())]
-    # Only of these few: of a large splat all would be too much at once.
+    # Only for the drawn splats, since all rotations of a large splat need much
+    # memory.
     few = splat.select(kept)
     axes = np.argsort(-few.scales, axis=1)[:, :2]
     scales = np.take_along_axis(few.scales, axes, axis=1).astype(float)
@@ -245,7 +247,7 @@ def _fitted(
 def _judged(
     p_M: np.ndarray, normal: np.ndarray, offset: float, up: np.ndarray | None
 ) -> _Plane:
-    """A plane whose normal points to where it is up."""
+    """Computes a plane's share and score, with the normal pointing up."""
     height = p_M @ normal + offset
     above, beneath = (height > _DEPTH).mean(), (height < -_DEPTH).mean()
     share = float((np.abs(height) < _THICKNESS).mean())

@@ -38,10 +38,10 @@ def count_whole_looks(
         capture: Posed RGB-D images.
         lower_W: Lower corners of axis-aligned cubes in W, shape (n, 3) [m].
         edge: Edge length of the cubes [m].
-        margin: How far behind a cube the measurement must be [m]; beyond 2 m
-            it grows with the square of the depth.
+        margin: Least distance of measurements behind a cube [m]; beyond a depth
+            of 2 m it grows with the square of the depth.
         enough: Number of views at which counting ends.
-        pitch: How far apart a view's pixels may be at a cube [m].
+        pitch: Largest distance of a view's pixels at a cube [m].
 
     Returns:
         Numbers of views, at most `enough`, shape (n,), int64.

@@ -41,7 +41,8 @@ class Workspace:
 
         Args:
             capture: Posed RGB-D images.
-            beyond: Percentage of the surfaces that is beyond each side.
+            beyond: Percentage of the surfaces that lies beyond each side of the
+                box.
 
         Raises:
             RemoSplatError: The capture has no depth.

@@ -20,7 +20,7 @@ TARGET = "target"
 REQUEST = "request"
 """Kind of event: a person or a program has requested a change of the map."""
 TROUBLE = "trouble"
-"""Kind of event: something does not work; control continues."""
+"""Kind of event: a part of the system fails; control continues."""
 
 
 @dc.dataclass(frozen=True)
@@ -52,7 +52,8 @@ class EventWriter:
         path: The file; it must not exist.
 
     Attributes:
-        trouble: Why events are missing in the file; empty if none is.
+        trouble: Reason for which events are missing in the file; empty if none
+            is.
 
     Raises:
         FileError: The file exists or cannot be made.
@@ -70,7 +71,7 @@ class EventWriter:
             self.trouble = f"{self._file.path.name} lacks events: {problem}"
 
     def close(self) -> None:
-        """Closes the file; `trouble` says if it is no longer there."""
+        """Closes the file; `trouble` states if the file no longer exists."""
         problem = self._file.close()
         if problem:
             self.trouble = f"{self._file.path} {problem}"

@@ -1,7 +1,7 @@
 """Finds true contacts with movers, and classifies them by cause.
 
-A mover may touch a robot at rest, or catch up with a retreating one. The robot
-must not touch a person by moving towards them.
+A mover may touch a robot at rest, or catch up with a retreating robot. But a
+robot must not move towards a person and touch them.
 """
 
 import dataclasses as dc
@@ -13,15 +13,15 @@ from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.scene.mover import MoverArrays, Movers
 
 TOWARDS, RETREATING, RESTING = "towards", "retreating", "resting"
-"""Motion of a touched link: towards the mover, the robot's fault; away or
-sideways; or at rest."""
+"""Motion of a touched link: towards the mover, which is the robot's fault; away
+or sideways; or at rest."""
 
 UNSEEN = "unseen"
 """A link moved towards a mover that came out of unseen space; an evaluation
 with cameras uses it instead of TOWARDS."""
 
 KINDS = (TOWARDS, UNSEEN, RETREATING, RESTING)
-"""All kinds of contact, the worst first."""
+"""All kinds of contact, from the worst on."""
 
 _MOTIONS = (TOWARDS, RETREATING, RESTING)
 
@@ -40,11 +40,11 @@ class Contact:
     """A link and a mover that touch for a while.
 
     Attributes:
-        start: When they first touched [s].
-        end: When they last touched [s].
+        start: Time of the first touch [s].
+        end: Time of the last touch [s].
         link: Name of the link.
         mover: Name of the mover.
-        kind: The worst of `KINDS` meanwhile.
+        kind: The worst of `KINDS` during the contact.
         depth: Largest penetration [m].
     """
 
@@ -72,7 +72,7 @@ class MoverJudgement:
     waited: float
 
     def count(self, kind: str) -> int:
-        """Returns how many contacts are of one of `KINDS`."""
+        """Returns the number of contacts of one of `KINDS`."""
         return sum(contact.kind == kind for contact in self.contacts)
 
     @property
@@ -83,7 +83,7 @@ class MoverJudgement:
 
 @dc.dataclass(frozen=True, eq=False)
 class _Look:
-    """Robot and movers at one time.
+    """A sample: robot and movers at one time.
 
     Attributes:
         time: When [s].
@@ -91,7 +91,8 @@ class _Look:
         p_WM: Origins of k movers in W, shape (k, 3) [m].
         distance: Distances of their surfaces, shape (k, n) [m].
         towards_W: Unit vectors from spheres to movers, shape (k, n, 3).
-        stretch: How far a mover's points are from its origin, shape (k,) [m].
+        stretch: Largest distance of a mover's points from its origin, shape
+            (k,) [m].
         R_WM: The movers' orientations, shape (k, 3, 3).
         names: The movers' names.
     """
@@ -123,7 +124,7 @@ def judge_movers(
         robot: The robot, for its spheres.
         time: Times of T ticks [s].
         q: Configurations at the ticks and at the end, shape (T + 1, n_q);
-            between two the robot goes straight from one to the other.
+            between two, it is interpolated linearly.
         movers: Returns the movers at any time [s], always the same ones in the
             same order.
         dt: Control period [s].
@@ -152,7 +153,7 @@ class _Judge:
         self._robot, self._movers = robot, movers
 
     def look(self, time: float, q: np.ndarray) -> _Look:
-        """Looks at an instant."""
+        """Samples an instant."""
         spheres = self._robot.spheres_at(q)
         movers = self._movers(time)
         at = movers.at(movers.stamp)
@@ -171,16 +172,16 @@ class _Judge:
     def fill(
         self, ticks: np.ndarray, q: np.ndarray, k: int, before: _Look
     ) -> list[_Look]:
-        """Looks at the end of tick k, and within it until no contact is missed.
+        """Samples tick k so densely that no contact can be missed.
 
         Args:
             ticks: Times of the ticks, shape (T,) [s].
             q: Configurations at the ticks, shape (T, n_q).
             k: Index of the tick's beginning.
-            before: The look at the tick's beginning.
+            before: The sample at the tick's beginning.
 
         Returns:
-            The looks after `before`, in the order of their times.
+            The samples after `before`, in the order of their times.
         """
 
         def at(time: float) -> _Look:
@@ -193,7 +194,7 @@ class _Judge:
 def _between(
     before: _Look, after: _Look, at: Callable[[float], _Look]
 ) -> list[_Look]:
-    """The looks after `before`, up to `after`; halves spans that are open."""
+    """Samples after `before` up to `after`; undecided spans are halved."""
     if after.time - before.time <= SHORTEST or _is_known(before, after):
         return [after]
     middle = at(0.5 * (before.time + after.time))
@@ -201,16 +202,16 @@ def _between(
 
 
 def _is_known(before: _Look, after: _Look) -> bool:
-    """Whether all that touches between two looks does so all the time."""
+    """Whether pairs that touch between two samples touch all the time."""
     if not before.distance.size:
         return True
     sphere = np.linalg.norm(after.p_WS - before.p_WS, axis=1)
     shift = np.linalg.norm(after.p_WM - before.p_WM, axis=1)
-    # A turn by an angle a is off the identity by sqrt(8) sin(a / 2).
+    # |R - I| = sqrt(8) sin(a / 2) for a rotation R by an angle a.
     off = np.linalg.norm(after.R_WM - before.R_WM, axis=(1, 2))
     turn = 2.0 * np.arcsin(np.minimum(off / np.sqrt(8.0), 1.0))
     travel = sphere[None, :] + (shift + turn * before.stretch)[:, None]
-    # The path is a little longer than the way.
+    # The arc is slightly longer than the chord.
     clear = before.distance + after.distance > 1.1 * travel
     touching = np.maximum(before.distance, after.distance) < 0.0
     return bool((clear | touching).all())
@@ -219,7 +220,7 @@ def _is_known(before: _Look, after: _Look) -> bool:
 def distances(
     movers: MoverArrays, p_WS: np.ndarray, radius: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Computes how far spheres and movers are from each other now.
+    """Computes the distances between spheres and movers.
 
     Args:
         movers: k movers.
@@ -228,9 +229,9 @@ def distances(
 
     Returns:
         Signed distances of their surfaces, shape (k, n) [m], and the unit
-        vectors from the spheres towards the movers' nearest points in W,
-        shape (k, n, 3); a centre within a core is nearest to its nearest face,
-        and what is towards the mover leads inward.
+        vectors from the spheres towards the movers' nearest points in W, shape
+        (k, n, 3); for a centre within a core, the nearest face counts, and the
+        vector points inwards.
     """
     p_WS = np.asarray(p_WS, float)
     p_MS = np.einsum("kji,knj->kni", movers.R_WM, p_WS - movers.p_WM[:, None])
@@ -254,7 +255,7 @@ def distances(
 
 
 class _Contacts:
-    """Contacts of links and movers, from look to look; keeps no older looks."""
+    """Contacts of links and movers, updated sample by sample."""
 
     def __init__(self, robot: RobotModel):
         self._links = np.array(robot.spheres.links)
@@ -266,7 +267,7 @@ class _Contacts:
     def add(self, look: _Look) -> None:
         """Adds the next sample, and the robot's motion until then.
 
-        At the very start the motion from then on counts.
+        At the first sample, the motion after it counts.
         """
         before, self._latest = self._latest, look
         if before is None:

@@ -18,8 +18,8 @@ PREFIX = "mover_"
 """Prefix of the names of all these arrays."""
 
 _NUMBERS, _QUATERNION = 21, slice(4, 8)
-"""Numbers of a row: those of `PackedMovers`, except for the orientation,
-which is a quaternion in a file."""
+"""Columns of a row: those of `PackedMovers`, with a quaternion as
+orientation."""
 
 
 def to_arrays(ticks: Sequence[Movers]) -> dict[str, np.ndarray]:
@@ -30,8 +30,9 @@ def to_arrays(ticks: Sequence[Movers]) -> dict[str, np.ndarray]:
 
     Returns:
         `mover_tick`, the tick of each of m rows, shape (m,); `mover_name`,
-        shape (m,); `mover_state`, shape (m, 21); and `mover_stamp`, when it
-        was so at each tick, shape (T,) [s]. Nothing for no tick.
+        shape (m,); `mover_state`, shape (m, 21); and `mover_stamp`, the time of
+        the movers' state at each tick, shape (T,) [s]. Empty if there is no
+        tick.
     """
     if not ticks:
         return {}
@@ -75,7 +76,7 @@ def from_arrays(arrays: Mapping[str, np.ndarray]) -> tuple[Movers, ...]:
 
 
 def _with_quaternion(row: np.ndarray) -> np.ndarray:
-    """The numbers of a mover as a file has them."""
+    """The numbers of a mover in a file."""
     R_WM = RotationMatrix(row[ORIENTATION].reshape(3, 3))
     wxyz = R_WM.ToQuaternion().wxyz()
     before, after = row[: ORIENTATION.start], row[ORIENTATION.stop :]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = ("pdf", "png", "svg")
-"""Formats that a figure can be saved in, by the endings of files."""
+"""Formats of a saved figure, by the suffixes of files."""
 
 _OURS, _TRUE, _LIMIT = "tab:blue", "black", "tab:red"
 _MAP, _STOP = "tab:green", "tab:orange"
@@ -60,7 +60,7 @@ def save_figure(figure: "Figure", path: Path) -> None:
 
     Args:
         figure: The figure.
-        path: The file; its ending says the format.
+        path: The file; its suffix determines the format.
 
     Raises:
         FieldError: The file's suffix is not in `FORMATS`.

@@ -49,7 +49,7 @@ def trace_operator(
         log: The log of a run.
         robot: The robot of the run.
         gain: Gain of the controller's servo [1/s].
-        max_speed: Greatest speed that the servo wants [m/s].
+        max_speed: Largest desired speed of the servo [m/s].
         truth: Returns the true scene at a time [s]; None if it is unknown.
         on_tick: Called with the number of ticks that are done.
     """

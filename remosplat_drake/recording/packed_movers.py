@@ -35,7 +35,7 @@ class PackedMovers:
 
     @staticmethod
     def of(movers: Movers) -> "PackedMovers":
-        """Packs movers; `unpacked` returns them with the same digits.
+        """Packs movers; `unpacked` restores them exactly.
 
         Args:
             movers: The movers.
@@ -82,16 +82,16 @@ def mover_of(name: str, row: np.ndarray) -> Mover:
 
 
 def to_columns(ticks: Collection[PackedMovers]) -> dict[str, np.ndarray]:
-    """Writes the movers of T ticks as arrays; messages that ticks share once.
+    """Writes the movers of T ticks as arrays; shared messages are stored once.
 
     Args:
-        ticks: Those of each tick.
+        ticks: The movers of each tick.
 
     Returns:
-        `mover_message`, the message of each tick, shape (T,); `mover_stamp`
-        and `mover_count`, shape (m,) for m messages; and of all k movers of
-        all messages `mover_name`, shape (k,), and `mover_row`, shape (k, 26).
-        Nothing for no tick.
+        `mover_message`, the message of each tick, shape (T,); `mover_stamp` and
+        `mover_count`, shape (m,) for m messages; and of all k movers of all
+        messages `mover_name`, shape (k,), and `mover_row`, shape (k, 26). Empty
+        if there is no tick.
     """
     if not ticks:
         return {}

@@ -38,7 +38,7 @@ VERSION = 1
 """Version of the format that this program writes and reads."""
 
 MODES = ("", STARTING, RUNNING, STOPPING, STOPPED)
-"""Modes of the supervisor by their codes; the first is for none at all."""
+"""Modes of the supervisor by their codes; the first means no supervisor."""
 
 NO_MAP = -1
 """Version of the map in the log of a run whose map does not change."""
@@ -94,7 +94,8 @@ class RunLogWriter:
         period: Control period [s].
 
     Attributes:
-        trouble: Why rows are missing in the file; empty while none is.
+        trouble: Reason for which rows are missing in the file; empty while none
+            is.
 
     Raises:
         FileError: The file exists or cannot be made.
@@ -114,7 +115,8 @@ class RunLogWriter:
         self._file = AppendFile(path, json.dumps(header).encode() + b"\n")
         size = max(1, math.ceil(_HELD / period))
         self._rows = np.zeros(size, row_type(n_q, n_u))
-        # One view a column is quicker than one row at a time.
+        # Writing through a view of each column is faster than writing whole
+        # rows.
         names = self._rows.dtype.names or ()
         self._column = {name: self._rows[name] for name in names}
         self._count = 0
@@ -132,7 +134,7 @@ class RunLogWriter:
 
         Args:
             report: The controller's report.
-            executed: The command as the robot got it, shape (n_u,).
+            executed: The command that the robot received, shape (n_u,).
             mode: Mode of the supervisor, one of `MODES`.
             map_version: Version of the map that the tick used.
         """
@@ -164,7 +166,7 @@ class RunLogWriter:
     def close(self) -> None:
         """Writes the rows in memory, and closes the file.
 
-        `trouble` says if it is no longer there.
+        `trouble` states if the file no longer exists.
         """
         self.flush()
         problem = self._file.close()
@@ -204,9 +206,9 @@ class RunLog:
 
         Args:
             k: Index of the row.
-            clearances: Clearances to put into the report, since of those of
-                the tick only the smallest was logged; the closest of their
-                rows count as tight. None puts in none.
+            clearances: Clearances for the report, since the log contains only
+                the smallest one of a tick; the closest rows count as tight.
+                None: the report has none.
         """
         row = self.rows[k]
         clearances = Clearances.none() if clearances is None else clearances
@@ -290,7 +292,7 @@ def _names(path: Path, header: dict, field: str) -> tuple[str, ...]:
 
 
 def _check_rows(path: Path, log: RunLog) -> None:
-    """Raises an error for rows that no run can have written."""
+    """Raises an error for rows that no run can have produced."""
     good = {
         "time": np.isfinite(log.rows["time"]),
         "q": np.isfinite(log.rows["q"]).all(axis=1),

@@ -20,9 +20,9 @@ class _Place:
 class TickBlocks:
     """Appends blocks of arrays to a temporary file that has no name.
 
-    The system deletes the file when the program ends, however it ends. It is
-    in the folder that `TMPDIR` names, or else in the system's. Nothing waits
-    for the disk.
+    The operating system deletes the file when the program ends for any reason.
+    It is in the folder that `TMPDIR` names, or else in the system's. Writing
+    does not wait for the disk.
     """
 
     def __init__(self):
@@ -60,7 +60,7 @@ class TickBlocks:
         return ""
 
     def read(self, start: str) -> Iterator[dict[str, np.ndarray]]:
-        """Reads of each block the arrays whose names begin with a text.
+        """Reads the arrays of each block whose names begin with a text.
 
         Args:
             start: The text; the empty one reads all arrays.

@@ -30,11 +30,11 @@ class TickTable:
 
     A tick takes about 250 bytes, and each mover of a new message 208. The
     report, with all clearances, takes a hundred times as much and is not kept.
-    A table that is told so keeps the latest ticks in memory, and all others
-    in a file.
+    With `block`, a table keeps the latest ticks in memory and all others in a
+    file.
 
     Attributes:
-        trouble: Why ticks are missing; empty while none is.
+        trouble: Reason for which ticks are missing; empty while none is.
     """
 
     def __init__(self, n_q: int, n_u: int, *, block: int | None = None):
@@ -86,7 +86,7 @@ class TickTable:
 
         Args:
             report: The controller's report.
-            executed: The command as a supervisor let it pass, shape (n_u,).
+            executed: The command after the supervisor, shape (n_u,).
             movers: The movers; None at all ticks of a run without movers.
         """
         separation = report.separation
@@ -101,7 +101,7 @@ class TickTable:
         self._line_deviation.append(report.line_deviation)
         self._margin.append(margin)
         if movers is not None:
-            # Messages about them come less often than a real robot ticks.
+            # Messages about movers are rarer than ticks of a real robot.
             is_new = movers is not self._heard or not self._movers
             self._heard = movers
             self._movers.append(
@@ -118,7 +118,7 @@ class TickTable:
             column.append(timings.get(phase, np.nan))
 
     def _put_block_away(self) -> None:
-        """Lets the disk have the ticks in memory; a full one loses them."""
+        """Moves ticks from memory to the disk; if it is full, they are lost."""
         count, problem = len(self._time), self._blocks.append(self._columns())
         if problem:
             self._lost += count
@@ -169,7 +169,7 @@ class TickTable:
         )
         status = self._whole("status")
         present = np.unique(status)
-        # As wide as the longest of those that came up.
+        # As wide as the longest status in this run.
         names = np.array([STATUSES[i] for i in present], dtype=str)
         movers = self._all_movers()
         return Trajectory(

@@ -28,8 +28,8 @@ _DAMAGES = (
     BadZipFile,
     KeyError,
     MemoryError,
-    NotImplementedError,  # An unknown kind of packing.
-    RuntimeError,  # A password.
+    NotImplementedError,  # An unknown compression.
+    RuntimeError,  # An encrypted file.
     SyntaxError,
     TokenError,  # NumPy's, for a damaged header of an array.
     TypeError,
@@ -39,7 +39,7 @@ _DAMAGES = (
 """Errors of NumPy and zipfile for a damaged archive."""
 
 _ALWAYS_ALLOWED = 2**24
-"""Size of an array that is not checked [bytes]."""
+"""Largest size of an array that is not checked [bytes]."""
 
 _MAX_RATIO = 1000
 """Greatest compression ratio of deflate."""
@@ -52,7 +52,7 @@ class Trajectory:
     Attributes:
         time: Time of each tick, shape (T,) [s].
         q: Configurations at the ticks and at the end, shape (T + 1, n_q).
-        u: Commands, each held until the next tick, shape (T, n_u).
+        u: Commands, each constant until the next tick, shape (T, n_u).
         status: Names from `tick_report.STATUSES`, shape (T,).
         scale: Factors by which verification scaled the commands, 0 to 1,
             shape (T,).

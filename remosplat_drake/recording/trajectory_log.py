@@ -45,13 +45,13 @@ class TrajectoryLog(LeafSystem):
     It publishes once a control period. A `McapRecorder` gets each tick in
     addition to the files, or instead of them. Rows are passed to the operating
     system once a second, events at once. A full disk does not end the run:
-    `trouble` then states, in one line, what the files lack; it is empty if they
-    lack nothing. Another simulation continues in the same files.
+    `trouble` then states in one line what is missing in the files; it is empty
+    if they are complete. Another simulation continues in the same files.
 
     `report` takes a `TickReport`, `velocity_executed` the command u that the
-    station got (without it the report's was executed), `supervision` a
-    `SupervisorState`, `map_status` a `MapStatus`, `target_state` a
-    `TargetState`, `map_requests` the `MapRequests`,
+    station received (if it is not connected, the report's command),
+    `supervision` a `SupervisorState`, `map_status` a `MapStatus`,
+    `target_state` a `TargetState`, `map_requests` the `MapRequests`,
     `station_status` a `StationStatus` and `standing` a `Standing`.
 
     Attributes:
@@ -63,7 +63,7 @@ class TrajectoryLog(LeafSystem):
         n_q: Length of the configuration.
         n_u: Length of the command.
         period: Control period [s].
-        recorder: Writes the run as an MCAP file; None for none.
+        recorder: Recorder that writes the run as an MCAP file; None for none.
 
     Raises:
         FileError: The files cannot be begun.
@@ -130,7 +130,7 @@ class TrajectoryLog(LeafSystem):
 
     @property
     def trouble(self) -> str:
-        """Returns what is missing in the files; empty if nothing."""
+        """Returns what is missing in the files, as a sentence, or ""."""
         writers = self._log, self._events, self._recorder
         return next((w.trouble for w in writers if w and w.trouble), "")
 

@@ -28,15 +28,15 @@ class TrajectoryRecorder(LeafSystem):
 
     It publishes once a control period and adds each new `TickReport` to a
     `TickTable`, together with the executed command (`velocity_executed`) and
-    the `Movers`; another simulation starts over. Of the reports themselves only
-    the latest is kept.
+    the `Movers`; another simulation starts with an empty table. Of the reports
+    themselves only the latest is kept.
 
     Args:
         n_q: Length of the configuration.
         n_u: Length of the command.
         period: Control period [s].
-        keep: Age at which ticks are forgotten [s]; None keeps all, the latest
-            `BLOCK` in memory and those before in a temporary file.
+        keep: Age at which ticks are forgotten [s]; None keeps all: the latest
+            `BLOCK` ticks in memory, and earlier ones in a temporary file.
 
     Attributes:
         ticks: All ticks that are kept.

@@ -1,4 +1,4 @@
-"""Clusters of points that may belong to one thing."""
+"""Clusters of points that may belong to one object."""
 
 import numpy as np
 from scipy.sparse import coo_array

@@ -18,7 +18,7 @@ class DepthImage:
 
     Attributes:
         camera: Name of the camera.
-        time: When it was taken [s].
+        time: Time at which it was taken [s].
         K: Intrinsic matrix, shape (3, 3) [pixels]; see `Capture`.
         X_WC: Camera pose (OpenCV axes), shape (4, 4).
         depth: Depth z in C, shape (h, w), float32 [m]; 0 where it is unknown,

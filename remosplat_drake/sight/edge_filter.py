@@ -1,9 +1,9 @@
-"""Estimates a thing's velocity from the motion of its six outermost faces.
+"""Estimates an object's velocity from the motion of its six outermost faces.
 
-If a thing is only partly visible, or changes its shape, its centre does not
-move as it does. Its outlines do: if the thing translates, its lowest and its
-highest x move equally. If they do not, the difference bounds the error of the
-velocity.
+If an object is only partly visible, or changes its shape, the centre of its
+visible points has another velocity than the object. Its outlines are better: if
+the object translates, its lowest and its highest x have the same velocity. If
+they do not, the difference bounds the error of the velocity.
 
 Each of the six faces has its own Kalman filter, with a position and a rate. It
 models accelerations as random, with the largest allowed one as standard
@@ -26,10 +26,10 @@ class Edges:
     """Positions and rates of the faces at the least and greatest x, y and z.
 
     Attributes:
-        place: Places, shape (2, 3) [m].
+        place: Positions of the faces, shape (2, 3) [m].
         rate: Their rates, shape (2, 3) [m/s].
-        P: Covariance of place and rate, for each: variance of the place, their
-            covariance, variance of the rate, shape (3, 2, 3).
+        P: Covariance of position and rate of each face: variance of the
+            position, covariance of both, variance of the rate, shape (3, 2, 3).
         time: Time of the state [s].
     """
 
@@ -48,7 +48,7 @@ class Edges:
         return Edges(place, np.zeros((2, 3)), P, time)
 
     def after(self, time: float, max_acceleration: float) -> "Edges":
-        """Predicts them."""
+        """Returns the faces predicted at a later time."""
         t = time - self.time
         a, c, d = self.P
         noise = max_acceleration**2 * t**2
@@ -70,7 +70,7 @@ class Edges:
 
         Args:
             place: Observed positions, shape (2, 3) [m].
-            deviation: Standard deviation of that [m].
+            deviation: Standard deviation of the observed positions [m].
             max_speed: No thing is faster [m/s].
         """
         a, c, d = self.P
@@ -88,7 +88,7 @@ class Edges:
         )
 
     def velocity(self, max_speed: float) -> tuple[np.ndarray, float]:
-        """Returns the velocity of the thing.
+        """Returns the velocity of the object.
 
         Args:
             max_speed: No thing is faster [m/s].

@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from remosplat_drake.sight.kernels.fit_box import fit_box, rounded_volume
 
 MOST_PARTS = 6
-"""Most boxes around the points of one thing."""
+"""Largest number of boxes around the points of one object."""
 
 _GAIN = 0.75
 """Two boxes replace one if they have at most this share of its volume."""
@@ -28,7 +28,7 @@ _CUTS = ((2, 0.5), (1, 0.5), (2, 0.25), (2, 0.75))
 
 @dc.dataclass(frozen=True, eq=False)
 class RoundedBox:
-    """A box with a radius around it, as a `Mover` is.
+    """A box with a radius around it, the shape of a `Mover`.
 
     Attributes:
         R_WM: Orientation, shape (3, 3).

@@ -1,8 +1,8 @@
 """`FollowedMap`: the map version of a control loop, for detection of movers.
 
-A thing is new as long as the control loop's map does not contain it. So
-detection must not use a map with more than that one, and should not use one
-with less.
+An object is new as long as the control loop's map does not contain it. So the
+map of detection must not contain more than the loop's, and should not contain
+less.
 """
 
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -35,8 +35,8 @@ class FollowedMap:
     Attributes:
         known: The map in use.
         version: Its version number in the session; 0 is the scenario's own map.
-        trouble: Why that is not the loop's map; empty if it is, or if the
-            version is being read.
+        trouble: Why the map in use is not the loop's; empty if it is, or while
+            the loop's version is being read.
 
     Raises:
         RemoSplatError: The folder holds no session.

@@ -50,9 +50,10 @@ def follow(
         count: Number of tracks so far, for the names of new ones.
         things: The things seen now.
         time: The present time [s].
-        hidden: Returns the part of a predicted track that may be hidden from
-            all cameras now; its second argument is whether any of it `is_seen`.
-        config: How things may move.
+        hidden: Function that returns the part of a predicted track that may be
+            hidden from all cameras now; its second argument is whether any part
+            `is_seen`.
+        config: Bounds on the motion of things.
 
     Returns:
         The tracks, first those of the seen things in their order; and the
@@ -164,7 +165,7 @@ def still_hidden(
 
     Args:
         track: A track, predicted to the time of the newest image.
-        is_seen: Whether something of it is seen now.
+        is_seen: Whether any part of the track is seen now.
         things: The things seen now.
         views: The view of each camera, by name.
         spheres: The robot's spheres in W.

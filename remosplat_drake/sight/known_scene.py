@@ -93,7 +93,7 @@ class KnownScene:
         self.nodes.reshape(-1)[asked] = steps.astype(np.uint8)
 
     def prepare_as(self, other: "KnownScene") -> None:
-        """Computes the nodes that are known in another map.
+        """Computes the nodes that another map has already computed.
 
         It works in small portions, so that other threads can run in between.
 

@@ -1,7 +1,7 @@
 """Checks whether a camera's image contradicts its assumed pose.
 
-New things hide the map's surfaces, and a person close to a camera hides all of
-them. But no new thing lets a camera look through a wall. So if a camera looks
+New objects hide the map's surfaces, and a person close to a camera hides all of
+them. But no new object lets a camera look through a wall. So if a camera looks
 through most of the surface points that it should see, its pose or the map is
 wrong.
 """
@@ -16,7 +16,7 @@ _FEWEST = 30
 """Least number of visible points for a decision."""
 
 _MOST_THROUGH = 0.5
-"""Share of them that must not be transparent to the camera."""
+"""Largest share of them that a camera may look through."""
 
 
 def contradiction(

@@ -33,7 +33,7 @@ class _Thing:
 class SettledThings:
     """Things that were seen, and the number of requested frames.
 
-    A value; copying returns the object itself.
+    It is immutable; copying returns the object itself.
 
     Attributes:
         things: The things, by their names.

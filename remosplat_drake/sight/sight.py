@@ -5,7 +5,7 @@
         sight = look(sight, image, spheres, scene, config)
         movers = sight.movers(config)
 
-All are values, independent of processes, networks and clocks.
+All objects are immutable, and independent of processes, networks and clocks.
 """
 
 import dataclasses as dc
@@ -31,7 +31,7 @@ from remosplat_drake.sight.view import View
 
 @dc.dataclass(frozen=True, eq=False)
 class Sight:
-    """State of detection after all images so far; copies are the object itself.
+    """State of detection after all images so far; copying returns itself.
 
     Attributes:
         time: Stamp of the newest image [s].
@@ -55,7 +55,7 @@ class Sight:
         """Returns the movers at the time of the newest image.
 
         Args:
-            config: How it may move.
+            config: Bounds on the motion of things.
         """
         trusted = [track for track in self.tracks if track.is_trusted]
         movers: list[Mover] = []
@@ -98,8 +98,8 @@ def look(
 ) -> Sight:
     """Updates the state with an image.
 
-    An image that is older than the newest one is ignored. One that contradicts
-    its pose only reports that problem.
+    An image that is older than the newest one is ignored. If an image
+    contradicts its pose, only this problem is recorded.
 
     Args:
         sight: The state so far.

@@ -52,7 +52,7 @@ class SightCameraConfig(Config):
         """Checks that the camera has one direction, and a range.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         if not self.max_depth > self.min_depth:
             problem = f"must exceed min_depth {self.min_depth}"
@@ -62,7 +62,7 @@ class SightCameraConfig(Config):
         if self.rpy_deg is not None:
             yield "rpy_deg", "give `rpy_deg` or `look_at`, not both"
         if self.frame:
-            yield "look_at", "is for cameras without `frame`; give `rpy_deg`"
+            yield "look_at", "is for cameras without `frame`; use `rpy_deg`"
         if np.linalg.norm(np.subtract(self.look_at, self.translation)) < 1e-3:
             yield "look_at", "must lie ahead of the camera"
 

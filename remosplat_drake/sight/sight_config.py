@@ -12,13 +12,13 @@ from remosplat_drake.base.ranges import Config, Position
 
 @dc.dataclass
 class SightConfig(Config):
-    """Settings to distinguish moving things from the known scene.
+    """Settings of the detection of moving objects.
 
     Errors of depth grow with its square, as for triangulation; the defaults are
     those of an Intel RealSense D435.
     """
 
-    # Lower corner of the box in W in which something may move [m].
+    # Lower corner, in W, of the box in which movers are detected [m].
     lower: Position = dc.field(default_factory=lambda: [-3.0, -3.0, -0.2])
     # Upper corner of that box [m].
     upper: Position = dc.field(default_factory=lambda: [4.0, 3.0, 2.4])
@@ -65,7 +65,7 @@ class SightConfig(Config):
         """Checks the size of the box.
 
         Yields:
-            The name of a field and what is wrong with it.
+            The name of a field and its problem.
         """
         size = np.subtract(self.upper, self.lower)
         if not (size > 0).all():

@@ -21,7 +21,7 @@ class Thing:
 
     Attributes:
         shown: Its points, each with the possible extent of the thing behind it.
-        parts: Boxes around these.
+        parts: Boxes around the points and their possible extents.
         pitch: Greatest distance between neighbouring pixels on it [m].
         error: Bound on position errors of its points [m].
         deviation: Standard deviation of its outline between images [m].
@@ -43,8 +43,8 @@ class Thing:
     ) -> "Thing":
         """Encloses a cluster of points.
 
-        Points right beside the robot are taken for the robot. So a thing that
-        is visible up to there is assumed to touch it.
+        Points close to the robot count as points of the robot. So a thing that
+        is visible up to such points is assumed to touch the robot.
 
         Args:
             shown: The points, shape (n,).
@@ -74,7 +74,7 @@ class Thing:
 
 
 def _touches(p_W: np.ndarray, spheres: Spheres, beside: float) -> np.ndarray:
-    """Returns where things with points beside the robot would touch it."""
+    """Returns the points at which things close to the robot would touch it."""
     radius = np.asarray(spheres.radius)
     p_W = p_W[near_any(p_W, spheres.p_WS, radius + beside)]
     gap = cdist(p_W, spheres.p_WS) - radius

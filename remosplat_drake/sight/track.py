@@ -14,7 +14,7 @@ TRUSTED = 2
 """Number of images in which a small thing must appear before it counts."""
 
 _PLAIN = 40
-"""Number of points from which on a thing counts at once."""
+"""Least number of points of a thing that counts at its first image."""
 
 _HIDDEN_PARTS = 2
 """Largest number of boxes around the hidden part of a thing."""
@@ -79,7 +79,7 @@ class Track:
         padding: Margin of its extent beyond its points [m].
         error: Bound on position errors of its points [m].
         still_since: Time since which it has been at rest [s].
-        home: Its outline then, shape (2, 3) [m].
+        home: Its outline at that time, shape (2, 3) [m].
     """
 
     name: str
@@ -119,7 +119,7 @@ class Track:
 
         Args:
             time: The later time [s].
-            config: How it may move.
+            config: Bounds on its motion.
         """
         v, _ = self.edges.velocity(config.max_speed)
         way = (time - self.edges.time) * v
@@ -134,7 +134,7 @@ class Track:
 
         Args:
             since: Time at which it was last seen [s].
-            config: How it may move.
+            config: Bounds on its motion.
         """
         t = self.edges.time - since
         v, error = self.edges.velocity(config.max_speed)
@@ -148,7 +148,7 @@ class Track:
         """Returns the thing as movers, with bounds on its motion.
 
         Args:
-            config: How it may move.
+            config: Bounds on its motion.
             coarse: Whether the visible part gets one box instead of several.
         """
         parts = [(part, self.error) for part in self._seen_parts(coarse)]
@@ -192,7 +192,7 @@ class Track:
 
     @staticmethod
     def nearness(p_W: np.ndarray, q_W: np.ndarray) -> float:
-        """Returns approximately the least distance of two point sets [m]."""
+        """Returns an approximate least distance between two point sets [m]."""
         p_W = p_W[:: max(1, len(p_W) // 40)]
         q_W = q_W[:: max(1, len(q_W) // 200)]
         apart = p_W[:, None] - q_W[None]

@@ -31,7 +31,7 @@ from remosplat_drake.sight.known_scene import KnownScene
 from remosplat_drake.sight.sight_config import SightConfig
 
 UNSEEN = "unseen space"
-"""Name of movers that may come out of unseen space."""
+"""Name of hypothetical movers in unseen space."""
 
 VOXEL, RADIUS = 0.08, 0.1
 """Edge of the voxels, and radius r of hidden balls [m]."""

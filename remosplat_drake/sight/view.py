@@ -59,9 +59,9 @@ class View:
     def tells(
         self, p_W: np.ndarray, spheres: Spheres, config: SightConfig
     ) -> np.ndarray:
-        """Returns for which points the image is decisive.
+        """Marks points about which the image is decisive.
 
-        It does not if the measured point is taken for the robot, unless that is
+        It is not if the measured point may be the robot's, unless this point is
         behind them.
 
         Args:
@@ -94,7 +94,7 @@ class View:
         Args:
             tracks: The tracks, whose points move with them.
             newer: The view of the other camera.
-            config: How things move, and how long points are kept.
+            config: Bounds on motions, and the time for which points are kept.
         """
         points, time = self.points, newer.image.time
         if not len(points):
@@ -133,7 +133,7 @@ def backs(
     Args:
         views: The view of each camera, by name.
         camera: The camera.
-        config: How thick things may be.
+        config: Largest thickness of things.
 
     Returns:
         For each of the camera's points, the farthest point in W that may belong

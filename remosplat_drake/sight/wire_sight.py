@@ -44,8 +44,8 @@ class _Camera:
 class WireSight:
     """Receives images and statuses, and sends the movers after every image.
 
-    Nothing is sent before every camera has sent, and an image was usable: with
-    an incomplete view, the absence of movers is unknown.
+    Nothing is sent until every camera has sent images and one of them was
+    usable: with an incomplete view, the absence of movers is unknown.
 
     Args:
         cameras: The cameras.

@@ -42,8 +42,8 @@ def checked_splat(
     """Makes a `GaussianSplat` of the activated values that a file holds.
 
     Scales and opacities that underflowed to zero are raised to the smallest
-    normal float; quaternions may have any length but zero. The arrays are those
-    of `GaussianSplat`.
+    normal float; quaternions may have any nonzero norm. The arrays are those of
+    `GaussianSplat`.
 
     Raises:
         FileError: There are no splats, or a value is invalid.

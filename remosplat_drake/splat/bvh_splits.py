@@ -18,7 +18,8 @@ MAX_DEPTH = 96
 
 _BINS = 16
 _FEW_BINS = 8
-"""Bins of nodes of few boxes: sixteen take longer to fill than they save."""
+"""Number of bins for nodes of few boxes: sixteen take longer to fill than they
+save."""
 
 _FEW = 16
 _BALANCE_DEPTH = 48
@@ -174,7 +175,7 @@ def _partition(table, first, end, axis, low, scale, cut) -> int:
 
 @helper
 def _bounded(table, first, middle, end, children) -> int:
-    """Bounds the boxes before and from `middle` on, and returns that."""
+    """Bounds the boxes before `middle` and those from there on."""
     _empty(children, 0)
     _empty(children, 1)
     for i in range(first, end):

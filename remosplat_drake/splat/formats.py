@@ -46,7 +46,8 @@ class SplatFormat:
         loss: The loss of writing, as a sentence; empty if only rounding to
             single precision.
         keeps_surfels: Whether the format has 2DGS discs of two scales. If not,
-            they are written as thin ellipsoids and recognised by that.
+            discs are written as ellipsoids of one tiny thickness, from which
+            they are recognised.
         keeps_uncertainty: Whether the format has a place for the splats' own
             uncertainty; if not, it is lost.
         reorders: Whether splats are written in `morton_order`.
@@ -131,8 +132,8 @@ def read_splat(
 ) -> GaussianSplat:
     """Reads a Gaussian splat of any format.
 
-    The format is recognised by the file's content, then by its name. Formats
-    without 2DGS discs hold them as ellipsoids of one tiny thickness; these are
+    The format is recognised by the file's content, then by its name. In formats
+    without 2DGS discs, these are ellipsoids of one tiny thickness, which are
     read as discs again (`is_flat`).
 
     Args:

@@ -223,7 +223,8 @@ class GaussianSplat:
         """Returns these splats with other bounds, see `uncertainty`.
 
         Args:
-            uncertainty: Shape (N,), or one number for all [m]; None forgets it.
+            uncertainty: Shape (N,), or one number for all [m]; None means
+                unknown.
         """
         if uncertainty is not None:
             uncertainty = np.broadcast_to(uncertainty, len(self))
@@ -259,8 +260,8 @@ class GaussianSplat:
     ) -> "GaussianSplat":
         """Expresses the splats in another frame F, and in other units.
 
-        The centre K goes to X_FG (scale p_GK). Scales and uncertainty grow
-        with it, and the colours turn with the splats.
+        A centre becomes p_FK = X_FG (scale p_GK). Scales and uncertainty are
+        multiplied by `scale`, and view-dependent colours are rotated.
 
         Args:
             X_FG: Pose of the splats' frame G in F.

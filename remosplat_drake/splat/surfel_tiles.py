@@ -1,4 +1,4 @@
-"""`make_tiles`: a splat as triangle meshes for Meshcat, each small to send."""
+"""`make_tiles`: a splat as small triangle meshes for Meshcat."""
 
 import dataclasses as dc
 from functools import lru_cache

@@ -1,7 +1,7 @@
 """Benchmarks of look-ahead: rollouts, and ticks with look-ahead.
 
-The scene is one of the published kind in which the controller alone gets stuck,
-covered by 60,000 surfels: so the selector is active.
+The scene is generated like the published ones and covered by 60,000 surfels. In
+it, the controller alone gets stuck, so the selector is active.
 """
 
 import dataclasses as dc
@@ -40,8 +40,8 @@ STUCK = ("table", 6)
 """Family and seed of a generated scene that needs guidance."""
 
 _TIME_LIMIT = 12.0
-_SECONDS = 4.0  # Of each measurement: several closed loops.
-_WARM_UP = 20  # Calls until rollouts have come near the scene.
+_SECONDS = 4.0  # Duration of a measurement: several closed loops.
+_WARM_UP = 20  # Calls until rollouts come near the scene.
 
 
 @dc.dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
 """A large hall as a splat, to measure how time and memory grow with size.
 
-No published splat is as large and has a floor for a robot.
+No published splat of this size has a floor for a robot.
 """
 
 import numpy as np
@@ -66,7 +66,7 @@ def _faces() -> tuple[np.ndarray, np.ndarray]:
     half = 0.5 * SIZE[:2]
     x, y = (np.arange(_PITCH - h, h - 0.5 * _PITCH, _PITCH) for h in half)
     middle = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    # The middle of the hall is free for the start of a robot.
+    # The middle of the hall is free, so that a robot can start there.
     middle = middle[np.linalg.norm(middle, axis=1) > 0.5 * _PITCH]
     side = rng.uniform(_SMALLEST, _LARGEST, (len(middle), 3))
     boxes = [

@@ -1,4 +1,4 @@
-"""Benchmarks of distances to a mesh by other packages, and to its surfels.
+"""Benchmarks of distances to a mesh with other packages, and to its surfels.
 
 The scene is that of the shipped table, once with the fewest possible triangles
 and once with as many as there are surfels; the spheres are those of the
@@ -47,7 +47,7 @@ class MeshQuery(NamedTuple):
 
 
 def mesh_cases() -> list[Case]:
-    """Makes cases: our query, and the installed ones of others."""
+    """Makes cases: our query, and those of installed packages."""
     scene, spheres = table(), robot_spheres()
     splat = surfel_splat(scene)
     clearances = SphereToEllipsoidField(splat).clearances
@@ -104,7 +104,7 @@ def _rtree(triangles: np.ndarray) -> Query:
 
 
 def _indexed(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices, shape (3t, 3), and the three of each triangle, shape (t, 3)."""
+    """Vertices, shape (3t, 3), and their indices by triangle, shape (t, 3)."""
     p_WV = triangles.reshape(-1, 3)
     return p_WV, np.arange(len(p_WV)).reshape(-1, 3)
 

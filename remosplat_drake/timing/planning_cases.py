@@ -1,8 +1,8 @@
 """Benchmarks of planning to many targets in the shipped, trained splats.
 
-Targets lie before discs that are drawn at random, the hand pointing at them.
-Those to which a path is found at once are timed apart from those that no
-configuration reaches and keeps its distance at.
+Targets are poses in front of random discs, with the hand pointing at the disc.
+Targets with a path are timed separately from those that no configuration
+reaches with the required distances.
 """
 
 import math
@@ -45,7 +45,7 @@ def planning_cases() -> list[Case]:
 
 
 def _cases(name: str) -> list[Case]:
-    """Makes cases of targets with a path, of goals, and of others."""
+    """Makes cases: paths to targets, their goals, and unreachable targets."""
     scenario = load_scenario(name)
     world = load_world(scenario)
     law = ReactiveLaw.make(

@@ -1,7 +1,7 @@
 """Benchmarks of our solver and others on the programs of a run.
 
-All start cold, from their own input: dense matrices in u alone, or a complete
-Drake program.
+All solvers start cold, with their own input: dense matrices in u alone, or a
+complete Drake program.
 """
 
 from collections.abc import Callable
@@ -57,7 +57,7 @@ class Solver(NamedTuple):
     """A solver that is timed.
 
     Attributes:
-        make: Makes the function that solves.
+        make: Function that makes the solving function.
         package: The package that must be installed; empty for none.
     """
 
@@ -69,8 +69,8 @@ def solver_cases(scenario_name: str | None = None) -> list[Case]:
     """Makes a case for each installed solver.
 
     Args:
-        scenario_name: Name of the scenario, or its file, whose run the
-            programs are of; None for the default one.
+        scenario_name: Name or file of the scenario whose run has these
+            programs; None for the default one.
     """
     problems = recorded_problems(scenario_name)
     return [

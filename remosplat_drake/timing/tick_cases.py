@@ -30,7 +30,7 @@ _GAP = 0.5
 """Distance of bystanders from all positions of the robot [m]."""
 
 _IN_THE_WAY = 0.9
-"""Distance from the hand of people that the robot cannot avoid [m]."""
+"""Distance of unavoidable people from the hand [m]."""
 
 _SPEED = 0.5
 """Their walking speed [m/s]."""
@@ -135,7 +135,7 @@ def _bystanders(ticks: list[Tick]) -> Movers:
 
 
 def _in_the_way(ticks: list[Tick]) -> Movers:
-    """Makes people at the robot's position: no command avoids them."""
+    """Makes people around the robot that no command can avoid."""
     hand = np.mean([tick.state.X_WE[:3, 3] for tick in ticks], axis=0)
     return _ring(hand, _IN_THE_WAY)
 

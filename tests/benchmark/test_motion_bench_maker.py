@@ -107,7 +107,7 @@ def test_it_is_reached_and_tabled(robot):
     assert row["reached [%]"].endswith("(1/1)")
     assert "left out" in table.notes
     # The straight way of one joint: 0.8 rad at 2.175 rad/s.
-    ratio = row["times the joint path's"]
+    ratio = row["motion / joint path"]
     if robot == "panda":
         assert result.joint_time == pytest.approx(0.8 / 2.175)
         expected = result.text.duration / result.joint_time
@@ -185,7 +185,9 @@ def test_folders_without_problems_are_refused(tmp_path):
 
 def test_another_robots_request_says_which_joint_it_lacks():
     path = FOLDER / "shelf_panda" / "request0001.yaml"
-    with pytest.raises(RemoSplatError, match="says nothing of shoulder_lift"):
+    with pytest.raises(
+        RemoSplatError, match="has no position of shoulder_lift"
+    ):
         read_request(path, ("shoulder_lift",))
 
 

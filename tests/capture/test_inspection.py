@@ -102,7 +102,7 @@ def test_a_wrong_frame_and_wrong_poses_are_told(scene_capture):
     inverse = np.linalg.inv(scene_capture.X_WC)
     text = warnings_of(scene_capture, X_WC=inverse)
     assert text.startswith("poses look like world-to-camera")
-    assert "with that undone" in text
+    assert "after its correction" in text
 
 
 def test_shifted_colours_are_told(scene_capture):

@@ -65,7 +65,10 @@ def test_the_mount_is_found_and_written(folder, capsys, tmp_path):
 @pytest.mark.parametrize(
     ("flags", "mention"),
     [
-        (["TableReach", "--write"], "--write: shipped scenarios stay"),
+        (
+            ["TableReach", "--write"],
+            "--write: shipped scenarios cannot be changed",
+        ),
         (["TableReach", "--board", "big"], "expected COLUMNSxROWS"),
         (["TableReach", "--capture", "nowhere"], "nowhere: no such file"),
     ],

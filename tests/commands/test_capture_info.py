@@ -31,7 +31,7 @@ def test_a_good_capture(folder, capsys):
     assert "12 of 120x90 pixels" in text
     assert "57.3 degrees" in text
     assert "pairs of frames" in text and "100 % by less than 2 %" in text
-    assert "nothing seems wrong" in text
+    assert "no problem found" in text
 
 
 def test_what_it_found_as_json(folder, capsys):

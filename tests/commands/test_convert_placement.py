@@ -113,7 +113,10 @@ def test_without_a_clear_floor_people_are_asked(dots, capfd):
     assert convert(room, output, "--align", "floor") == USER_ERROR
     error = capfd.readouterr().err
     assert "convert: --align: no clear floor: planes with" in error
-    assert "--up X Y Z tells roughly what is up, --align-points" in error
+    assert (
+        "--up X Y Z gives an approximate upward direction, --align-points"
+        in error
+    )
     assert error.count("\n") == 1
     assert not output.exists()
 

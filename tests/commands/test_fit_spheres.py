@@ -110,5 +110,5 @@ def test_a_tolerance_beyond_reason_is_refused(model, tolerance):
 
 
 def test_a_count_and_a_tolerance_exclude_each_other(model):
-    with pytest.raises(RemoSplatError, match="not both"):
+    with pytest.raises(RemoSplatError, match="not with --count"):
         run(model, "--tolerance", 10, "--count", 5)

@@ -130,7 +130,7 @@ def test_a_folder_that_is_there_is_left_alone(tmp_path, capsys):
         main(["import-robot", str(source), "--out", str(tmp_path)])
         == USER_ERROR
     )
-    assert "is there already" in capsys.readouterr().err
+    assert "exists already" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -70,7 +70,7 @@ def test_a_model_is_captured_where_it_is_placed(tmp_path):
         (["table:1", "--noise", "lidar"], "unknown noise preset"),
         (["table:1", "--scale", "2"], "only models and meshes"),
         (["table:1", "--around", "1", "nan", "0"], "--around: must be finite"),
-        (["bare.json"], "say --around"),
+        (["bare.json"], "add --around"),
     ],
 )
 def test_bad_arguments_end_in_one_line(

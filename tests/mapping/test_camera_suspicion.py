@@ -175,7 +175,7 @@ def test_poses_that_joints_tell_nearly_are_no_error_of_the_camera():
 def test_wrong_poses_are_refused_and_named():
     dut = judged(shaken(exact(), 0.015))
     assert dut.problem.startswith("the frames contradict each other: their")
-    assert "the robot was not where its joints and its odometry" in dut.problem
+    assert "the robot's poses from joints and odometry are wrong" in dut.problem
     assert not dut.errors.any()
 
 
@@ -191,7 +191,7 @@ def test_frames_that_others_contradict_leave_no_doubt_about_the_rest():
 def test_a_depth_that_no_calibration_explains_is_refused_and_named():
     z = exact().depth
     bent = dc.replace(exact(), depth=z + np.float32(0.03) * np.sin(12 * z))
-    assert "the camera's depth is bent" in judged(bent).problem
+    assert "the depth is distorted" in judged(bent).problem
 
 
 def test_the_poses_of_a_drifting_base_are_no_error_of_the_camera():

@@ -118,7 +118,10 @@ def test_a_frame_that_odometry_cannot_explain_is_refused(frames):
     jumped = dc.replace(steady, capture=capture, X_OB=X_OB)
     tracked = aligner.track(jumped.frame(8))
     assert "does not fit: its surfaces lie" in tracked.problem
-    assert "within 3 mm and 0.1 deg of where odometry has it" in tracked.problem
+    assert (
+        "at all poses within 3 mm and 0.1 deg of the odometry's"
+        in tracked.problem
+    )
 
 
 def true_capture(frames: DrivenFrames) -> Capture:

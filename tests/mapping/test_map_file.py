@@ -165,10 +165,12 @@ def test_a_map_outlives_the_name_of_its_file(path):
 def test_a_map_that_fits_in_no_file_leaves_the_old_one(path):
     write_map(path, a_map())
     hopeless = SceneMap(4, 3, (), 0.0, field=lambda: None)  # pyright: ignore
-    with pytest.raises(FileError, match="fits in no file: no file holds a fun"):
+    with pytest.raises(
+        FileError, match="cannot hold this map: files cannot hold a fun"
+    ):
         write_map(path, hopeless)
     foreign = SceneMap(4, 3, (), 0.0, SphereToEllipsoidField(floor()), floor(9))
-    with pytest.raises(FileError, match="is of something else"):
+    with pytest.raises(FileError, match="is of another splat"):
         write_map(path, foreign)
     assert open_map(path).version == 3
     assert os.listdir(path.parent) == [path.name]

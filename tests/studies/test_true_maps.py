@@ -520,7 +520,7 @@ def test_attacks_of_earlier_runs_are_summed_up(tmp_path, capsys):
     flags = ["--split", "frozen", "--count", "1", "--attacks", "1"]
     assert main([*flags, "--jobs", "0", "--output", str(tmp_path)]) == 0
     out = capsys.readouterr().out
-    assert "1 maps that no robot is let use" in out
+    assert "1 maps that robots must not use" in out
     assert "live: 1 runs" in out and "22.0 mm at least" in out
 
 

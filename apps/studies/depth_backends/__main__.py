@@ -220,16 +220,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--count", type=int, default=1000, help="robot states")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(
-        "--states", type=Path, metavar="FILE", help="take these states"
+        "--states", type=Path, metavar="FILE", help="file of states to use"
     )
     parser.add_argument(
-        "--write-states", type=Path, metavar="FILE", help="keep the states"
+        "--write-states",
+        type=Path,
+        metavar="FILE",
+        help="file that receives the states",
     )
     parser.add_argument(
-        "--threads", type=int, default=os.cpu_count(), help="of the CPU backend"
+        "--threads",
+        type=int,
+        default=os.cpu_count(),
+        help="number of threads of the CPU backend",
     )
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="also write the numbers"
+        "--json", type=Path, metavar="FILE", help="JSON file for the numbers"
     )
 
 

@@ -103,7 +103,7 @@ class Differences:
     Args:
         splat_W: Splat of 2DGS discs, expressed in W.
         sensor: The views of a sphere, without low-pass filter.
-        max_distance: Distance up to which the queries asked [m].
+        max_distance: Largest distance of the queries [m].
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class Differences:
         cpu: ViewAnswers,
         cuda: ViewAnswers,
     ) -> str:
-        """Returns the reason of a view whose distances differ.
+        """Returns the reason of a view's difference.
 
         Args:
             spheres: The spheres that were asked about.
@@ -226,7 +226,7 @@ class Differences:
     def _ranges(
         self, fragments: Fragments, rules: Set[str], shift: float
     ) -> list[float]:
-        """Returns ranges that a ray may have under some of gsplat's `RULES`.
+        """Returns the possible ranges of a ray with some of gsplat's `RULES`.
 
         There are two: the GPU uses the discs within the queried distance first,
         and the others only if these do not suffice.

@@ -1,4 +1,4 @@
-"""Imports of vendors' robots, each by one command, compared with the right arm.
+"""Imports vendors' robots, each by one command, and checks the results.
 
 Thirty robots are imported as their users would, each by one command in a
 process of its own: URDF, xacro, SDFormat and MJCF of arms, grippers, mobile
@@ -39,24 +39,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         required=True,
         metavar="DIR",
-        help="folder of the unpacked wheels",
+        help="folder with the unpacked wheels",
     )
     parser.add_argument(
         "--robot",
         action="append",
         default=[],
         metavar="NAME",
-        help="only this one; may be given several times",
+        help="import only this robot; may be given several times",
     )
     parser.add_argument(
-        "--jobs", type=int, default=2, metavar="N", help="at a time (2)"
+        "--jobs",
+        type=int,
+        default=2,
+        metavar="N",
+        help="number of parallel imports (2)",
     )
     parser.add_argument(
         "--output",
         type=Path,
         default=Path("results/imports"),
         metavar="DIR",
-        help="where robots and results go; what is there is not done again",
+        help="folder of the robots and results; existing results are not"
+        " computed again",
     )
 
 
@@ -88,21 +93,21 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def is_right(robot: Robot, result: Result) -> bool:
-    """Whether an import made of a robot what a person would.
+    """Returns whether the result of an import is correct.
 
     Args:
-        robot: What is right.
-        result: What was made.
+        robot: The robot, with the correct result.
+        result: The result of the import.
     """
     return all(judged(robot, result))
 
 
 def judged(robot: Robot, result: Result) -> tuple[bool, bool, bool]:
-    """Whether tools, joints and base of an import are right.
+    """Returns whether tools, joints and base of an import are correct, each.
 
     Args:
-        robot: What is right.
-        result: What was made.
+        robot: The robot, with the correct result.
+        result: The result of the import.
     """
     return (
         sorted(result.tools) == sorted(robot.tools),
@@ -112,11 +117,11 @@ def judged(robot: Robot, result: Result) -> tuple[bool, bool, bool]:
 
 
 def table(robots: Sequence[Robot], results: Sequence[Result]) -> Table:
-    """Makes a table of imports beside what is right.
+    """Makes a table of imports and the correct results.
 
     Args:
         robots: The robots.
-        results: What came of each.
+        results: Result of each robot.
     """
     rows = []
     for robot, result in zip(robots, results, strict=True):

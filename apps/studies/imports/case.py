@@ -1,4 +1,4 @@
-"""The robots that are imported, and what is right for each."""
+"""The robots to import, with the correct result of each."""
 
 import dataclasses as dc
 from functools import cache
@@ -26,19 +26,19 @@ ROOTS = {
 
 @dc.dataclass
 class Robot(Config):
-    """A robot, and what is right for it."""
+    """A robot, with the correct result of its import."""
 
     # Name of the robot in tables.
     name: str = ""
-    # Whose file it is.
+    # Source of its file.
     source: Annotated[str, OneOf(tuple(ROOTS))] = "example_robot_data"
     # Path of the file below the source's folder.
     file: str = ""
-    # Links whose frames go to targets, one for each arm.
+    # Links whose frames are moved to targets, one for each arm.
     tools: list[str] = dc.field(default_factory=list)
     # The joints of all arms.
     joints: list[str] = dc.field(default_factory=list)
-    # How the robot moves about.
+    # Kind of the robot's base.
     base: Annotated[str, OneOf(BASES)] = FIXED
 
 
@@ -66,7 +66,7 @@ class Case:
 
     @property
     def robot(self) -> Robot:
-        """What is right for it."""
+        """The correct result of its import."""
         return {robot.name: robot for robot in known_robots()}[self.key]
 
     @property
@@ -83,7 +83,7 @@ def known_robots() -> tuple[Robot, ...]:
 
 
 def check_sources(cases: list[Case]) -> None:
-    """Checks that the file of each robot is there.
+    """Checks that the file of each robot exists.
 
     Args:
         cases: The robots.

@@ -1,4 +1,4 @@
-"""One import, as its user runs it: what it made, and what it took."""
+"""One import by the command line: its result and its time."""
 
 import dataclasses as dc
 import re
@@ -21,18 +21,18 @@ _TRIED = re.compile(r"tried: (\d+) targets? reached")
 
 @dc.dataclass(frozen=True)
 class Result:
-    """What came of an import.
+    """Result of an import.
 
     Attributes:
         key: Name of the robot.
         seconds: Processor time [s].
         tools: The end effectors' frames.
         joints: The arms' joints.
-        base: How the robot moves about.
-        tried: Number of targets that the tried scenario reached.
-        home: Where its home is from.
-        problem: Last line that the command said if it failed; empty if not.
-        error: What went wrong with the trial itself; empty for nothing.
+        base: Kind of the robot's base.
+        tried: Number of targets that the trial run of the scenario reached.
+        home: Source of its home posture.
+        problem: Last output line of the command if it failed; empty if not.
+        error: Error text of the trial itself; empty without an error.
     """
 
     key: str
@@ -47,18 +47,18 @@ class Result:
 
 
 def restored(fields: dict[str, Any]) -> Result:
-    """Makes a result of a line's fields."""
+    """Restores a result from a line's fields."""
     lists: dict[str, Any] = {x: tuple(fields[x]) for x in ("tools", "joints")}
     return Result(**{**fields, **lists})
 
 
 def failed(case: Case, error: str) -> Result:
-    """Makes the result of a trial that broke."""
+    """Makes the result of a trial that failed with an error."""
     return Result(case.key, error=error)
 
 
 def run_trial(case: Case) -> Result:
-    """Imports a robot by one command in a process of its own.
+    """Imports a robot by one command in a separate process.
 
     Args:
         case: The robot.

@@ -41,7 +41,8 @@ _LATENCY = 2.0
 """Fixed latency of the maps while memory is measured [s]."""
 
 _FRAMES = 12
-"""Largest number of a map's frames then; memory may grow up to it."""
+"""Largest number of a map's frames meanwhile; memory may grow until it is
+reached."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -56,32 +57,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=5.0,
         metavar="MIN",
-        help="how long memory is watched, by the simulation's clock"
-        " (%(default)g)",
+        help="simulated time of the memory measurement (%(default)g)",
     )
     parser.add_argument(
         "--drift",
         type=positive,
         metavar="S",
-        help="instead, drive for so long with odometry that drifts by 2 cm/s",
+        help="instead, drive for this simulated time with odometry that drifts"
+        " by 2 cm/s",
     )
     parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="also write the numbers"
+        "--json", type=Path, metavar="FILE", help="JSON file for the numbers"
     )
     parser.add_argument(
         "--rounds",
         type=int,
         default=3,
-        help="maps of each kind that are made by the clock; 0: only watch"
-        " memory (%(default)s)",
+        help="number of maps of each kind in real time; 0: only measure memory"
+        " (%(default)s)",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measures two sessions by the clock, and the memory of a long one.
+    """Measures two sessions in real time, and the memory of a long session.
 
     Raises:
-        RemoSplatError: A session cannot be begun, or makes no map.
+        RemoSplatError: A session cannot begin, or makes no map.
     """
     console, spec = Console(), arguments.scenario
     if arguments.drift:
@@ -133,7 +134,7 @@ def _by_the_clock(
     rounds: int,
     tell: Callable[[str], None],
 ) -> dict:
-    """Measures and prints how a session keeps time, paced like a real robot.
+    """Measures and prints the timing of a session that runs in real time.
 
     Args:
         console: Console that shows the tables.
@@ -168,7 +169,7 @@ def _by_the_clock(
 def _memory(
     spec: str, minutes: float, on_time: Callable[[float], None]
 ) -> LiveMemory:
-    """Measures the memory of a session with a page, which holds more.
+    """Measures the memory of a session with a page, which needs more memory.
 
     The page's traces of hand and base add to it until they are 30 m long.
     """
@@ -209,7 +210,7 @@ def drift_table(errors: DriftErrors) -> Table:
 
 
 def period_table(periods: LivePeriods, name: str) -> Table:
-    """Makes a table with one row for each kind of map in the making."""
+    """Makes a table with one row for each kind of map under construction."""
     table = Table(
         "in the making",
         title=name,
@@ -261,7 +262,7 @@ def memory_table(memory: LiveMemory) -> Table:
         "memory [MB]",
         title=f"{memory.minutes:g} simulated minutes, {memory.maps} changes of"
         f" the map, at most {_FRAMES} frames in each",
-        caption="trends a minute after the first third",
+        caption="slope per minute after the first third",
     )
     for heading in (
         "after a third",

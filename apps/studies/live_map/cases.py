@@ -36,7 +36,7 @@ _PATIENCE = 300.0
 
 @dc.dataclass(frozen=True)
 class TickTimes:
-    """Timing of the ticks while one kind of map was in the making.
+    """Timing of the ticks while one kind of map was under construction.
 
     Attributes:
         ticks: Number of ticks.
@@ -74,10 +74,10 @@ class Swap:
 
 @dc.dataclass(frozen=True)
 class LivePeriods:
-    """Timing of a session by the clock.
+    """Timing of a session in real time.
 
     Attributes:
-        times: Timing of ticks by the kind of map in the making.
+        times: Timing of ticks by the kind of map under construction.
         swaps: Timing of every change of the map.
     """
 
@@ -93,17 +93,16 @@ def measure_periods(
     rest: float = 8.0,
     on_stage: Callable[[str], None] = lambda stage: None,
 ) -> LivePeriods:
-    """Runs ticks by the clock while maps are made, and while none is, in turns.
+    """Runs ticks in real time, alternately with and without map construction.
 
-    The loop is kept as with the real robot: it has a real-time priority
-    (SCHED_RR) where the system allows that, and garbage collection is off
-    within a tick.
+    The loop runs as with the real robot: it has a real-time priority (SCHED_RR)
+    where the system allows that, and garbage collection is off within a tick.
 
     Args:
         session: New session, without a fixed latency.
         folder: Folder of the session.
-        rounds: Number of quick maps and of full ones, each after a rest.
-        rest: Time without a map in the making [s].
+        rounds: Number of quick maps and of full ones, each after a pause.
+        rest: Time without a map under construction [s].
         on_stage: Callback for the name of each stage.
 
     Raises:
@@ -130,10 +129,10 @@ def measure_periods(
 def measure_unknown(
     session: LiveSession, scenario: Scenario
 ) -> dict[str, Spread]:
-    """Measures latest ticks with unknown space as an obstacle and as free.
+    """Measures ticks again, with unknown space as obstacle and as free.
 
-    Each tick is computed again both ways, under the same load of the
-    machine; a fast oracle sees the same robot in the same places.
+    Each tick is computed in both ways, so that the load of the computer and the
+    robot's states are the same.
 
     Args:
         session: Session with a map in which unknown space is an obstacle.
@@ -203,8 +202,8 @@ class _Clock:
         """Waits for the next tick, and computes it.
 
         Args:
-            kind: Kind of map in the making; empty for a tick that does not
-                count.
+            kind: Kind of map under construction; empty for a tick that is not
+                counted.
         """
         session = self._session
         self._next += session.period

@@ -23,8 +23,8 @@ DRIFT = (0.012, 0.016, 0.0005)
 """Velocity of the odometry's frame: 2 cm/s and 0.5 mrad/s."""
 
 _LOOK = 0.8
-"""How far the wrist is bent up from its home, so that the camera looks ahead
-and not at the bare floor under the hand [rad]."""
+"""Rotation of the wrist from its home position [rad], so that the camera points
+ahead and not at the floor below the hand."""
 
 _PLACES = (
     (0.75, 0.0, 0.95, 0),
@@ -46,9 +46,9 @@ class DriftErrors:
 
     Attributes:
         seconds: Time of the session [s].
-        drift: How far the odometry has drifted by the end [m].
-        base: How far the base was from where the map had it, at all ticks
-            from the first map on [m].
+        drift: Drift of the odometry at the end [m].
+        base: Errors of the base's position in the map, at all ticks from the
+            first map on [m].
         surfaces: Distances of the last map's discs from the true surfaces [m].
         versions: Number of the last map.
         tick: Wall-clock times of the ticks [s].
@@ -65,10 +65,10 @@ class DriftErrors:
 def drifting(
     text: str = "", drift: tuple[float, float, float] = DRIFT
 ) -> Scenario:
-    """Loads StudioLive with drifting odometry, and an operator who scans.
+    """Loads StudioLive with drifting odometry; makes an operator that scans.
 
     Args:
-        text: More of the scenario, YAML.
+        text: YAML that overrides fields of the scenario.
         drift: Velocity of the odometry's frame [m/s, m/s, rad/s].
     """
     scenario = load_scenario("StudioLive", text)

@@ -34,13 +34,13 @@ _USE = (
 
 @dc.dataclass(frozen=True)
 class LiveMemory:
-    """Memory of a session that runs as fast as it can.
+    """Memory of a session that runs as fast as possible.
 
     Attributes:
         minutes: Simulated time [min].
         maps: Number of changes of the map.
-        control: Memory of the process that controls.
-        mapping: Memory of the process that makes maps.
+        control: Memory of the control process.
+        mapping: Memory of the mapping process.
     """
 
     minutes: float
@@ -57,8 +57,8 @@ def measure_memory(
 ) -> LiveMemory:
     """Uses the map for a long time, as fast as possible, and samples memory.
 
-    Only young garbage is collected, as with the real robot: what only cycles
-    hold for longer than a tick would stay.
+    Only young garbage is collected, as with the real robot, so objects in
+    reference cycles that live longer than a tick would accumulate.
 
     Args:
         session: New session, with a fixed latency.

@@ -8,8 +8,8 @@ import numpy as np
 
 _PAGES = ("RssAnon", "RssFile", "RssShmem")
 _WARM_UP = 1 / 3
-"""Fraction of the time that does not count for the trend, since what is
-loaded or compiled on first use makes memory grow."""
+"""Initial fraction of the time that the trend ignores, since loading and
+compiling on first use increase memory."""
 
 
 @dc.dataclass(frozen=True)
@@ -48,7 +48,7 @@ def memory_of(pid: int | str = "self") -> MemoryUse:
     """Reads the resident memory of a process.
 
     Raises:
-        OSError: The process does not exist, or the system does not tell.
+        OSError: The process does not exist, or the system provides no data.
     """
     kilobytes = dict.fromkeys(_PAGES, 0.0)
     for line in Path(f"/proc/{pid}/status").read_text().splitlines():

@@ -27,13 +27,13 @@ from remosplat_drake.signals.tick_report import TickReport
 from remosplat_drake.visualization.page import MeshcatPage
 
 _STAY = 4.0
-"""Period at which the target goes to another of the saved poses [s]."""
+"""Period at which the target moves to another saved pose [s]."""
 
 _PATIENCE = 1.0
 """Period at which a stopped robot is released [s]."""
 
 _KEPT = 10.0
-"""Time whose reports are kept [s]."""
+"""Time span of the stored reports [s]."""
 
 
 class LiveSession:
@@ -65,7 +65,7 @@ class LiveSession:
             page: Meshcat page that is served meanwhile; None for no page.
 
         Raises:
-            RemoSplatError: The session cannot be begun.
+            RemoSplatError: The session cannot begin.
         """
         self.time, self.period = 0.0, scenario.control_period
         self.robot = world.robot
@@ -145,12 +145,12 @@ class LiveSession:
         self._say(dc.replace(self._command, scans=scans))
 
     def ask(self, more: MapRequests) -> None:
-        """Adds requests to those made of the map."""
+        """Adds requests to the live map."""
         self._requests += more
         self._say(self._command)
 
     def move_on(self) -> None:
-        """Goes to the next saved pose where it is time to; call it often.
+        """Moves to the next saved pose if it is due; call it often.
 
         It also releases a robot that was stopped.
         """

@@ -1,4 +1,4 @@
-"""Tests the bound on a map's error for captures with errors.
+"""Tests the bound on a map's error with disturbed captures.
 
 Scenes are rendered, their captures disturbed (poses, drift, scale, sensor),
 reconstructed without the truth, and compared with it. The constants of
@@ -41,7 +41,7 @@ def cases(split: str, first: int, count: int) -> list[Case]:
     Args:
         split: Name of the split, or `named`.
         first: Number of the first case.
-        count: How many.
+        count: Number of cases.
     """
     if split == NAMED_SPLIT:
         drawn = [

@@ -23,13 +23,13 @@ WIDTH, HEIGHT = 320, 240
 
 @dc.dataclass(frozen=True)
 class Case:
-    """A scene and what is wrong with its capture.
+    """A scene and the disturbance of its capture.
 
     Attributes:
         family: Name of the scene's family.
         seed: Seed of the scene, of the camera poses and of the disturbance.
         views: Number of views.
-        disturbance: What is wrong with them.
+        disturbance: Disturbance of the views.
     """
 
     family: str
@@ -59,7 +59,7 @@ def draw_case(family: str, seed: int) -> Case:
 
 
 def in_order(poses: list[RigidTransform]) -> list[RigidTransform]:
-    """Orders camera poses as a walk would: to the nearest one that is left."""
+    """Orders camera poses like a walk: the nearest one left is the next."""
     rest = np.array([X_WC.translation() for X_WC in poses])
     order = [0]
     left = set(range(1, len(poses)))

@@ -53,7 +53,7 @@ def find_places(mapped: Mapped, seed: int) -> Places:
 
     Args:
         mapped: The map and the truth.
-        seed: Seed of the points that are looked at.
+        seed: Seed of the random points.
     """
     sight, rng = mapped.sight, np.random.default_rng([seed, 3])
     raw = SphereToEllipsoidField(mapped.splat.with_uncertainty(None))

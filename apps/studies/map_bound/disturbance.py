@@ -1,4 +1,4 @@
-"""Disturbances of a perfect capture, as real cameras and trackers make them."""
+"""Disturbances of a perfect capture, like those of real cameras."""
 
 import dataclasses as dc
 
@@ -14,7 +14,7 @@ from remosplat_drake.capture.rendering.sensor_noise import (
 
 @dc.dataclass(frozen=True)
 class Disturbance:
-    """What is wrong with a capture.
+    """Errors of a capture.
 
     Attributes:
         sensor: Name of a preset of `sensor_noise`.
@@ -23,7 +23,7 @@ class Disturbance:
         rotation: Standard deviation of each camera's rotation about each axis
             [rad].
         drift: Length by which the positions have drifted at the last view [m].
-        scale: How many times too large the depths are.
+        scale: Ratio of measured to true depths.
     """
 
     sensor: str = "none"
@@ -33,7 +33,7 @@ class Disturbance:
     scale: float = 1.0
 
     def __str__(self) -> str:
-        """What is wrong, in a few words."""
+        """Describes the errors in a few words."""
         words = {
             self.sensor: self.sensor != "none",
             f"noise {1e3 * self.position:.1f} mm": self.position,
@@ -44,7 +44,7 @@ class Disturbance:
 
 
 TURN = np.deg2rad(10)
-"""How much poses turn where they drift, as visual odometry does about as badly
+"""Rotation of drifting poses per metre of drift, like that of visual odometry
 [rad/m]."""
 
 EXACT = Disturbance()
@@ -61,7 +61,7 @@ NAMED = {
 
 
 def draw_disturbance(rng: np.random.Generator) -> Disturbance:
-    """Draws a disturbance: each kind is absent in a part of all cases.
+    """Draws a disturbance; each kind is absent in a part of all cases.
 
     Pose noise is uniform up to 20 mm, with 0.03 degrees a millimetre; drift
     up to 100 mm; the scale is off by up to 3 % either way.
@@ -77,15 +77,15 @@ def draw_disturbance(rng: np.random.Generator) -> Disturbance:
 
 
 def disturbed(capture: Capture, what: Disturbance, seed: int) -> Capture:
-    """Returns a capture as it would have come from a real camera.
+    """Returns a capture with the errors of a real camera.
 
     The drift goes along a smooth random curve that begins at the first view,
     and turns the cameras a little as well.
 
     Args:
         capture: A perfect capture, its views in the order of time.
-        what: What is wrong with it.
-        seed: Seed of all that is random.
+        what: The errors.
+        seed: Seed of all random numbers.
     """
     rng = np.random.default_rng([seed, 1])
     capture = with_noise(capture, sensor_noise(what.sensor), seed)
@@ -123,6 +123,6 @@ class SmoothCurve:
         return SmoothCurve(end, 0.3 * rng.standard_normal((2, 3)))
 
     def __call__(self, part: np.ndarray) -> np.ndarray:
-        """Returns points after parts (n,) of the way, shape (n, 3)."""
+        """Returns points at fractions (n,) of the curve, shape (n, 3)."""
         part = part[:, None]
         return part * self.end + np.sin(np.pi * part * [1, 2]) @ self.bend

@@ -17,7 +17,8 @@ NEAREST, FARTHEST = 0.03, 0.5
 centre nearer to a surface, and the controller looks no farther."""
 
 SEEN_BY = 2
-"""A surface has been seen if so many views saw it well."""
+"""Least number of views that must see a surface well for it to count as
+seen."""
 
 _STEEPEST = 0.2
 """Cosine of the angle of incidence at which a view sees a surface well."""
@@ -26,13 +27,14 @@ _NOISIEST = 0.01
 """Standard deviation of a depth that is measured well [m]."""
 
 _WORST = 300
-"""Surface points around which most is missing, and that are looked at again."""
+"""Number of surface points with the largest gaps, around which queries are
+made."""
 
 _OWN = 0.005
-"""Depth by which a view may miss a surface point that it sees [m]."""
+"""Tolerance of depth with which a view sees a surface point [m]."""
 
 NOTHING = 1.0
-"""A field that has nothing near has measured this [m]."""
+"""Distance of a field without a surface in range [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -105,8 +107,8 @@ def random_queries(
     """Draws points of the robot's workspace.
 
     Args:
-        sight: What the cameras saw.
-        count: Number of points that are drawn; fewer are of use.
+        sight: True data of the cameras.
+        count: Number of random points, of which a part can be used.
         rng: Source of randomness.
     """
     focus_W = sight.focus_W
@@ -118,7 +120,7 @@ def random_queries(
 def worst_queries(
     field: DistanceField, sight: Sight, rng: np.random.Generator
 ) -> Queries:
-    """Searches for the places where a map is worst.
+    """Searches for the places with the largest errors of a map.
 
     Of a 1-Lipschitz map, no distance is too large by more than its value at the
     truly nearest surface point. So measured pixels with the largest distances
@@ -126,7 +128,7 @@ def worst_queries(
 
     Args:
         field: The map.
-        sight: What the cameras saw.
+        sight: True data of the cameras.
         rng: Source of randomness.
     """
     perfect = sight.perfect
@@ -145,7 +147,7 @@ def worst_queries(
 
 
 def _near_surfaces(p_W: np.ndarray, sight: Sight) -> Queries:
-    """The points whose true distance is of interest."""
+    """The points whose true distance is in the judged range."""
     truth = SignedDistanceField(sight.scene).clearances(Spheres.at(p_W))
     near = (truth.distance > NEAREST) & (truth.distance < FARTHEST)
     views = times_seen(truth.p_WC[near], truth.direction_W[near], sight)
@@ -162,7 +164,7 @@ def times_seen(
     Args:
         p_W: The points, shape (n, 3) [m].
         inward_W: Unit normals into the solid, shape (n, 3).
-        sight: What the cameras saw.
+        sight: True data of the cameras.
 
     Returns:
         Shape (n,).

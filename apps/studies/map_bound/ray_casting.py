@@ -1,7 +1,7 @@
 """Depth images of primitive scenes by casting rays: exact to rounding.
 
-Renderers make polygons of cylinders, which costs a millimetre; a bound of
-millimetres must be tested with better images.
+Renderers approximate cylinders by polygons, with errors of a millimetre; a
+bound of millimetres must be tested with better images.
 """
 
 from collections.abc import Sequence

@@ -12,7 +12,7 @@ from apps.studies.map_bound.trial import Result
 def coverage(
     results: Sequence[Result], seed: int = 0
 ) -> tuple[float, float, float]:
-    """Computes how many distances are not too large, with an interval.
+    """Computes the fraction of distances that are not too large.
 
     Args:
         results: The trials that succeeded.
@@ -70,7 +70,7 @@ def summary(results: Sequence[Result]) -> list[str]:
 
 
 def _poses(results: Sequence[Result]) -> list[str]:
-    """How poses and scale were before and after, by kind of disturbance."""
+    """Errors of poses and scale before and after, by kind of disturbance."""
     lines = []
     for name, unit, size in (
         ("position", "mm", 1e3),

@@ -22,7 +22,8 @@ from remosplat_drake.reconstruction.pipeline import reconstruct
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 QUERIES = 20_000
-"""Number of random points at which a map is judged; fewer are of use."""
+"""Number of random points at which a map is judged, of which a part can be
+used."""
 
 
 @dc.dataclass(frozen=True)
@@ -34,17 +35,17 @@ class Result:
         before: Errors of the disturbed capture.
         after: Errors of the refined one.
         queries: Number of points whose nearest surface was seen well.
-        exceeded: Number of these at which the distance less the discs' own
-            uncertainty exceeds the true one.
+        exceeded: Number of these at which the distance, after subtraction of
+            the discs' uncertainty, exceeds the true one.
         worst: Largest excess of such a distance over the true one.
-        over: Largest over-estimate at these points, nothing subtracted.
+        over: Largest over-estimate at these points, without any subtraction.
         bound: Largest uncertainty of a disc in the workspace.
-        looseness: Median, and percentile 90, of the true distance less the
-            one that the robot works with.
+        looseness: Median and 90th percentile of the true distance minus the
+            robot's.
         medium: Median uncertainty of the discs.
         seconds: Time of the reconstruction, and how much of it was alignment
             [s].
-        error: What went wrong; empty for nothing.
+        error: Error text; empty without an error.
     """
 
     key: str
@@ -75,7 +76,7 @@ def restored(fields: dict[str, Any]) -> Result:
 
 @dc.dataclass(frozen=True, eq=False)
 class Mapped:
-    """The map that was made of a disturbed capture, and the truth.
+    """The map of a disturbed capture, and the truth.
 
     Attributes:
         splat: The splat with its discs' uncertainty, in W.

@@ -30,25 +30,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar=("SPLAT.ply", "TRUTH.json"),
         help="a splat and its true geometry; may be repeated (default: the"
-        " shipped scenes, as they are and with floaters added)",
+        " shipped scenes, unchanged and with floaters added)",
     )
     parser.add_argument(
         "--floaters",
         type=int,
         default=1000,
-        help="added to the shipped scenes (1000)",
+        help="number of floaters that are added to the shipped scenes (1000)",
     )
     parser.add_argument(
         "--states",
         type=int,
         default=300,
-        help="robot states at which distances are compared (300)",
+        help="number of robot states at which distances are compared (300)",
     )
     parser.add_argument(
         "--starts",
         type=int,
         default=5,
-        help="runs of every method in every scene (5); 0 for none",
+        help="number of runs of every method in every scene (5); 0 for none",
     )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(
@@ -61,13 +61,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("results/noise"),
         metavar="DIR",
-        help="where table, picture and results go; an experiment that is"
-        " there goes on (results/noise)",
+        help="folder for table, picture and results; an existing experiment is"
+        " continued (results/noise)",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measures what the results lack, and writes tables and a picture."""
+    """Measures missing results, and writes tables and a picture."""
     if arguments.quick:
         arguments.states, arguments.starts = QUICK_STATES, QUICK_STARTS
     _check(arguments)
@@ -111,7 +111,7 @@ def _measure(
     arguments: argparse.Namespace,
     progress: Progress,
 ) -> None:
-    """Measures all methods in one scene, but for what the results hold."""
+    """Measures all methods in one scene, except for existing results."""
     starts = experiment.random_starts(
         robot, scene.truth, arguments.starts, arguments.seed
     )

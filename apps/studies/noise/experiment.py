@@ -121,7 +121,7 @@ def scene_from_files(splat: str, truth: str) -> NoiseScene:
 
 
 def demo_scenes(floaters: int, seed: int) -> Iterator[NoiseScene]:
-    """Yields the shipped scenes, each as it is and with floaters added."""
+    """Yields the shipped scenes, each unchanged and with floaters added."""
     for name in DEMOS:
         folder = models_dir() / "scenes" / name
         splat_W = read_splat(folder / "splat.ply")
@@ -134,7 +134,7 @@ def demo_scenes(floaters: int, seed: int) -> Iterator[NoiseScene]:
 
 
 def method_field(scene: NoiseScene, method: str) -> DistanceField:
-    """Returns the distance field that a method makes of a scene's splat."""
+    """Makes a method's distance field of a scene's splat."""
     return make_field(
         METHODS[method], scene.splat_W, scene.truth, "noise experiment"
     )
@@ -166,7 +166,7 @@ def measure_accuracy(
 def random_starts(
     robot: RobotModel, truth: PrimitiveScene, count: int, seed: int
 ) -> np.ndarray:
-    """Returns the scene's own start and others about it, shape (count, n_q)."""
+    """Returns the scene's start and others around it, shape (count, n_q)."""
     rng = np.random.default_rng(seed)
     field = SignedDistanceField(truth)
     home = np.array([*(truth.X_WB_start or (0, 0, 0)), *robot.home])

@@ -1,4 +1,4 @@
-"""The noise experiment's results: kept in a file, as tables, as a picture."""
+"""Results of the noise experiment as a file, as tables and as a picture."""
 
 import dataclasses as dc
 import json
@@ -53,12 +53,12 @@ class Results:
     """Measurements so far, by scene and method, kept in a file.
 
     Every entry is saved at once, so an interrupted experiment can resume.
-    Entries carry the revision of the map and the settings that they were
-    measured with; others do not count.
+    Entries contain the revision of the map and the settings of their
+    measurement; entries with other settings are ignored.
 
     Attributes:
         accuracy: Distance errors by scene and method.
-        trials: Runs by scene and method, one a start.
+        trials: Runs by scene and method, one per start.
 
     Raises:
         FileError: The file does not hold such results.

@@ -31,31 +31,33 @@ RESULTS = "operators.jsonl"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the study's flags."""
     parser.add_argument(
-        "--count", type=int, default=10, help="how many operators (10)"
+        "--count", type=int, default=10, help="number of operators (10)"
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the first (0)")
+    parser.add_argument(
+        "--seed", type=int, default=0, help="seed of the first operator (0)"
+    )
     parser.add_argument(
         "--jobs",
         type=int,
         default=2,
         metavar="N",
-        help="operators at a time; 0: one after the other, in this process (2)",
+        help="number of parallel operators; 0: one after the other, in this"
+        " process (2)",
     )
     parser.add_argument(
         "--minutes",
         type=positive,
         default=5.0,
         metavar="MIN",
-        help="how long an operator works, by the simulation's clock"
-        " (%(default)g)",
+        help="simulated time of each operator (%(default)g)",
     )
     parser.add_argument(
         "--output",
         type=Path,
         default=Path("results/operators"),
         metavar="DIR",
-        help=f"where {RESULTS} and the sessions go; what is there is not done"
-        " again (results/operators)",
+        help=f"folder of {RESULTS} and the sessions; existing results are not"
+        " computed again (results/operators)",
     )
 
 

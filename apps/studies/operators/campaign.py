@@ -1,7 +1,8 @@
-"""Simulated operators, and whether anything that was mapped is touched.
+"""Runs simulated operators, and checks that no mapped surface is touched.
 
-Each wants anything at any time, inside of the furniture, too, while the map
-changes; `RandomOperator` draws the acts, and `judge` says what counts.
+Each operator requests random targets at random times, also inside of furniture,
+while the map changes. `RandomOperator` draws the requests, and `judge`
+evaluates the run.
 """
 
 import dataclasses as dc
@@ -71,7 +72,7 @@ def make_trials(
 def run_operator(trial: OperatorTrial) -> OperatorResult:
     """Runs one operator and judges the session, which stays in its folder.
 
-    A session that exists already was interrupted, and is begun again.
+    An existing session was interrupted, and is started again.
     """
     start = perf_counter()
     folder = Path(trial.folder)

@@ -1,7 +1,7 @@
 """Evaluates a session of teleoperation with the truth, at every tick.
 
 mapped: surfaces that the frames of the map measured and that still exist.
-scene: the whole scene, except new things that no camera has seen. If unseen
+scene: the whole scene, except new objects that no camera has seen. If unseen
     space is free, a robot may touch these, so they are counted separately.
 """
 
@@ -36,7 +36,7 @@ def judge(folder: Path) -> OperatorResult:
     run = load_recorded_run(folder)
     truth = _truth(run)
     clearance, deepest = _clearances(run, truth)
-    # Known things are not unseen.
+    # Objects that a frame shows do not count as unseen.
     fresh = np.where(clearance[SCENE] < 0, np.inf, clearance[UNSEEN])
     clearance[UNSEEN] = fresh
     touches = [
@@ -77,7 +77,7 @@ def _clearances(
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Smallest distances at each tick (T,) [m], and the spheres' indices (T,).
 
-    Distances beyond `_NEAR` of all that is there count as infinite.
+    Distances above `_NEAR` count as infinite.
     """
     rows, robot = run.log.rows, run.world.robot
     distance = {what: np.full(len(rows), np.inf) for what in KINDS}

@@ -1,4 +1,4 @@
-"""`MappedTruth`: the part of the truth that a live map can know at a time."""
+"""`MappedTruth`: the part of the truth that a live map can contain."""
 
 import dataclasses as dc
 from collections.abc import Hashable, Sequence
@@ -23,12 +23,12 @@ _SPACING = 0.004
 """Grid size at which a frame's points are thinned out to one each [m]."""
 
 _SEEN = 50
-"""Number of a frame's points on a solid that show it."""
+"""Least number of a frame's points on a solid that the frame shows."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class _Look:
-    """What a frame measured of the scene: points (n, 3) in W [m].
+    """Points of the scene that a frame measured.
 
     Attributes:
         p_W: Measured points in W, shape (n, 3) [m].
@@ -72,7 +72,7 @@ class MappedTruth:
         self.known = lru_cache(maxsize=4)(self._known)
 
     def changes_before(self, time: float) -> int:
-        """Returns how often the scene had changed by a time [s]."""
+        """Returns the number of changes of the scene until a time [s]."""
         return int(np.searchsorted(self._changes, time, "right"))
 
     def scene(self, changes: int) -> PrimitiveScene:
@@ -80,13 +80,13 @@ class MappedTruth:
         return self.scenes[changes % len(self.scenes)]
 
     def _surfaces(self, version: int, changes: int) -> PointDistanceField:
-        """Makes distances to what the frames measured and is still there.
+        """Makes distances to the measured surfaces that still exist.
 
-        Points on a thing that came or went since do not count.
+        Points on objects that appeared or vanished since then are ignored.
 
         Args:
             version: Version of the map.
-            changes: How often the scene had changed.
+            changes: Number of changes of the scene so far.
         """
         scene = self.scene(changes)
         lasting, _ = self._split(changes)
@@ -97,7 +97,7 @@ class MappedTruth:
         return PointDistanceField(np.concatenate(points))
 
     def _known(self, version: int, changes: int) -> PrimitiveScene:
-        """Returns the scene without what came last, unless a frame shows it."""
+        """Returns the scene without new objects that no frame shows."""
         lasting, recent = self._split(changes)
         for look in self._looks(version):
             if not self._is_recent(look, changes):
@@ -107,7 +107,7 @@ class MappedTruth:
         return lasting
 
     def _split(self, changes: int) -> tuple[PrimitiveScene, PrimitiveScene]:
-        """Splits the scene into what the last change left, and what came."""
+        """Splits the scene into remaining and new solids of the last change."""
         scene = self.scene(changes)
         if not changes:
             return scene, PrimitiveScene()
@@ -132,7 +132,7 @@ class MappedTruth:
         p_W = capture.points_W(0)[near & (capture.depth[0] > 0)]
         time = frames.time(name)
         scene = self.scene(self.changes_before(time))
-        # A point on nothing is an edge's, halfway to what is behind it.
+        # A point on no solid is at an edge, between foreground and background.
         p_W = p_W[_on(scene, p_W)]
         cells = np.floor(p_W / _SPACING).astype(np.int64)
         _, first = np.unique(cells, axis=0, return_index=True)

@@ -33,24 +33,24 @@ _PUSH = (1.0, 4.0)
 """Shortest and longest push of a stick [s]."""
 
 _LOWER, _UPPER = np.array([0.2, -1.1, 0.1]), np.array([2.0, 1.4, 1.3])
-"""Bounds of targets in W that are not inside of things [m]."""
+"""Bounds of targets in W that are outside of objects [m]."""
 
 _TILT = 50.0
 """Spread of roll and pitch about a gripper that points down [deg]."""
 
 _ROOM = 0.05
-"""Smallest distance from the robot at which a thing is put [m]."""
+"""Smallest distance from the robot at which an object is placed [m]."""
 
 _PATIENCE = 30.0
 """Time to wait for the first map before another scan [s]."""
 
 _HELPLESS = 4.0
-"""Time to look at a stopped robot before trying something [s]."""
+"""Time for which the robot is stopped before the operator acts [s]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Look:
-    """What an operator sees at a time.
+    """The data that an operator sees at a time.
 
     Attributes:
         time: Present time [s].
@@ -68,14 +68,14 @@ class Look:
 
 
 class RandomOperator:
-    """Draws what to do next; equal seeds and looks give equal acts.
+    """Draws the next act; equal seeds and `Look`s give equal acts.
 
-    It begins with a scan, which it watches to its end. Later it wishes for
-    poses in the furniture and everywhere else, pushes a stick, picks saved
-    poses, holds, and changes the map and the scene in between.
+    It begins with a scan, and waits for its end. Later it requests poses in the
+    furniture and elsewhere, pushes a stick, selects saved poses, holds, and
+    changes the map and the scene.
 
     Attributes:
-        command: Operator's command: all that was asked of the target so far.
+        command: Operator's command: all requests to the target so far.
         map_requests: Requests to the map so far.
     """
 
@@ -88,7 +88,7 @@ class RandomOperator:
         """Prepares the operator.
 
         Args:
-            seed: Seed of all that is drawn.
+            seed: Seed of all random numbers.
             poses: Names of the saved poses.
             scenes: The scene at first, and those that take turns with it.
         """
@@ -104,7 +104,7 @@ class RandomOperator:
         self.map_requests = MapRequests()
 
     def look(self, look: Look) -> None:
-        """Looks at the robot and does what is due."""
+        """Processes a `Look` and carries out the acts that are due."""
         if look.time >= self._let_go:
             self._let_go = np.inf
             self.command = dc.replace(self.command, V_W=None)
@@ -118,7 +118,7 @@ class RandomOperator:
             return
         self._next = look.time + self._rng.exponential(_PAUSE)
         if look.parent is None:
-            # Nothing is known yet: it watches the first scan.
+            # There is no map yet: it waits for the first scan.
             if look.time > self._scanned + _PATIENCE:
                 self._scanned = look.time
                 self._act("scan", look)
@@ -159,7 +159,7 @@ class RandomOperator:
         self.map_requests += more
 
     def _pose(self) -> np.ndarray:
-        """Draws a target pose, half of them inside of things."""
+        """Draws a target pose; half of them are inside of objects."""
         p_W = self._rng.uniform(_LOWER, _UPPER)
         if self._rng.random() < 0.5:
             things = self._scenes[self._shown].primitives
@@ -172,7 +172,7 @@ class RandomOperator:
         return SavedPose(p_W.tolist(), rpy_deg).matrix()
 
     def _push(self) -> np.ndarray:
-        """Draws a twist as a gamepad's sticks give it."""
+        """Draws a twist like that of a gamepad's sticks."""
         V_W = np.zeros(6)
         V_W[3:] = self._rng.uniform(-0.15, 0.15, 3)
         if self._rng.random() < 0.3:
@@ -180,7 +180,7 @@ class RandomOperator:
         return V_W
 
     def _change_scene(self, look: Look) -> None:
-        """Puts a thing or takes it away, but puts none into the robot."""
+        """Adds or removes an object, but adds none inside the robot."""
         if len(self._scenes) < 2:
             return
         shown = (self._shown + 1) % len(self._scenes)

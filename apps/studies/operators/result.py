@@ -10,8 +10,8 @@ from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.strict_json import parse_json
 
 MAPPED, SCENE, UNSEEN = "mapped", "scene", "unseen"
-"""Kinds of touched things: surfaces that a map measured, the known scene, and
-new things that no frame shows yet."""
+"""Kinds of touched objects: surfaces that a map measured, the known scene, and
+new objects that no frame shows yet."""
 
 KINDS = (MAPPED, SCENE, UNSEEN)
 
@@ -21,7 +21,7 @@ class Touch:
     """A touch, from its first tick to its last.
 
     Attributes:
-        what: Kind of the thing touched: MAPPED, SCENE or UNSEEN.
+        what: Kind of the touched object: MAPPED, SCENE or UNSEEN.
         start: Time of the first tick [s].
         duration: Time from the first tick to the last [s].
         depth: Largest penetration of the robot's spheres [m].
@@ -51,7 +51,7 @@ class OperatorResult:
         ticks: Number of control ticks.
         maps: Number of versions of the map that took effect.
         frames: Number of requested frames.
-        scene_changes: Number of times that a thing came or went.
+        scene_changes: Number of times that an object appeared or vanished.
         stops: Number of stops by the supervisor.
         stopped: Time for which the robot was stopped [s].
         map_clearance: Smallest distance by the map, after the first one [m].

@@ -19,7 +19,7 @@ from remosplat_drake.signals.supervisor_state import STOPPED
 from remosplat_drake.signals.target_state import SCAN
 
 _STEP = 0.1
-"""Period at which the operator looks [s]."""
+"""Period of the operator's decisions [s]."""
 
 _PATIENCE = 1.0
 """Period at which a lasting stop is released [s]."""
@@ -27,7 +27,7 @@ _PATIENCE = 1.0
 
 @dc.dataclass
 class OperatedRun:
-    """What happened in a run besides what the session's log tells.
+    """Facts on a run that the session's log does not contain.
 
     Attributes:
         stops: Number of stops by the supervisor.
@@ -82,7 +82,7 @@ def operate(
 
 
 class _Operation:
-    """The application, its operator, and the hand at the release button."""
+    """The application, its operator, and the release button."""
 
     def __init__(
         self,
@@ -119,7 +119,7 @@ class _Operation:
         return done
 
     def _watch_stop(self, done: OperatedRun) -> None:
-        """Counts stops, and presses the release button now and then."""
+        """Counts stops, and presses the release button periodically."""
         supervision = supervision_of(self._application, self._root)
         assert supervision is not None
         time = self._root.get_time()

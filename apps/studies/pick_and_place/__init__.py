@@ -1,1 +1,1 @@
-"""Picks and places random objects, and counts what fails."""
+"""Picks and places random objects, and counts the causes of failures."""

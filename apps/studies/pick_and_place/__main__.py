@@ -1,4 +1,4 @@
-"""Picks and places random objects, and counts what fails, by cause.
+"""Picks and places random objects, and counts the causes of failures.
 
 Each problem is a line of `problems.jsonl` in the output's folder; problems that
 have one are not run again. `--library` takes the folder
@@ -51,11 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=list(FAMILIES),
         help="families of problems (all)",
     )
+    parser.add_argument("--first", type=int, default=0, help="first seed (0)")
     parser.add_argument(
-        "--first", type=int, default=0, help="the first seed (0)"
-    )
-    parser.add_argument(
-        "--count", type=int, default=5, help="seeds of each family (5)"
+        "--count",
+        type=int,
+        default=5,
+        help="number of seeds of each family (5)",
     )
     parser.add_argument(
         "--library",
@@ -67,17 +68,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fit",
         action="store_true",
-        help="count the meshes of --library that fit the Panda's hand, and end",
+        help="only count the meshes of --library that fit the Panda's hand",
     )
     parser.add_argument(
-        "--jobs", type=int, default=2, metavar="N", help="at a time (2)"
+        "--jobs",
+        type=int,
+        default=2,
+        metavar="N",
+        help="number of parallel workers (2)",
     )
     parser.add_argument(
         "--output",
         type=Path,
         default=Path("results/pick_and_place"),
         metavar="DIR",
-        help=f"where {PROBLEMS} goes (results/pick_and_place)",
+        help=f"folder of {PROBLEMS} (results/pick_and_place)",
     )
 
 
@@ -113,7 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def fits(hulls: dict[str, np.ndarray]) -> Counter[str]:
-    """Counts the hulls that the Panda's hand can take as they stand.
+    """Counts the hulls that the Panda's hand can grasp while they stand.
 
     Args:
         hulls: Vertices by name, shape (v, 3) each [m].

@@ -1,4 +1,4 @@
-"""Runs one problem in simulation, and judges it by what truly happened."""
+"""Runs one problem in simulation, and judges it by the true motion."""
 
 import dataclasses as dc
 
@@ -40,24 +40,25 @@ ARRIVED = 0.004
 """Distance at which the hand has arrived around the target [m]."""
 
 PUT_DOWN = 0.008
-"""Distance from its place at which the target is put down: what has turned in
-the hand stands sooner [m]."""
+"""Distance from its place at which the target is released [m], since an object
+that has turned in the hand touches earlier."""
 
 PATIENCE = 25.0
 """Duration after which a step has failed [s]."""
 
 LOWER = 0.06
-"""How far the target is lowered straight on its place [m]: bays are low."""
+"""Distance of the straight motion down to the place [m]; it is short, since
+bays are low."""
 
 RETREAT = 0.06
 """How far the hand retreats straight from it [m]."""
 
 STOPPING = 0.025
-"""Distance that goal configurations keep: the controller's, and some more [m].
+"""Distance that goal configurations keep [m]: more than the controller's.
 """
 
 SEEDS = 30
-"""Configurations from which each pose is searched."""
+"""Number of configurations from which the search for each pose starts."""
 
 ENOUGH = 3
 """Number of grasps that are tried."""
@@ -67,20 +68,20 @@ TURNS = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
 """
 
 FRICTION = 0.8
-"""Coefficient of friction by which the force of a grip is chosen: two thirds
-of what the station has between pads and objects."""
+"""Coefficient of friction for the choice of gripping forces: two thirds of the
+station's friction between pads and objects."""
 
 LEAST_FORCE = 10.0
-"""Force with which a finger presses at least [N]."""
+"""Least force of a finger [N]."""
 
 SQUEEZE = 0.012
-"""How much narrower than the object the hand is told to be [m]."""
+"""Difference of the object's width and the hand's commanded width [m]."""
 
 OFF = 0.03
-"""Distance from its goal at which the object is at the wrong place [m]."""
+"""Largest distance from the goal of an object at the right place [m]."""
 
 UPRIGHT = np.cos(np.radians(15.0))
-"""Least cosine of its tilt at which it stands."""
+"""Least cosine of the tilt of a standing object."""
 
 COMPLETE = "complete"
 NO_GRASP = "no grasp fits the hand"
@@ -92,18 +93,18 @@ UNSOLVABLE = (NO_GRASP, TOO_HEAVY, NO_REACH)
 
 @dc.dataclass(frozen=True)
 class Outcome:
-    """How a problem ended.
+    """The outcome of a problem.
 
     Attributes:
         key: Family and seed of the problem.
         solid: Kind of the target's shape.
         mass: Its mass [kg].
-        cause: `COMPLETE`, or in a few words why it is not.
+        cause: `COMPLETE`, or the cause of the failure in a few words.
         detail: The task's own words about its failures.
         time: Simulated duration [s].
-        off: Distance of the target from its goal at the end [m].
+        off: Final distance of the target from its goal [m].
         error: Text of the error that ended the run; empty for none.
-        draws: How often a problem was drawn until it had a solution.
+        draws: Number of problems that were drawn until one had a solution.
     """
 
     key: str
@@ -152,7 +153,7 @@ def run_problem(problem: PickAndPlace, gripper: ParallelGripper) -> Outcome:
 def make_world(
     problem: PickAndPlace, gripper: ParallelGripper
 ) -> tuple[Scenario, World]:
-    """Makes the scenario of a problem, and what its files would hold.
+    """Makes the scenario of a problem, and its world.
 
     Args:
         problem: The problem.
@@ -210,7 +211,7 @@ def make_world(
 def strong_enough(
     problem: PickAndPlace, gripper: ParallelGripper
 ) -> list[GraspConfig]:
-    """Returns the grasps of a problem for which the hand has the force.
+    """Returns the grasps of a problem for which the hand is strong enough.
 
     Args:
         problem: The problem.
@@ -236,11 +237,11 @@ def strong_enough(
 def keep_reachable(
     scenario: Scenario, world: World, gripper: ParallelGripper
 ) -> bool:
-    """Leaves those grasps and places of a scenario that the robot reaches.
+    """Removes grasps and places of a scenario that the robot cannot reach.
 
-    A grasp counts if the arm keeps its distances with the hand before the
-    target and around it, with the target in the hand above one of the places,
-    and with the bare hand at this place and after its retreat.
+    The arm must keep its distances with the hand in front of the target, around
+    the target, above one of the places with the target in the hand, and with
+    the empty hand at the place and after its retreat.
 
     Args:
         scenario: The scenario of a problem, which is changed.
@@ -328,12 +329,12 @@ def _pose(X: np.ndarray) -> dict[str, list]:
 
 
 class Judge:
-    """Looks at every step at what truly touches, and where the target is.
+    """Evaluates true contacts and the target's pose at every step.
 
     Attributes:
         state: The latest state of the task; None before the first.
-        objects: The objects where they truly are.
-        touched: Pairs of names that touched and must not.
+        objects: The objects at their true poses.
+        touched: Pairs of names with a forbidden contact.
     """
 
     def __init__(self, problem: PickAndPlace, application: Application):
@@ -347,7 +348,7 @@ class Judge:
         self.touched: set[tuple[str, str]] = set()
 
     def look(self, root: Context) -> EventStatus:
-        """Is the simulator's monitor; it ends the run with the task."""
+        """Monitors the simulator, and ends the run when the task ends."""
         station = self._application.station
         context = station.GetMyContextFromRoot(root)
         report = station.GetOutputPort(ports.CHEAT_CONTACT).Eval(context)
@@ -360,7 +361,7 @@ class Judge:
         return EventStatus.DidNothing()
 
     def cause(self) -> tuple[str, float]:
-        """Returns why the problem failed, and the target's error [m]."""
+        """Returns the cause of the failure, and the target's error [m]."""
         target = self.objects[0]
         goal = self._problem.X_WO_goal
         off = np.linalg.norm(target.X_WO.translation() - goal.translation())
@@ -380,14 +381,14 @@ class Judge:
 def forbidden(
     report: ContactReport, supports: set[str]
 ) -> set[tuple[str, str]]:
-    """Returns the contacts that no step of a task wants.
+    """Returns the contacts that no step of a task permits.
 
-    Links may touch the target, and the target what it stands on. Other objects
-    may touch what they like but the target and the robot.
+    Links may touch the target, and the target its supports. Other objects may
+    touch everything except the target and the robot.
 
     Args:
-        report: What touches.
-        supports: Names of what the target stands on, before and after.
+        report: The contacts.
+        supports: Names of the target's supports, before and after.
     """
     wanted = supports | {TARGET}
     bad = set(report.robot)

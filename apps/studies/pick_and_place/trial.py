@@ -19,12 +19,12 @@ from remosplat_drake.grasping.gripper import ParallelGripper
 from remosplat_drake.robot.robot_model import load_robot
 
 NOT_BUILT, CRASHED = "not built", "crashed"
-"""Causes of problems that were not run, or not to their end."""
+"""Causes of problems that were not run, or not completed."""
 
 DRAWS = 20
-"""How often a problem is drawn at most until it has a solution."""
+"""Largest number of draws until a problem has a solution."""
 
-_NEXT = 1_000_000  # From the seed of a draw to that of the next.
+_NEXT = 1_000_000  # Difference of the seeds of two draws.
 
 
 @dc.dataclass(frozen=True)
@@ -50,9 +50,8 @@ class Trial:
 def run_trial(trial: Trial) -> Outcome:
     """Draws a problem and runs it.
 
-    A problem without a solution is drawn again: no grasp of it is found for
-    which the hand is wide and strong enough and which the arm reaches at both
-    places.
+    A problem is drawn again if it has no solution, that is, no grasp for which
+    the hand is wide and strong enough and which the arm reaches at both places.
 
     Args:
         trial: The trial.
@@ -85,7 +84,7 @@ def failed(trial: Trial, error: str) -> Outcome:
 
 
 def restored(fields: dict[str, Any]) -> Outcome:
-    """Makes an outcome of the fields that a file holds."""
+    """Restores an outcome from the fields of a file's line."""
     return Outcome(**fields)
 
 

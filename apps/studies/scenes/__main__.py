@@ -1,4 +1,4 @@
-"""Draws the scenes that controllers are compared in."""
+"""Draws pictures of the benchmark's scenes."""
 
 import argparse
 import sys
@@ -32,20 +32,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=8,
         metavar="N",
-        help="how many of each family (8)",
+        help="number of scenes of each family (8)",
     )
     parser.add_argument(
-        "--columns", type=int, default=4, help="pictures in a row (4)"
+        "--columns", type=int, default=4, help="number of pictures in a row (4)"
     )
     parser.add_argument(
-        "--width", type=int, default=400, help="of a picture [pixels] (400)"
+        "--width",
+        type=int,
+        default=400,
+        help="width of a picture [pixels] (400)",
     )
     parser.add_argument(
         "--output",
         type=Path,
         default=Path("scenes.png"),
         metavar="FILE.png",
-        help="the contact sheet (scenes.png)",
+        help="file of the contact sheet (scenes.png)",
     )
 
 

@@ -1,4 +1,4 @@
-"""A sheet of pictures, one a scene, in rows below the name of their family."""
+"""A sheet of pictures, one per scene, in rows below their family's name."""
 
 import dataclasses as dc
 from collections.abc import Sequence

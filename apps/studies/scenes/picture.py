@@ -60,7 +60,8 @@ def daylight() -> RenderEngineVtkParams:
             for direction, intensity in _LIGHTS
         ],
         default_clear_color=np.array(BACKGROUND) / 255,
-        # Otherwise the light would depend on whether the robot has meshes.
+        # Otherwise the light would depend on the presence of meshes of the
+        # robot.
         force_to_pbr=True,
         ssao=SsaoParameter(radius=0.25, sample_count=48),
     )

@@ -1,9 +1,10 @@
-"""Tests the verdicts of maps of carried cameras, in scenes of triangle meshes.
+"""Tests the verdicts on maps of hand-held cameras in triangle-mesh scenes.
 
-Rooms of triangle meshes are captured by rays, along the path of a hand, with
-the errors of real sensors and trackers. Their maps, made without the truth, are
-compared with it, and so are the verdicts of their quality reports. Choose
-constants on `--split develop`; report what `--split frozen` shows.
+Captures of rooms of triangle meshes are simulated by ray casting, along the
+path of a hand, with the errors of real sensors and trackers. Maps, made without
+the truth, and the verdicts of their quality reports are compared with the
+truth. Choose constants with `--split develop`; report results of `--split
+frozen`.
 """
 
 import argparse
@@ -39,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rods",
         action="store_true",
-        help="measure how far thin rods are missed, in place of rooms",
+        help="measure errors at thin rods instead of rooms",
     )
 
 
@@ -49,7 +50,7 @@ def cases(split: str, first: int, count: int) -> list[Case]:
     Args:
         split: Name of the split, or `named`.
         first: Number of the first case.
-        count: How many; there are only so many named ones.
+        count: Number of cases; of the named ones, at most all.
     """
     if split == NAMED_SPLIT:
         drawn = [Case(s, what) for s in NAMED_SEEDS for what in NAMED.values()]
@@ -59,14 +60,14 @@ def cases(split: str, first: int, count: int) -> list[Case]:
 
 
 def thin_cases(split: str, first: int, count: int) -> list[Case]:
-    """Returns cases among thin and curved things, whose maps are attacked.
+    """Returns cases with thin and curved objects, whose maps are attacked.
 
     Those of the split `named` have no fault.
 
     Args:
         split: Name of the split, or `named`.
         first: Number of the first case.
-        count: How many.
+        count: Number of cases.
     """
     numbers = range(first, first + count)
     kinds = [THIN[i % len(THIN)] for i in numbers]

@@ -1,4 +1,4 @@
-"""`Cameras`: a simulated carried camera, with lens and rolling shutter."""
+"""`Cameras`: a simulated hand-held camera, with lens and rolling shutter."""
 
 import dataclasses as dc
 
@@ -15,7 +15,7 @@ FOCAL = WIDTH / 2 / np.tan(np.deg2rad(30))
 """Focal length: 60 degrees from left to right [pixels]."""
 
 FAR = 8.0
-"""Nothing is seen beyond this depth [m]."""
+"""Largest measured depth [m]."""
 
 _ROUNDS = 12
 """Steps in which a lens is inverted; the error shrinks to a tenth in each."""
@@ -23,11 +23,11 @@ _ROUNDS = 12
 
 @dc.dataclass(frozen=True, eq=False)
 class Cameras:
-    """n images of one carried camera.
+    """n images of one hand-held camera.
 
     Attributes:
         walk: The camera's path.
-        time: When the middle row of each image is read, shape (n,) [s].
+        time: Read-out time of each image's middle row, shape (n,) [s].
         K: Intrinsic matrix, shape (3, 3) [pixels].
         lens: Distortion of the lens.
         readout: Time from the first row of an image to the last [s].
@@ -48,7 +48,7 @@ class Cameras:
         return self.walk.X_WC(self.time)
 
     def rays(self, view: int) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the rays of a view's pixels, and where they start.
+        """Returns the rays of a view's pixels: their starts and directions.
 
         Returns:
             Starts in W, shape (h, 1, 3) [m], and directions, shape (h, w, 3),
@@ -64,7 +64,7 @@ class Cameras:
         return X_WC[:, None, :3, 3], ray_W
 
     def project(self, view: int, p_W: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Finds the pixels of a view that see points, if nothing is before.
+        """Projects points to the pixels of a view, ignoring occlusion.
 
         Args:
             view: Index of the view.
@@ -103,13 +103,13 @@ class Cameras:
 
         Args:
             view: Index of the view.
-            row: Where the rows are, from the image's upper edge [pixels].
+            row: Positions of the rows, from the image's upper edge [pixels].
         """
         late = self.readout * (row / HEIGHT - 0.5)
         return self.walk.X_WC(self.time[view] + late)
 
     def _undistorted(self, seen: np.ndarray) -> np.ndarray:
-        """Points of the image plane that the lens shows at others."""
+        """Undistorted points of the image plane."""
         xy = seen
         if self.lens != Distortion():
             for _ in range(_ROUNDS):
@@ -118,12 +118,12 @@ class Cameras:
 
 
 def known_depth(hits: Hits) -> np.ndarray:
-    """Depths that a camera can tell [m]; 0 for none."""
+    """Depths that a camera can measure [m]; 0 for none."""
     return np.where(hits.z < FAR, hits.z, 0)
 
 
 def pinhole() -> np.ndarray:
-    """Returns the intrinsic matrix of the camera as it was built, (3, 3)."""
+    """Returns the true intrinsic matrix of the camera, (3, 3)."""
     return np.array(
         [[FOCAL, 0, WIDTH / 2], [0, FOCAL, HEIGHT / 2], [0, 0, 1.0]]
     )

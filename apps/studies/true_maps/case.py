@@ -17,18 +17,18 @@ CLEARANCE = 0.15
 """Least distance of the camera from every surface [m]."""
 
 _DRAWS = 200
-"""Walks that are drawn before a scene is given up."""
+"""Number of random walks after which a scene fails."""
 
 
 @dc.dataclass(frozen=True)
 class Case:
-    """A scene and what is wrong with its capture.
+    """A scene and the disturbance of its capture.
 
     Attributes:
         seed: Seed of the scene, of the camera's path and of the disturbance.
-        disturbance: What is wrong.
+        disturbance: The errors of the capture.
         views: Number of views, ten a second.
-        kind: What the scene holds, see `scene.KINDS`.
+        kind: Content of the scene, see `scene.KINDS`.
     """
 
     seed: int
@@ -83,7 +83,7 @@ class Taken:
     def perfect(self) -> Capture:
         """Takes the same images by pinhole cameras with true poses.
 
-        All rows show the moment of the middle one.
+        All rows are taken at the time of the middle one.
         """
         ideal = Cameras(self.cameras.walk, self.cameras.time, pinhole())
         rgb, depth = ideal.images(self.caster)
@@ -101,7 +101,7 @@ def draw_case(seed: int, kind: str = "room") -> Case:
 def _free_walk(
     scene: MeshScene, caster: RayCaster, time: np.ndarray, seed: int
 ) -> Walk:
-    """A walk on which the camera keeps away from all that is there."""
+    """A walk on which the camera keeps a distance from all surfaces."""
     rng = np.random.default_rng([seed, 8])
     for _ in range(_DRAWS):
         walk = draw_walk(scene, time[-1] - time[0] + 1 / RATE, rng)

@@ -1,4 +1,4 @@
-"""Runs to the worst places of maps of thin and curved things.
+"""Runs to the worst places of maps of thin and curved objects.
 
 Offline maps are made from the disturbed capture, if `remosplat run` accepts
 them. Live maps are made from exact frames, since a robot that moves its own
@@ -41,18 +41,17 @@ LIVE_FRAMES = 25
 """Number of frames of a live map."""
 
 _START_CLEARANCE = 0.08
-"""Least true clearance of the robot where it starts [m]."""
+"""Least true clearance of the robot at its start [m]."""
 
 _START_DISTANCE = 0.8, 1.5
-"""Distance of the base from the middle of the workspace where it starts
-[m]."""
+"""Distance of the base's start from the middle of the workspace [m]."""
 
 _START_DRAWS = 500
-"""Places of the base that are drawn before a scene is given up."""
+"""Number of random base positions after which a scene fails."""
 
 
 def attack_case(aim: Aim) -> Attacks:
-    """Maps a case in all ways and sends the robot to the maps' worst places.
+    """Makes all maps of a case and sends the robot to their worst places.
 
     Raises:
         Exception: Any error of the reconstruction or of a run.
@@ -80,7 +79,7 @@ def attack_case(aim: Aim) -> Attacks:
 def _maps(
     sight: Sight, robot: RobotModel, q0: np.ndarray
 ) -> Iterator[tuple[str, GaussianSplat, DistanceField | None]]:
-    """The maps by name, in W; no field where no robot is let use the map."""
+    """The maps by name, in W; no field if robots must not use the map."""
     taken = sight.taken
     made = mapped(taken.capture, sight.focus_W)
     splat_W = laid_on_truth(
@@ -107,9 +106,9 @@ def find_places(
 
     Args:
         sight: The truth.
-        field: The map that the robot works with.
-        raw: The same without its discs' uncertainty.
-        seed: Seed of the points that are looked at.
+        field: The map that the robot uses.
+        raw: The map without subtraction of its discs' uncertainty.
+        seed: Seed of the random points.
     """
     rng = np.random.default_rng([seed, 3])
     queries = random_queries(sight, QUERIES, rng)
@@ -165,7 +164,7 @@ class MeshTruth:
 def _start(
     robot: RobotModel, truth: MeshTruth, sight: Sight, rng: np.random.Generator
 ) -> np.ndarray:
-    """A configuration before the table, clear of all that is there."""
+    """A configuration in front of the table, clear of all surfaces."""
     scene = sight.taken.scene
     for _ in range(_START_DRAWS):
         angle = scene.open_to + rng.uniform(-1, 1) * scene.open_by

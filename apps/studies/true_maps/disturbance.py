@@ -7,7 +7,7 @@ import numpy as np
 
 @dc.dataclass(frozen=True)
 class Disturbance:
-    """What is wrong with a capture; the default is nothing.
+    """Errors of a capture; the default has none.
 
     Attributes:
         sensor: Name of a preset of `sensor_noise`.
@@ -15,17 +15,18 @@ class Disturbance:
             foreground's and the background's.
         drift: Length by which the positions have drifted at the last view [m].
         late_loop: Length by which the positions have drifted when a loop is
-            closed, after four fifths of the walk; the rest is right [m].
+            closed, after four fifths of the walk; later positions are exact
+            [m].
         jump: Length by which tracking jumps at one moment, for good [m].
-        focal: By what part the focal length in K is too large.
+        focal: Relative error of the focal length in K; positive: too large.
         principal: Distance of K's principal point from the true one, in
             widths of the image.
         k1: Radial distortion of the lens, which K does not contain.
         readout: Time from the first row of an image to the last [s]; poses
             are those of the middle row.
-        scale: How many times too large the depths are.
+        scale: Ratio of measured to true depths.
         quadratic: Depths z are too large by this times z^2 [1/m].
-        delay: How much newer the poses are than their images [s].
+        delay: Time by which poses are newer than their images [s].
         hand_eye: Length of the error of the camera's position in its mount
             [m].
         hand_eye_turn: Angle of the error of its rotation [rad].
@@ -47,7 +48,7 @@ class Disturbance:
     hand_eye_turn: float = 0.0
 
     def __str__(self) -> str:
-        """What is wrong, in a few words."""
+        """Describes the errors in a few words."""
         words = {
             self.sensor: self.sensor != "none",
             f"flying {100 * self.flying:.0f} %": self.flying,
@@ -96,10 +97,10 @@ UNDISTURBED = 1 / 8
 
 
 def draw_disturbance(rng: np.random.Generator) -> Disturbance:
-    """Draws a disturbance: each kind is there in a third of all cases.
+    """Draws a disturbance; a third of all cases has each kind.
 
-    One case in eight has none. Sizes are uniform up to the largest; those with
-    a sign go either way.
+    One case in eight has none. Sizes are uniform up to the largest; signed ones
+    are positive or negative.
     """
     if rng.random() < UNDISTURBED:
         return EXACT

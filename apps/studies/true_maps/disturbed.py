@@ -1,4 +1,4 @@
-"""Simulates captures of carried cameras and their trackers."""
+"""Simulates captures of hand-held cameras and their trackers."""
 
 import dataclasses as dc
 
@@ -23,19 +23,20 @@ from remosplat_drake.capture.rendering.sensor_noise import (
 from remosplat_drake.capture.undistortion import Distortion
 
 _EDGE = 0.02
-"""An edge's two sides differ by more than this part of their depth."""
+"""Least difference of the depths on both sides of an edge, as a fraction of the
+depth."""
 
 
 def true_cameras(
     walk: Walk, time: np.ndarray, what: Disturbance, seed: int
 ) -> Cameras:
-    """Returns the cameras that really take the images of a capture.
+    """Returns the true cameras of a capture's images.
 
     Args:
         walk: The camera's path.
         time: Times of the poses, shape (n,) [s].
-        what: What is wrong.
-        seed: Seed of all that is random.
+        what: The errors.
+        seed: Seed of all random numbers.
     """
     K = pinhole()
     turn = np.random.default_rng([seed, 1]).uniform(0, 2 * np.pi)
@@ -53,8 +54,8 @@ def disturbed(
     Args:
         caster: Casts rays into the scene.
         cameras: The cameras that `true_cameras` returns.
-        what: What is wrong with the capture.
-        seed: Seed of all that is random.
+        what: The errors of the capture.
+        seed: Seed of all random numbers.
     """
     time = cameras.time + what.delay
     rgb, exact = cameras.images(caster)
@@ -83,7 +84,7 @@ def disturbed(
 def with_flying_pixels(
     z: np.ndarray, exact: np.ndarray, share: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Returns a depth image in which pixels at edges show what is between.
+    """Returns a depth image with depths between both sides at edges.
 
     Args:
         z: Measured depths, shape (h, w) [m]; those of 0 stay 0.

@@ -23,21 +23,21 @@ QUERIES = 8_000
 """Number of pixels before which random points are drawn."""
 
 SURFACE = 60_000
-"""Number of pixels among which the worst places are looked for."""
+"""Number of pixels among which the worst places are sought."""
 
 _WORST, _WORST_OF_LABEL = 200, 30
-"""Surface points around which most is missing, of all and of each label."""
+"""Number of surface points with the largest gaps, of all and of each label."""
 
 _AROUND = 12
-"""Number of points around each of these."""
+"""Number of query points around each of these."""
 
 _ICP_STEPS = 8
 
 _ICP_GATE = 3.0
-"""How many times the median distance a disc that counts is off, at most."""
+"""Largest error of a disc that is used, as a multiple of the median."""
 
 _ICP_LEAST = 0.002
-"""Discs nearer to the truth than this always count [m]."""
+"""Discs nearer to the truth than this are always used [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -56,14 +56,14 @@ class MeshQueries(Queries):
 
 @dc.dataclass(frozen=True)
 class Excess:
-    """How far distances to one sort of thing are too large.
+    """Over-estimates of distances to one kind of object.
 
     Attributes:
         count: Number of points.
-        exceeded: Number of these at which the distance less the discs'
-            uncertainty exceeds the true one.
+        exceeded: Number of these at which the distance, after subtraction of
+            the discs' uncertainty, exceeds the true one.
         worst: Largest excess of such a distance [m]; negative if none has any.
-        over: The same, of the distance with nothing subtracted [m].
+        over: Largest excess of a distance without subtraction [m].
     """
 
     count: int
@@ -78,8 +78,9 @@ class Judgement:
 
     Attributes:
         all: At points whose nearest surface two views saw, a pixel wide.
-        thin: At points whose nearest surface two views saw, but not so wide.
-        by_label: Those of `all`, by the label of what is nearest.
+        thin: At points whose nearest surface two views saw, but less than a
+            pixel wide.
+        by_label: Those of `all`, by the label of the nearest surface.
     """
 
     all: Excess
@@ -93,8 +94,8 @@ def judge(
     """Compares a map's distances with the true ones.
 
     Args:
-        splat_W: The map, laid on the truth, with its discs' uncertainty.
-        sight: What the cameras saw.
+        splat_W: The map, aligned with the truth, with its discs' uncertainty.
+        sight: True data of the cameras.
         rng: Source of randomness.
     """
     raw = SphereToEllipsoidField(splat_W.with_uncertainty(None))
@@ -112,8 +113,8 @@ def judged(
 
     Args:
         queries: Points whose nearest surface was seen.
-        raw: Distances with nothing subtracted.
-        careful: Distances less their uncertainty.
+        raw: Distances without subtraction.
+        careful: Distances minus their uncertainty.
     """
     over, excess = queries.over_estimates(raw), queries.over_estimates(careful)
 
@@ -136,11 +137,11 @@ def judged(
 def random_queries(
     sight: Sight, count: int, rng: np.random.Generator
 ) -> MeshQueries:
-    """Draws points on rays before the surfaces that pixels show.
+    """Draws points on rays in front of the surfaces that pixels show.
 
     Args:
-        sight: What the cameras saw.
-        count: Number of pixels; fewer points are of use.
+        sight: True data of the cameras.
+        count: Number of pixels, of which a part yields points.
         rng: Source of randomness.
     """
     surface = sight.surface(count, rng)
@@ -153,7 +154,7 @@ def random_queries(
 def worst_queries(
     field: DistanceField, sight: Sight, rng: np.random.Generator
 ) -> MeshQueries:
-    """Searches for the places where a map is worst.
+    """Searches for the places with the largest errors of a map.
 
     Of a 1-Lipschitz map, no distance is too large by more than its value at the
     truly nearest surface point. So measured surface points with the largest
@@ -161,7 +162,7 @@ def worst_queries(
 
     Args:
         field: The map.
-        sight: What the cameras saw.
+        sight: True data of the cameras.
         rng: Source of randomness.
     """
     surface = sight.surface(SURFACE, rng)
@@ -181,7 +182,7 @@ def worst_queries(
 def _worst_places(
     field: DistanceField, surface: Surface, labels: np.ndarray
 ) -> np.ndarray:
-    """Indices of the surface points that a map is farthest from."""
+    """Indices of the surface points with the largest distances from a map."""
     count = len(surface.p_W)
     spheres = Spheres.at(surface.p_W)
     order = np.argsort(-field.clearances(spheres).per_sphere(count))
@@ -192,7 +193,7 @@ def _worst_places(
 
 
 def _near_surfaces(p_W: np.ndarray, sight: Sight) -> MeshQueries:
-    """The points of the workspace whose true distance is of interest."""
+    """Points of the workspace whose true distance is in the judged range."""
     p_W = p_W[sight.in_workspace(p_W)]
     nearest = sight.taken.caster.nearest(p_W)
     near = (nearest.distance > NEAREST) & (nearest.distance < FARTHEST)
@@ -212,8 +213,8 @@ def laid_on_truth(
     """Aligns a map rigidly with the truth.
 
     Args:
-        splat_M: The map in a frame M of its own.
-        X_MC: The poses that it was made with, shape (n, 4, 4).
+        splat_M: The map in its own frame M.
+        X_MC: The camera poses of the map, shape (n, 4, 4).
         true_X_WC: The true poses, shape (n, 4, 4).
         sight: The truth.
     """
@@ -225,7 +226,7 @@ def laid_on_truth(
 
 
 def registration(p_AK: np.ndarray, caster: RayCaster) -> np.ndarray:
-    """Finds the motion that lays points on surfaces, point to plane.
+    """Finds the rigid motion that aligns points with surfaces, point to plane.
 
     Args:
         p_AK: Points near the surfaces, shape (n, 3) [m].
@@ -251,7 +252,7 @@ def registration(p_AK: np.ndarray, caster: RayCaster) -> np.ndarray:
 
 
 def _moved(step: np.ndarray, middle: np.ndarray) -> np.ndarray:
-    """A turn about a point, then a shift: the motion as a matrix (4, 4)."""
+    """A rotation about a point, then a translation, as a matrix (4, 4)."""
     X = np.eye(4)
     X[:3, :3] = Rotation.from_rotvec(step[:3]).as_matrix()
     X[:3, 3] = middle - X[:3, :3] @ middle + step[3:]

@@ -12,11 +12,11 @@ _LIGHT_W = np.array([0.36, 0.48, 0.8])
 
 @dc.dataclass(frozen=True, eq=False)
 class Hits:
-    """What rays meet first; all arrays have the rays' shape (...).
+    """The first surfaces on rays; all arrays have the rays' shape (...).
 
     Attributes:
-        z: How many lengths of its direction each ray goes; inf: for ever.
-        part: Index of the part that is met; -1 for none.
+        z: Parameter t of the hit at start + t direction; inf without a hit.
+        part: Index of the part that is hit; -1 for none.
         normal_W: Unit normal of the triangle, either way, shape (..., 3).
     """
 
@@ -74,7 +74,7 @@ class RayCaster:
         """Casts rays.
 
         Args:
-            p_W: Where they start, of a shape that fits that of the rays [m].
+            p_W: Starts of the rays, of a shape that broadcasts with theirs [m].
             ray_W: Their directions, shape (..., 3); of any length.
         """
         rays = np.concatenate([np.broadcast_to(p_W, ray_W.shape), ray_W], -1)
@@ -100,11 +100,11 @@ class RayCaster:
         )
 
     def colors(self, hits: Hits, p_W: np.ndarray) -> np.ndarray:
-        """Paints what rays meet, shape (..., 3), uint8; black for nothing.
+        """Returns colours at hits, shape (..., 3), uint8; black without a hit.
 
         Args:
-            hits: What the rays meet.
-            p_W: Where, shape (..., 3) [m].
+            hits: The hits of the rays.
+            p_W: Positions of the hits, shape (..., 3) [m].
         """
         light = 0.55 + 0.45 * np.abs(hits.normal_W @ _LIGHT_W)
         grain = np.sin(p_W @ _GRAIN_W).mean(axis=-1)
@@ -114,4 +114,4 @@ class RayCaster:
 
 
 _GRAIN_W = np.array([[60.0, 13, -31, 7], [-22, 71, 17, 11], [19, -29, 53, -13]])
-"""Waves that give surfaces something to tell them apart by, [rad/m]."""
+"""Wave vectors of a texture that distinguishes surfaces [rad/m]."""

@@ -1,4 +1,4 @@
-"""The tables of the study: verdicts beside the truth."""
+"""The tables of the study: verdicts compared with the truth."""
 
 from collections.abc import Sequence
 
@@ -94,7 +94,7 @@ def correlation(results: Sequence[Result]) -> float:
     """Returns Spearman's rank correlation of verdicts and true errors.
 
     Args:
-        results: Trials that succeeded; of fewer than three it is NaN.
+        results: Trials that succeeded; NaN for fewer than three.
     """
     if len(results) < 3:
         return np.nan
@@ -104,7 +104,7 @@ def correlation(results: Sequence[Result]) -> float:
 
 
 def _not_too_large(words: str, found: Sequence[Excess]) -> str:
-    """How many distances are not too large, with an interval over captures."""
+    """Share of distances that are not too large, with its interval."""
     if not found:
         return f"{words}: none"
     counts = np.array([(e.count - e.exceeded, e.count) for e in found])
@@ -117,7 +117,7 @@ def _not_too_large(words: str, found: Sequence[Excess]) -> str:
 
 
 def _below(words: str, results: Sequence[Result]) -> str:
-    """How many verdicts are below the truth, and how many may be."""
+    """Number of verdicts below the truth, and a bound of their frequency."""
     if not results:
         return f"{words}: none"
     count = sum(r.is_below for r in results)
@@ -126,7 +126,7 @@ def _below(words: str, results: Sequence[Result]) -> str:
 
 
 def _labels(results: Sequence[Result]) -> list[str]:
-    """What is nearest, and how many distances to it are not too large."""
+    """Share of distances that are not too large, by label."""
     return [
         _not_too_large(
             f"  {label}",

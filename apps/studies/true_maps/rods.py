@@ -1,4 +1,4 @@
-"""Rods of 4 to 16 mm before the wrist camera, which maps must not miss.
+"""Measures maps of rods of 4 to 16 mm in front of the wrist camera.
 
 Depth and poses are exact. Maps are those of `remosplat reconstruct` and live
 maps, without and with unseen space as an obstacle.
@@ -34,7 +34,7 @@ DISTANCES = (0.6, 0.9, 1.2)
 """Distances of the cameras from the middle of the rods [m]."""
 
 LEANS = (0.0, 20.0)
-"""How far the rods lean to the side [deg]."""
+"""Tilts of the rods to the side [deg]."""
 
 BESIDE = 0.04
 """Distance from a rod's surface at which the map is queried [m]."""
@@ -43,25 +43,25 @@ FRAMES = 10
 
 _APART, _LENGTH = 0.12, 0.4  # Of the rods [m].
 _JUDGED = 0.6
-"""Part of a rod's length, around its middle, that is judged."""
+"""Evaluated fraction of a rod's length, around its middle."""
 
 _MIDDLE = np.array([0.0, 0.0, 0.6])
 _WALL = 0.6
 """Distance of the wall behind the rods [m]."""
 
 _ARC = np.deg2rad(25)
-"""How far the cameras are to either side."""
+"""Largest angle of the cameras to either side."""
 
 Fields = Iterator[tuple[str, DistanceField]]
 
 
 @dc.dataclass(frozen=True)
 class Setup:
-    """What stands where.
+    """A setup of rods and cameras.
 
     Attributes:
         distance: Distance of the cameras from the middle of the rods [m].
-        lean: How far the rods lean to the side [deg].
+        lean: Tilt of the rods to the side [deg].
         before_wall: Whether a wall is behind them.
     """
 
@@ -71,7 +71,7 @@ class Setup:
 
     @property
     def pitch(self) -> float:
-        """How far apart two pixels are on the rods [m]."""
+        """Distance between neighbouring pixels at the rods [m]."""
         return self.distance / WristCameraConfig().intrinsics().focal_x()
 
     @property
@@ -138,14 +138,15 @@ SETUPS = [
 
 @dc.dataclass(frozen=True)
 class RodResult:
-    """By how much a map's distance to a rod is too large.
+    """Over-estimate of a map's distances to a rod.
 
     Attributes:
-        setup: What stands where.
-        map: How the map was made.
+        setup: The setup.
+        map: Name of the method that made the map.
         diameter: Diameter of the rod [m].
-        pixels: How many pixels wide it is.
-        over: Largest over-estimate beside it, less the discs' uncertainty [m].
+        pixels: Width of the rod in images [pixels].
+        over: Largest over-estimate beside it, after subtraction of the discs'
+            uncertainty [m].
     """
 
     setup: Setup

@@ -1,7 +1,7 @@
 """`MeshScene`: a room of triangle meshes, drawn from a seed.
 
-None of it comes from the boxes and cylinders of `remosplat_drake.generation`:
-so tuning on those scenes does not help here.
+It uses no boxes and cylinders of `remosplat_drake.generation`, so constants
+tuned on those scenes have no advantage here.
 """
 
 import dataclasses as dc
@@ -34,7 +34,7 @@ KINDS = {
     "cables": ("bottles", "cables"),
     "rods": ("rods",),
 }
-"""What scenes hold besides floor, walls and table, by the name of the kind."""
+"""Content of scenes besides floor, walls and table, by kind."""
 
 COLORS = {
     "floor": (150, 120, 95),
@@ -57,14 +57,14 @@ COLORS = {
 """Colour of each label of a part, in sRGB."""
 
 _APART = 0.12
-"""Least distance between the feet of things on the table [m]."""
+"""Least distance between the bases of objects on the table [m]."""
 
 _ROOM_HEIGHT = 2.4  # [m]
 
 
 @dc.dataclass(frozen=True, eq=False)
 class Part:
-    """A mesh and what it is.
+    """A mesh with its label.
 
     Attributes:
         label: A key of `COLORS`.
@@ -84,7 +84,7 @@ class MeshScene:
         focus_W: Centre of the robot's workspace, shape (3,) [m].
         open_to: Direction from the focus in the floor's plane that faces away
             from both walls [rad].
-        open_by: How far cameras may stand to either side of it [rad].
+        open_by: Largest angle of cameras to either side of it [rad].
     """
 
     parts: tuple[Part, ...]
@@ -94,13 +94,13 @@ class MeshScene:
 
 
 def draw_scene(seed: int, kind: str = "room") -> MeshScene:
-    """Draws a room with a table, and what its kind holds.
+    """Draws a room with a table, and the other objects of its kind.
 
     The table's centre is at x = y = 0; a wall is 0.75 to 1.6 m away from it
     along -x, and another one along -y.
 
     Args:
-        seed: Seed of all that is random.
+        seed: Seed of all random numbers.
         kind: A key of `KINDS`.
     """
     rng = np.random.default_rng([seed, *kind.encode()])
@@ -120,7 +120,7 @@ def draw_scene(seed: int, kind: str = "room") -> MeshScene:
 
 
 def parts_of(things: list[Thing]) -> tuple[Part, ...]:
-    """Returns the meshes of things with their labels, in order."""
+    """Returns the meshes of objects with their labels, in order."""
     return tuple(
         Part(label, mesh) for thing in things for label, mesh in thing.items()
     )
@@ -141,7 +141,7 @@ def _feet(
 
 
 def _placed(thing: Thing, p_W: np.ndarray, turn: float = 0.0) -> Thing:
-    """A thing on its foot, turned about the vertical [rad]."""
+    """An object at its place, rotated about the vertical [rad]."""
     X_WT = RigidTransform(RollPitchYaw(0, 0, turn), p_W)
     return {label: mesh.moved(X_WT) for label, mesh in thing.items()}
 

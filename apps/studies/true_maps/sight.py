@@ -13,17 +13,17 @@ _STEEPEST = np.cos(np.deg2rad(78))
 """Cosine of the largest angle of incidence at which a view sees a surface."""
 
 _OWN = 0.001
-"""Length by which a ray may end before the point that it is to reach [m]."""
+"""Tolerance with which a ray must reach a point [m]."""
 
 _LOOKS = 6
-"""Number of views, the nearest ones, that tell how wide a surface is."""
+"""Number of nearest views with which a surface's width is measured."""
 
 _STEPS = 3
-"""Parts of a pixel in which that is measured."""
+"""Number of samples per pixel for widths."""
 
 _SLOPE = 6.0
-"""A surface goes on where its depth changes by no more than this times the way
-across: up to 80 degrees of incidence."""
+"""Largest change of depth on one surface, relative to the distance across: up
+to 80 degrees of incidence."""
 
 _ACROSS = np.deg2rad([0, 45, 90, 135])
 """Directions in the image in which widths are measured [rad]."""
@@ -36,7 +36,7 @@ class Surface:
     Attributes:
         p_W: The points, shape (n, 3) [m].
         part: Index of the part that each is on, shape (n,).
-        p_WC: Where the rays of the pixels start, shape (n, 3) [m].
+        p_WC: Starts of the pixels' rays, shape (n, 3) [m].
     """
 
     p_W: np.ndarray
@@ -46,7 +46,7 @@ class Surface:
 
 @dc.dataclass(frozen=True, eq=False)
 class Sight:
-    """The true geometry, the true cameras, and what the sensor delivered.
+    """The true geometry, the true cameras, and the depths of the sensor.
 
     Attributes:
         taken: The case's captures.
@@ -60,7 +60,7 @@ class Sight:
         return self.taken.scene.focus_W
 
     def in_workspace(self, p_W: np.ndarray) -> np.ndarray:
-        """Which points (n, 3) are at most 1 m from the focus on each axis."""
+        """Marks points (n, 3) at most 1 m from the focus along each axis."""
         return np.abs(p_W - self.focus_W).max(axis=1) < 1
 
     def labels(self, part: np.ndarray) -> np.ndarray:
@@ -69,7 +69,7 @@ class Sight:
         return names[part]
 
     def surface(self, count: int, rng: np.random.Generator) -> Surface:
-        """Draws pixels that have a depth, and what they show of the workspace.
+        """Draws pixels with a depth, and returns their points in the workspace.
 
         Args:
             count: Number of pixels; not all of them show the workspace.
@@ -91,7 +91,7 @@ class Sight:
         return Surface(*(np.concatenate(p) for p in zip(*parts, strict=True)))
 
     def is_free_way(self, start_W: np.ndarray, end_W: np.ndarray) -> np.ndarray:
-        """Whether nothing is between points, both (n, 3) [m]; shape (n,)."""
+        """Whether no surface is between points, both (n, 3) [m]; shape (n,)."""
         way_W = end_W - start_W
         length = _lengths(way_W)
         hits = self.taken.caster.cast(start_W, way_W)
@@ -100,8 +100,8 @@ class Sight:
     def seen(self, surface: Nearest) -> tuple[np.ndarray, np.ndarray]:
         """Returns which surface points at least two views have seen.
 
-        A view sees a point if nothing is before it, it is not seen too
-        steeply, and the sensor delivered a depth at its pixel.
+        A view sees a point if the point is not occluded, its incidence is not
+        too oblique, and the sensor delivered a depth at its pixel.
 
         Args:
             surface: The points.
@@ -126,7 +126,7 @@ class Sight:
         return seen, wide >= SEEN_BY
 
     def _seen_at(self, view: int, surface: Nearest) -> np.ndarray:
-        """Depths at which a view sees points, (n,) [m]; inf: it does not."""
+        """Depths at which a view sees points, (n,) [m]; inf if unseen."""
         cameras, p_W = self.taken.cameras, surface.p_W
         u, v, z = cameras.project(view, p_W)
         inside = (u >= 0) & (u < WIDTH) & (v >= 0) & (v < HEIGHT)
@@ -152,7 +152,7 @@ class Sight:
         pitch = z / cameras.K[0, 0]
         step = np.arange(1, _STEPS + 1) / _STEPS
         xy = np.stack([np.cos(_ACROSS), np.sin(_ACROSS)], axis=1)
-        # By direction, to either side, by step.
+        # Axes of the array: direction, side, step.
         offset = np.stack([xy, -xy], axis=1)[:, :, None] * step[:, None]
         shape = len(rows), *offset.shape[:-1]
         axes_W = X_WC[:, :3, :2].transpose(0, 2, 1)
@@ -162,7 +162,7 @@ class Sight:
         across = np.tile(step, offset[..., 0].size // _STEPS) * pitch[:, None]
         same = hits.part == surface.part[rows, None]
         same &= np.abs(hits.z - 1) * z[:, None] < _SLOPE * across + _OWN
-        # How many steps it goes on to each side.
+        # Number of steps by which the surface continues to each side.
         reach = same.reshape(shape).cumprod(axis=-1).sum(axis=-1)
         return (reach.sum(axis=-1) >= _STEPS).all(axis=-1)
 

@@ -1,4 +1,4 @@
-"""`Tracker`: the poses of a carried camera from a simulated tracker."""
+"""`Tracker`: the poses of a hand-held camera from a simulated tracker."""
 
 from collections.abc import Callable
 
@@ -11,11 +11,10 @@ from apps.studies.true_maps.walk import Walk
 from remosplat_drake.reconstruction.alignment.perturbation import difference
 
 _CLOSED = 0.8
-"""Part of the walk after which a late loop is closed."""
+"""Fraction of the walk after which a late loop is closed."""
 
 _STEP, _LONG_STEP = 1e-4, 1e-2
-"""Times by which a pose is moved to find its velocity, and its acceleration
-[s]."""
+"""Time steps of the differences for velocities and for accelerations [s]."""
 
 
 class Tracker:
@@ -24,8 +23,8 @@ class Tracker:
     Args:
         walk: The camera's path.
         time: Times of the images, shape (n,) [s]; poses jump between them.
-        what: What is wrong.
-        seed: Seed of all that is random.
+        what: The errors of the tracker.
+        seed: Seed of all random numbers.
     """
 
     def __init__(
@@ -63,7 +62,7 @@ class Tracker:
         return X_WC @ self._X_CD
 
     def _between(self, part: float) -> float:
-        """Part of the walk half-way between the two images about a part."""
+        """Fraction of the walk half-way between two images around another."""
         steps = len(self._time) - 1
         return (np.floor(part * steps) + 0.5) / steps
 
@@ -73,11 +72,11 @@ class Tracker:
         progress: Callable[[np.ndarray], np.ndarray],
         rng: np.random.Generator,
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """How positions slip, and how rotations do, by part of the walk.
+        """Drift of positions and of rotations, by fraction of the walk.
 
         Args:
-            length: Length of the slip once it is complete [m].
-            progress: How complete it is, by part of the walk.
+            length: Final length of the drift [m].
+            progress: Share of the final drift, by fraction of the walk.
             rng: Source of randomness.
         """
         way, turn = SmoothCurve.drawn(rng), SmoothCurve.drawn(rng)
@@ -108,7 +107,7 @@ def velocity_W(
 def acceleration_W(
     X_WC: Callable[[np.ndarray], np.ndarray], time: np.ndarray
 ) -> np.ndarray:
-    """Returns how fast the velocities change; see `velocity_W`."""
+    """Returns the derivatives of the velocities; see `velocity_W`."""
     before, after = (
         velocity_W(X_WC, time + step) for step in (-_LONG_STEP, _LONG_STEP)
     )

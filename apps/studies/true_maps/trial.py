@@ -30,7 +30,7 @@ from remosplat_drake.reconstruction.workspace import Workspace
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 HELD_OUT = 8
-"""Every view of this number only judges, as in `remosplat reconstruct`."""
+"""Step between held-out views, as in `remosplat reconstruct`."""
 
 
 @dc.dataclass(frozen=True)
@@ -39,22 +39,22 @@ class Result:
 
     Attributes:
         key: Name of the case.
-        wrong: What was disturbed, in words; empty for nothing.
-        defects: What the capture's inspection refuses it for.
-        warnings: What `remosplat reconstruct` warns of if it is accepted.
+        wrong: Description of the disturbance; empty for none.
+        defects: Defects for which the inspection refuses the capture.
+        warnings: Warnings of `remosplat reconstruct` if it is accepted.
         verdict: `remaining_error` of the quality report.
         map_error: `map_error` of the quality report.
         before: Errors of the given cameras.
         after: Errors of the refined ones.
-        all: By how much distances are too large near what two views saw, at
+        all: Over-estimates of distances near surfaces that two views saw, at
             least a pixel wide.
-        thin: The same near what is less wide.
-        by_label: The same as `all`, by what is nearest.
+        thin: Over-estimates near surfaces less than a pixel wide.
+        by_label: Those of `all`, by the label of the nearest surface.
         medium: Median uncertainty of the discs in the workspace.
         seconds: Time of the inspection, of the alignment, of the
             reconstruction, of the cross-validation and of the assessment
             [s].
-        error: What went wrong; empty for nothing.
+        error: Error text; empty without an error.
     """
 
     key: str
@@ -87,7 +87,7 @@ class Result:
 def is_runnable(verdict: float) -> bool:
     """Whether a robot may use a map at the usual stopping distance.
 
-    That is in simulation, as `remosplat run` decides it.
+    It is the decision of `remosplat run` in simulation.
 
     Args:
         verdict: `remaining_error` of its quality report [m].
@@ -115,13 +115,13 @@ def restored(fields: dict[str, Any]) -> Result:
 
 @dc.dataclass(frozen=True, eq=False)
 class Mapped:
-    """What `remosplat reconstruct` makes of a capture.
+    """The output of `remosplat reconstruct` for a capture.
 
     Attributes:
         splat: The splat with its discs' uncertainty.
         alignment: The refined capture.
         report: The quality report.
-        defects: What the inspection refuses the capture for.
+        defects: Defects for which the inspection refuses the capture.
         seconds: Time of the inspection, of the alignment, of the
             reconstruction, of the cross-validation and of the assessment
             [s].
@@ -135,10 +135,9 @@ class Mapped:
 
 
 def mapped(capture: Capture, focus_W: np.ndarray) -> Mapped:
-    """Does what `remosplat reconstruct --device cpu --focus` does.
+    """Reconstructs a capture like `remosplat reconstruct --device cpu --focus`.
 
-    A capture that the inspection refuses is mapped as well, as `--accept`
-    does it.
+    A capture that the inspection refuses is mapped, too, as with `--accept`.
 
     Args:
         capture: The capture, z up and the floor at z = 0.

@@ -1,7 +1,7 @@
-"""`Walk`: the path of a camera that a person carries around something.
+"""`Walk`: the path of a camera that a person carries around a point.
 
-It is a function of time, so that images may show another moment than their
-poses tell, and rows of one image different moments.
+It is a function of time, so that images may have other times than their poses,
+and rows of one image different times.
 """
 
 import dataclasses as dc
@@ -20,7 +20,7 @@ _FASTEST = 0.6
 """Largest speed around the focus, towards it, and up and down [m/s]."""
 
 _TREMOR = 0.001, float(np.deg2rad(0.1))
-"""How much a hand trembles: positions [m] and directions [rad]."""
+"""Amplitudes of a hand's tremor: positions [m] and directions [rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -33,9 +33,9 @@ class Walk:
         focus_W: The point, shape (3,) [m].
         mean: Azimuth [rad], distance from the focus [m] and elevation [rad]
             in the middle of the walk, shape (3,).
-        waves: How these three go, shape (3, k, 3).
-        look: How the point that is looked at leaves the focus along x, y and
-            z [m], and how the camera rolls [rad], shape (4, k, 3).
+        waves: Waves of these three values, shape (3, k, 3).
+        look: Waves of the viewed point's distance from the focus along x, y and
+            z [m], and of the camera's roll [rad], shape (4, k, 3).
     """
 
     focus_W: np.ndarray
@@ -95,7 +95,7 @@ def draw_walk(
             np.deg2rad(rng.uniform(25, 40)),
         ]
     )
-    # From one end to the other and, at most, back again.
+    # From one end to the other, and at most back again.
     turns = rng.uniform(0.5, 1.0) / seconds
     azimuth = rng.uniform(0.6, 1.0) * scene.open_by
     azimuth = min(azimuth, _widest(turns) / mean[1])
@@ -122,7 +122,7 @@ def draw_walk(
 
 
 def _widest(frequency: float) -> float:
-    """Amplitude of a wave [m] that is as fast as a hand may be."""
+    """Amplitude of a wave [m] with the largest speed of a hand."""
     return _FASTEST / (2 * np.pi * frequency)
 
 

@@ -1,11 +1,11 @@
-"""Distances by the convex shapes of imported robots against those by meshes.
+"""Compares link distances of imported robots' convex shapes with meshes.
 
     python -m apps.studies.true_shapes fetch=robots/fetch/fetch.urdf
 
 Robots are placed at home, in the states that their files name, and at random.
-FCL measures the distance of the meshes of two links; where that is less than 50
-mm, it is compared with the distance of their convex shapes. Links that cut each
-other, or one of which is in the other, are left out.
+FCL measures the distance of the meshes of two links. If it is less than 50 mm,
+it is compared with the distance of their convex shapes. Links that intersect or
+contain each other are left out.
 """
 
 import argparse
@@ -26,7 +26,7 @@ POSTURES = 300
 """Number of random postures."""
 
 LEFT_OUT = {"fetch": ("bellows_link",)}
-"""Links of makers' files that shipped robots do without."""
+"""Links of makers' files that shipped robots lack."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,9 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--postures",
         type=int,
         default=POSTURES,
-        help=f"how many random postures ({POSTURES})",
+        help=f"number of random postures ({POSTURES})",
     )
-    parser.add_argument("--output", type=Path, help="Markdown file to write")
+    parser.add_argument(
+        "--output", type=Path, help="Markdown file for the table"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -69,12 +71,12 @@ def run(args: argparse.Namespace) -> int:
             "robot",
             "shapes",
             "named postures",
-            "worst there [mm]",
+            "worst in these [mm]",
             "near pairs in all",
             "least [mm]",
             "99 % [mm]",
             "worst [mm]",
-            "which is of",
+            "links of the worst pair",
         ),
         tuple(rows),
     )

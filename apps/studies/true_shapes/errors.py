@@ -24,20 +24,20 @@ STOWED = {
         "ready": (0.386, 1.32, 0.7, 0, -2, 0, -0.57, 0),
     }
 }
-"""Positions of the arm in states that makers name elsewhere [m, rad]."""
+"""Arm positions of named states that are not in the robots' files [m, rad]."""
 
 
 @dc.dataclass(frozen=True)
 class Errors:
-    """How much nearer links are by their shapes than by their meshes.
+    """Excess of link distances of meshes over those of convex shapes.
 
     Attributes:
         robot: The robot's name.
-        named: Number of postures that its makers name, home among them.
+        named: Number of postures that its makers name, including home.
         shapes: Number of its convex shapes.
         error: All errors, shape (k,) [m].
-        named_error: Those in postures that are named, shape (j,) [m].
-        worst: What the largest error is of.
+        named_error: Errors in named postures, shape (j,) [m].
+        worst: Links and distance of the largest error.
     """
 
     robot: str
@@ -84,7 +84,7 @@ def measure(robot: RobotModel, meshes: MakerMeshes, postures: int) -> Errors:
     arrays = pairs.arrays(np.zeros(len(pairs)))
     named = _named_states(robot, meshes)
     errors, named_errors, worst = [], [], (0.0, "none")
-    # Not the postures that importing looks at.
+    # Not the postures that importing uses.
     drawn = random_states(robot, postures, np.random.default_rng(1))
     for i, q in enumerate([*named, *drawn]):
         X_WL = robot.body_poses(q)

@@ -22,10 +22,10 @@ from remosplat_drake.robot.importing.urdf_elements import origin_pose
 
 
 class MakerMeshes:
-    """The surfaces of a robot's links as its maker's file has them.
+    """The surfaces of a robot's links in its maker's file.
 
-    Links of the file that the robot does without count as part of the link that
-    they are fixed to.
+    Links of the file that the robot lacks count as parts of the links to which
+    they are fixed.
 
     Attributes:
         triangles: The triangles of each link that has shapes, in its frame,
@@ -45,7 +45,7 @@ class MakerMeshes:
         Args:
             source: The robot's file.
             links: Names of the links that the robot has.
-            left_out: Links of the file that the robot does without.
+            left_out: Links of the file that the robot lacks.
 
         Raises:
             RemoSplatError: The file or a mesh cannot be read, or FCL is
@@ -84,8 +84,7 @@ class MakerMeshes:
             X_WB: Pose of the second, shape (4, 4).
 
         Returns:
-            The distance; zero where they cut each other, or one is in the
-            other.
+            The distance; zero if they intersect, or if one contains the other.
         """
         fcl = self._fcl
         a, b = (
@@ -146,7 +145,7 @@ def _joined(
 def _carrier(
     urdf: Urdf, link: str, links: Collection[str]
 ) -> tuple[str | None, RigidTransform]:
-    """The first of some links that a link is fixed to, and its pose there."""
+    """The first of some links to which a link is fixed, and its pose there."""
     X_CL = RigidTransform()
     while link not in links:
         joint = urdf.inboard.get(link)

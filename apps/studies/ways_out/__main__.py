@@ -1,9 +1,9 @@
-"""Starts that are too near: whether robots get out, and nothing comes nearer.
+"""Tests that robots get out of starts with too small distances.
 
-Each robot starts at random, up to 30 mm inside its distances to itself, the
-scene, unseen space or a standing mover, or inside those of its joints to their
-limits. If it does not get out within 10 s, a search that is independent of the
-controller says whether there is a way.
+Each robot starts in a random posture that violates a stopping distance by up to
+30 mm: between links, from the scene, from unseen space, from a mover at rest,
+or from a joint limit. If it does not get out within 10 s, a search that is
+independent of the controller checks whether a way out exists.
 """
 
 import argparse
@@ -36,20 +36,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         default=list(SCENARIOS),
         metavar="NAME",
-        help=f"which of {', '.join(SCENARIOS)} (all)",
+        help=f"some of {', '.join(SCENARIOS)} (all)",
     )
     parser.add_argument(
         "--kinds",
         nargs="+",
         default=list(KINDS),
         metavar="KIND",
-        help=f"too near to which of {', '.join(KINDS)} (all)",
+        help=f"kinds of violated distances, some of {', '.join(KINDS)} (all)",
     )
     parser.add_argument(
         "--count",
         type=int,
         default=1000,
-        help="starts of a robot and kind (1000)",
+        help="number of starts of each robot and kind (1000)",
     )
     parser.add_argument(
         "--first", type=int, default=0, help="seed of the first start (0)"
@@ -57,22 +57,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--wire",
         action="store_true",
-        help="drive a stand-in robot, too near to its surroundings",
+        help="drive a stand-in robot that starts too near to its surroundings",
     )
     parser.add_argument(
-        "--jobs", type=int, default=2, metavar="N", help="at a time (2)"
+        "--jobs",
+        type=int,
+        default=2,
+        metavar="N",
+        help="number of parallel workers (2)",
     )
     parser.add_argument(
         "--output",
         type=Path,
         default=Path("results/ways_out"),
         metavar="DIR",
-        help="where results go; what is there is not done again",
+        help="folder of the results; existing results are not computed again",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs missing trials and prints what they show."""
+    """Runs missing trials and prints the results."""
     for name, least in (("count", 1), ("first", 0), ("jobs", 0)):
         if getattr(arguments, name) < least:
             raise FieldError(

@@ -1,6 +1,6 @@
 """The same starts with real processes: `run --hardware` and a stand-in robot.
 
-One at a time: there is one wire for rehearsals on a computer.
+Runs are sequential, since a computer has only one wire for rehearsals.
 
 The stand-in's arm and base have lag, noise and their own rules for commands.
 The positions that they measured are evaluated, tick by tick.
@@ -41,18 +41,18 @@ TIME = 10.0
 """Time in which a robot must get out, from its first motion on [s]."""
 
 ACCURACY = 1e-3
-"""How much of its stopping distance a pair may lack at the end [m]: the robot
-is not exactly where it was commanded to be."""
+"""Tolerance of stopping distances at the end [m], since a robot does not follow
+its commands exactly."""
 
 _ACCEPTED = START_TOO_NEAR, START_BEYOND_LIMITS
 """Gates that these starts do not pass."""
 
 _QUESTION = re.compile(r"type (\S+) to move the robot anyway")
-"""What is printed before a person has to confirm a gate."""
+"""Text that requests a person's confirmation of a gate."""
 
 DEEPEST = 0.008
-"""How far inside its distances a start is at most [m]: a robot that touches
-something is not armed."""
+"""Largest violation of a stopping distance at the start [m]: a robot in contact
+cannot be armed."""
 
 _START, _END = 120.0, 60.0
 """Longest times until the robot moves, and to write the run's files [s]."""
@@ -72,23 +72,24 @@ _LATE_SUPERVISOR = {
     "follow_dwell": 2.0,
     "max_tracking_error": 10.0,
 }
-"""Thresholds as wide as a real robot allows: a busy computer's late ticks stop
-nothing then."""
+"""The widest thresholds for real robots, so that a busy computer's late ticks
+do not stop the robot."""
 
 
 @dc.dataclass(frozen=True)
 class WireResult:
-    """How a start on the wire went.
+    """The result of a start on the wire.
 
     Attributes:
         key: Name of the start.
-        depth: How far inside its distances it was measured to be at first [m].
-        out_after: When every pair was within `ACCURACY` of its stopping
-            distance, from the first motion on [s]; None if it never was.
-        left: What was lacking in the end [m].
-        nearer: By how much a distance fell below that of the start, or its
+        depth: Largest measured violation of a stopping distance at the start
+            [m].
+        out_after: Time from the first motion until every pair was within
+            `ACCURACY` of its stopping distance [s]; None if it never was.
+        left: Largest violation at the end [m].
+        nearer: Largest decrease of a distance, below its initial value and its
             stopping distance, at ticks [m].
-        error: Why there is no result; empty for none.
+        error: Reason why there is no result; empty if there is one.
     """
 
     key: str
@@ -100,12 +101,12 @@ class WireResult:
 
 
 def starts(robots: Sequence[str], first: int, count: int) -> list[Start]:
-    """Chooses starts that a real robot may be armed at.
+    """Chooses starts at which a real robot may be armed.
 
     Args:
-        robots: Names of robots. A person has to confirm maps that do not say
-            what was seen: such robots are left out.
-        first: Seed from which on starts are drawn.
+        robots: Names of robots. Those with maps without seen space are left
+            out, since a person would have to confirm them.
+        first: First seed of the starts.
         count: Number of starts of each robot.
     """
     return [
@@ -116,7 +117,7 @@ def starts(robots: Sequence[str], first: int, count: int) -> list[Start]:
 
 
 def _gentle(robot: str, first: int) -> Iterator[Start]:
-    """Starts that touch nothing, from a seed on."""
+    """Yields starts without contacts, from a seed on."""
     for seed in count_from(first):
         start = Start(robot, seed)
         posture = draw(start)
@@ -125,12 +126,12 @@ def _gentle(robot: str, first: int) -> Iterator[Start]:
 
 
 def failed(start: Start, error: str) -> WireResult:
-    """Makes the result of a start that gave none."""
+    """Makes the result of a start that failed."""
     return WireResult(start.key, error=error)
 
 
 def restored(fields: dict[str, Any]) -> WireResult:
-    """Makes a result of what a file holds."""
+    """Restores a result from a file's line."""
     return WireResult(**fields)
 
 
@@ -151,7 +152,7 @@ def drive(start: Start) -> WireResult:
 
 
 def _scenario(start: Start) -> str:
-    """Writes the scenario of a start, which begins there."""
+    """Writes a scenario that begins at a start."""
     place, q = place_of(start.robot), draw(start).q.tolist()
     robot = place.world.robot
     at_start = {"model": start.robot, "arm": q[-len(robot.home) :]}
@@ -220,7 +221,7 @@ class _Person:
         os.close(self.terminal)
 
     def confirm(self) -> None:
-        """Types the names of gates that the program has asked for."""
+        """Types the names of gates that the program requests."""
         asked = _QUESTION.findall(self._said.read_text())
         for gate in asked[self._answers :]:
             os.write(self._keyboard, f"{gate}\n".encode())

@@ -17,8 +17,8 @@ def table(results: Sequence[Result]) -> Table:
     """
     made = Table("robot, near", "starts", "out", "of those with a way")
     made.add_column("time, median and worst [s]")
-    made.add_column("nearer than at the start, at ticks and between [mm]")
-    made.add_column("joints, nearer to limits [mrad]")
+    made.add_column("largest decrease of a distance, at ticks and between [mm]")
+    made.add_column("largest decrease for joints [mrad]")
     made.add_column("stopped")
     for group in dict.fromkeys(r.group for r in results):
         of = [r for r in results if r.group == group and not r.error]
@@ -49,7 +49,7 @@ def wire_table(results: Sequence[WireResult]) -> Table:
         results: The results of all starts.
     """
     made = Table("start", "inside [mm]", "out after [s]", "left [mm]")
-    made.add_column("nearer than at the start [mm]")
+    made.add_column("largest decrease of a distance [mm]")
     for r in results:
         if r.error:
             continue

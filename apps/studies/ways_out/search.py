@@ -1,7 +1,7 @@
-"""A search for a way out that knows nothing of the controller.
+"""A search for a way out that is independent of the controller.
 
-It climbs: of random steps it takes those on which nothing that is too near
-comes nearer, and nothing else becomes too near.
+It is a random climb: a step is accepted if no distance that is too small
+decreases, and no other one becomes too small.
 """
 
 import numpy as np
@@ -12,13 +12,13 @@ _TRIES = 6
 """Number of climbs."""
 
 _STEPS = 3000
-"""Steps that each climb tries."""
+"""Number of steps of each climb."""
 
 _LONGEST, _SHORTEST = 0.1, 1e-4
-"""Lengths between which steps lie [rad, m]."""
+"""Least and largest length of a step [rad, m]."""
 
 _ROUNDING = 1e-6
-"""By how much a distance may fall that is too small [m]."""
+"""Largest decrease of a distance that is too small [m]."""
 
 
 def finds_a_way(
@@ -27,9 +27,9 @@ def finds_a_way(
     """Searches for a way out of a start.
 
     Args:
-        place: Where the robot starts.
+        place: The robot, its map and its control law.
         start: The start.
-        random: Where steps come from.
+        random: Source of randomness for the steps.
     """
     return any(_climbs(place, start, random) for _ in range(_TRIES))
 
@@ -53,7 +53,7 @@ def _climbs(place: Place, start: Posture, random: np.random.Generator) -> bool:
         if inside and (margins >= kept - _ROUNDING).all():
             if (margins >= 0.0).all():
                 return True
-            # What leads on is kept, a little turned.
+            # A successful direction is kept, with a small random change.
             q, kept = after, np.maximum(kept, np.minimum(margins, 0.0))
             length = min(1.5 * length, _LONGEST)
             direction = u / length + 0.3 * random.normal(size=robot.n_u)

@@ -1,4 +1,4 @@
-"""Starts that a robot must get out of: nearer to something than it may come."""
+"""Starts with a violated stopping distance, which a robot must leave."""
 
 import dataclasses as dc
 from functools import cache
@@ -27,7 +27,7 @@ SCENARIOS = {
     "ridgeback_panda": "RidgebackReach",
     "two_pandas": "TwoPandasReach",
 }
-"""Where each robot starts: a scenario that is shipped."""
+"""Shipped scenario of each robot."""
 
 SURROUNDINGS, UNSEEN, JOINTS, MOVER = (
     "surroundings",
@@ -36,17 +36,17 @@ SURROUNDINGS, UNSEEN, JOINTS, MOVER = (
     "mover",
 )
 KINDS = SURROUNDINGS, UNSEEN, JOINTS, MOVER
-"""What a robot may start too near to: itself or the scene, space that no camera
-has seen, limits of its joints, a standing mover."""
+"""Kinds of violated distances: between links or from the scene, from unseen
+space, from joint limits, from a mover at rest."""
 
 DEEPEST = 0.03
-"""How far inside its distances a start is at most [m]."""
+"""Largest violation of a stopping distance at a start [m]."""
 
 _AROUND = 0.8
-"""How far from the scenario's start a base is put, either way [m]."""
+"""Largest offset of the base from the scenario's start, along each axis [m]."""
 
 _DRAWS = 20_000
-"""Configurations after which a start is given up."""
+"""Number of random configurations after which a start fails."""
 
 _MOVER_RADIUS = 0.08
 """Radius of a mover, which is a sphere [m]."""
@@ -58,8 +58,8 @@ class Start:
 
     Attributes:
         robot: Name of the robot, a key of `SCENARIOS`.
-        seed: Where its configuration comes from.
-        kind: One of `KINDS`, what it is too near to.
+        seed: Seed of its configuration.
+        kind: Kind of violated distance, one of `KINDS`.
     """
 
     robot: str
@@ -74,13 +74,13 @@ class Start:
 
 @dc.dataclass(frozen=True, eq=False)
 class Place:
-    """Where a robot starts, and what it is driven by.
+    """A robot's world, control law and target.
 
     Attributes:
         scenario: The scenario.
-        world: What its files hold.
+        world: The content of its files.
         law: The control law.
-        target: Where the robot is to go.
+        target: Target of the robot.
     """
 
     scenario: Scenario
@@ -96,11 +96,11 @@ class Place:
         return own
 
     def margins(self, q: np.ndarray, movers: Movers) -> np.ndarray:
-        """Computes what distances have above their stopping distances.
+        """Computes the excess of distances over their stopping distances.
 
         Args:
             q: Configuration, shape (n_q,) [rad, m].
-            movers: What moves otherwise, and stands now.
+            movers: Movers, which are at rest.
 
         Returns:
             Those of all pairs of the robot's shapes, of all spheres from the
@@ -118,13 +118,13 @@ class Place:
         return np.minimum(np.concatenate([itself, scene, apart]), DEEPEST)
 
     def joint_margins(self, q: np.ndarray) -> np.ndarray:
-        """Computes what the arm's joints have above their stopping distances.
+        """Computes the excess of joint distances over their stopping distances.
 
         Args:
             q: Configuration, shape (n_q,) [rad, m].
 
         Returns:
-            The margins, shape (n_arm,) [rad, m]; zero where there is enough.
+            The margins, shape (n_arm,) [rad, m]; zero if it is large enough.
         """
         robot, stop = self.world.robot, self.joint_stops
         inside = np.minimum(q - robot.position_lower, robot.position_upper - q)
@@ -147,11 +147,11 @@ class Place:
 
 @dc.dataclass(frozen=True, eq=False)
 class Posture:
-    """A start as it was drawn.
+    """A random start.
 
     Attributes:
         q: The configuration, shape (n_q,) [rad, m].
-        movers: What stands beside the robot; none for most kinds.
+        movers: Movers at rest beside the robot; none for most kinds.
     """
 
     q: np.ndarray
@@ -160,7 +160,7 @@ class Posture:
 
 @cache
 def place_of(robot: str, unseen_is_solid: bool = False) -> Place:
-    """Loads where a robot starts.
+    """Loads the world and control law of a robot.
 
     Args:
         robot: A key of `SCENARIOS`.
@@ -180,7 +180,7 @@ def place_of(robot: str, unseen_is_solid: bool = False) -> Place:
 
 
 def has_unseen_space(robot: str) -> bool:
-    """Tells whether the map of a robot's scenario says what was seen.
+    """Returns whether the seen space of a robot's scenario is known.
 
     Args:
         robot: A key of `SCENARIOS`.
@@ -191,15 +191,15 @@ def has_unseen_space(robot: str) -> bool:
 def draw(start: Start) -> Posture:
     """Draws the posture of a start.
 
-    Joints are anywhere within their limits, and a base is near where its
-    scenario begins. What a start is not too near to by its kind keeps its
-    distance; of the other kinds of starts, joints may be near their limits.
+    Joints are uniform within their limits, and a base is near its scenario's
+    start. Only distances of the start's kind are violated; joints may be near
+    their limits in all kinds.
 
     Args:
         start: The start.
 
     Raises:
-        RemoSplatError: None is found.
+        RemoSplatError: No start is found.
     """
     kind = KINDS.index(start.kind)
     random = np.random.default_rng([start.seed, len(start.robot), kind])
@@ -241,7 +241,7 @@ def _anywhere(place: Place, random: np.random.Generator) -> np.ndarray:
 def _near_limits(
     place: Place, q: np.ndarray, random: np.random.Generator
 ) -> np.ndarray:
-    """Moves one joint or more to where its damper lets it only go back."""
+    """Moves joints so close to limits that they may only move away."""
     robot, stop = place.world.robot, place.joint_stops
     n, q = len(stop), q.copy()
     bounded = np.isfinite(robot.position_upper - robot.position_lower)[-n:]
@@ -255,7 +255,7 @@ def _near_limits(
 
 
 def _beside(place: Place, spheres, random: np.random.Generator) -> Movers:
-    """Puts a mover that stands beside a sphere that the robot can move."""
+    """Places a mover at rest beside a sphere that the robot can move."""
     robot = place.world.robot
     moved = np.flatnonzero(np.abs(robot.jacobian_bound).max(axis=1) > 0.0)
     i = random.choice(moved)

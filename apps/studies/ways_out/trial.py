@@ -1,4 +1,4 @@
-"""One start: whether the robot gets out, and how near anything comes."""
+"""One start: whether the robot gets out, and decreases of distances."""
 
 import dataclasses as dc
 from typing import Any
@@ -25,34 +25,34 @@ TIME = 10.0
 """Time in which a robot must get out [s]."""
 
 ROUNDING = 1e-6
-"""By how much a distance may lack of its stopping distance at the end [m]: a
-damper comes near it, and never quite there."""
+"""Tolerance of stopping distances at the end [m], which a damper approaches
+asymptotically."""
 
 JOINT_ROUNDING = 1e-3
-"""The same of joints, whose damper is slower [rad, m]."""
+"""Tolerance of joints, whose damper is slower [rad, m]."""
 
 _LOOKS = 4
-"""Number of looks at the distances a tick."""
+"""Number of samples of the distances per tick."""
 
 
 @dc.dataclass(frozen=True)
 class Result:
-    """How a start went.
+    """The result of a start.
 
     Attributes:
         key: Name of the start.
-        depth: How far inside its distances it was [m].
-        out_after: When every pair, and every joint, was beyond its stopping
+        depth: Largest violation of a stopping distance at the start [m].
+        out_after: Time until every pair and every joint was beyond its stopping
             distance [s]; None if it never was.
-        left: What was lacking in the end [m].
-        nearer_at_ticks: By how much a distance fell below that of the start,
-            or its stopping distance, at the ends of ticks [m].
-        nearer_between: The same at all times [m].
-        stopped: Why the supervisor stopped the robot; empty if it did not.
-        has_way: Whether a search finds a way; None where none was asked for.
-        error: Why there is no result; empty for none.
-        joints_nearer: By how much a joint inside its stopping distance came
-            nearer to a limit, or another went inside [rad, m].
+        left: Largest violation at the end [m].
+        nearer_at_ticks: Largest decrease of a distance, below its initial value
+            and its stopping distance, at the ends of ticks [m].
+        nearer_between: Largest such decrease at all times [m].
+        stopped: Reason of a stop by the supervisor; empty without a stop.
+        has_way: Whether the search found a way out; None without a search.
+        error: Reason why there is no result; empty if there is one.
+        joints_nearer: Largest decrease of a joint's distance from its limit,
+            below its initial value and its stopping distance [rad, m].
     """
 
     key: str
@@ -68,22 +68,22 @@ class Result:
 
     @property
     def group(self) -> str:
-        """Name of the robot, and what it starts too near to."""
+        """Name of the robot, and the kind of violated distance."""
         return self.key.rpartition(" ")[0]
 
 
 def failed(start: Start, error: str) -> Result:
-    """Makes the result of a start that gave none."""
+    """Makes the result of a start that failed."""
     return Result(start.key, error=error)
 
 
 def restored(fields: dict[str, Any]) -> Result:
-    """Makes a result of what a file holds."""
+    """Restores a result from a file's line."""
     return Result(**fields)
 
 
 def run_trial(start: Start) -> Result:
-    """Lets a robot get out of a start, and searches for a way if it does not.
+    """Drives a robot out of a start, and searches for a way out if that fails.
 
     Args:
         start: The start.

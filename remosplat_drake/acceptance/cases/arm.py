@@ -5,8 +5,8 @@ from remosplat_drake.acceptance.fault_case import FaultCase, Part
 _DRIVEN = {
     "arm_driver": True,
     "watch": 2.0,
-    # Robot, driver, callback and controller must not be late, on as many cores
-    # as there are: so the controller does with little.
+    # Robot, driver, callback and controller must not be late, even on few
+    # cores: so the controller needs little time.
     "text": "{control_period: 0.02, controller: {guidance: {enabled: false}}}",
 }
 
@@ -25,7 +25,7 @@ CASES = (
         refusal="nothing came for",
         **_DRIVEN,
     ),
-    # Without a refusal: the driver tells of the stop, and ends.
+    # Without a refusal: the driver reports the stop, and ends.
     FaultCase(
         "user stop, told by the arm driver",
         Part.ROBOT,
@@ -34,4 +34,4 @@ CASES = (
         **_DRIVEN,
     ),
 )
-"""Cases of the arm's driver, which obeys the wire in the stand-in's place."""
+"""Cases of the arm's driver, which connects the stand-in's arm to the wire."""

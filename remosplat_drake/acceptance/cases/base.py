@@ -18,7 +18,7 @@ def _unnoticed(what: str, fault: str, speed: float) -> FaultCase:
         "base-mute",
         "does not move as it should",
         then=fault,
-        # A base that is told to stand, and stands, is as it should be.
+        # A base at rest with zero commands has no fault.
         refusal=None,
         watch=3.0,
         text=f"{{time_limit: 60, controller: {{velocity_limits:"
@@ -71,12 +71,12 @@ CASES = (
     robot_fault(
         "localisation drifts 2 cm/s",
         "localization-drift",
-        # Its corrections look like a base that leaves its model, or else sum
-        # up to a jump.
+        # Its corrections look like a base that leaves its model, or add up to a
+        # jump.
         "",
         value=0.02,
-        # It drifts no more, but does not come back: what it has drifted by then
-        # is about as much as a localisation may be off.
+        # The drift stops, but does not reverse: the accumulated drift is about
+        # the largest permitted error of a localisation.
         resumes=None,
         **_LOCALIZED,
     ),

@@ -1,7 +1,7 @@
-"""The robot reacts late: as its description says, or later than that.
+"""The robot reacts late: as described, or later.
 
-Measured, it keeps its distance however late it is. Unmeasured, it is stopped
-where it is later than the cautious defaults allow for.
+An identified robot keeps its distances with any delay. A robot that has not
+been identified is stopped if its delay exceeds the cautious defaults.
 """
 
 import dataclasses as dc
@@ -19,7 +19,7 @@ from remosplat_drake.robot.actuators import Actuator, panda_py_actuators
 from remosplat_drake.safety.supervisor_system import STOP_BUTTON
 
 _LEAST = 0.015
-"""True clearance that must be left of a stopping distance of 21 mm [m]."""
+"""Least true clearance with a stopping distance of 21 mm [m]."""
 
 _BASE = Actuator(tube=0.01, noise=0.02)
 _ARM = Actuator(delay=0.005, tube=0.01, noise=0.003)
@@ -40,7 +40,7 @@ def _panda_py() -> list[Actuator]:
 def _identified(
     name: str, actuators: list[Actuator], *faults: str
 ) -> Iterator[FaultCase]:
-    """A late robot that was measured: stopped on its way, and pushed."""
+    """An identified late robot: stopped in motion, and sent to a bad target."""
     known = {
         "robot": tuple(x for fault in faults for x in ("--fault", fault)),
         "actuators": tuple(actuators),
@@ -60,7 +60,7 @@ def _identified(
 
 
 def _unmeasured(name: str, fault: str, **more) -> FaultCase:
-    """A robot that leaves the tube of the defaults; at rest nothing shows."""
+    """A robot that leaves the tube of the defaults; it shows in motion only."""
     return robot_fault(
         f"{name}, unmeasured",
         fault,

@@ -1,4 +1,4 @@
-"""The wire between the two delays and loses messages."""
+"""Faults: the network between robot and controller delays or loses messages."""
 
 from remosplat_drake.acceptance.fault_case import (
     GOES_ON,
@@ -7,8 +7,8 @@ from remosplat_drake.acceptance.fault_case import (
 )
 
 CASES = (
-    # No release is tried in between: such statuses are just as old as they
-    # may be, now on this side of the limit and now on that.
+    # No release is tried in between, since the age of such statuses varies
+    # around its limit.
     FaultCase(
         "network delay 50 ms, loss 20 %",
         Part.NETWORK,

@@ -1,4 +1,4 @@
-"""Commands that show how an axis follows: a crawl, and full-speed stops."""
+"""Commands to identify an axis: slow motions, and stops from full speed."""
 
 import dataclasses as dc
 import math
@@ -11,7 +11,7 @@ from remosplat_drake.controller.verification.verify import Surroundings
 from remosplat_drake.robot.robot_model import RobotModel
 
 CRAWLS = (0.01, 0.03)
-"""Slow speeds, as shares of an axis' limit, that find its dead band."""
+"""Slow speeds to find an axis' dead band, as shares of its limit."""
 
 PAUSE = 1.5
 """Time to come to rest between two motions [s]."""
@@ -23,16 +23,16 @@ _CRAWL = 0.6
 """Time of a crawl [s]."""
 
 _OVERRUN = 0.4
-"""By how much of its speed an axis may be late for a stop [s]."""
+"""Longest time by which an axis may stop late [s]."""
 
 _SPEEDS = (1.0, 0.5, 0.25, 0.125)
 """Shares of the limit that are tried for the full-speed stop."""
 
 TOO_FAST = "verification holds faster motions back"
-"""Why faster motions are not tried."""
+"""Reason for which faster motions are not tried."""
 
 _LOOKS = 12
-"""Number of looks at a map of which nothing is known between two looks."""
+"""Number of samples of a path in a map that is not Lipschitz."""
 
 
 @dc.dataclass(frozen=True)
@@ -41,15 +41,15 @@ class Stroke:
 
     Attributes:
         axis: Index of the axis in u.
-        speed: Greatest speed, positive forth and negative back first
-            [m/s, rad/s].
+        speed: Greatest speed [m/s, rad/s]; positive: forwards first, negative:
+            backwards first.
     """
 
     axis: int
     speed: float
 
     def ends(self, acceleration_limit: np.ndarray) -> tuple[float, float]:
-        """Returns how far the axis may come from its start, on either side.
+        """Returns the largest excursions of the axis from its start.
 
         An axis that stops late keeps its speed meanwhile.
 
@@ -57,7 +57,8 @@ class Stroke:
             acceleration_limit: Bounds on |du/dt|, shape (n_u,).
 
         Returns:
-            The way of the motion and its ramps, and the way back [m, rad].
+            The distance in the direction of motion, including ramps, and the
+            distance to the other side [m, rad].
         """
         ramps = abs(self.speed) / acceleration_limit[self.axis]
         return self.speed * (ramps + _HOLD + _OVERRUN), -self.speed * _OVERRUN
@@ -70,7 +71,7 @@ def find_stroke(
     limit: np.ndarray,
     fastest: float = 1.0,
 ) -> Stroke:
-    """Finds the fastest motion of one axis that stays away from everything.
+    """Finds the fastest motion of one axis that keeps all distances.
 
     Args:
         room: The scene, and the distances that the robot keeps.
@@ -83,8 +84,8 @@ def find_stroke(
         The stroke.
 
     Raises:
-        NoRoomError: Even the slowest motions come too near to something,
-            which the text names, or the robot stands too near to it.
+        NoRoomError: Even the slowest motions, or the start, are too near to an
+            obstacle, which the text names.
     """
     problem = room.problem(q)
     if problem:
@@ -119,9 +120,9 @@ def commands(
 ) -> np.ndarray:
     """Makes the commands of one axis, shape (k, n_u) [m/s, rad/s].
 
-    It crawls forth and back, and then goes as fast as it may, stops by the
-    braking ramp, and comes back the same way. All changes are within the
-    acceleration limits.
+    The axis moves slowly forwards and backwards. Then it moves at full speed,
+    stops along the braking ramp, and returns in the same way. Changes are
+    within the acceleration limits.
 
     Args:
         stroke: The axis and its speed.

@@ -1,4 +1,4 @@
-"""Finds the actuator model that explains a recording, and how well it does."""
+"""Fits an actuator model to a recording, and bounds its error."""
 
 import dataclasses as dc
 import itertools
@@ -13,21 +13,22 @@ from remosplat_drake.robot.actuators import Actuator, ActuatorModel
 from remosplat_drake.robot.base_motion import base_way
 
 MARGIN = 1.5
-"""By how much the tube exceeds the largest residual: more motions than these
-will come."""
+"""Ratio of the tube to the largest residual, since later motions may have
+larger ones."""
 
 _LEAST_TUBE = 0.002
 """Least width of a tube, for errors that a recording does not show [s]."""
 
 _LEAST_NOISE = 0.003
-"""Noise of an axis that stands, at least [rad, m]."""
+"""Least assumed noise of an axis at rest [rad, m]."""
 
 _LEAST_BASE_NOISE = 0.02
-"""The same for a base, whose localisation corrects it as it goes."""
+"""Least assumed noise of a base [rad, m], whose pose a localisation corrects
+during motion."""
 
 _STILL = 1e-6
-"""Speed below which an axis is commanded to stand: a solver's zeros are not
-exact [rad/s, m/s]."""
+"""Commanded speed below which an axis counts as at rest [rad/s, m/s]: a
+solver's zeros are not exact."""
 
 _DELAYS = np.arange(0.0, 0.5, 0.02)
 _LAGS = (0.0, 0.03, 0.08, 0.2)
@@ -39,9 +40,10 @@ class Recording:
     """Commands and measurements, one row a tick.
 
     Attributes:
-        sent: When commands were sent, shape (k,) [s].
+        sent: Times at which commands were sent, shape (k,) [s].
         u: The commands, shape (k, n_u) [m/s, rad/s].
-        stamp: When each axis had last been measured by then, (k, n_u) [s].
+        stamp: Time of the latest measurement of each axis at these times, (k,
+            n_u) [s].
         q: The measurements, shape (k, n_q) [m, rad].
         n_base: Number of base commands, first in u: 0, 2 or 3.
     """
@@ -59,7 +61,7 @@ class Recording:
 
     @property
     def way(self) -> np.ndarray:
-        """Measured ways of the axes, shape (k, n_u) [m, rad]."""
+        """Measured displacements of the axes, shape (k, n_u) [m, rad]."""
         if not self.n_base:
             return self.q
         steps = [
@@ -96,7 +98,7 @@ def fit_axis(
         recording: Commands to this axis and its measurements.
         axis: Index of the axis in u.
         acceleration: Bound on the rate of change of the commands.
-        crawls: The slow speeds that were tried, ascending [m/s, rad/s].
+        crawls: The slow speeds of the recording, ascending [m/s, rad/s].
     """
     sent, u = recording.sent, recording.u[:, axis]
     stamp, way = recording.stamp[:, axis], recording.way[:, axis]
@@ -115,7 +117,7 @@ def fit_axis(
         dc.replace(least, dead_band=min(1.05 * speed, 0.5)) for speed in crawls
     ]
     smallest = min(error(actuator) for actuator in found)
-    # The simplest that is as good as any.
+    # The simplest one with nearly the least error.
     actuator = next(a for a in found if error(a) <= 1.05 * smallest + 1e-6)
     left = way - _response(actuator, sent, u, stamp)
     is_base = axis < recording.n_base
@@ -155,7 +157,7 @@ def _best(
 
 
 def _response(actuator: Actuator, sent, u, stamp) -> np.ndarray:
-    """The modelled way at each stamp, shape (k,)."""
+    """The modelled displacement at each stamp, shape (k,)."""
     model = ActuatorModel.make([actuator])
     start = min(sent[0], stamp[0])
     way, _ = model.response(
@@ -167,9 +169,9 @@ def _response(actuator: Actuator, sent, u, stamp) -> np.ndarray:
 def _tube(
     recording: Recording, axis: int, actuator: Actuator, least_noise: float
 ) -> tuple[float, float]:
-    """The tube [s] and the noise that would have held all that was seen.
+    """The tube [s] and the noise that contain all measurements.
 
-    The recording is gone through as a run would, by the same `History`.
+    The recording is processed tick by tick with the `History` of a run.
     """
     model = ActuatorModel.make([actuator])
     history = History.at_rest(1)

@@ -27,11 +27,11 @@ class Reading:
 
     Attributes:
         measurement: The states of its parts.
-        stamps: When each axis was measured, shape (n_u,) [s].
-        q: Configuration at these stamps, with a base where its odometry has
-            it, shape (n_q,) [m, rad].
-        q_W: The same, with a base where it is in the map; NaN while that is
-            not known, shape (n_q,) [m, rad].
+        stamps: Time of each axis' measurement, shape (n_u,) [s].
+        q: Configuration at these stamps, with the base's pose by odometry,
+            shape (n_q,) [m, rad].
+        q_W: The same with the base's pose in the map, shape (n_q,) [m, rad];
+            NaN while that is unknown.
     """
 
     measurement: Measurement
@@ -40,7 +40,7 @@ class Reading:
     q_W: np.ndarray
 
     def seen(self, field: DistanceField) -> DistanceField:
-        """Returns a map as it may lie about a base that is uncertain."""
+        """Returns a map with the uncertainty of the base's pose."""
         track = self.measurement.base_track
         if not len(track.samples):
             return field
@@ -58,7 +58,7 @@ def reading_of(now: Measurement, robot: RobotModel) -> Reading:
         RemoSplatError: A part has sent nothing.
     """
     if now.arm is None or (robot.n_base and now.base is None):
-        raise RemoSplatError("not all parts of the robot have been heard of")
+        raise RemoSplatError("not all parts of the robot have sent a status")
     q, stamps = now.arm.q, [now.arm.stamp] * len(now.arm.q)
     if now.base is None or not robot.n_base:
         return Reading(now, np.array(stamps), q, q)
@@ -74,7 +74,7 @@ def reading_of(now: Measurement, robot: RobotModel) -> Reading:
 def robot_stop(
     reading: Reading, robot: RobotModel, config: HardwareConfig
 ) -> str:
-    """Says why the robot may not move; empty if it may.
+    """Returns the reason why the robot may not move; empty if it may.
 
     Args:
         reading: The latest states of its drivers.
@@ -92,9 +92,9 @@ def robot_stop(
 def await_robot(
     link: RobotLink, robot: RobotModel, config: HardwareConfig
 ) -> Reading:
-    """Listens until the robot may move, and it is known where it is.
+    """Listens until the robot may move and its pose in the map is known.
 
-    A localisation reports that only after some fixes.
+    A localisation reports the pose only after some fixes.
 
     Args:
         link: The link to the robot's drivers.
@@ -102,7 +102,7 @@ def await_robot(
         config: Expiry times of the drivers, and the longest wait.
 
     Raises:
-        RemoSplatError: The robot may not move; the text says why.
+        RemoSplatError: The robot may not move; the text states the reason.
     """
     link.wait_for_statuses()
     deadline = time.monotonic() + config.connect_timeout
@@ -120,8 +120,8 @@ def await_robot(
 def recording_of(ticks: Sequence[Played], robot: RobotModel) -> Recording:
     """Returns the ticks of a profile as a recording.
 
-    A base is recorded by its odometry: corrections by a localisation are no
-    motion.
+    A base is recorded by its odometry, since corrections by a localisation are
+    not motions.
 
     Args:
         ticks: The ticks, at least one.

@@ -45,7 +45,7 @@ def with_actuators(
 def write_actuators(
     path: Path, actuators: Sequence[Actuator], names: Sequence[str], when: str
 ) -> Path:
-    """Writes actuators into a description; the file before is kept.
+    """Writes actuators into a description file; keeps a copy of the old file.
 
     Args:
         path: Path of the description.
@@ -54,11 +54,11 @@ def write_actuators(
         when: The date.
 
     Returns:
-        Path of the copy of the file before.
+        Path of the copy of the old file.
 
     Raises:
         RemoSplatError: One of the files cannot be read or written, or the
-            description does not take them; it is as it was then.
+            result is not a valid description; the file is unchanged then.
     """
     text = read_text(path)
     kept = path.with_suffix(".before_identify.yaml")

@@ -12,7 +12,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 
 
 class NoRoomError(RemoSplatError):
-    """An axis cannot move without coming too near to something."""
+    """An axis cannot move without violating a distance."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Room:
     dt: float
 
     def about(self, reading: Reading) -> "Room":
-        """Returns the room about a base that may be off.
+        """Returns the room with the uncertainty of the base's pose in the map.
 
         Args:
             reading: The states of the base's drivers.
@@ -40,7 +40,7 @@ class Room:
         return dc.replace(self, field=reading.seen(self.field))
 
     def problem(self, q: np.ndarray) -> str:
-        """Names the pair that is too near at a configuration; empty if none is.
+        """Describes a pair that is too near at a configuration, or returns "".
 
         Args:
             q: The configuration in the map, shape (n_q,) [m, rad].

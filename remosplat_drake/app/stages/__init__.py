@@ -1,5 +1,5 @@
 """Makes each stage of the application from a scenario.
 
-The arguments of a stage are the outputs of others that it needs; `control_loop`
-and `diagram` connect them.
+The arguments of a stage are output ports of other stages; `control_loop` and
+`diagram` connect the stages.
 """

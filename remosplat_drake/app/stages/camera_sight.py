@@ -1,4 +1,4 @@
-"""The stage of simulated cameras that watch for movers."""
+"""The stage of simulated cameras that detect movers."""
 
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 
@@ -20,18 +20,18 @@ def AddCameraSight(
     oracle: DistanceOracle,
     truth: OutputPort,
 ) -> OutputPort:
-    """Adds the simulated cameras that watch for movers.
+    """Adds the simulated cameras that detect movers.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
         world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
-        oracle: The system that hands out the map.
+        oracle: The system that outputs the map.
         truth: The output port of the true `Movers`.
 
     Returns:
-        The output port of the `Movers` that they see.
+        The output port of the detected `Movers`.
     """
     sight = CameraSight.AddToBuilder(
         builder,
@@ -52,7 +52,7 @@ def AddCameraSight(
 
 
 def known_scene(scenario: Scenario, world: World) -> KnownScene:
-    """Makes the scene as cameras for movers know it.
+    """Makes the known scene for the detection of movers.
 
     Args:
         scenario: The scenario.

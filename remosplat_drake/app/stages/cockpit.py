@@ -32,7 +32,8 @@ def AddCockpitOperator(
     Args:
         builder: The builder of the diagram.
         process: The cockpit.
-        scenes: The scenes that a simulated camera is shown in turns.
+        scenes: The scenes of a simulated camera, which a person selects in
+            turns.
     """
     return builder.AddSystem(CockpitOperator(process=process, scenes=scenes))
 
@@ -77,7 +78,7 @@ def cockpit_job(
     port: int | None,
     hardware: bool,
 ) -> CockpitJob:
-    """Returns all that the cockpit's process is given at its start.
+    """Returns the inputs of the cockpit's process.
 
     Args:
         loop: The control loop.
@@ -122,7 +123,7 @@ def cockpit_job(
 def first_picture(
     loop: ControlLoop, teleoperation: Teleoperation
 ) -> MapPicture:
-    """Returns the map that the cockpit begins with.
+    """Returns the first map of the cockpit.
 
     Args:
         loop: The control loop.

@@ -64,10 +64,10 @@ def AddController(
         builder: The builder of the diagram.
         law: The control law.
         configuration: The output port of the measured q, n_q entries.
-        targets: The system that says where the end effector shall go.
+        targets: The system that outputs the targets of the end effectors.
         oracle: The system that measures distances to the map.
-        rest: When a robot that holds a reached target stands still; None: it
-            never does.
+        rest: Condition under which a robot at a reached target stands still;
+            None: it never does.
     """
     return ReactiveController.AddToBuilder(
         builder,
@@ -101,9 +101,9 @@ def AddGuidance(
         law: The control law of the controller, from which that of the
             rollouts is derived.
         configuration: The output port of the measured q, n_q entries.
-        targets: The system that says where the end effector shall go.
-        oracle: The system that hands out the map.
-        controller: The controller whose ticks are bent.
+        targets: The system that outputs the targets of the end effectors.
+        oracle: The system that outputs the map.
+        controller: The controller whose ticks guidance modifies.
 
     Returns:
         The selector; None without guidance.
@@ -116,7 +116,7 @@ def AddGuidance(
     if config.asynchronous:
         budget = 1e-3 * config.budget_ms
         process = LookAheadProcess(rule, budget, oracle.field.for_look_ahead)
-        # To ask more often than it answers would only cost time.
+        # More frequent requests than results would only cost time.
         period *= math.ceil(budget / period)
     selector = GuidanceSelector.AddToBuilder(
         builder,

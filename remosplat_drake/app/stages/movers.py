@@ -36,7 +36,7 @@ def AddMovers(
         hardware: Whether the station is the real robot.
 
     Returns:
-        The output port of the `Movers`; None where nothing is known to move.
+        The output port of the `Movers`; None if no movers are known.
     """
     movers = _things(builder, scenario, station, hardware=hardware)
     around = others(movers)
@@ -66,7 +66,7 @@ def _things(
 
 
 def tracks_of(scenario: Scenario) -> list[Track]:
-    """Returns how a scenario's movers move, without other robots.
+    """Returns the tracks of a scenario's movers, without other robots.
 
     Args:
         scenario: The scenario.
@@ -97,13 +97,13 @@ def AddMoverSensor(
         truth: The output port of the true `Movers`; None where nothing moves.
 
     Returns:
-        The output port of the known `Movers`; None where nothing is ever
-        known.
+        The output port of the known `Movers`; None if the robot never knows of
+        any.
     """
     if truth is None:
         return None
     if scenario.movers_from != TRUTH:
-        # Only a run with cameras waits for all that they need.
+        # Only runs with cameras import their modules.
         from remosplat_drake.app.stages.camera_sight import AddCameraSight
 
         return AddCameraSight(

@@ -72,7 +72,7 @@ class Operation:
             world,
             configuration,
             self._teleoperation,
-            # A visitor of a real robot's page must not steer it.
+            # A visitor of a real robot's page must not move the robot.
             None if self._hardware else self._page,
             [self.operator] if self.operator is not None else [],
         )

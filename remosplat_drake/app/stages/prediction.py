@@ -1,4 +1,4 @@
-"""The stage between measurements and planning: where a robot is about to be."""
+"""The stage between measurements and control: the predicted robot state."""
 
 from collections.abc import Iterable
 
@@ -30,10 +30,11 @@ def AddPrediction(
     *,
     hardware: bool,
 ) -> MotionPredictor | None:
-    """Adds the predictor, where the robot's axes do not follow at once.
+    """Adds the predictor, if the robot's axes follow commands with a delay.
 
     A simulated robot without actuators in its description executes commands at
-    once. A real one that has not been measured has the cautious defaults.
+    once. A real robot whose axes have not been identified has cautious
+    defaults.
 
     Args:
         builder: The builder of the diagram.
@@ -73,7 +74,7 @@ def AddActuators(
     robot: RobotModel,
     executed: OutputPort,
 ) -> OutputPort:
-    """Makes a simulated robot react as late and slowly as its description says.
+    """Adds the delays and lags in a robot's description to a simulated robot.
 
     Args:
         builder: The builder of the diagram.
@@ -82,7 +83,7 @@ def AddActuators(
         executed: The output port of the command u that the station gets.
 
     Returns:
-        The output port of the velocities that it carries out.
+        The output port of the velocities that the robot executes.
     """
     if not robot.description.actuators:
         return executed
@@ -107,7 +108,7 @@ def ConnectPrediction(
     Args:
         builder: The builder of the diagram.
         predictor: The predictor that `AddPrediction` made.
-        readers: The systems that look at the `Motion`.
+        readers: The systems that read the `Motion`.
         inputs: The output ports for the predictor's inputs, by their names.
     """
     for name, port in inputs.items():

@@ -35,9 +35,9 @@ def AddStanding(
         scenario: The scenario.
         world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
-        targets: The system that says where the end effector shall go.
-        oracle: The system that hands out the map.
-        controller: The controller whose reports are put into words.
+        targets: The system that outputs the targets of the end effectors.
+        oracle: The system that outputs the map.
+        controller: The controller whose reports are described.
         selector: The look-ahead beside the controller; None without one.
         supervisor: The safety supervisor; None without one.
     """
@@ -83,7 +83,7 @@ def AddRecorder(
         configuration: The output port of the measured q, n_q entries.
         controller: The controller whose ticks are kept.
         executed: The output port of the command u that the station gets.
-        movers: The output port of the `Movers`; None where nothing moves.
+        movers: The output port of the `Movers`; None without movers.
         keep: Age at which ticks are forgotten, for runs without an end [s];
             None keeps all.
     """

@@ -1,4 +1,4 @@
-"""Stages of the robot: its station, and where its base is."""
+"""Stages of the robot: its station, and the localisation of its base."""
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
@@ -40,7 +40,7 @@ def MakeStation(scenario: Scenario, world: World, hardware: bool) -> Diagram:
             )
         scene, objects = world.truth, ()
         if isinstance(scenario.station, DynamicStation):
-            # There they are bodies of their own, which may move.
+            # In the station, objects are separate bodies, which may move.
             scene, objects = world.fixed_truth, world.objects
         return MakeSimulatedStation(
             config=scenario.station,
@@ -70,7 +70,7 @@ def AddLocalization(
         odometry: The output port of the measured q, n_q entries.
 
     Returns:
-        None where the base is fixed or its odometry is trusted.
+        None if the base is fixed or its odometry is trusted.
     """
     if not robot.n_base or not scenario.mapping.corrects_base:
         return None
@@ -89,7 +89,7 @@ def ConnectUncertainty(
     localization: BaseLocalization | None,
     oracle: DistanceOracle,
 ) -> None:
-    """Tells the oracle how far the base's pose may be off.
+    """Connects the uncertainty of the base's pose with the oracle.
 
     Args:
         builder: The builder of the diagram.

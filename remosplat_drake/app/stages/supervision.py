@@ -43,7 +43,8 @@ def AddSupervisor(
         return None
     config, supervisor_config = scenario.controller, scenario.supervisor
     if isinstance(station, HardwareStation):
-        # Between two statuses of a slow arm the latest one grows older.
+        # The latest status of an arm with a slow driver becomes older between
+        # two.
         age = supervisor_config.max_status_age
         age += scenario.hardware.arm_status_period
         supervisor_config = dc.replace(supervisor_config, max_status_age=age)
@@ -78,15 +79,14 @@ def AddPanel(
 ) -> SafetyPanel | None:
     """Adds the stop button, if there is a supervisor.
 
-    It comes before everything else that has controls on the page, so that it
-    is on top of them.
+    It is added before all other controls of the page, so that it is above them.
 
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
         robot: The robot, for the length of u.
         page: The browser page; None has no button.
-        hardware: Whether a real robot moves: no page may set it going.
+        hardware: Whether a real robot moves, which no page may release.
 
     Returns:
         The panel; None without a page or a supervisor.

@@ -1,4 +1,4 @@
-"""The stage that says where the end effector shall go."""
+"""The stage of the end effectors' targets."""
 
 from typing import cast
 
@@ -31,7 +31,7 @@ def AddTargets(
 
     Raises:
         RemoSplatError: There is no target, or the system that the scenario
-            names hands out none.
+            names outputs none.
     """
     if not isinstance(scenario.targets, list):
         return AddOwnTargets(
@@ -64,7 +64,7 @@ def AddOwnTargets(
     maker: TargetsMaker,
     configuration: OutputPort,
 ) -> Targets:
-    """Adds targets from outside the library.
+    """Adds a user's system of targets.
 
     Args:
         builder: The builder of the diagram.
@@ -74,7 +74,7 @@ def AddOwnTargets(
         configuration: The output port of the measured q, n_q entries.
 
     Raises:
-        RemoSplatError: The system that is made hands out no targets.
+        RemoSplatError: The system has no output of targets.
     """
     targets = maker.make(world.robot, scenario.arrival, scenario.control_period)
     check_targets(targets, f"{scenario.source}: {type(maker).__name__}")

@@ -1,4 +1,4 @@
-"""The stage that leads the robot through a task, and what it is told."""
+"""The stage of a task: its steps, inputs and outputs."""
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
@@ -38,7 +38,7 @@ def AddTask(
     Args:
         builder: The builder of the diagram.
         scenario: The scenario.
-        world: What the scenario's files hold.
+        world: The content of the scenario's files.
         configuration: The output port of the measured q, n_q entries.
         hardware: Whether the station is the real robot.
 

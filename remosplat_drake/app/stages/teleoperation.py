@@ -50,11 +50,12 @@ class Teleoperation:
         run: Folder of the run, which gets the log of ticks and events.
         mapping: The process that takes the pictures and makes the maps; None
             without a live map.
-        initial: The map that the scenario begins with.
+        initial: The scenario's own map.
         reopened: The map of a session that is continued; None if it has none.
-        scenes: True scenes that a simulated camera may be shown in turns.
-        operator: Another operator, a system with an output port `command` and
-            maybe one `map_requests`; None for no other.
+        scenes: True scenes for a simulated camera, which a person selects in
+            turns.
+        operator: Another operator: a system with an output port `command` and
+            an optional one, `map_requests`; None for no other.
     """
 
     run: Path
@@ -66,7 +67,7 @@ class Teleoperation:
 
     @property
     def first_map(self) -> SceneMap:
-        """The map that a page begins with: the session's, or else `initial`."""
+        """The first map of a page: the session's, or else `initial`."""
         return self.reopened or self.initial
 
     def close(self) -> None:
@@ -93,7 +94,7 @@ def AddOperatorTarget(
         configuration: The output port of the measured q, n_q entries.
         teleoperation: The inputs of a teleoperated diagram.
         page: The browser page that gets a panel; None has none.
-        operators: Operators that are in the diagram already.
+        operators: Operators that the diagram already contains.
 
     Raises:
         RemoSplatError: The trajectory or the camera's frame is unusable, or
@@ -164,7 +165,7 @@ def AddOperatorTarget(
 def wrist_camera_mount(
     scenario: Scenario, robot: RobotModel
 ) -> CameraMount | None:
-    """Returns where the wrist camera sits; None if nothing is mapped.
+    """Returns the mount of the wrist camera; None if nothing is mapped.
 
     Args:
         scenario: The scenario.
@@ -187,7 +188,7 @@ def wrist_camera_mount(
 
 
 def ConnectSupervision(builder: DiagramBuilder, loop: ControlLoop) -> None:
-    """Lets the target stay with a robot that its supervisor stops.
+    """Connects the supervisor with the target, which stays at a stopped robot.
 
     Args:
         builder: The builder of the diagram.
@@ -256,14 +257,14 @@ def AddLiveMap(
 def AddSettledRequests(
     builder: DiagramBuilder, loop: ControlLoop
 ) -> SettledRequests | None:
-    """Adds the requests to the live map for things that stay at their place.
+    """Adds the requests to the live map for objects that have settled.
 
     Args:
         builder: The builder of the diagram.
         loop: The control loop, which may have movers.
 
     Returns:
-        The system; None where nothing is known to move.
+        The system; None if no movers are known.
     """
     mount = wrist_camera_mount(loop.scenario, loop.world.robot)
     if loop.known_movers is None or mount is None:

@@ -14,15 +14,17 @@ from remosplat_drake.capture.checks.findings import (
 from remosplat_drake.capture.checks.wide_baselines import WideBaselines
 
 _WRONG = 0.5
-"""Least fraction of points of a wrong frame that others look through."""
+"""A frame is wrong if other frames look through at least this fraction of its
+points."""
 
 _MOVING = 0.08
-"""The same for a frame with motion; or the fraction of others' points that it
-looks through. In rendered captures of static rooms, noisy or with pose errors
-up to 30 mm, it is at most 0.03."""
+"""Least such fraction of a frame with motion, or least fraction of other
+frames' points that this frame looks through. In rendered captures of static
+rooms, noisy or with pose errors up to 30 mm, it is at most 0.03."""
 
 _MOVED = 0.005
-"""The same for all frames' points, if something moved in the capture."""
+"""An object has moved in the capture if frames look through at least this
+fraction of all frames' points."""
 
 _MIN_JUDGED = 30
 """Least number of points for a decision about a frame."""

@@ -26,7 +26,7 @@ _MIN_PAIRS = 3
 """Least number of pairs of views for a decision."""
 
 _SHIFTED_PAIRS = 60
-"""Largest number of pairs to test whether a shift explains it."""
+"""Largest number of pairs for the test of a shift by one frame."""
 
 _LEAST_OFFSET = 5e-4
 """Smaller disagreement is within the resolution of depth files, which are in
@@ -40,7 +40,8 @@ _FRAME_OFF = 3e-3
 """A frame that disagrees with all others by more has a wrong pose [m]."""
 
 _EXPLAINED = 0.5
-"""A cause must leave less than this part of a disagreement."""
+"""Largest remaining fraction of a disagreement after correction of its
+cause."""
 
 _LEAST_SCALE = 0.002
 """Smaller errors of the scale cannot be distinguished from others."""
@@ -186,6 +187,6 @@ def _find_shift(capture: Capture, wide: WideBaselines) -> Finding | None:
     best = as_colours_tell(best, capture)
     problem = (
         f"{best.words}: views disagree by {1e3 * before:.1f} mm (median), but"
-        f" by {1e3 * least:.1f} mm with that undone"
+        f" by {1e3 * least:.1f} mm after its correction"
     )
     return Finding(POSES, problem, remedy=best.remedy, mend=best.undo)

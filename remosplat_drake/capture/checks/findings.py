@@ -34,7 +34,8 @@ DEFECTS = {
     DEPTH_UNIT: "depths are in another unit",
     ONE_SIDE: "all was seen from one side",
     COLOURS: "colours and depths do not match",
-    POSES: "a common mistake about poses fits: inverted, wrong axes or unit,"
+    POSES: "a common mistake about poses explains the contradictions:"
+    " inverted, wrong axes or unit,"
     " another order of quaternions, other frames' poses",
     WRONG_FRAMES: "frames contradict all of their neighbours",
     NO_OVERLAP: "frames share no surface that could confirm their poses",

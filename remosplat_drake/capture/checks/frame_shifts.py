@@ -1,7 +1,7 @@
 """Finds images paired with other images or poses of another frame.
 
-A recorder that drops its first depth image, or counts from one where another
-counts from zero, shifts all pairs by one.
+A recorder shifts all pairs by one if it drops its first depth image, or if it
+counts one kind of data from one and another from zero.
 """
 
 import dataclasses as dc
@@ -14,7 +14,7 @@ from remosplat_drake.capture.checks.registration import edge_correlation
 
 @dc.dataclass(frozen=True)
 class FrameShift:
-    """A wrong pairing of a frame's images and its pose, with its correction.
+    """A wrong pairing of images and poses by index, with its correction.
 
     Attributes:
         step: Frame i has data that belong to frame i - step.

@@ -107,7 +107,7 @@ def _judge_centre(center: np.ndarray, size: np.ndarray, off: float) -> Finding:
         f"the principal point lies {100 * off:.0f} % of the image's size off"
         " its centre"
     )
-    # Principal points have errors of some per cent, so this is no remedy.
+    # Principal points have errors of some per cent, so the size is only a hint.
     scales = 2 * center / size
     scale = float(scales.mean())
     if np.abs(scales - scale).max() < _ALIKE * abs(scale):
@@ -199,7 +199,7 @@ def judge_registration(
         if undone > _MUCH_BETTER * as_is + _MIN_GAIN:
             problem = (
                 f"{shift.words}: edges correlate by {as_is:.2f}, but by"
-                f" {undone:.2f} with that undone"
+                f" {undone:.2f} after its correction"
             )
             return [
                 Finding(COLOURS, problem, remedy=shift.remedy, mend=shift.undo)

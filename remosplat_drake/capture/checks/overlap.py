@@ -28,7 +28,7 @@ _MIN_JUDGED = 20
 """Least number of points for a decision about a pair of views."""
 
 MIN_AGREEMENT = 0.5
-"""Least agreement of views with right poses about shared points."""
+"""Least agreement about shared points of views with correct poses."""
 
 _MAX_JUMP = 0.05
 """Depth difference between neighbouring pixels above which there is an edge."""

@@ -84,7 +84,7 @@ def judge_overlap(
         mistake, mended = found
         problem = (
             f"{mistake.words}: {facts}, but {100 * mended.agreement:.0f} %"
-            " with that undone"
+            " after its correction"
         )
         return [
             Finding(POSES, problem, remedy=mistake.remedy, mend=mistake.undo)

@@ -21,7 +21,7 @@ _MIN_EDGES = 0.0005
 """Least fraction of edge pixels for a usable image."""
 
 _MIN_FRAMES = 5
-"""In a few images, edges may match by chance."""
+"""Least number of usable images; in fewer, edges may match by chance."""
 
 _MIN_CORRELATION = 0.1
 """Correlation below which edges are unrelated at any shift."""

@@ -12,8 +12,8 @@ import numpy as np
 from remosplat_drake.capture.capture import Capture
 
 _WINDOW, _HALF_SIDE = 0.012, 3
-"""Half the side of a window, as a fraction of the image's width, and the
-number of pixels along it that are looked at."""
+"""Half the side of a window, as a fraction of the image's width, and the number
+of pixels along a side that are used."""
 
 _MIN_COSINE = 0.35
 """Least cosine of the angle of incidence."""
@@ -122,7 +122,7 @@ def fit_planes(
     square = np.square(step).sum() * len(step)
     right = (inverse * step).sum(axis=(1, 2)) / square
     down = (inverse * step[:, None]).sum(axis=(1, 2)) / square
-    # By Pythagoras, for the three parts of the fit are orthogonal.
+    # By Pythagoras' theorem, since the three parts of the fit are orthogonal.
     left = np.square(inverse - middle[:, None, None]).mean(axis=(1, 2))
     left -= (right**2 + down**2) * np.square(step).mean()
     roughness = np.sqrt(np.maximum(left, 0)) / middle

@@ -19,12 +19,12 @@ from remosplat_drake.capture.checks.overlap import (
 from remosplat_drake.capture.checks.wide_baselines import share_surfaces
 
 _GROUP, _PART = 5, 0.2
-"""A group is at least so many frames, and this part of all that share
-anything."""
+"""Least size of a group: a number of frames, and a fraction of all frames that
+share surfaces."""
 
 _COARSE, _MIN_SHARED = 40, 0.1
-"""Points of a view that look for other views, and the fraction of them that
-another one must have in its image to be tried."""
+"""Number of points of a view that are projected into others, and the least
+fraction of them in another's image for the pair to be compared."""
 
 _TRIED = 60
 """Largest number of pairs that are tried to join two groups."""
@@ -91,7 +91,7 @@ def view_groups(pairs: np.ndarray, n: int) -> list[np.ndarray]:
 def _joined(
     capture: Capture, pairs: np.ndarray, without: np.ndarray
 ) -> np.ndarray:
-    """The pairs, and one between any two groups for which there is one.
+    """Adds a pair of views between any two groups that share surfaces.
 
     Args:
         capture: The views.

@@ -5,7 +5,7 @@ moves all points of a view. So a small motion is fitted that aligns one view's
 points with the other's surfaces (point to plane), and its displacement is
 compared with the one that the remaining scatter would explain. With every depth
 too long by a fraction s, views a and b are moved against each other by s (p_WB
-- p_WA): this distinguishes it from errors of poses.
+- p_WA): this distinguishes an error of the scale from errors of poses.
 """
 
 import dataclasses as dc
@@ -25,7 +25,7 @@ from remosplat_drake.capture.checks.tangent_planes import (
 )
 
 _SAMPLES, _COARSE = 300, 40
-"""Points of a view that are compared, and that look for other views."""
+"""Numbers of points of a view: for comparisons, and to find other views."""
 
 _PAIRS = 300
 """Usual greatest number of pairs of views that are compared."""
@@ -44,8 +44,8 @@ _THROUGH, _THROUGH_FAR = 0.05, 0.03
 [m], plus this fraction of the depth."""
 
 _TIMES_OFFSET = 5.0
-"""If views disagree by a fifth of that or more, it is by so many times what
-they disagree by."""
+"""Least margin of `_THROUGH`, as a multiple of the median disagreement of
+views."""
 
 _SAME_NORMAL = 0.85
 """Least cosine between the normals that two views have for the same surface."""
@@ -54,7 +54,7 @@ _ITERATIONS = 6
 """Rounds of reweighting; motions settle after four."""
 
 _LEAST_SCATTER = 1e-5
-"""No fit is taken to be closer than this [m]."""
+"""Least assumed residual of a fit [m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -99,10 +99,10 @@ class _Matches:
     Attributes:
         p_W: The points, shape (k, 3) [m].
         normal_W: Normals of the surfaces, shape (k, 3).
-        gap: How far a's surface lies from b's along them, shape (k,) [m].
+        gap: Distance from b's to a's surface along them, shape (k,) [m].
         found: Number of points of a, and of b, that are among them.
-        beyond: How far behind other points of a, and of b, the other view sees
-            a surface, less `_THROUGH_FAR` of their depth, shape (k',) each [m].
+        beyond: Distances of the other view's surface behind other points of a,
+            and of b, minus `_THROUGH_FAR` of their depth, shape (k',) each [m].
     """
 
     p_W: np.ndarray

@@ -61,7 +61,7 @@ _PNG_LEVEL = 3
 TRANSFORMS = "transforms.json"
 """Name of the document that describes a capture."""
 LOOKS_FOR = f"a folder with {TRANSFORMS}, or that file"
-"""What `recognises` looks for, in words."""
+"""Description of the files that `recognises` accepts."""
 
 _INTRINSICS = ("fl_x", "fl_y", "cx", "cy")
 _CAMERA_MODELS = (
@@ -129,7 +129,7 @@ def _entry(path: Path, document: dict, i: int) -> tuple[np.ndarray, float]:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns the remarks on a folder for the reader, without its frames."""
+    """Returns notes on omissions of a folder; reads no frames."""
     if path.name != TRANSFORMS:
         path = path / TRANSFORMS
     # Frames that were not read may hold anything.
@@ -242,7 +242,7 @@ def _read_frame(fields: _Fields) -> Frame:
 
 
 def _read_depth_image(fields: _Fields) -> DepthImage:
-    """The depth of a frame, as its lens has bent it."""
+    """The depth of a frame, not undistorted."""
     _check_camera_model(fields)
     color_size = read_size(fields.file("file_path"))
     depth, hidden = _read_depth(fields), _read_hidden(fields)

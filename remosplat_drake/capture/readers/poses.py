@@ -30,7 +30,7 @@ def poses_from_quaternions(
     Values that are not finite stay so, and a later check reports them.
 
     Args:
-        quaternions_xyzw: Quaternions of any length but zero, shape (n, 4).
+        quaternions_xyzw: Quaternions of any nonzero norm, shape (n, 4).
         translations: Translations, shape (n, 3) [m].
 
     Raises:

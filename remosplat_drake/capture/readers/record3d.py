@@ -1,11 +1,11 @@
 """Captures of the Record3D app: .r3d archives and EXR exports.
 
-`metadata` (JSON) holds the camera of the colour images, column by column in
-`K` or, in newer files, for each frame in `perFrameIntrinsicCoeffs` (fx, fy,
-cx, cy), and poses `qx qy qz qw tx ty tz` of OpenGL cameras. `rgbd/N.jpg` is
-the colour image; `rgbd/N.depth` holds float32 metres and `rgbd/N.conf` ARKit's
+`metadata` (JSON) holds the camera of the colour images, column by column in `K`
+or, in newer files, for each frame in `perFrameIntrinsicCoeffs` (fx, fy, cx,
+cy), and poses `qx qy qz qw tx ty tz` of OpenGL cameras. `rgbd/N.jpg` is the
+colour image; `rgbd/N.depth` holds float32 metres and `rgbd/N.conf` ARKit's
 confidence, both packed with LZFSE. Files are read from the archive one by one
-and never unpacked to disk; an unpacked one is read alike.
+and never unpacked to disk; a folder with the unpacked files is read, too.
 
 The app's "EXR + JPG" export is a folder with the same metadata in
 `metadata.json`, images `rgb/N.jpg` and metres in `depth/N.exr`.
@@ -54,7 +54,7 @@ LOOKS_FOR = (
     f"an {SUFFIX} file, or a folder with metadata and rgbd/, or with"
     " metadata.json, rgb/ and depth/"
 )
-"""What `recognises` looks for, in words."""
+"""Description of the files that `recognises` accepts."""
 
 
 @dc.dataclass(frozen=True)
@@ -149,7 +149,7 @@ def _opened(path: Path) -> Iterator[tuple[Source, _Layout]]:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns the remarks on a capture for the reader, without its frames."""
+    """Returns notes on omissions of a capture; reads no frames."""
     with _opened(path) as (root, layout):
         count = len(_poses(layout.metadata, read_json(root / layout.metadata)))
         folder, pattern = layout.color.split("/")
@@ -262,7 +262,7 @@ def _unpack_depth(source: Source, where: str, metadata: dict) -> np.ndarray:
     size = None
     if "dw" in metadata and "dh" in metadata:
         size = _size(where, metadata, "dh", "dw")
-    # One byte more, so that the error can say that there is more.
+    # One byte more, so that the error can state that the data are too long.
     most = MAX_BYTES if size is None else 4 * size[0] * size[1] + 1
     data = unpack(source, most)
     count = len(data) // 4

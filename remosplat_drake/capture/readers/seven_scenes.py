@@ -29,7 +29,7 @@ _NO_DEPTH = 65535 * DEPTH_UNIT
 _POSE = ".pose.txt"
 
 LOOKS_FOR = f"a folder with frame-*{_POSE}"
-"""What `recognises` looks for, in words."""
+"""Description of the files that `recognises` accepts."""
 
 
 def recognises(path: Path) -> bool:
@@ -73,7 +73,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns the remarks on a folder for the reader, without its frames."""
+    """Returns notes on omissions of a folder; reads no frames."""
     names = [pose.name.removesuffix(_POSE) for pose in _poses(path)]
     colors = in_natural_order(
         [*path.glob("frame-*.color.png"), *path.glob("frame-*.color.jpg")]

@@ -43,7 +43,7 @@ UP_W = (0.0, 1.0, 0.0)
 """ARKit's world has its y axis against gravity."""
 
 LOOKS_FOR = f"a folder with {VIDEO} and {ODOMETRY}"
-"""What `recognises` looks for, in words."""
+"""Description of the files that `recognises` accepts."""
 
 _POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
 _CAMERA = ("fx", "fy", "cx", "cy")
@@ -113,7 +113,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns the remarks on a folder for the reader, without its frames."""
+    """Returns notes on omissions of a folder; reads no frames."""
     rows = _read_odometry(path / ODOMETRY)
     numbers = _columns(path / ODOMETRY, rows, ("frame",))[:, 0].astype(int)
     used = {f"{number:06d}" for number in numbers.tolist()}
@@ -122,7 +122,7 @@ def notes(path: Path) -> list[str]:
 
 
 def _read_odometry(path: Path) -> list[dict]:
-    """One dictionary of words a row."""
+    """The rows, each a dictionary of words by column."""
     lines = read_text(path).splitlines()
     rows = list(csv.DictReader(lines, skipinitialspace=True))
     if not rows:

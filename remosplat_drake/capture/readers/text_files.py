@@ -16,7 +16,7 @@ def read_text(path: Path | zipfile.Path) -> str:
     """Reads a whole text file.
 
     Raises:
-        FileError: The file is missing, too long, or no text.
+        FileError: The file is missing or too long, or is not text.
     """
     try:
         if isinstance(path, Path) and path.stat().st_size > MAX_BYTES:
@@ -42,7 +42,7 @@ def read_rows(path: Path) -> list[list[str]]:
     """Reads the words of a file's lines, without comments (#) and empty lines.
 
     Raises:
-        FileError: The file is missing or no text.
+        FileError: The file is missing, or is not text.
     """
     lines = (line.split("#")[0] for line in read_text(path).splitlines())
     return [line.replace(",", " ").split() for line in lines if line.strip()]

@@ -29,7 +29,7 @@ _LOGS = ("trajectory.log", "scene/trajectory.log", "odometry.log")
 _COLOR_FOLDERS = ("color", "rgb", "image")
 
 LOOKS_FOR = f"a folder with {' or '.join(_LOGS)}"
-"""What `recognises` looks for, in words."""
+"""Description of the files that `recognises` accepts."""
 
 
 def recognises(path: Path) -> bool:
@@ -89,7 +89,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns the remarks on a folder for the reader, without its frames."""
+    """Returns notes on omissions of a folder; reads no frames."""
     colors = _images(path, _COLOR_FOLDERS)
     used = {colors[i].name for i, _ in read_log(_log(path))}
     return note_left_out([f.name for f in colors], used, "a pose")
@@ -107,7 +107,7 @@ def read_log(path: Path) -> list[tuple[int, np.ndarray]]:
     """Reads the frame numbers and poses X_WC, shape (4, 4), of a log.
 
     Raises:
-        FileError: The file is missing or no such log.
+        FileError: The file is missing, or is not a trajectory log.
     """
     rows = read_rows(path)
     if not rows or len(rows) % 5:

@@ -37,7 +37,7 @@ TOLERANCE = 0.02
 """Largest time between an image and a pose that belong together [s]."""
 
 LOOKS_FOR = "a folder with rgb.txt, depth.txt and groundtruth.txt"
-"""What `recognises` looks for, in words."""
+"""Description of the files that `recognises` accepts."""
 
 _FILES = ("rgb.txt", "depth.txt", "groundtruth.txt")
 _CAMERAS = {
@@ -107,7 +107,7 @@ def open_recording(path: Path) -> Recording:
 
 
 def notes(path: Path) -> list[str]:
-    """Returns the remarks on a folder for the reader, without its frames."""
+    """Returns notes on omissions of a folder; reads no frames."""
     _, colors = _read_list(path / "rgb.txt")
     used = {colors[i] for i, _ in _pairs(path)}
     lacking = f"a depth image with a pose within {TOLERANCE} s"

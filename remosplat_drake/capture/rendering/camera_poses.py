@@ -15,7 +15,8 @@ CLEARANCE = 0.12
 
 _CANDIDATES = 12
 _MAX_REJECTED = 300
-"""Draws of candidates in a row without a free one, before giving up."""
+"""Number of consecutive candidates without a free one after which the search
+fails."""
 
 
 def look_at(p_WC: np.ndarray, p_WT: np.ndarray) -> RigidTransform:
@@ -58,8 +59,7 @@ def survey(
         radius: Horizontal distance of the farthest cameras from the focus [m];
             all other lengths except the clearance scale with it.
         clearance: Least distance of a camera from every solid [m].
-        lowest: Least height of a camera [m]: under a floor it would see nothing
-            that matters.
+        lowest: Least height of a camera [m], such as that of the floor.
 
     Raises:
         RemoSplatError: No free place is found.
@@ -97,7 +97,7 @@ def _draw_far(
     rng: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray]:
     """A camera centre around the scene, and the point it looks at."""
-    del field  # Its position does not depend on it.
+    del field  # The position does not depend on it.
     azimuth = rng.uniform(-np.pi, np.pi)
     side = np.array([np.cos(azimuth), np.sin(azimuth), 0])
     away = radius * rng.uniform(0.65, 1.0)

@@ -1,4 +1,4 @@
-"""Renders a picture of a robot, beside one of its spheres."""
+"""Renders a picture of a robot, next to a picture of its spheres."""
 
 import colorsys
 
@@ -37,7 +37,7 @@ _GREY = (0.75, 0.76, 0.78, 1.0)
 
 
 def draw_robot(robot: RobotModel, q: np.ndarray) -> np.ndarray:
-    """Draws a robot, and beside it the same with its spheres.
+    """Draws a robot, and next to it the same view with the robot's spheres.
 
     Args:
         robot: The robot.

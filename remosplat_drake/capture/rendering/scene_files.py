@@ -49,7 +49,7 @@ def read_solids(
 
     Args:
         path: A model file or a mesh file.
-        X_WM: Pose of the file's frame M in W; None: the identity.
+        X_WM: Pose of the file's frame M in W; None means the identity.
         scale: Length of a unit of a mesh file [m]; model files are in metres.
 
     Raises:
@@ -160,7 +160,7 @@ def _is_drawn(path: Path, mesh: Mesh) -> bool:
     """Whether Drake draws a mesh file as it is.
 
     Raises:
-        FileError: It should, but cannot read the file.
+        FileError: Drake reads this format, but not this file.
     """
     if mesh.extension() not in DRAWN_MESHES:
         return False

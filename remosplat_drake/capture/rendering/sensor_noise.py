@@ -17,8 +17,8 @@ from remosplat_drake.base.errors import RemoSplatError, unknown_name
 from remosplat_drake.capture.capture import Capture, back_project
 
 _OUTLINE_JUMP = 0.02
-"""Neighbours whose depths differ by more than this part of them lie on both
-sides of an outline, unless the surface between them is merely steep."""
+"""Relative difference of depths above which neighbours lie on both sides of an
+outline, unless the surface between them is merely steep."""
 
 _OUTLINE_REACH = 2
 """Distance from an outline within which pixels are disturbed [pixels]."""
@@ -230,7 +230,7 @@ def _with_jittered_outline(
     jitter: float,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Takes the depth of pixels at an outline from somewhere beside them."""
+    """Gives pixels at an outline the depth of a random neighbour."""
     if not jitter:
         return depth.astype(float)
     offset = np.rint(jitter * rng.standard_normal((2, *depth.shape)))

@@ -21,11 +21,11 @@ from remosplat_drake.scene.primitive_scene import Box, Cylinder, PrimitiveScene
 
 @dc.dataclass(frozen=True, eq=False)
 class Solid:
-    """A shape G that stands still in the world, with its appearance.
+    """A fixed shape with frame G, and its appearance.
 
     Attributes:
         X_WG: Pose of the shape's frame G in W.
-        shape: Anything that Drake can draw.
+        shape: A shape of Drake's.
         look: Perception properties for Drake's renderers; meshes may bring
             their own colours.
     """

@@ -29,11 +29,11 @@ def hand_clearances(
         box: Corners of the box around all pieces, lower and upper, (2, 3) [m].
         X_OE: Poses of the hand, shape (k, 4, 4).
         points: The points in O, shape (n, 3) [m].
-        enough: Greatest clearance of interest [m].
+        enough: Clearance above which larger values need not be exact [m].
 
     Returns:
-        The clearances, shape (k,) [m]. One that is not positive is that of the
-        first such point, not the least.
+        The clearances, shape (k,) [m]. If it is not positive, it is the one of
+        the first overlapping point and need not be the least.
     """
     clearance = np.full(len(X_OE), enough)
     for k in range(len(X_OE)):

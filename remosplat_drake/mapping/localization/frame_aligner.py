@@ -45,8 +45,8 @@ _TRUSTED, _USEFUL = 0.004, 0.015
 frames used to place others [m]."""
 
 _LEAST_SIDES = 6.0
-"""Least number of points on sides, in each horizontal direction, of a first
-frame."""
+"""Least number of points on upright surfaces that a first frame must have for
+each horizontal direction."""
 
 _BARE = "shows too few upright surfaces to localise the base"
 
@@ -73,7 +73,7 @@ class Tracked:
     """The pose of the base at one frame.
 
     Attributes:
-        estimate: Where the base was, and how well that is known.
+        estimate: The base's pose, with its uncertainty.
         residual: Median distance of the frame's surfaces from those of the
             others [m]; NaN where it shares none.
         problem: Why the frame cannot be used in a map; empty if it can.
@@ -98,7 +98,8 @@ class Graph:
 
     Attributes:
         kept: The n keyframes.
-        reference: The youngest one that was placed well before and now.
+        reference: Index of the newest keyframe with a certain pose before and
+            after the alignment.
         before: The base's previous poses at all of them, shape (n, 3) [m, rad].
         X_WB: The base's poses in the map, shape (n, 3) [m, rad].
         covariance: Their covariances, shape (n, 3, 3).
@@ -116,7 +117,7 @@ class Graph:
     residual: np.ndarray
 
     def rows(self, keys: list[Key]) -> np.ndarray:
-        """Returns which keyframes some frames are, shape (m,)."""
+        """Returns the indices of the keyframes with these keys, shape (m,)."""
         index = {kept.key: i for i, kept in enumerate(self.kept)}
         return np.array([index[key] for key in keys], int)
 
@@ -341,7 +342,7 @@ def misfit(placed: Placed, expected: BaseEstimate) -> str:
     if placed.residual > _LARGEST_MISFIT:
         return (
             f"does not fit: its surfaces lie {1e3 * placed.residual:.1f} mm"
-            f" from the others', within {allowed} of where odometry has it"
+            f" from the others' at all poses within {allowed} of the odometry's"
         )
     off = np.abs(placed.estimate.X_WB - expected.X_WB)
     if (off > most).any():
@@ -354,7 +355,7 @@ def misfit(placed: Placed, expected: BaseEstimate) -> str:
 
 
 def vagueness(covariance: np.ndarray, most: float = _TRUSTED) -> str:
-    """Returns why a frame with an uncertain pose cannot be used.
+    """Returns the reason why an uncertain pose is rejected; empty if it is not.
 
     Args:
         covariance: Covariance of the base's x, y and more.

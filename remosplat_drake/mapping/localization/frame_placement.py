@@ -51,8 +51,8 @@ _FARTHEST = 0.25
 tested points, and radius around the prediction [m]."""
 
 _UPRIGHT, _LEAST_SIDE = 0.5, 8
-"""Cosine to the vertical below which points are on sides, and least number of
-them to measure their fit."""
+"""Cosine of the angle between normal and vertical below which a surface is
+upright, and least number of points on such surfaces to measure their fit."""
 
 _WIDE = LEVELS[0]
 """Limits for the same surface when the fit of a frame is computed."""
@@ -62,7 +62,7 @@ _SLIPPERY = 0.03
 ignored."""
 
 _CONVERGED = 1e-5
-"""Steps below end a level [m, rad]."""
+"""Smaller steps end a level [m, rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -70,10 +70,10 @@ class Placed:
     """The placement of one frame, and its fit.
 
     Attributes:
-        estimate: Where the base was.
+        estimate: Estimate of the base's pose.
         residual: Median distance of the frame's points from the others'
             surfaces [m]; NaN where they share none.
-        shared: Part of its points that any of the others has.
+        shared: Fraction of its points that other keyframes see, too.
     """
 
     estimate: BaseEstimate
@@ -91,7 +91,7 @@ def candidates(
 
     Args:
         keyframes: The keyframes.
-        X_WB: Where the base was, shape (n, 3) [m, rad].
+        X_WB: Poses of the base, shape (n, 3) [m, rad].
         frame: The frame, one row.
         expected: The predicted pose of the base at the frame.
 
@@ -134,10 +134,9 @@ def place(
 
     Args:
         keyframes: The keyframes, and the frame as the last of them.
-        X_WB: Where the base was, shape (n, 3) [m, rad]; its last row does not
-            matter.
-        covariance: Covariances of these, without the last, (n - 1, 3, 3).
-        expected: Where the base is expected.
+        X_WB: Poses of the base, shape (n, 3) [m, rad]; the last row is ignored.
+        covariance: Covariances of all poses except the last, (n - 1, 3, 3).
+        expected: The predicted pose of the base at the last keyframe.
     """
     last = len(X_WB) - 1
     pairs = np.array([(other, last) for other in range(last)])
@@ -181,12 +180,12 @@ def updated(
     """Returns the estimate after the placement of a frame.
 
     Errors of the keyframes are common to all frames that are aligned with them,
-    and do not average out: so their covariance is added, unless the previous
+    and do not average out. So their covariance is added, unless the previous
     estimate was better.
 
     Args:
         expected: The previous estimate.
-        X_WB: Where the base was most likely, shape (3,) [m, rad].
+        X_WB: The most likely pose of the base, shape (3,) [m, rad].
         information: Information of the frame about it, shape (3, 3).
         theirs: Covariance of the keyframes that provided it, shape (3, 3).
     """
@@ -238,13 +237,14 @@ def best_start(
 ) -> np.ndarray:
     """Finds the best start for the refinement of the last keyframe.
 
-    With a poor start, side faces are matched with those of other things, and a
-    table looks the same after a translation. So among many positions around the
-    prediction, the one with the most points on others' surfaces is chosen.
+    From a poor start, upright surfaces are matched with those of other objects,
+    and a table top looks the same after a translation. So among many positions
+    around the prediction, the one with the most points on others' surfaces is
+    chosen.
 
     Args:
         keyframes: The keyframes.
-        X_WB: Where the base was, shape (n, 3) [m, rad].
+        X_WB: Poses of the base, shape (n, 3) [m, rad].
         reach: Largest distance from the prediction [m].
 
     Returns:
@@ -279,13 +279,14 @@ def fit(
 
     Args:
         keyframes: The keyframes.
-        X_WB: Where the base was, shape (n, 3) [m, rad].
+        X_WB: Poses of the base, shape (n, 3) [m, rad].
         pairs: Indices (other, last), shape (m, 2).
 
     Returns:
-        The median distance of its points from the others' surfaces [m], or of
-        those on sides, which alone tell of a shift, where that is larger; NaN
-        where they share none. And the part of its points that any of them has.
+        The median distance of its points from the others' surfaces [m]; NaN if
+        they share none. If it is larger, the median over points on upright
+        surfaces, as only these reveal a horizontal shift. And the fraction of
+        its points that other keyframes see.
     """
     stack, level = keyframes.stack, _WIDE
     values = np.empty((len(pairs), 2, stack.point.shape[1], 2))

@@ -48,7 +48,7 @@ _LEAST_DOUBT = np.diag([1e-3, 1e-3, 5e-4]) ** 2
 """Least covariance of tracked motions [m^2, rad^2]."""
 
 _CONVERGED = 1e-5
-"""Steps below end a level [m, rad]."""
+"""Smaller steps end a level [m, rad]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -134,9 +134,9 @@ def solve(
 
     Args:
         keyframes: The keyframes.
-        X_WB: Where the base was, so far, shape (n, 3) [m, rad].
-        tracked: Where it was tracked, shape (n, 3) [m, rad].
-        covariance: Covariances of that, shape (n, 3, 3).
+        X_WB: Initial poses of the base, shape (n, 3) [m, rad].
+        tracked: Tracked poses of the base, shape (n, 3) [m, rad].
+        covariance: Covariances of the tracked poses, shape (n, 3, 3).
         levels: Stages from coarse to fine.
     """
     n, stack = len(X_WB), keyframes.stack
@@ -179,8 +179,8 @@ def surface_equations(
 
     Args:
         keyframes: The keyframes.
-        X_WB: Where the base was, shape (n, 3) [m, rad].
-        pairs: Indices of those that are compared, shape (m, 2).
+        X_WB: Poses of the base, shape (n, 3) [m, rad].
+        pairs: Indices of the keyframes that are compared, shape (m, 2).
         level: Thresholds of the residuals in use.
         spread: The result of `residual_spread`.
     """
@@ -196,9 +196,9 @@ def motion_equations(
     """Matrix (3n, 3n) and gradient (3n,) of tracked motions.
 
     Args:
-        X_WB: Where the base was, shape (n, 3) [m, rad].
-        tracked: Where it was tracked, shape (n, 3) [m, rad].
-        covariance: Covariances of that, shape (n, 3, 3).
+        X_WB: Poses of the base, shape (n, 3) [m, rad].
+        tracked: Tracked poses of the base, shape (n, 3) [m, rad].
+        covariance: Covariances of the tracked poses, shape (n, 3, 3).
     """
     n = len(X_WB)
     H, g = np.zeros((3 * n, 3 * n)), np.zeros(3 * n)
@@ -223,8 +223,8 @@ def residuals(
 
     Args:
         keyframes: The keyframes.
-        X_WB: Where the base was, shape (n, 3) [m, rad].
-        pairs: Indices of those that are compared, shape (m, 2).
+        X_WB: Poses of the base, shape (n, 3) [m, rad].
+        pairs: Indices of the keyframes that are compared, shape (m, 2).
 
     Returns:
         Shape (n,) [m]; NaN for views that share none.

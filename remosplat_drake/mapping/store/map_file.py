@@ -47,7 +47,7 @@ def write_map(path: str | Path, scene_map: SceneMap) -> str:
     try:
         document, arrays = take_apart(scene_map)
     except RemoSplatError as error:
-        raise FileError(path, f"this map fits in no file: {error}") from error
+        raise FileError(path, f"cannot hold this map: {error}") from error
     return write_arrays(path, KIND, document, arrays)
 
 
@@ -59,7 +59,8 @@ def open_map(path: str | Path, seal: str | None = None) -> SceneMap:
         seal: The return value of `write_map` in this run of the program: the
             file opens in about a millisecond, and arrays are views of the file,
             which may be deleted or replaced meanwhile, but not modified. None
-            checks everything, which takes some hundredths of a second.
+            checks and prepares the whole content, which takes some hundredths
+            of a second.
 
     Raises:
         VersionError: The file has an unsupported version of the format.

@@ -53,7 +53,7 @@ _OfSplat = (
 )
 
 _MOST_PARTS = 8
-"""Greatest number of a composite's parts; none of them is a composite."""
+"""Largest number of parts of a composite field; a part is not a composite."""
 
 _LARGEST = 1e6
 """Largest size, and distance from the origin of W [m]."""
@@ -134,9 +134,9 @@ def _take_field(
         kind = _KINDS[type(field)]
         description = {"kind": kind, "settings": field.settings}
     else:
-        raise RemoSplatError(f"no file holds a {type(field).__name__}")
+        raise RemoSplatError(f"files cannot hold a {type(field).__name__}")
     if not belongs:
-        raise RemoSplatError(f"its {type(field).__name__} is of something else")
+        raise RemoSplatError(f"its {type(field).__name__} is of another splat")
     arrays.update({f"{name}.{k}": v for k, v in field.prepared.items()})
     return description
 

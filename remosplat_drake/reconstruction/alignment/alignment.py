@@ -44,8 +44,8 @@ class Alignment:
 
     The unknowns are theta_W [rad] and t_W [m] of each view, one after the
     other, then the k errors that all images share: the true pose is
-    exp(theta_W) R_WC, p_WC + t_W, and a true point is that of the returned
-    capture plus what `camera_errors` says (to first order).
+    exp(theta_W) R_WC, p_WC + t_W, and a true point is the returned capture's
+    point plus the displacements of `camera_errors` (to first order).
 
     Attributes:
         capture: The refined capture, or the given one if it was not accepted.
@@ -56,10 +56,11 @@ class Alignment:
         noise: Noise of the given poses.
         shared: Number of residuals with the information of one independent
             residual.
-        rows: Residuals before and after by distance of the views; the same
-            twice if the refinement was not accepted.
+        rows: Residuals before and after the refinement, by the distance of the
+            views; both are equal if the refinement was not accepted.
         groups: Number of groups of views that share no surface.
-        accepted: Whether pairs of views that were not used agree better.
+        accepted: Whether the refinement was accepted: pairs of views that it
+            did not use agree better with it.
     """
 
     capture: Capture
@@ -107,9 +108,9 @@ def align(
     """Refines the poses of a capture and the errors that all images share.
 
     Args:
-        capture: Posed RGB-D images; the order is that in which they were taken.
+        capture: Posed RGB-D images, in the order in which they were taken.
         config: Settings; None takes the defaults.
-        report: Called with the steps done and the steps in all.
+        report: Called with the number of steps done and of all steps.
 
     Raises:
         FieldError: A measured length refers to a pixel without depth.

@@ -18,11 +18,11 @@ _MOST_DIGITS = 4
 
 @dc.dataclass
 class ResidualRow(Config):
-    """Residuals of the pairs of views that are about so far apart."""
+    """Residuals of the pairs of views in one range of distances."""
 
-    # Distance of the views, from [m].
+    # Lower limit of the distance of the two cameras [m].
     nearest: _SIZE = 0.0
-    # Distance of the views, to [m].
+    # Upper limit of the distance of the two cameras [m].
     farthest: _SIZE = 0.0
     # Number of pairs of views.
     pairs: _COUNT = 0
@@ -42,9 +42,10 @@ class ResidualRow(Config):
 class CameraError(Config):
     """An error that all images of a camera share."""
 
-    # What errs, in words.
+    # Name of the erroneous parameter.
     name: str = ""
-    # Its size: as corrected, or else as estimated [unit].
+    # Size of the error: the correction if there was one, else the estimate
+    # [unit].
     value: _SIGNED = 0.0
     # Its standard deviation [unit].
     deviation: _SIZE = 0.0
@@ -77,13 +78,14 @@ def digits(deviation: float) -> int:
 class AlignmentSummary(Config):
     """Results of the refinement of poses and of shared errors."""
 
-    # Whether the refinement was kept: only if other views agree better.
+    # Whether the refinement was kept: pairs of views that it did not use agree
+    # better with it.
     accepted: bool = False
     # Factor by which measured depths were multiplied.
     scale: Annotated[float, Interval(ge=0, le=1e4)] = 1.0
     # Its standard deviation.
     scale_std: _SIZE = 0.0
-    # What was added to the depths [m].
+    # Length that was added to the depths [m].
     offset: Annotated[float, Interval(ge=-1e4, le=1e4)] = 0.0
     # Its standard deviation [m].
     offset_std: _SIZE = 0.0

@@ -41,9 +41,10 @@ beyond it, the pixel is occluded and unknown [pixels]."""
 def corrected(capture: Capture, errors: np.ndarray) -> Capture:
     """Corrects the errors that all images of a capture share.
 
-    Focal lengths and principal points change, poses move by the delay and with
-    the camera on its carrier, depths follow their polynomial. Distortion and
-    read-out need new images, which are resampled from the old ones.
+    Focal lengths and principal points change, poses are corrected for the delay
+    and for the camera's pose on its carrier, and depths by their polynomial.
+    Distortion and read-out need new images, which are resampled from the old
+    ones.
 
     Args:
         capture: Posed RGB-D images.
@@ -92,8 +93,8 @@ def delay_of_motion(
         motion: Errors theta_W and t_W of each pose, shape (n, 6).
 
     Returns:
-        The delay, in least squares [s], and which part of the squares of the
-        errors it leaves; 0 and 1 where velocities are unknown.
+        The delay by least squares [s], and the fraction of the sum of squared
+        errors that remains with it; 0 and 1 if velocities are unknown.
     """
     count, p_WC = len(capture), capture.X_WC[:, :3, 3]
     if capture.velocity_W is None:
@@ -156,7 +157,7 @@ def _sources(
 
     def place(z: np.ndarray, row: np.ndarray):
         """Returns pixels of points in the old image, and the points' motion."""
-        # A point stands still while the camera moves: in C it goes back.
+        # A point is fixed in W, so in C it moves opposite to the camera.
         p = z[..., None] * ray
         motion = _row_motion(p, row, height, velocity, errors)
         old = p - motion
@@ -184,7 +185,7 @@ def _row_motion(
     velocity: np.ndarray,
     errors: np.ndarray,
 ) -> np.ndarray:
-    """How far points (..., 3) of rows (...) move until the middle row [m]."""
+    """Motion of points (..., 3) of rows until the middle row is read [m]."""
     time = errors[READOUT] * ((row + 0.5) / height - 0.5)[..., None]
     return time * (velocity[3:] + np.cross(velocity[:3], p_C))
 
@@ -199,8 +200,8 @@ def _with_nearer(
     """Adds nearer points to the result of `_sources`.
 
     If a cable is before a wall, both may match a pixel. The nearer one is
-    visible: each old pixel is moved to its corrected position, so nothing thin
-    is lost.
+    visible: each old pixel is moved to its corrected position, so no thin
+    object is lost.
 
     Args:
         K: Intrinsic matrix, shape (3, 3) [pixels].

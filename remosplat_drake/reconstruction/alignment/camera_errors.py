@@ -4,7 +4,7 @@ A pixel's point in C lies at p = z r on its ray r = (x, y, 1). Each error e_k of
 the camera moves it by e_k b_k(p), to first order:
 
     depth scale, offset, growth       b = p, r, z^2 r
-    focal length, f_y beside f_x      b = -(p_x, p_y, 0), -(0, p_y, 0)
+    focal length, ratio f_y / f_x     b = -(p_x, p_y, 0), -(0, p_y, 0)
     principal point, in f_x and f_y   b = -(z, 0, 0), -(0, z, 0)
     radial distortion k_1, k_2        b = -s (p_x, p_y, 0), -s^2 (p_x, p_y, 0),
                                           s = x^2 + y^2
@@ -32,10 +32,10 @@ COUNT = 17
 """Indices of the errors in arrays; TURN and SHIFT are three numbers each."""
 
 CARRIED = np.array([DELAY, *range(TURN, COUNT)])
-"""Errors of the camera's poses, and not of its images."""
+"""Indices of the errors that affect the camera's poses and not its images."""
 
 NO_ERRORS = np.zeros(0)
-"""Errors of a camera that is assumed exact."""
+"""The errors of a camera that is assumed exact: an empty array."""
 
 
 _Part = Annotated[float, Interval(ge=0, le=1)]
@@ -50,13 +50,13 @@ class CameraPrior(Config):
     Zero means that a number is exact. A value out of range is a FieldError.
 
     Attributes:
-        scale: Scale of the depth, as the sensor's specification has it.
+        scale: Scale of the depth, as in a sensor's data sheet.
         offset: Offset of the depth [m].
         growth: Growth of the depth's error with its square [1/m].
         focal: Focal length, as a fraction of it.
-        aspect: Vertical focal length beside the horizontal one.
+        aspect: Ratio of the vertical to the horizontal focal length.
         center: Principal point, as a fraction of the focal length.
-        distortion: Radial distortion k_1 and k_2 that is left.
+        distortion: Remaining radial distortion, k_1 and k_2 alike.
         delay: Time from a pose to its image [s].
         readout: Time from the first row of an image to the last one [s].
         turn: Rotation of the camera on its carrier, about each axis [rad].
@@ -77,7 +77,7 @@ class CameraPrior(Config):
 
     @classmethod
     def exact(cls, scale: float) -> Self:
-        """Returns the prior with all but the depth's scale and offset exact.
+        """Returns a prior in which only the depth's scale and offset may err.
 
         Args:
             scale: Standard deviation of the depth's scale.
@@ -98,8 +98,8 @@ def velocity_C(capture: Capture, view: int) -> np.ndarray:
     """Returns the velocity of a view's camera in its own frame C.
 
     Returns:
-        Angular velocity, then that of its centre, shape (6,) [rad/s, m/s]; 0
-        where the capture does not know it.
+        Angular velocity of the camera, then the velocity of its centre, shape
+        (6,) [rad/s, m/s]; 0 if the capture does not contain it.
     """
     if capture.velocity_W is None:
         return np.zeros(6)
@@ -109,7 +109,7 @@ def velocity_C(capture: Capture, view: int) -> np.ndarray:
 
 @numpy_helper
 def add_displacements(camera, height, velocity_C, x, y, z, out):
-    """Writes b_k of a pixel's point, all of them or none.
+    """Writes the displacements b_k of a pixel's point; none if `out` is empty.
 
     Args:
         camera: f_x, f_y, c_x, c_y of the view [pixels].
@@ -174,7 +174,7 @@ def displacements_of(
     Args:
         capture: Posed RGB-D images.
         view: Index of the view.
-        p_C: Points that it measured, in C, shape (n, 3) [m].
+        p_C: Points that the view measured, in C, shape (n, 3) [m].
 
     Returns:
         The vectors b_k, in C, shape (n, `COUNT`, 3).

@@ -29,7 +29,7 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
 
 
 class _Kind(NamedTuple):
-    """How an error is reported.
+    """Texts and units with which an error is reported.
 
     Attributes:
         name: Name of the error.
@@ -114,7 +114,7 @@ _KINDS = {
         for i, axis in enumerate("xyz")
     },
 }  # fmt: skip
-"""How each error is reported, in the order of reports."""
+"""Texts and units of each error, in the order of reports."""
 
 
 def camera_errors(alignment: Alignment) -> list[CameraError]:

@@ -4,9 +4,9 @@ import numpy as np
 from scipy.linalg import LinAlgError, cholesky
 
 _JITTER = (0.0, 1e-14, 1e-12, 1e-10, 1e-8)
-"""Term added to the diagonal of a matrix that is scaled to 1 there, until it
-can be factorised: exact images make some directions 1e15 times as certain as
-others."""
+"""Term that is added to the diagonal of a matrix, scaled to a diagonal of ones,
+until it can be factorised: exact images make some directions 1e15 times as
+certain as others."""
 
 
 def lower_factor(H: np.ndarray) -> np.ndarray:

@@ -19,11 +19,11 @@ class Length:
     """The measured distance of two points, each a pixel of a view.
 
     Attributes:
-        views: Indices of the two views, which may be one and the same.
+        views: Indices of the two views, which may be equal.
         pixels: Column and row of the point in either view [pixels].
         length: Distance of the points [m].
-        deviation: Standard deviation of the measured distance, and of where
-            the points are [m].
+        deviation: Standard deviation of the measured distance, including the
+            errors of the points' positions [m].
     """
 
     views: tuple[int, int]
@@ -69,7 +69,7 @@ def add_length(
     H: np.ndarray,
     g: np.ndarray,
 ):
-    """Adds the equation e = |p_B - p_A| - length to those of all unknowns.
+    """Adds the residual e = |p_B - p_A| - length to the normal equations.
 
     Args:
         length: The length.

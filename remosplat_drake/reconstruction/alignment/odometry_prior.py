@@ -91,8 +91,8 @@ class OdometryNoise:
     def _eigen(self, n: int) -> tuple[np.ndarray, np.ndarray]:
         """Eigenvalues, (2, n), and eigenvectors of the result of `_both`.
 
-        White noise is the least of them. Beside a large drift rounding hides
-        that.
+        The variance of white noise bounds the eigenvalues from below. Rounding
+        may violate this bound if the drift is large.
         """
         values, vectors = np.linalg.eigh(self._both(n))
         white = np.square(_values(self).reshape(2, _KINDS)[:, :1])
@@ -117,7 +117,7 @@ def _kernels(n: int) -> np.ndarray:
 
 
 def _spread(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """Matrices of each coordinate alike, as those of all unknowns."""
+    """Expands matrices of one coordinate to all six unknowns of each view."""
     n = len(turn)
     result = np.zeros((n, 6, n, 6))
     for axis in range(3):
@@ -142,7 +142,7 @@ def estimate_noise(
         H: Matrix of the data and of the camera's prior, shape (6n + k, 6n + k).
         h: Their right side, shape (6n + k,).
         views: Number n of views.
-        starts: Deviations to start from; the best end counts.
+        starts: Deviations at which searches start; the best result is returned.
         steps: Largest number of steps.
     """
     found = [

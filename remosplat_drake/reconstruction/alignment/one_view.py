@@ -34,7 +34,7 @@ class AlignedView(NamedTuple):
         X_WC: The pose, shape (4, 4).
         covariance: Covariance of its theta_W and t_W, shape (6, 6).
         residual: Residuals relative to the noise, as `residual_spread`.
-        count: Number of points that others have, too.
+        count: Number of points that other views contain, too.
     """
 
     X_WC: np.ndarray
@@ -57,8 +57,8 @@ def align_view(
         X_WC: Their poses, shape (n, 4, 4); the view's is the expected one.
         view: Index of the view.
         others: Indices of the views that it is compared with, shape (m,).
-        covariance: Covariance of the expected pose, of the odometry since the
-            last view, say, shape (6, 6).
+        covariance: Covariance of the expected pose, for example that of the
+            odometry since the last view, shape (6, 6).
     """
     given, state = X_WC, State(X_WC)
     pairs = np.stack([np.full(len(others), view), others], axis=1)

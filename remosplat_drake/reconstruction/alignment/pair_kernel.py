@@ -36,10 +36,10 @@ from remosplat_drake.reconstruction.alignment.camera_errors import (
 )
 
 VALUES = 9
-"""Numbers that `associate` has for each point."""
+"""Number of values that `associate` writes for each point."""
 
 POSE = 6
-"""Numbers of a pose's error, theta and t."""
+"""Number of values of a pose's error, theta and t."""
 
 NEAR = 0.02
 """Least depth at which a view sees a point [m]."""
@@ -111,14 +111,15 @@ def associate(stack, pose, errors, a, b, i, gate, least_cosine, out, arms):
         i: Index of the point.
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
-        out: Receives the residual [m], its standard deviation as far as known
-            [m], the normal n_W, the point from A's centre in W [m], and the
-            square of the difference of the views' normals, shape (`VALUES`,).
+        out: Receives the residual [m], its standard deviation by the known
+            noise [m], the normal n_W, the point from A's centre in W [m], and
+            the square of the difference of the views' normals, shape
+            (`VALUES`,).
         arms: Receives the vectors of the derivatives by the shared errors, in
             W, shape (k, 3); room for those of two views, (2, k, 3).
 
     Returns:
-        Whether view b has a like surface there.
+        Whether view b has a similar surface there.
     """
     count = len(errors)
     ax, ay, az = (
@@ -202,7 +203,7 @@ def pair_residuals(stack, pose, errors, pairs, gate, least_cosine, stride, out):
         pairs: Indices of views (a, b), shape (m, 2).
         gate: Largest residual [m].
         least_cosine: Least cosine between the two normals.
-        stride: Every so many points are compared.
+        stride: Step between the points that are compared.
         out: Receives the residual and its standard deviation of every point
             of a in b and of b in a, shape (m, 2, s / stride, 2) [m]; NaN where
             there is none.
@@ -278,7 +279,8 @@ def _add_pair(
             ):  # fmt: skip
                 continue
             sign = 1.0 if side == 0 else -1.0
-            # Derivatives by the first view's pose, whichever the point is of.
+            # Derivatives by the first view's pose, also for the second view's
+            # points.
             for axis in range(3):
                 value[5 + axis] += pose[a, axis, 3] - pose[pair[0], axis, 3]
             _write_vectors(value, arms[0], sign, vectors)

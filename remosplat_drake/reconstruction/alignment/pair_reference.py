@@ -111,7 +111,7 @@ def deviation(
 def displaced(
     camera: Camera, errors: np.ndarray, p_C: np.ndarray
 ) -> np.ndarray:
-    """Returns where a measured point truly is, to first order in the errors.
+    """Returns a measured point's true position, to first order in the errors.
 
     Args:
         camera: The camera that measured it.
@@ -164,6 +164,6 @@ def _in_other_view(
 
 
 def _plane_point(found: Comparison, p_B: np.ndarray) -> np.ndarray:
-    """Returns where view b has its plane on the line of sight to a point."""
+    """Returns the point of view b's plane on the line of sight to a point."""
     ray = p_B / p_B[2]
     return found.d / (found.normal @ ray) * ray

@@ -15,18 +15,18 @@ from remosplat_drake.reconstruction.alignment.pair_kernel import (
 from remosplat_drake.reconstruction.alignment.view_stack import ViewStack
 
 _POINTS = 60
-"""Number of points of a view to find partners."""
+"""Number of points of a view with which partners are sought."""
 
 _LEAST_SHARED = 0.08
-"""Partners have at least this fraction of each other's points."""
+"""Partners see at least this fraction of each other's points."""
 
 _BINS = 4
-"""Bins of distance that partners are chosen from alike."""
+"""Number of bins of distance; equally many partners are chosen from each."""
 
 
 @numpy_kernel
 def shared_fractions(stack, pose, errors, gate, least_cosine, out):
-    """Writes which part of the points of view a view b has, out[a, b].
+    """Writes the fraction of view a's points that view b sees to out[a, b].
 
     See `associate` for the arguments.
     """

@@ -13,7 +13,7 @@ import numpy as np
 from remosplat_drake.base.kernels import numpy_kernel
 
 RADII = (2, 4, 6)
-"""Windows reach this many pixels to each side, the first that will do."""
+"""Reaches of a window to each side, tried in this order [pixels]."""
 
 MAX_TILT = np.deg2rad(2.0)
 """Standard deviation of the normals' direction at which windows are large
@@ -23,7 +23,7 @@ _CELLS = 160
 """Number of planes along the image's longer side, about."""
 
 _LEAST_SHARE = 0.7
-"""A window has at least this fraction of its pixels' depths."""
+"""Least fraction of a window's pixels that must have a depth."""
 
 _BEND, _ROUGHNESS = 1.3, 5e-4
 """A window is flat if its residual is less than 1.3 times the image's usual one
@@ -44,9 +44,9 @@ class PlaneMap(NamedTuple):
         camera: f_x, f_y, c_x, c_y [pixels].
         step: Distance of the lattice's points [pixels].
         deviation: Standard deviation of the planes' inverse depths at their
-            centres, as the image's noise has it [1/m].
-        tilt: Standard deviation of the normals' direction, as the image's
-            noise has it [rad].
+            centres, from the image's noise [1/m].
+        tilt: Standard deviation of the normals' direction, from the image's
+            noise [rad].
         independent: Number of disjoint windows, the limit of independent
             information.
     """

@@ -58,7 +58,7 @@ FINE = (Level(0.03, 0.003, 0.85, 4), Level(0.03, 0.0, 0.85, 5))
 """Levels from coarse to fine; the fine ones estimate the noise of the poses."""
 
 _CORRELATION = 10.0
-"""Initial number of residuals with the information of one."""
+"""Initial number of residuals with the information of one independent one."""
 
 _HELD_OUT = 7
 """Step between held-out pairs, in order of their distance."""
@@ -84,7 +84,7 @@ _SIGNIFICANT = 3.0
 """Number of standard deviations within which an error is not significant."""
 
 _CONVERGED = 2e-6
-"""Steps below end a level [rad, m]."""
+"""Smaller steps end a level [rad, m]."""
 
 _EXACT = 1e-7
 """Standard deviation of a number that is taken as exact."""
@@ -96,7 +96,7 @@ class AlignmentConfig:
 
     Attributes:
         camera: Prior of the camera's errors.
-        odometry: Noise of the given poses; None: estimated.
+        odometry: Noise of the given poses; None: it is estimated.
         lengths: Measured lengths.
         partners: Approximate number of views that each view is compared with.
         samples: Points of each view that are compared.
@@ -120,7 +120,8 @@ class Refinement:
         image: The capture, corrected by known camera errors.
         stack: Its views, as they are compared.
         pairs: Pairs of views that are compared, shape (p, 2).
-        shared: Number of residuals that say as much as an independent one.
+        shared: Number of residuals with the information of one independent
+            residual.
     """
 
     def __init__(self, capture: Capture, config: AlignmentConfig):
@@ -222,7 +223,7 @@ class Refinement:
         return State(perturbed(self.given, motion), errors, errors.copy())
 
     def _simplest(self, result: Posterior, state: State) -> State:
-        """Returns the state without insignificant errors of the camera.
+        """Returns the state with insignificant camera errors set to zero.
 
         The other unknowns are conditioned on these being zero, by the joint
         normal distribution.

@@ -15,7 +15,8 @@ DISTANCES = (0.0, 0.25, 0.5, 1.0, 2.0, np.inf)
 """Limits between the rows of a table [m]."""
 
 GATE, LEAST_COSINE = 0.15, 0.7
-"""Surfaces farther apart or turned more are not the same [m]."""
+"""Largest distance [m] of points on one surface, and least cosine between their
+normals."""
 
 _MOST = 0.02
 """Limit of one distance in the comparison of two solutions [m]."""
@@ -36,7 +37,7 @@ def distances_of_pairs(
         stack: The views.
         state: Their poses and errors.
         pairs: Indices of views (a, b), shape (m, 2).
-        stride: Every so many points are compared.
+        stride: Step between the points that are compared.
 
     Returns:
         Shape (m, k) [m]; NaN where the other view has no such surface.
@@ -58,8 +59,10 @@ def residual_rows(
     Args:
         X_WC: Poses, shape (n, 4, 4).
         pairs: Indices of views (a, b), shape (m, 2).
-        before: The result of `distances_of_pairs` at first, shape (m, k) [m].
-        after: Its result now; images may have changed since.
+        before: The result of `distances_of_pairs` before the refinement, shape
+            (m, k) [m].
+        after: The result after the refinement, which may have changed the
+            images.
     """
     apart = np.linalg.norm(
         X_WC[pairs[:, 0], :3, 3] - X_WC[pairs[:, 1], :3, 3], axis=1
@@ -87,11 +90,12 @@ def residual_rows(
 
 
 def is_better(before: np.ndarray, after: np.ndarray) -> bool:
-    """Whether pairs of views that the solution did not use agree better.
+    """Returns whether held-out pairs of views agree better after a refinement.
 
     Nearly as many points as before must have a surface; a distance counts up to
     2 cm. Few pairs contradict a drift along a table, so the mean is not tested:
-    gains must be a hundredth of the distances, and three times the losses.
+    the net decrease of the pairs' means must exceed 0.01 of their sum, and
+    twice the sum of their increases.
 
     Args:
         before: Distances of points of m held-out pairs, shape (m, k) [m].

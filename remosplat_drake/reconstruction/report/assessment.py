@@ -105,10 +105,12 @@ def assess(
     Args:
         splat_W: The splat, in the capture's world frame.
         capture: All views, including those used for training.
-        compared: Indices of the views whose images are compared.
+        compared: Indices of the views whose images are compared with
+            renderings.
         truth: The true geometry; None if unknown.
-        workspace: Box in which distances matter; None: where most was captured.
-        method: How the splat was made, in words.
+        workspace: Box in which distances are compared; None: around most of the
+            captured surfaces.
+        method: Description of how the splat was made.
         held_out: Whether the compared views were not trained on.
         count: Largest number of points at which distances are compared.
         seed: Seed of the random points.
@@ -216,9 +218,9 @@ def _compare_distances(
     count: int,
     seed: int,
 ) -> tuple[list[DistanceErrors], _Errors]:
-    """Both oracles against all references, in space that cameras saw.
+    """Compares both oracles with all references, in space that cameras saw.
 
-    The radius of a sphere adds nothing to an error, so points will do.
+    An error does not depend on a sphere's radius, so points suffice.
     """
     p_W = free_points(
         capture, count, workspace.lower, workspace.upper, FARTHEST, seed

@@ -32,7 +32,7 @@ ELLIPSOIDS, DEPTH_VIEWS = "sphere-to-ellipsoid", "depth rasterisation"
 Length = Annotated[float, Interval(ge=-1e4, le=1e4)]
 """A length, or a difference of lengths [m]."""
 Count = Annotated[int, Interval(ge=0, le=10**12)]
-"""A number of things."""
+"""A count."""
 Share = Annotated[float, Interval(ge=0, le=1)]
 """A fraction from 0 to 1."""
 
@@ -43,7 +43,7 @@ class DistanceErrors(Config):
 
     # Name of the oracle.
     oracle: str = ""
-    # What distances are compared with: `capture`, `held-out views` or `truth`.
+    # Reference of the distances: `capture`, `held-out views` or `truth`.
     reference: str = ""
     # Number of points.
     count: Count = 0
@@ -58,13 +58,14 @@ class DistanceErrors(Config):
     # Over-estimates after subtraction of the splats' uncertainty [m]; None: not
     # measured.
     remaining: Length | None = None
-    # Fraction of the points at which no distance is too large then.
+    # Fraction of the points at which no distance is too large after this
+    # subtraction.
     covered: Share = 0.0
 
 
 @dc.dataclass
 class ImageScores(Config):
-    """Quality of rendered images beside captured ones."""
+    """Quality of rendered images, compared with captured ones."""
 
     # Number of views.
     views: Count = 0
@@ -116,7 +117,7 @@ class CoverageSummary(Config):
 class QualityReport(Config):
     """Measurements of a splat's quality, and the verdict; a file beside it."""
 
-    # How the splat was made, in words.
+    # Description of how the splat was made.
     method: str = ""
     # SHA-256 digest of the splat's file, in hex.
     splat_digest: str = ""
@@ -134,7 +135,7 @@ class QualityReport(Config):
     floaters: FloaterSummary = dc.field(default_factory=FloaterSummary)
     # Coverage of the workspace.
     coverage: CoverageSummary = dc.field(default_factory=CoverageSummary)
-    # How the cameras were refined; None: they were not.
+    # Refinement of the cameras; None: they were not refined.
     alignment: AlignmentSummary | None = None
     # Largest over-estimate of a distance by any oracle: as measured with the
     # best available reference, or the splats' own uncertainty, if that is
@@ -142,10 +143,10 @@ class QualityReport(Config):
     map_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # Problems of the capture that were accepted or only warned of.
     warnings: list[str] = dc.field(default_factory=list)
-    # Largest uncertainty of a splat in the workspace; 0: they have none [m].
+    # Largest uncertainty of a splat in the workspace [m]; 0: splats have none.
     uncertainty: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
-    # What is left of `map_error` where ellipsoids subtract that [m]; what is
-    # left with depth views is in `distances`.
+    # Remaining part of `map_error` if distances to ellipsoids subtract this
+    # uncertainty [m]; the remaining part with depth views is in `distances`.
     remaining_error: Annotated[float, Interval(ge=0, le=1e4)] = 0.0
     # The verdict in words.
     trust: str = ""
@@ -193,7 +194,8 @@ def read_report(splat: Path) -> QualityReport:
     """Reads the report of a splat file.
 
     Raises:
-        FileError: The report is missing, no report, or one of another splat.
+        FileError: The report is missing, or the file is not a report, or it
+            belongs to another splat.
         FieldError: A field is missing, unknown or unusable; the error names it.
     """
     path = report_path(splat)
@@ -250,16 +252,17 @@ def judge(report: QualityReport) -> str:
         verdict += f", with depth views {rounded_up(views + MAP_ERROR_MARGIN)}"
     verdict += "."
     if reference == TRUTH:
-        verdict += " This is against the true geometry."
+        verdict += " They are measured against the true geometry."
     if reference == HELD_OUT:
         verdict += (
-            " The true geometry is unknown: this is at surfaces that a map"
-            " without a quarter of the views had to foretell."
+            " The true geometry is unknown: errors are those of a map that"
+            " was made without a quarter of the views, at their surfaces."
         )
     if reference == CAPTURE:
         verdict += (
-            " The true geometry is unknown: this is against the capture's own"
-            f" depth, whose surfaces scatter by {rounded_up(report.scatter)}."
+            " The true geometry is unknown: errors are relative to the"
+            " capture's own depth, whose surfaces scatter by"
+            f" {rounded_up(report.scatter)}."
         )
     if report.floaters.count:
         verdict += (
@@ -268,11 +271,14 @@ def judge(report: QualityReport) -> str:
         )
     verdict += (
         f" No camera has seen {100 * report.coverage.unseen:.0f} % of the"
-        " workspace: nothing is known there."
+        " workspace: its surfaces there are unknown."
     )
     if report.warnings:
         doubts = "; ".join(report.warnings)
-        verdict += f" The capture is doubtful, and so is all of this: {doubts}."
+        verdict += (
+            " The capture has problems, so these numbers may be wrong:"
+            f" {doubts}."
+        )
     return verdict
 
 
@@ -301,6 +307,6 @@ def remaining_of(report: QualityReport, oracle: str) -> float:
 
 def rounded_up(length: float) -> str:
     """Formats a length, rounded up: in tenths of a millimetre below 1 cm."""
-    # Whole micrometres first: what is 6 mm but for rounding stays 6 mm.
+    # Whole micrometres first, so that 6 mm with a rounding error stay 6 mm.
     tenths = -(-round(1e6 * length) // 100)
     return f"{tenths / 10:.1f} mm" if tenths < 100 else f"{-(-tenths // 10)} mm"

@@ -139,12 +139,12 @@ def _distances(assessment: Assessment) -> str:
         "<p>At random points of the workspace that cameras have looked"
         " through, 3 to 50 cm from the nearest surface. An over-estimate hides"
         " an obstacle; an under-estimate invents one. The capture's own depth"
-        " knows only what was seen, and its surfaces scatter by"
+        " contains only seen surfaces, which scatter by"
         f" {_mm(assessment.report.scatter)}.</p>\n"
         f"{table.to_html()}"
         f'<div class="plot">{error_histogram(assessment.errors)}</div>\n'
         "<p>Right of 0 an obstacle seems farther than it is. The outermost"
-        " bars hold what is beyond them.</p>"
+        " bars contain all larger errors.</p>"
     )
 
 
@@ -198,7 +198,7 @@ def _coverage(assessment: Assessment) -> str:
         f"<p>Of the workspace, {100 * coverage.free:.0f} % was seen to be free,"
         f" {100 * coverage.surface:.0f} % is surface and"
         f" {100 * coverage.unseen:.0f} % was never seen: out of view, hidden,"
-        " or inside things. Slices from above, at heights in W.</p>\n"
+        " or inside objects. Slices from above, at heights in W.</p>\n"
         f'<div class="plot">{coverage_slices(assessment.coverage)}</div>'
     )
 
@@ -206,14 +206,14 @@ def _coverage(assessment: Assessment) -> str:
 def _floaters(report: QualityReport) -> str:
     floaters = report.floaters
     if not floaters.count:
-        text = "None: no splat hangs where two cameras have looked through."
+        text = "None: no splat is in space that two cameras looked through."
     else:
         worst = ", ".join(
             "({:.2f}, {:.2f}, {:.2f})".format(*p) for p in floaters.p_WK[:5]
         )
         text = (
-            f"{floaters.count} splats hang where at least two cameras have"
-            " looked through. Near the worst of them a distance is"
+            f"{floaters.count} splats are in space that at least two cameras"
+            " have looked through. Near the worst of them a distance is"
             f" {_mm(floaters.worst)} too small. The worst are at {worst} m."
         )
     return f"<h2>Floaters</h2>\n<p>{text}</p>"

@@ -9,8 +9,8 @@ import numpy as np
 from remosplat_drake.base.html_report import new_plot, to_svg
 from remosplat_drake.signals.coverage import FREE, SURFACE, UNSEEN, Coverage
 
-_MAX_WIDTH = 400  # Of a picture inside the page [pixels].
-_DEPTH_ERRORS = (0.01, 0.02, 0.05, 0.1)  # Where their colours may end [m].
+_MAX_WIDTH = 400  # Width of a picture in the page [pixels].
+_DEPTH_ERRORS = (0.01, 0.02, 0.05, 0.1)  # Ends of colour scales [m].
 _UNKNOWN = "#c8c8c8"
 _STATE_COLORS = {UNSEEN: "#d9534f", FREE: "#eef3f8", SURFACE: "#33475b"}
 _STATE_NAMES = {UNSEEN: "never seen", FREE: "free", SURFACE: "surface"}

@@ -33,7 +33,7 @@ NEAR, FAR = 0.01, 100.0
 SENSOR = DepthSensor(near=NEAR, far=FAR)
 """The oracle's definition of a fragment (3 sigma, alpha >= 1/255)."""
 
-_BAND = 32  # Rows of pixels that are drawn together, so that memory stays hot.
+_BAND = 32  # Rows of pixels that are drawn together, to stay in the cache.
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class _Camera(NamedTuple):
 
 
 class SplatRenderer:
-    """Renders a splat, fragments being sorted along each ray.
+    """Renders a splat, with fragments sorted along each ray.
 
     Fragments are those of `DepthSensor`, with the exact intersection of ray and
     disc; colours are those of spherical-harmonics degree 0.
@@ -203,8 +203,8 @@ def _draw_band(
 ):
     """Draws the rows first_row to last_row of an image.
 
-    Fragments are kept as one linked list a pixel, near to far: `head` is the
-    first of a pixel, `link` the next one, -1 none.
+    Each pixel has a linked list of fragments, near to far: `head` is its first
+    fragment, `link` the next one, and -1 ends the list.
     """
     width = camera.width
     head = np.full((last_row + 1 - first_row, width), -1, np.int64)

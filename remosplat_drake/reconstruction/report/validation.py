@@ -39,7 +39,7 @@ from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 BLOCKS = 4
-"""Number of held-out blocks of views."""
+"""Number of blocks of consecutive views that are held out."""
 
 PART = 4
 """Ratio of all views to held-out views."""
@@ -62,7 +62,7 @@ NEAREST = 0.03
 """Least distance of a robot sphere's centre from a surface [m]."""
 
 _ASIDE = 0.7
-"""How far to the side of the way back a depth view is put, for 1 back."""
+"""Sideways offset of a depth view, as a fraction of that backwards."""
 
 _WORST, _SPREAD = 400, 1000
 """Points at which depth views are judged: the worst of ellipsoids, and others
@@ -77,7 +77,7 @@ _AROUND, _WITNESSES = 0.02, 3
 flying pixel."""
 
 
-_NOTHING = 1.0  # An oracle that sees nothing has measured this [m].
+_NOTHING = 1.0  # Distance by an oracle without a surface in range [m].
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Validation:
 
     Attributes:
         oracle: Name of the oracle whose distances they are.
-        p_W: The points, shape (n, 3) [m].
+        p_W: The points in W, shape (n, 3) [m].
         over: Over-estimates of distances there, shape (n,) [m].
         excess: Over-estimates minus the discs' uncertainty, shape (n,) [m];
             negative if that is larger.
@@ -185,7 +185,7 @@ def cross_validate(
         capture: All views, refined.
         workspace: Space in which errors matter.
         errors: Draws of the errors of the cameras, in the capture's frame.
-        initialisation: How the map's surfels are laid; None: the defaults.
+        initialisation: Settings of the initial surfels; None: the defaults.
         report: Called with the progress.
 
     Returns:
@@ -221,7 +221,8 @@ def validate(
     Args:
         splat_W: The map, with its discs' uncertainty, in W.
         capture: All views.
-        judges: Which of them the map was made without, shape (n,), bool.
+        judges: Mask of the views that the map was made without, shape (n,),
+            bool.
         workspace: Space in which errors matter.
 
     Returns:

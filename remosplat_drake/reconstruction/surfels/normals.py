@@ -12,10 +12,10 @@ REACHES = (4, 2, 1)
 """Distances to the neighbours that span a normal, best first [pixels]."""
 
 MAX_BEND = 0.25
-"""Bend of a surface from which on there is an edge, and no normal.
+"""Largest bend of a surface that has a normal; a larger one is an edge.
 
-It is how far opposite neighbours are off a straight line, as a fraction of
-their distance.
+The bend is the length of p_1 + p_2 - 2 p, for a point p between opposite
+neighbours p_1 and p_2, as a fraction of |p_1 - p_2|.
 """
 
 
@@ -88,7 +88,7 @@ def _point(camera, depth, row, column):
 
 @numpy_helper
 def _step(ahead, behind, x, y, z):
-    """From one neighbour to the opposite one, and whether it is straight."""
+    """The vector between opposite neighbours, and whether it is straight."""
     sx, sy, sz = (
         ahead[0] - behind[0],
         ahead[1] - behind[1],

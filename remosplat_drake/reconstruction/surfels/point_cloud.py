@@ -30,7 +30,7 @@ _NORMAL_RADIUS = 3
 
 @dc.dataclass
 class InitialisationConfig:
-    """How the surfels that a reconstruction starts from are made."""
+    """Settings of the initial surfels of a reconstruction."""
 
     # Method: "surfels" pools depth images with their normals; "voxels" is the
     # paper's point cloud, which needs the `reconstruction` extra.

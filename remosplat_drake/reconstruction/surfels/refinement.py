@@ -52,10 +52,10 @@ _LEAST_NOISE = 1e-4
 """Least assumed standard deviation of depth [m]."""
 
 _CHUNK = 30_000
-"""Surfels whose votes are in memory at a time: 47 MB."""
+"""Number of surfels whose votes are in memory at a time: 47 MB."""
 
 _PIECE = 5_000
-"""Surfels that a thread takes at a time."""
+"""Number of surfels that a thread processes at a time."""
 
 
 @dc.dataclass
@@ -73,8 +73,9 @@ class RefinementConfig:
     window: float = 1.6
     # Least and largest radius of a window [m].
     window_limits: tuple[float, float] = (0.01, 0.05)
-    # First guess of the depth's standard deviation: its least [m], and its
-    # growth with z^2 [1/m]. Its size is then estimated from the capture.
+    # Initial model of the depth's standard deviation: its value near the camera
+    # [m], and its growth with z^2 [1/m]. A common factor of both is then
+    # estimated from the capture.
     noise: tuple[float, float] = (1e-3, 2e-3)
     # Views that see a surfel more slantingly than this cosine are ignored.
     min_cosine: float = 0.1
@@ -193,7 +194,7 @@ def _fit_planes(
     """Least squares: heights (n,) [m] over the centres, and slopes (n, 2)."""
     sums = planes / np.maximum(planes[:, :1], 1e-30)
     normal_matrix = sums[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
-    # A little stiffness where the points of a window lie on one line.
+    # A small regularization, for windows whose points lie on one line.
     stiffness = 1e-3 * radius**2
     normal_matrix[:, 0, 0] = 1
     normal_matrix[:, 1, 1] += stiffness
@@ -282,7 +283,7 @@ def _share(
     tolerance: float,
     *sums: np.ndarray,
 ):
-    """Computes the sums in threads, each for other patches."""
+    """Computes the sums in threads, each for its own patches."""
 
     def gather_piece(rows: slice):
         own = Patches(*(array[rows] for array in patches))

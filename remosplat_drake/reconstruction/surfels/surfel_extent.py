@@ -180,7 +180,7 @@ def _edge(solid: np.ndarray, free: np.ndarray) -> np.ndarray:
     solid_before = np.concatenate([start, np.cumsum(solid, axis=1)], axis=1)
     free_before = np.concatenate([start, np.cumsum(free, axis=1)], axis=1)
     wrong = free_before + solid_before[:, -1:] - solid_before
-    # Of equally good places the last one: nothing is cut off without a vote.
+    # Of equally good places, the last one: without a vote, nothing is cut off.
     place = GRID - wrong[:, ::-1].argmin(axis=1)
     place = np.maximum(place, 1)
     i = np.arange(n)

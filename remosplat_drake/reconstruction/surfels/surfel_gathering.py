@@ -111,8 +111,8 @@ def gather_planes(patches, view, noise, tolerance, planes, colors):
         tolerance: Heights up to this belong to the surface [m].
         planes: Sums of w times 1, a, b, a a, a b, b b, h, a h, b h,
             (h / sigma)^2, shape (n, PLANE_SUMS).
-        colors: Sums of weighted RGB and of the weights, likewise robust,
-            shape (n, COLOR_SUMS).
+        colors: Sums of weighted RGB and of the weights, with robust weights,
+            too, shape (n, COLOR_SUMS).
     """
     for i in range(len(patches.p_WK)):
         window, cosine = _window(patches, i, view, noise)
@@ -138,13 +138,14 @@ def gather_planes(patches, view, noise, tolerance, planes, colors):
 
 @numpy_kernel
 def gather_votes(patches, view, noise, tolerance, solid, free):
-    """Adds where a view finds each patch's surface, and where it does not.
+    """Adds a view's votes for each patch's surface and for free space.
 
     The ray of a pixel meets a patch's plane in one cell of a grid over the
-    window. If the depth there is the plane's, give or take c, the cell is
-    solid; if it is larger by half as much again, the view looks through it;
-    if it is smaller, something hides it. c is the larger of `tolerance` and 2
-    sigma along the normal. A view has one vote a cell, shared by its pixels.
+    window. If the measured point is within c of the plane, the cell gets a vote
+    for a surface; if it is more than 1.5 c behind, a vote for free space; if it
+    is in front, the cell is occluded and gets none. c is the larger of
+    `tolerance` and 2 sigma along the normal. A view has one vote a cell, shared
+    by its pixels.
 
     Args:
         patches: The patches.

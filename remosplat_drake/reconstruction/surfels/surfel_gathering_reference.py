@@ -51,7 +51,7 @@ def gather_votes(
     solid: np.ndarray,
     free: np.ndarray,
 ):
-    """Adds where a view finds each patch's surface, and where it does not.
+    """Adds a view's votes for each patch's surface and for free space.
 
     Arguments and results are those of `surfel_gathering.gather_votes`.
     """

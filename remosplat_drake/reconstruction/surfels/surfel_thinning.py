@@ -6,27 +6,27 @@ from scipy.spatial import KDTree
 from remosplat_drake.reconstruction.surfels.surfels import Surfels
 
 _FAINT = 0.1
-"""A surfel with less than this part of another's weight is faint beside it."""
+"""A surfel with less than this fraction of another's weight is faint."""
 
 
 def uncrowded(
     surfels: Surfels, weight: np.ndarray, crowding: float
 ) -> np.ndarray:
-    """Selects the best known of crowded surfels (non-maximum suppression).
+    """Selects the most certain of crowded surfels (non-maximum suppression).
 
     A faint one, with little information from views, is removed if a well-known
     one is within its spacing, since its normal is unreliable.
 
     Args:
         surfels: The n surfels.
-        weight: How well each is known, shape (n,).
-        crowding: Surfels that face the same way are too many when nearer
-            than this fraction of their spacing.
+        weight: Information about each, see `refine`, shape (n,).
+        crowding: Of surfels that face the same way and are nearer than this
+            fraction of their spacing, one is kept.
 
     Returns:
         Which surfels are kept, shape (n,), bool.
     """
-    # In the order of what is known about them, ties by index.
+    # In descending order of weight, ties by index.
     rank = np.empty(len(surfels), np.int64)
     rank[np.argsort(-weight, kind="stable")] = np.arange(len(surfels))
     pairs = KDTree(surfels.p_WK).query_pairs(

@@ -19,10 +19,11 @@ _FINE_RADIUS = 0.6
 """Voxels are finest within this distance of the focus [m]."""
 
 _MAX_SAMPLES = 6_000_000
-"""Largest number of pixels that are used, for the sake of memory: 216 MB."""
+"""Largest number of pixels that are used, which bounds memory: 216 MB."""
 
 _LARGEST_VOXEL = 16.0
-"""Voxels grow up to this edge to keep to a number of surfels [m]."""
+"""Largest edge length of voxels, which grow to limit the number of surfels
+[m]."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ def surfels_from_capture(
 
     Args:
         capture: Posed RGB-D images.
-        count: Number of surfels to come close to from below.
+        count: Largest number of surfels; the result has nearly as many.
         focus: A point in W around which the cover is finest, shape (3,) [m];
             its spacing doubles with every doubling of the distance beyond 0.6
             m. None: the cover is equally fine everywhere.
@@ -142,9 +143,9 @@ def _view_samples(capture: Capture, view: int, stride: int) -> np.ndarray:
 
 
 def _voxel_for(samples: np.ndarray, level: np.ndarray, count: int) -> float:
-    """An edge that gives at most `count` voxels, and hardly fewer [m].
+    """An edge length that gives at most `count` voxels, and nearly as many [m].
 
-    Surfaces fill voxels as the square of their size, which guesses well.
+    The first guess: a surface's voxels grow in number as 1 / edge^2.
     """
 
     def found_with(voxel: float) -> int:

@@ -33,13 +33,13 @@ from remosplat_drake.reconstruction.training.views import Views
 class CameraDeviations:
     """Prior standard deviations of cameras' errors.
 
-    Zero takes a number as exact.
+    Zero means that a number is exact.
 
     Attributes:
         turn: Rotation of a view, about each axis [rad].
         shift: Position of a view, along each axis [m].
         camera: Parameters that all views share: focal lengths, principal point,
-            and scale, offset and growth of the depth; the rest is taken as
+            and scale, offset and growth of the depth; all others count as
             exact.
     """
 
@@ -57,7 +57,8 @@ class Cameras(nn.Module):
     Args:
         X_WC: Given poses, shape (v, 4, 4).
         deviations: Standard deviations of the errors.
-        trained: The views that hold W, see `hold_frame`, shape (v,), bool.
+        trained: Mask of the trained views, which define W, see `hold_frame`,
+            shape (v,), bool.
 
     Attributes:
         poses: theta_W and t_W of each view, (v, 6).
@@ -135,7 +136,7 @@ class Cameras(nn.Module):
     def prior(self, index: Tensor) -> Tensor:
         """Computes the mean -log p of the errors of some views.
 
-        The lens and the depth count for one of the v views.
+        The lens and the depth have the weight of one of the v views.
 
         Args:
             index: The views, shape (k,).
@@ -148,9 +149,9 @@ class Cameras(nn.Module):
     def hold_frame(self):
         """Removes the common rotation, translation and scale of trained views.
 
-        Discs that move together with them fit equally well, so images do not
-        determine it. The scale of the given positions is that of the map: a
-        smaller world would have smaller losses.
+        If all discs move with the cameras, they fit equally well, so images do
+        not determine this common motion. The scale of the given positions is
+        that of the map: a smaller world would have smaller losses.
         """
         self.poses -= self.poses[self._trained].mean(dim=0)
         arms, t_W = self._arms[self._trained], self.poses[self._trained, 3:]

@@ -15,8 +15,8 @@ class Discs(nn.Module):
 
     Args:
         splat: The surfel splat in W at which the discs start.
-        scale_limits: A disc's standard deviations stay within these factors
-            of those it starts with.
+        scale_limits: Bounds of a disc's standard deviations, as factors of its
+            initial ones.
 
     Attributes:
         p_WK: Centres, (n, 3) [m].

@@ -21,7 +21,7 @@ from remosplat_drake.reconstruction.training.views import Views
 def photometric_loss(rendered: Rendered, views: Views) -> Tensor:
     """Computes 0.8 L1 + 0.2 (1 - SSIM) (3DGS paper, eq. 7).
 
-    Pixels that do not show the scene do not count.
+    Pixels that do not show the scene are ignored.
     """
     image = rendered.image
     target = torch.where(views.shown[..., None], views.rgb, image.detach())
@@ -131,7 +131,7 @@ def coverage_loss(rendered: Rendered, views: Views) -> Tensor:
 def haze_loss(discs: Discs) -> Tensor:
     """Computes the mean of o (1 - o) of the discs' opacities o.
 
-    This opacity regularisation is zero when every disc is opaque or gone.
+    This opacity regularisation is zero if every disc is opaque or invisible.
     """
     return (discs.opacity * (1 - discs.opacity)).mean()
 

@@ -80,9 +80,9 @@ def rasterize(discs: Discs, views: Views) -> Rendered:
 def _viewmats(views: Views) -> Tensor:
     """The poses X_CW, with the gradients by K as well.
 
-    gsplat has gradients by `viewmats` but none by `Ks`. It uses both as the
-    product K X_CW = K_0 (K_0⁻¹ K) X_CW only; K_0 has the value of K, and the
-    bracket is the identity, but not constant.
+    gsplat computes gradients with respect to `viewmats`, but not to `Ks`. It
+    uses both as the product K X_CW = K_0 (K_0⁻¹ K) X_CW only; K_0 has the value
+    of K, and the bracket is the identity, but not constant.
     """
     K = views.K
     one = torch.linalg.solve_triangular(K.detach(), K, upper=True)

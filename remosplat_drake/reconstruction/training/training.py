@@ -59,8 +59,8 @@ class TrainingConfig:
     opacity_rate: float = 3e-2
     # Learning rate of the colours.
     color_rate: float = 5e-3
-    # Fraction to which the learning rates of centres and cameras fall, to hold
-    # what is found.
+    # Final learning rates of centres and cameras, as a fraction of the initial
+    # ones.
     final_rate: float = 0.01
     # Whether poses, lens and depth curve of the cameras are unknowns, too.
     refine_cameras: bool = False
@@ -72,7 +72,7 @@ class TrainingConfig:
     lens_rate: float = 0.1
     # Weight of `Cameras.prior`.
     prior_weight: float = 1e-4
-    # What is known of the cameras' errors.
+    # Prior standard deviations of the cameras' errors.
     deviations: CameraDeviations = dc.field(default_factory=CameraDeviations)
     # Weight of `depth_loss`; that of `photometric_loss` is 1.
     depth_weight: float = 10.0
@@ -112,8 +112,8 @@ class Progress:
         step: Number of steps done.
         steps: Largest number of steps.
         loss: Loss of the latest batch.
-        held_out: Loss of the held-out views at the latest look; NaN before,
-            or without such views.
+        held_out: Loss of the held-out views at their latest evaluation; NaN
+            before it, or without such views.
     """
 
     step: int
@@ -130,8 +130,9 @@ class Trained:
         splat: The splat in the capture's world frame.
         progress: Progress at the end of training.
         capture: The capture, with refined cameras if they were unknowns.
-        undone: Errors of the camera that it was freed of, see
-            `camera_errors`, shape (`COUNT`,); 0 where none was an unknown.
+        undone: Errors of the camera that were corrected in the capture, see
+            `camera_errors`, shape (`COUNT`,); 0 for those that were not
+            unknowns.
     """
 
     splat: GaussianSplat
@@ -159,8 +160,8 @@ def train(
         config: Settings; None takes the defaults.
         held_out: Views, shape (n,), bool, that are not trained on but decide
             when to stop; without them all steps are run.
-        checkpoint: A file that keeps the state at every look, and from which an
-            interrupted training continues.
+        checkpoint: A file to which the state is saved at every evaluation of
+            the held-out views; an interrupted training continues from it.
         report: Called with the progress every ten steps.
         device: Name of the torch device; gsplat needs "cuda".
         rasterizer: Function that renders the discs.
@@ -168,7 +169,7 @@ def train(
     Raises:
         MissingExtraError: gsplat is not installed.
         RemoSplatError: There is no CUDA device.
-        FileError: The checkpoint is of another training, or unreadable.
+        FileError: The checkpoint belongs to another training or is unreadable.
     """
     config = config or TrainingConfig()
     if device == "cuda" and not torch.cuda.is_available():
@@ -259,7 +260,8 @@ class _Training:
     def _follow(self):
         """Lets the pose of a held-out view follow the discs.
 
-        It moves neither them nor the lens, which must not depend on its image.
+        It changes neither the discs nor the lens: they must not depend on its
+        image.
         """
         poses = self.cameras.poses
         loss = self._loss(self._choose(self._held_out, 1))
@@ -278,7 +280,7 @@ class _Training:
 
     @torch.no_grad()
     def look(self):
-        """Measures the held-out views' loss and whether it still falls."""
+        """Evaluates the held-out views, and whether their loss falls."""
         if not len(self._held_out):
             return
         each = [self._loss(torch.tensor([i])).item() for i in self._held_out]
@@ -317,7 +319,7 @@ class _Training:
         )
 
     def save(self, path: Path):
-        """Writes everything that `load` needs; whole or not at all."""
+        """Writes everything that `load` needs, atomically."""
         buffer = io.BytesIO()
         torch.save(
             {
@@ -359,7 +361,7 @@ class _Training:
 def _rates(
     discs: Discs, cameras: Cameras, config: TrainingConfig
 ) -> list[dict]:
-    """Adam's parameter groups; those with a first rate slow down."""
+    """Adam's parameter groups; those with an initial rate slow down."""
     steady = (
         (discs.quaternions, config.rotation_rate),
         (discs.log_scales, config.scale_rate),

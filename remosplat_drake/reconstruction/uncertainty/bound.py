@@ -1,11 +1,11 @@
 """A bound on how far the truth may lie in front of each disc of a splat.
 
 u = g + z s + max(a, e): g is the largest gap between the disc and the
-measurements of its surface; s is the standard deviation of the disc's own
-place, by the noise of the depth and by the errors of the poses and of the
-camera; a is the distance between the pixels that saw it, between which an
-edge may lie, and e how far an edge may lie beyond the last of them. z and
-the limit of a were chosen on rendered scenes with known truth and then
+measurements of its surface; s is the standard deviation of the disc's position,
+due to depth noise and to errors of the poses and of the camera; a is the
+distance between neighbouring pixels at the disc, as an edge may lie between
+them, and e the largest distance of an edge from the last pixel on the surface.
+z and the limit of a were chosen on rendered scenes with known truth and then
 frozen; see the studies `map_bound` and `true_maps`, and
 docs/theory/uncertainty.md.
 """
@@ -30,7 +30,7 @@ from remosplat_drake.reconstruction.uncertainty.measured_voxels import (
 from remosplat_drake.splat.gaussian_splat import GaussianSplat
 
 SIGNIFICANCE = 4.0
-"""z: how many standard deviations the bound is away."""
+"""z: number of standard deviations in the bound."""
 
 LARGEST_PITCH = 0.002
 """Limit of a: many views see an edge with different pixels [m]."""
@@ -52,14 +52,15 @@ class Bounds:
         splat_W: The splat with discs on all gaps.
         noise: Noise of the capture's depth.
         gap: Largest gaps g, shape (n,) [m].
-        noise_sigma: Standard deviations by the depth's noise, shape (n,) [m].
-        shift: Expected errors of the discs' places by those of poses and scale,
-            shape (n,) [m].
-        pose_sigma: Standard deviations by errors of poses and scale, shape
+        noise_sigma: Standard deviations due to the depth's noise, shape (n,)
+            [m].
+        shift: Expected errors of the discs' positions due to those of poses and
+            scale, shape (n,) [m].
+        pose_sigma: Standard deviations due to errors of poses and scale, shape
             (n,) [m].
         pitch: Distances a between pixels, shape (n,) [m].
-        edge: How far surfaces may go on beyond the last pixels on them, shape
-            (n,) [m].
+        edge: Distances e by which surfaces may extend beyond the last pixels on
+            them, shape (n,) [m].
     """
 
     splat_W: GaussianSplat
@@ -113,7 +114,7 @@ def bound_splat(
         capture: The posed RGB-D images that the splat was made of.
         splat_W: Discs, in W.
         errors: Samples of the errors of the poses and of the depth's scale;
-            None takes poses and scale as exact.
+            None means that poses and scale are exact.
     """
     noise = estimate_noise(capture, splat_W)
     measured = measured_voxels(capture, noise)

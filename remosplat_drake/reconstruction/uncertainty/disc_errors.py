@@ -23,10 +23,10 @@ _AGREE = 0.01
 [m]."""
 
 _STEEPEST = 0.1
-"""Cosine of incidence below which footprints of pixels grow no more."""
+"""Least cosine of incidence in the size of a pixel's footprint."""
 
 _UNSEEN_EDGE = float(np.log(1000))
-"""How many footprints an edge may lie beyond the last pixel on a surface.
+"""Largest distance of an edge from the last pixel on a surface, in footprints.
 
 Between the last pixel on a surface and its edge there is up to one footprint F
 of a pixel, and the grids of different views lie anywhere. So no view's pixel is
@@ -50,10 +50,11 @@ def disc_errors(
 
     Returns:
         Displacements along the discs' normals, shape (n, k) [m], 0 for a disc
-        that no view sees; the distance of the nearest view's pixels on each,
-        across its line of sight, shape (n,) [m], inf for such a disc; and how
-        far beyond the last pixel on it a surface may go on, shape (n,) [m],
-        see `_UNSEEN_EDGE`, inf likewise.
+        that no view sees; the distance between neighbouring pixels of the
+        nearest view at each disc, across the line of sight, shape (n,) [m], inf
+        for such a disc; and the distance by which a surface may extend beyond
+        the last pixel on it, shape (n,) [m], see `_UNSEEN_EDGE`, inf for such a
+        disc.
     """
     p_WK = np.array(splat_W.p_GK, float, order="C")
     normal_W = np.ascontiguousarray(splat_W.R_GK[:, :, 2])

@@ -31,7 +31,7 @@ def noise_of_means(
         noise: Noise of the depth.
 
     Returns:
-        Standard deviations by the depth's noise alone, shape (n,) [m]; inf
+        Standard deviations due to the depth's noise alone, shape (n,) [m]; inf
         where nothing was measured.
     """
     R_WK = np.ascontiguousarray(splat_W.R_GK)

@@ -25,7 +25,7 @@ LARGEST_GAP = 0.0015
 """Largest gap that remains [m]."""
 
 _TINY = 0.0005
-"""Distances up to this are none [m]."""
+"""Distances up to this are not gaps [m]."""
 
 _SIGNIFICANT, _STEPS = 4.0, 13
 """Number of standard deviations by which noise may move points, and number of
@@ -35,22 +35,22 @@ _VOXEL = 0.008
 """Points nearer to each other than about this share a disc [m]."""
 
 _REACH = 0.03
-"""Points up to so far apart belong to one surface [m]."""
+"""Points up to this distance apart belong to one surface [m]."""
 
 _NEIGHBORS = 12
 
 _FACING = 0.1
-"""How much planes that face the cameras are preferred, as a part of the points'
-variance: it turns normals that are well known by a few degrees at most."""
+"""Preference for planes that face the cameras, as a fraction of the points'
+variance: it rotates well determined normals by a few degrees at most."""
 
 
 def gaps(
     splat_W: GaussianSplat, measured: MeasuredVoxels
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Measures how far measured points are from a splat, noise apart.
+    """Measures the distances of measured points from a splat, without noise.
 
-    Noise moves a point along its ray. So the least distance counts that any
-    point of the ray has within `_SIGNIFICANT` standard deviations.
+    Noise moves a point along its ray. So the result is the least distance of
+    any point of the ray within `_SIGNIFICANT` standard deviations.
 
     Args:
         splat_W: Discs, in W.
@@ -75,10 +75,10 @@ def close_gaps(
     measured: MeasuredVoxels,
     largest: float = LARGEST_GAP,
 ) -> GaussianSplat:
-    """Adds discs at measured points that are farther from all discs.
+    """Adds discs at measured points that are far from all discs.
 
-    Thin things, edges, and surfaces at grazing angles may have lost their
-    discs, or never had one.
+    Thin objects, edges, and surfaces seen at grazing angles may have lost their
+    discs, or never had any.
 
     Args:
         splat_W: Discs, in W.
@@ -109,7 +109,7 @@ def _normals(
 ) -> np.ndarray:
     """Unit normals of the planes through the points around each, (n, 3).
 
-    Points on a rod lie in many planes: of these, that which faces the cameras
+    Points on a rod lie in many planes, of which the one that faces the cameras
     is taken.
     """
     tree = KDTree(surface_W)

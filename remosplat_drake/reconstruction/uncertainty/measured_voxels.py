@@ -12,17 +12,19 @@ _VOXEL = (0.005, 0.015)
 """Least and greatest edge length of the voxels [m]."""
 
 _NOISE_PER_VOXEL = 6.0
-"""Voxels are so many times as large as the noise at a depth of 1 m, so that
-means are means of something."""
+"""Ratio of the voxels' edge to the noise at a depth of 1 m: each voxel shall
+contain several points."""
 
 _PAST = 0.012
-"""How far behind a point a view must see to have looked through it [m]."""
+"""Least distance of a view's measurement behind a point that the view has
+looked through [m]."""
 
 _NEARLY_EXACT = 5e-4
 """Standard deviation below which one view suffices [m]."""
 
 _MAX_SAMPLES = 6_000_000
-"""More pixels than this are thinned out evenly, for the sake of memory."""
+"""Largest number of pixels, which bounds memory; more are thinned out
+evenly."""
 
 
 @dc.dataclass(frozen=True, eq=False)
@@ -33,7 +35,7 @@ class MeasuredVoxels:
         p_W: Means of the pixels' points in each voxel, shape (n, 3) [m].
         ray_W: Mean unit direction from the cameras, shape (n, 3); shorter than
             1 where these looked from different sides.
-        sigma: Standard deviation of these means by the depth's noise, shape
+        sigma: Standard deviation of these means due to the depth's noise, shape
             (n,) [m].
         views: Number of views that contributed to each, shape (n,).
     """
@@ -49,8 +51,8 @@ class MeasuredVoxels:
     def is_confirmed(self, largest_sigma: float) -> np.ndarray:
         """Returns which voxels contain a confirmed surface, shape (n,), bool.
 
-        Noise and silhouettes make single pixels that no other view has: of
-        noisy depth, two views must agree.
+        Noise and silhouettes create false points in single views, so two views
+        must agree about noisy depths.
 
         Args:
             largest_sigma: Largest standard deviation of a confirmed point [m].

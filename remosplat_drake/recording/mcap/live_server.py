@@ -1,7 +1,7 @@
 """`LiveServer`: the messages of a recording, over Foxglove's websocket.
 
-Foxglove connects to `ws://HOST:PORT` and shows them as they come. A client that
-does not keep up loses messages; nothing waits for it.
+Foxglove connects to `ws://HOST:PORT` and shows the messages immediately. A slow
+client loses messages; the server does not wait for it.
 """
 
 import json
@@ -26,7 +26,7 @@ class LiveServer:
 
         Raises:
             MissingExtraError: The package `foxglove-sdk` is not installed.
-            RemoSplatError: The port cannot be had.
+            RemoSplatError: The port is not available.
         """
         self._foxglove = import_optional("foxglove", "--live", "live")
         self._context = self._foxglove.Context()

@@ -37,7 +37,8 @@ class McapFile:
     It is at `partial_path` until it is closed without trouble.
 
     Attributes:
-        trouble: Why messages are missing in the file; empty while none is.
+        trouble: Reason for which messages are missing in the file; empty while
+            none is.
     """
 
     def __init__(self, path: Path, limit: int):
@@ -95,7 +96,7 @@ class McapFile:
         """Passes data in memory to the operating system, once a second.
 
         Args:
-            at_once: Whether to do so in any case.
+            at_once: Whether to write even before a second has passed.
         """
         now = time.monotonic()
         if self.trouble or (now - self._flushed < _HELD and not at_once):
@@ -124,8 +125,7 @@ class McapFile:
                 self._partial.rename(self._path)
         except OSError as error:
             self._break(error)
-        # Closing tries once more to write what could not be written, and may
-        # get half of it done.
+        # Closing tries to write the remaining data again, and may write a part.
         with contextlib.suppress(OSError):
             self._file.close()
         if self._is_broken:
@@ -133,12 +133,12 @@ class McapFile:
                 os.truncate(self._partial, self._whole)
 
     def _break(self, error: OSError) -> None:
-        """Notes why nothing can be written any more."""
+        """Records the reason for which writing has failed."""
         self.trouble = error.strerror or str(error)
         self._is_broken = True
 
     def _channel(self, message: Message) -> int:
-        """Number of the message's channel, which the first one declares."""
+        """Number of the message's channel, declared with its first message."""
         topic, name = message.topic, message.schema
         if name not in self._schemas:
             self._schemas[name] = self._writer.register_schema(

@@ -62,7 +62,8 @@ class McapRecorder:
             may_wait: Whether `append` waits instead of dropping a tick.
             limit: Largest size of the file [bytes].
             live: TCP port at which Foxglove may watch; None for none.
-            rviz: Whether RViz is shown targets and clearances on ROS 2.
+            rviz: Whether targets and clearances are published on ROS 2 for
+                RViz.
 
         Raises:
             RemoSplatError: The file cannot be begun.
@@ -95,7 +96,7 @@ class McapRecorder:
 
     @property
     def trouble(self) -> str:
-        """Returns what is missing in the file; empty if nothing."""
+        """Returns what is missing in the file, as a sentence, or ""."""
         with contextlib.suppress(EOFError, OSError):
             while self._child.connection is not None and self._child.has_news():
                 self._trouble = self._news()
@@ -148,7 +149,7 @@ class McapRecorder:
         with contextlib.suppress(OSError):
             self._send()
         self._socket.close()
-        with contextlib.suppress(EOFError, OSError):  # Then it has left.
+        with contextlib.suppress(EOFError, OSError):  # The process has ended.
             while self._child.connection is not None:
                 self._child.wait(_END)
                 if not self._child.has_news():

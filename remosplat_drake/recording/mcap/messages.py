@@ -16,8 +16,8 @@ from remosplat_drake.recording.mcap.tick_record import TickRecord
 from remosplat_drake.robot.robot_model import RobotModel
 
 WORLD, TARGET, CAMERA = "world", "target", "wrist_camera"
-"""Names of frames: the world W, the target T and the camera C. The targets of
-several end effectors have the names of these behind theirs."""
+"""Names of frames: the world W, the target T and the camera C. With several end
+effectors, their names are appended to the targets' names."""
 
 _INFO, _WARNING = 2, 3
 _LEVELS = {TROUBLE: _WARNING, SUPERVISOR: _WARNING}
@@ -37,7 +37,7 @@ class Message:
     Attributes:
         topic: Name of the channel.
         schema: Name of the schema.
-        content: The fields, as JSON has them.
+        content: The fields, as JSON types.
     """
 
     topic: str
@@ -125,7 +125,7 @@ def _joints(record: TickRecord, robot: RobotModel) -> list[dict]:
 
 
 def _clearances(record: TickRecord, robot: RobotModel) -> dict:
-    """The smallest clearance of each link that is near to something."""
+    """The smallest clearance of each link within the oracle's range."""
     links: dict[str, float] = {}
     robot = robot.holding(record.payload)
     for sphere, distance in zip(

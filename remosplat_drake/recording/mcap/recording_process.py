@@ -46,11 +46,11 @@ class RecordingJob:
 
     Attributes:
         path: The file.
-        limit: Size from which on nothing is added [bytes].
+        limit: Size of the file above which nothing is added [bytes].
         robot: The robot.
         camera: Source of the wrist camera's images; None for none.
         live: TCP port of the live server for Foxglove; None for none.
-        rviz: Whether RViz is shown targets and clearances on ROS 2.
+        rviz: Whether targets and clearances are published on ROS 2 for RViz.
     """
 
     path: Path
@@ -69,13 +69,13 @@ def serve(
     Args:
         connection: Sends the parent an empty text when the file was started, or
             the reason why not; and then each new problem.
-        ticks: Pairs of a number of ticks left out so far and a `TickRecord`,
+        ticks: Pairs of the number of dropped ticks so far and a `TickRecord`,
             pickled, one a packet; an empty packet is the end.
         job: The content to write.
     """
     server, view = None, None
     try:
-        # A port that is taken leaves no file behind.
+        # If the port is taken, no file is created.
         server = None if job.live is None else LiveServer(job.live)
         view = Ros2View() if job.rviz else None
         file = McapFile(job.path, job.limit)
@@ -159,7 +159,7 @@ class _Recording:
             add(Message("/recorder", "remosplat.Recorder", content))
 
     def _complain(self, text: str) -> None:
-        """Records a broken image, unless the previous one broke likewise."""
+        """Records a broken image unless the one before had the same error."""
         if text != self._complaint:
             self._complaint = text
             self._add(log(Event(time.time(), TROUBLE, text)))

@@ -1,4 +1,4 @@
-"""`Ros2View`: the target, the nearest things and the robot's state, for RViz.
+"""`Ros2View`: the target, near obstacles and the robot's state, for RViz.
 
 The robot's own robot_state_publisher publishes its links; a second source on
 /tf would contradict it. So /tf gets the target alone.
@@ -31,7 +31,7 @@ class Ros2View:
         """Joins a ROS 2 domain.
 
         Args:
-            domain: Its ROS_DOMAIN_ID; None takes that of the environment.
+            domain: Its ROS_DOMAIN_ID; None uses that of the environment.
 
         Raises:
             RemoSplatError: CycloneDDS is not installed, or finds no network.

@@ -11,7 +11,7 @@ NUMBERS = {"type": "array", "items": NUMBER}
 
 
 def _record(title: str, optional: tuple[str, ...] = (), **properties) -> dict:
-    """The schema of an object all of whose properties but some must be."""
+    """The schema of an object with required and optional properties."""
     return {
         "title": title,
         "type": "object",

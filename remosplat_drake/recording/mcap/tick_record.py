@@ -20,19 +20,19 @@ class TickRecord:
         time: Time of the tick, by the diagram's clock [s].
         q: Measured configuration, shape (n_q,) [m, rad].
         commanded: The controller's command u, shape (n_u,) [m/s, rad/s].
-        executed: The command that the station got, shape (n_u,).
+        executed: The command that the station received, shape (n_u,).
         aim: The targets of the end effectors.
         status: Status of the controller, one of `STATUSES`.
-        reason: Why the status is not the best one.
+        reason: Reason for the status; empty for the best one.
         scale: Scale of the command after verification, 0 to 1.
-        duration: How long the tick took [s].
-        sphere: Sphere of each clearance, shape (m,).
+        duration: Wall-clock duration of the tick [s].
+        sphere: Index of the sphere of each clearance, shape (m,).
         distance: The clearances, shape (m,) [m].
         mode: Mode of the supervisor; empty without one.
-        stop_reason: Why the supervisor stopped the robot.
+        stop_reason: Reason for which the supervisor stopped the robot.
         station: Status of the station; None if none is connected.
         events: The events since the tick before.
-        payload: What the robot carried, whose spheres are the last.
+        payload: The carried object, whose spheres follow those of the robot.
     """
 
     time: float
@@ -59,7 +59,7 @@ class TickRecord:
         signals: LoggedSignals,
         events: tuple[Event, ...],
     ) -> "TickRecord":
-        """Puts the record of a tick together.
+        """Assembles the record of a tick.
 
         Args:
             report: The controller's report.

@@ -35,7 +35,7 @@ def is_robot(x, y, z, slack, balls_C, margin) -> bool:
 
 @kernel
 def robot_mask(p_C, depth, slack, balls_C, margin):
-    """Returns at which points' pixels the robot may be seen.
+    """Marks points whose pixels may show the robot.
 
     Args:
         p_C: Points before the camera in C, shape (n, 3) [m].

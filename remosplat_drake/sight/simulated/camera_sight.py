@@ -56,7 +56,7 @@ class CameraSight(LeafSystem):
     that have arrived, given their latency.
 
     Args:
-        sight: The cameras, and their knowledge at the start.
+        sight: The cameras, and the initial state of detection.
         n_q: Length of a configuration.
         period: Time between two updates, the control period [s].
     """
@@ -110,7 +110,7 @@ class CameraSight(LeafSystem):
 
         Args:
             builder: The builder of the diagram.
-            sight: The cameras, and their knowledge at the start.
+            sight: The cameras, and the initial state of detection.
             configuration: The output port of the robot's q.
             truth: The output port of the true `Movers`.
             distance_field: The output port of the map's `DistanceField`.

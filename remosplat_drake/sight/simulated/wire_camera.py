@@ -26,7 +26,7 @@ class WireCamera:
         config: The camera.
         robot: The robot, as its spheres.
         scene: The static scene; None for nothing.
-        tracks: The tracks of moving things.
+        tracks: Tracks of the movers.
         lcm: The LCM network on which images are published.
 
     Attributes:
@@ -58,7 +58,7 @@ class WireCamera:
         Args:
             q: The robot's configuration, shape (n_q,).
             utime: Stamp of the image: wall clock of the Unix epoch [us].
-            time: Time for the tracks of moving things [s].
+            time: Time at which the movers' tracks are evaluated [s].
         """
         began = wall_utime()
         shot = self._camera.take(

@@ -14,7 +14,7 @@ from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.strict_json import as_number, read_json_object
 
 TRANSFORMS = "transforms.json"
-"""Name of the file that is looked for beside a splat."""
+"""Name of the cameras' file beside a splat."""
 
 _BEFORE = 0.1
 """Points nearer to a camera than this share of the scene's median depth are

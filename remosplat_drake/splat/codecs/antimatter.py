@@ -1,7 +1,7 @@
 """The `.splat` format of antimatter15's viewer.
 
 Rows of 32 bytes without a header: position and linear scales as float32, RGBA
-and quaternion wxyz as bytes. It keeps positions and scales as they are.
+and quaternion wxyz as bytes. Positions and scales keep their full precision.
 """
 
 from pathlib import Path
@@ -30,8 +30,8 @@ def read_antimatter(path: Path) -> GaussianSplat:
     """Reads a `.splat` file, which always holds three scales.
 
     Raises:
-        FileError: The file is unreadable, truncated, or holds a value that no
-            splat can have. The format has no magic number.
+        FileError: The file is unreadable or truncated, or contains an invalid
+            value. The format has no magic number.
     """
     data = read_whole(path)
     if len(data) % _ROW.itemsize:

@@ -50,8 +50,8 @@ def read_checkpoint(path: Path, surfel: bool | None = None) -> GaussianSplat:
             `ckpt_999.pt` is 2DGS and `ckpt_999_rank0.pt` is 3DGS.
 
     Raises:
-        FileError: The file is unreadable, no checkpoint, holds a value that no
-            splat can have, or 2DGS and 3DGS cannot be distinguished.
+        FileError: The file is unreadable, is not a checkpoint, or contains an
+            invalid value, or 2DGS and 3DGS cannot be distinguished.
         MissingExtraError: torch is not installed.
     """
     tensors = _load_tensors(path)
@@ -170,7 +170,7 @@ def _array(path: Path, key: str, tensor: Any, file_size: int) -> np.ndarray:
 
 
 def _check_shapes(path: Path, tensors: dict[str, np.ndarray]) -> int:
-    """Checks that the tensors fit each other; returns how many splats."""
+    """Checks that the tensors fit each other; returns the splats' number."""
     n = len(tensors["means"]) if tensors["means"].ndim else 1
     check_count(path, n)
     rest = tensors.get("shN", np.zeros((n, 0, 3)))

@@ -42,8 +42,8 @@ def read_compressed_ply(path: Path) -> GaussianSplat:
     """Reads a compressed PLY of PlayCanvas, with or without bounds of colour.
 
     Raises:
-        FileError: The file is unreadable, truncated, no compressed PLY, its
-            counts do not match, or it holds a value that no splat can have.
+        FileError: The file is unreadable or truncated, is not a compressed PLY,
+            has contradictory counts, or contains an invalid value.
     """
     elements = read_ply_elements(path)
     for name in ("chunk", "vertex"):
@@ -81,7 +81,7 @@ def read_compressed_ply(path: Path) -> GaussianSplat:
 def write_compressed_ply(path: Path, splat: GaussianSplat) -> None:
     """Writes a compressed PLY of PlayCanvas, sorted by `morton_order`.
 
-    So neighbours in space share their bounds, which keeps the steps small.
+    Neighbours in space then share their bounds, so rounding steps are small.
     Discs become thin ellipsoids.
 
     Raises:

@@ -52,8 +52,8 @@ def read_ply(path: str | Path, harmonics: bool = True) -> GaussianSplat:
         harmonics: Whether the higher harmonics are kept, or only checked.
 
     Raises:
-        FileError: The file is missing, truncated, no PLY, no splat, empty, or
-            holds a value that no splat can have; the error names the row.
+        FileError: The file is missing, truncated or empty, is not a PLY file
+            with splats, or contains an invalid value; the error names the row.
     """
     path = Path(path)
     vertices = _read_vertices(path)
@@ -191,8 +191,8 @@ def read_ply_elements(path: Path) -> dict[str, np.ndarray]:
     """Reads the tables of a PLY file, by the names of its elements.
 
     Raises:
-        FileError: The file is missing, truncated, no PLY, holds more than its
-            header declares, or a property is a list.
+        FileError: The file is missing or truncated, is not a PLY file, contains
+            more than its header declares, or has a property that is a list.
     """
     try:
         _check_header(path)

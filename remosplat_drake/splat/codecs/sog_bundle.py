@@ -71,7 +71,7 @@ class SogBundle:
         """Returns a whole number of meta.json, by its dotted name.
 
         Raises:
-            FileError: The field is missing or no whole number.
+            FileError: The field is missing, or is not a whole number.
         """
         value = self._field(field)
         if not isinstance(value, int) or isinstance(value, bool):
@@ -84,7 +84,7 @@ class SogBundle:
         """Returns a list of n finite numbers of meta.json, by its dotted name.
 
         Raises:
-            FileError: The field is missing or something else.
+            FileError: The field is missing, or is not such a list.
         """
         values = self._field(field)
         try:

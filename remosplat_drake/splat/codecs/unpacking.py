@@ -27,10 +27,11 @@ MAX_SPLATS = 2**24
 """Largest number of splats; each takes 50 to 350 bytes of memory."""
 
 _ALWAYS_ALLOWED = 2**26
-"""Bytes that any file may unpack to: a uniform picture packs very tightly."""
+"""Unpacked size that every file may have [bytes]: a uniform picture compresses
+extremely well."""
 
 _MAX_RATIO = 1000
-"""Beyond those, real data never packs as tightly as this."""
+"""Compression ratio that real data of a larger size never reach."""
 
 
 def read_whole(path: Path) -> bytes:

@@ -1,7 +1,7 @@
 """Meshes of furniture: table, chairs, floor lamp.
 
-Each thing is a dictionary of meshes by label, in a frame whose z axis points
-up from the floor.
+Each piece is a dictionary of meshes by label, in a frame whose z axis points up
+from the floor.
 """
 
 import numpy as np
@@ -17,15 +17,15 @@ from apps.studies.true_maps.meshes.mesh import (
 )
 
 Thing = dict[str, Mesh]
-"""Meshes by what they are: a label such as "chair leg"."""
+"""Meshes by label, such as "chair leg"."""
 
 
 def room(walls: tuple[float, float], reach: float, height: float) -> Thing:
     """Makes a floor at z = 0 and two walls.
 
     Args:
-        walls: The walls are at x and y of minus these [m].
-        reach: The floor ends at x and y of this [m].
+        walls: Distances of the walls from the origin, along -x and -y [m].
+        reach: Largest x and y of the floor [m].
         height: Height of the walls [m].
     """
     x, y = -np.asarray(walls)

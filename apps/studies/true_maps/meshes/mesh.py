@@ -1,4 +1,4 @@
-"""`Mesh`: triangles in space, and the shapes that all things are made of."""
+"""`Mesh`: triangles in space, and the basic shapes of all objects."""
 
 import dataclasses as dc
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Meshes of small things: plants, bottles, cables, rods.
+"""Meshes of small objects: plants, bottles, cables, rods.
 
 Each is a dictionary of meshes by label, in a frame whose z axis points up from
 the supporting surface.
@@ -121,7 +121,7 @@ def rod(rng: np.random.Generator, diameter: float, length: float) -> Thing:
 
 
 def _around(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Directions all round, none close to another [rad]."""
+    """Directions around a circle, with distances between them [rad]."""
     free = 2 * np.pi / count
     return free * (np.arange(count) + rng.uniform(-0.3, 0.3, count))
 
