@@ -8,6 +8,7 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from remosplat_drake.capture.rendering.camera_poses import look_at
 from remosplat_drake.cockpit.reach import REACHABLE, Reach
+from remosplat_drake.robot.robot_model import RobotModel
 
 OTHER_SIDE = "From the other side"
 """Offer: the same place, with the hand turned about its own axis."""
@@ -15,8 +16,8 @@ BACK_OFF = "Back off"
 """Offer: the same direction, further away from what is ahead of the hand."""
 HIGHER = "Higher"
 """Offer: the same direction, further up."""
-NEARER = "Nearer to the hand"
-"""Offer: a place on the line from the target to the hand."""
+NEARER = "Nearer to the robot"
+"""Offer: a place on the line from the target to the hand of an arm at home."""
 LOOK_THERE = "Look there"
 """Offer: the wrist camera looks at the unseen space that holds the robot."""
 
@@ -29,8 +30,8 @@ _TURNS = (180.0, 90.0, -90.0)
 _STEPS = (0.03, 0.06, 0.1, 0.15, 0.25)
 """Distances by which a target is moved [m]."""
 
-_SHARES = (0.9, 0.75, 0.5, 0.25)
-"""Shares of the way from the hand to the target."""
+_SHARES = (0.9, 0.75, 0.5, 0.25, 0.1)
+"""Shares of the way from that hand to the target."""
 
 _LOOKS = (0.0, 0.1, 0.2, 0.3)
 """Distances by which the camera is moved up and back, to see a place [m]."""
@@ -56,6 +57,8 @@ class Trouble:
     Attributes:
         X_WT: The operator's target, shape (4, 4).
         X_WE: Pose of the end effector, shape (4, 4).
+        p_WHome: Its place if the arm were at home, and the base where it is,
+            shape (3,) [m].
         p_WUnseen: Point of unseen space that is in the way, shape (3,) [m];
             None if something else is.
         X_EC: Pose of the wrist camera in the end effector's frame, shape (4,
@@ -64,6 +67,7 @@ class Trouble:
 
     X_WT: np.ndarray
     X_WE: np.ndarray
+    p_WHome: np.ndarray
     p_WUnseen: np.ndarray | None = None
     X_EC: np.ndarray | None = None
 
@@ -105,6 +109,11 @@ class OfferSearch:
         self._trouble, self._field, self.offers = trouble, field, ()
         self._left = [] if trouble is None else candidates(trouble)
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether targets are left to test."""
+        return bool(self._left)
+
     def step(self, reach: Callable[[np.ndarray], Reach]) -> None:
         """Tests one target, if one is left.
 
@@ -125,7 +134,7 @@ def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
     Args:
         trouble: The situation.
     """
-    X_WT, p_WE = trouble.X_WT, trouble.X_WE[:3, 3]
+    X_WT = trouble.X_WT
     found = []
     if trouble.p_WUnseen is not None and trouble.X_EC is not None:
         found += [
@@ -135,9 +144,24 @@ def candidates(trouble: Trouble) -> list[tuple[str, np.ndarray]]:
     found += [(OTHER_SIDE, X_WT @ _about_z(angle)) for angle in _TURNS]
     found += [(BACK_OFF, _moved(X_WT, -by * X_WT[:3, 2])) for by in _STEPS]
     found += [(HIGHER, _moved(X_WT, np.array([0, 0, by]))) for by in _STEPS]
-    way = X_WT[:3, 3] - p_WE
+    way = X_WT[:3, 3] - trouble.p_WHome
     found += [(NEARER, _moved(X_WT, (share - 1.0) * way)) for share in _SHARES]
     return found
+
+
+def place_at_home(
+    robot: RobotModel, q: np.ndarray, effector: int = 0
+) -> np.ndarray:
+    """Returns where a hand is if its arm is at home, shape (3,) [m].
+
+    Args:
+        robot: The robot.
+        q: Its configuration, whose base stays, shape (n_q,).
+        effector: Index of the end effector.
+    """
+    home = robot.q_home.copy()
+    home[: robot.n_base] = q[: robot.n_base]
+    return robot.end_effector_pose(home, effector)[:3, 3]
 
 
 def _about_z(angle: float) -> np.ndarray:

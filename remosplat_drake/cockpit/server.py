@@ -24,7 +24,11 @@ from remosplat_drake.cockpit.messages import (
     MapPicture,
     Serving,
 )
-from remosplat_drake.cockpit.offers import OfferSearch, Trouble
+from remosplat_drake.cockpit.offers import (
+    OfferSearch,
+    Trouble,
+    place_at_home,
+)
 from remosplat_drake.cockpit.operator_panel import OperatorPanel
 from remosplat_drake.cockpit.pace import Pace
 from remosplat_drake.cockpit.reach import (
@@ -305,7 +309,8 @@ class Page:
         else:
             return None
         X_WT = look.X_WT if operator.question is None else operator.question
-        return Trouble(X_WT, look.X_WE, p_W, self._job.X_EC)
+        p_WHome = place_at_home(self._job.robot, look.q, look.effector)
+        return Trouble(X_WT, look.X_WE, p_WHome, p_W, self._job.X_EC)
 
     @property
     def _operator(self) -> OperatorPanel | None:

@@ -64,6 +64,7 @@ from remosplat_drake.commands.wire import (
     add_robot_arguments,
     prepare_robot,
 )
+from remosplat_drake.visualization.first_view import draw_first
 from remosplat_drake.visualization.page import MeshcatPage
 from remosplat_drake.visualization.page_state import (
     PageState,
@@ -170,6 +171,8 @@ def run(arguments: argparse.Namespace) -> int:
     ):
         preparation.tell("loading the map and the robot")
         world = load_world(scenario)
+        if page is not None:
+            draw_first(page, world.robot, world.q0, world.splat_W)
         places = target_places(scenario, world)
         knowledge = examine_map(scenario, world, places)
         admission = admit(

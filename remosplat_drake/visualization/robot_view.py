@@ -134,12 +134,14 @@ def _draw_links(
         ),
     )
     diagram = builder.Build()
-    diagram.ForcedPublish(diagram.CreateDefaultContext())
     bodies = (plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies()))
     paths = [
         (body, f"{PREFIX}/{body.scoped_name().get_full().replace('::', '/')}")
         for body in bodies
     ]
+    if not any(meshcat.HasPath(path) for _, path in paths):
+        # Else `draw_first` has sent them.
+        diagram.ForcedPublish(diagram.CreateDefaultContext())
     return plant, [(b, path) for b, path in paths if meshcat.HasPath(path)]
 
 

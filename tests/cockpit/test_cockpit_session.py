@@ -10,8 +10,8 @@ import pytest
 
 pytest.importorskip("viser")
 
-from browser import find_chromium
-from cockpit_tab import CockpitTab, open_cockpit
+from browser import find_chromium, open_browser
+from cockpit_tab import DRAW_NOTHING, CockpitTab
 from patience import PATIENCE
 from runs import command_line
 
@@ -43,7 +43,10 @@ def test_a_robot_is_driven_stopped_and_released(tmp_path):
     ) as process:
         try:
             url, code = address(process)
-            with open_cockpit(url, (600, 500)) as operator:
+            with open_browser((600, 500)) as tab:
+                # RELEASE is confirmed within 5 s, which pictures may take.
+                tab.run_first(DRAW_NOTHING)
+                operator = CockpitTab(tab, url)
                 operator.operate(code)
                 operator.wait_for_text("none yet: scan first")
                 insist(operator, lambda: operator.press("Scan"), "scan: view")

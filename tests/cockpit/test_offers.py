@@ -13,13 +13,16 @@ from remosplat_drake.cockpit.offers import (
     OfferSearch,
     Trouble,
     candidates,
+    place_at_home,
 )
 from remosplat_drake.cockpit.reach import BLOCKED, REACHABLE, Reach
 from remosplat_drake.robot.pose_error import pose_error
+from remosplat_drake.robot.robot_model import load_robot
 
 FIELD = object()
 X_WE, X_WT = np.eye(4), np.diag([1.0, -1.0, -1.0, 1.0])
 X_WT[:3, 3] = 0.8, 0.1, 0.4
+P_HOME = np.zeros(3)
 P_UNSEEN = np.array([1.0, 0.3, 0.2])
 
 
@@ -41,9 +44,11 @@ def searched(trouble: Trouble | None, reach, search=None) -> OfferSearch:
 def test_the_smallest_change_that_works_is_offered():
     offers = {
         offer.label: offer.X_WT
-        for offer in searched(Trouble(X_WT, X_WE), free_above(0.44)).offers
+        for offer in searched(
+            Trouble(X_WT, X_WE, P_HOME), free_above(0.44)
+        ).offers
     }
-    # The hand points down, so backing off is up, too; the hand is below.
+    # The hand points down, so backing off is up, too; home is below.
     assert set(offers) == {BACK_OFF, HIGHER}
     for offered in offers.values():
         np.testing.assert_allclose(offered[:3, 3], [0.8, 0.1, 0.46])
@@ -51,7 +56,7 @@ def test_the_smallest_change_that_works_is_offered():
 
 
 def test_all_that_works_is_offered_once():
-    trouble = Trouble(X_WT, X_WE, P_UNSEEN, np.eye(4))
+    trouble = Trouble(X_WT, X_WE, P_HOME, P_UNSEEN, np.eye(4))
     offers = searched(trouble, free_above(-1.0)).offers
     assert {offer.label for offer in offers} == set(LABELS)
     assert len(offers) == len(LABELS)
@@ -59,7 +64,7 @@ def test_all_that_works_is_offered_once():
 
 @pytest.mark.parametrize("label", LABELS)
 def test_the_candidates_are_poses(label):
-    trouble = Trouble(X_WT, X_WE, P_UNSEEN, np.eye(4))
+    trouble = Trouble(X_WT, X_WE, P_HOME, P_UNSEEN, np.eye(4))
     poses = [X for name, X in candidates(trouble) if name == label]
     assert poses
     for X in poses:
@@ -77,7 +82,7 @@ def test_the_candidates_are_poses(label):
 def test_the_camera_looks_at_what_is_unseen(label):
     X_EC = np.eye(4)
     X_EC[:3, 3] = 0.05, 0.0, 0.1
-    trouble = Trouble(X_WT, X_WE, P_UNSEEN, X_EC)
+    trouble = Trouble(X_WT, X_WE, P_HOME, P_UNSEEN, X_EC)
     for name, X_WT_offered in candidates(trouble):
         if name == label:
             X_WC = X_WT_offered @ X_EC
@@ -87,24 +92,34 @@ def test_the_camera_looks_at_what_is_unseen(label):
 
 
 def test_a_search_goes_on_while_nothing_changes():
-    search = searched(Trouble(X_WT, X_WE), free_above(0.44))
+    search = searched(Trouble(X_WT, X_WE, P_HOME), free_above(0.44))
     offers = search.offers
     drifted = X_WE.copy()
     drifted[0, 3] += 1e-4
-    searched(Trouble(X_WT, drifted), free_above(10), search)
+    searched(Trouble(X_WT, drifted, P_HOME), free_above(10), search)
     assert search.offers is offers
     moved = X_WT.copy()
     moved[0, 3] += 0.1
-    searched(Trouble(moved, X_WE), free_above(10), search)
+    searched(Trouble(moved, X_WE, P_HOME), free_above(10), search)
     assert search.offers == ()
     searched(None, free_above(0), search)
     assert search.offers == ()
 
 
 def test_another_map_is_searched_anew():
-    search = searched(Trouble(X_WT, X_WE), free_above(10))
+    search = searched(Trouble(X_WT, X_WE, P_HOME), free_above(10))
     assert search.offers == ()
-    search.begin(Trouble(X_WT, X_WE), object())
+    search.begin(Trouble(X_WT, X_WE, P_HOME), object())
     for _ in range(50):
         search.step(free_above(-1))
     assert search.offers
+
+
+def test_home_goes_along_with_the_base():
+    robot = load_robot("frankie")
+    q = robot.q_home.copy()
+    at_start = place_at_home(robot, q)
+    q[0] += 1.0
+    q[robot.n_base :] += 0.3
+    moved = place_at_home(robot, q) - at_start
+    np.testing.assert_allclose(moved, [1, 0, 0], atol=1e-9)

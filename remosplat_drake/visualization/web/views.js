@@ -4,6 +4,11 @@ const views = (() => {
   let places = null; // Positions of hand, target and base in W [m].
   let chosen = "free";
   let centre = null; // What the view looked at in the last picture.
+  let looked = 0; // Time of the last look at what is hidden [ms].
+  const CLOSE = 0.03; // Distance of a line of sight from a disc's centre [m].
+  const END = 0.08; // Part of the line next to the point that does not count [m].
+  const TURN = Math.PI / 6; // Between two views that are compared [rad].
+  const AGAIN = 1000; // Time between two looks at what is hidden [ms].
 
   const mean = (a, b) => a.map((v, i) => 0.5 * (v + b[i]));
   const sum = (a, b) => a.map((v, i) => v + b[i]);
@@ -20,16 +25,60 @@ const views = (() => {
     return [away * aside, -away * ahead, 0.7 * away];
   };
 
+  const between = () =>
+    places.target ? mean(places.hand, places.target) : places.hand;
+
+  // Whether a disc of the map is on the line of sight to a point.
+  const hides = (from, at) => {
+    const { Vector3 } = MeshCat.THREE;
+    let found = false;
+    const test = (mesh) => {
+      if (!mesh.isInstancedMesh || found) return;
+      const inverse = mesh.matrixWorld.clone().invert();
+      const eye = new Vector3(...turned(from)).applyMatrix4(inverse);
+      const way = new Vector3(...turned(at)).applyMatrix4(inverse).sub(eye);
+      const size = mesh.matrixWorld.getMaxScaleOnAxis();
+      const [close, end] = [CLOSE / size, 1 - END / size / way.length()];
+      const disc = new Vector3();
+      const { array } = mesh.instanceMatrix;
+      for (let i = 12; i < array.length && !found; i += 16) {
+        disc.set(array[i], array[i + 1], array[i + 2]).sub(eye);
+        const along = disc.dot(way) / way.lengthSq();
+        if (along < 0 || along > end) continue;
+        found = disc.addScaledVector(way, -along).length() < close;
+      }
+    };
+    viewer.scene_tree.find(["remosplat", "splat", "surfels"]).object.traverse(test);
+    return found;
+  };
+
+  const hidden = (from) =>
+    [places.hand, places.target ?? places.hand].filter((at) => hides(from, at));
+
+  // The view next to that from the side in which least is hidden.
+  const clear = () => {
+    const [x, y, z] = places.target ? both() : [-0.6, -0.6, 0.45];
+    let best = null;
+    for (const height of [1, 2]) {
+      for (const turn of [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6]) {
+        const [c, s] = [Math.cos(turn * TURN), Math.sin(turn * TURN)];
+        const aside = [c * x - s * y, s * x + c * y, height * z];
+        const lost = hidden(sum(between(), aside)).length;
+        if (!best || lost < best.lost) best = { aside, lost };
+        if (!best.lost) return best.aside;
+      }
+    }
+    return best.aside;
+  };
+
   // What each view looks at, and from where beside it.
   const all = {
-    hand: () => [places.hand, [-0.6, -0.4, 0.35]],
-    target: () => [places.target ?? places.hand, [-0.6, -0.6, 0.45]],
-    both: () =>
-      places.target
-        ? [mean(places.hand, places.target), both()]
-        : [places.hand, [-0.6, -0.6, 0.45]],
-    top: () => [mean(places.hand, places.base), [-0.01, 0, 3.5]],
-    follow: () => [mean(places.hand, places.base), [-1.5, -1.7, 1.4]],
+    hand: [() => places.hand, () => [-0.6, -0.4, 0.35]],
+    target: [() => places.target ?? places.hand, () => [-0.6, -0.6, 0.45]],
+    both: [between, () => (places.target ? both() : [-0.6, -0.6, 0.45])],
+    clear: [between, clear],
+    top: [() => mean(places.hand, places.base), () => [-0.01, 0, 3.5]],
+    follow: [() => mean(places.hand, places.base), () => [-1.5, -1.7, 1.4]],
   };
 
   const look = (at, from) => {
@@ -46,12 +95,17 @@ const views = (() => {
     places = told;
     if (!window.viewer?.camera || !centre || chosen === "free") return;
     // The mouse may have turned the view: it only goes along.
-    const [now] = all[chosen]();
+    const now = all[chosen][0]();
     const step = less(now, centre);
+    const { x, y, z } = viewer.camera.position;
+    const from = sum([x, -z, y], step);
+    if (chosen === "clear" && performance.now() - looked > AGAIN) {
+      looked = performance.now();
+      if (hidden(from).length) return choose(chosen);
+    }
     if (Math.hypot(...step) < 1e-3) return;
     centre = now;
-    const { x, y, z } = viewer.camera.position;
-    look(now, sum([x, -z, y], step));
+    look(now, from);
   };
 
   const choose = (name) => {
@@ -66,9 +120,9 @@ const views = (() => {
       setTimeout(() => chosen === name && choose(name), 200);
       return;
     }
-    const [at, aside] = all[name]();
-    centre = at;
-    look(at, sum(at, aside));
+    const [at, aside] = all[name];
+    centre = at();
+    look(centre, sum(centre, aside()));
   };
 
   for (const name of ["free", ...Object.keys(all)]) {

@@ -1,0 +1,37 @@
+"""`draw_first`: robot and scene while a run is still being prepared."""
+
+import numpy as np
+
+from remosplat_drake.robot.robot_model import RobotModel
+from remosplat_drake.splat.gaussian_splat import GaussianSplat
+from remosplat_drake.visualization.page import MeshcatPage
+from remosplat_drake.visualization.robot_view import RobotView
+from remosplat_drake.visualization.splat_view import SURFELS, draw_surfels
+
+COARSE = 5_000
+"""Number of discs that a browser gets at first: those that cover most."""
+
+
+def draw_first(
+    page: MeshcatPage,
+    robot: RobotModel,
+    q: np.ndarray,
+    splat_W: GaussianSplat | None = None,
+) -> None:
+    """Draws the robot and a share of the map, before there is a diagram.
+
+    The views of the diagram go on with the same robot, and replace the map by
+    all of it.
+
+    Args:
+        page: The page to draw on.
+        robot: The robot.
+        q: Where it starts, shape (n_q,).
+        splat_W: The map's splat in W; None for none.
+    """
+    view = RobotView(page=page, robot=robot)
+    context = view.CreateDefaultContext()
+    view.GetInputPort("configuration").FixValue(context, q)
+    view.ForcedPublish(context)
+    if splat_W is not None:
+        draw_surfels(page.meshcat, SURFELS, splat_W, COARSE)
