@@ -136,7 +136,8 @@ def draw_target(trial: Trial, world: World) -> np.ndarray:
         X_WT[2, 3] = rng.uniform(-0.1, 0.0)
     else:
         assert world.truth is not None
-        boxes = world.truth.boxes
+        # The floor is a solid, too, and a kind of its own.
+        boxes = [b for b in world.truth.boxes if b.X_WP.translation()[2] > 0.1]
         box = boxes[int(rng.integers(len(boxes)))]
         inside = rng.uniform(-0.5, 0.5, 3) * box.half_extents
         X_WT[:3, 3] = box.X_WP.multiply(inside)
