@@ -246,7 +246,8 @@ def failed(trial: Trial, error: str) -> Outcome:
 
 def restored(fields: dict[str, Any]) -> Outcome:
     """Makes an outcome of the fields that a file holds."""
-    return Outcome(**fields | {"offers": tuple(fields["offers"])})
+    fields["offers"] = tuple(fields["offers"])
+    return Outcome(**fields)
 
 
 def table_of(outcomes: Sequence[Outcome]) -> Table:

@@ -34,7 +34,9 @@ def test_a_script_closes_and_opens_the_hand(tmp_path):
         kinematic_simulator_config(scenario.control_period), simulator
     )
     station = application.station
-    name = ports.hand_state(world.robot.description)
+    hand = world.robot.description.hand
+    assert hand is not None
+    name = ports.hand_state(hand)
     port = station.GetOutputPort(name)
     context = station.GetMyContextFromRoot(simulator.get_context())
     open_width = port.Eval(context)[0]

@@ -13,7 +13,7 @@ from remosplat_drake.app.object_map import (
 )
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.world import load_world
-from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.oracle.object_field import ObjectField
 from remosplat_drake.robot.sphere_model import Spheres
 from remosplat_drake.scene.objects.scene_object import SceneObject
@@ -107,11 +107,6 @@ def test_bad_ones_end_in_one_line(text, message):
     with pytest.raises(RemoSplatError, match=message) as error:
         build(load_scenario("TablePick", text))
     assert "\n" not in str(error.value)
-
-
-def test_a_real_robot_is_given_no_task():
-    with pytest.raises(FieldError, match="tasks: are led in simulation only"):
-        build(load_scenario("TablePick"), hardware=True)
 
 
 def test_a_pair_s_own_distance_exceeds_the_map_s_error():

@@ -90,7 +90,7 @@ def test_another_robots_poses_are_refused(capture):
     [
         ("charuco", "expected COLUMNSxROWS:SQUARE:MARKER"),
         ("7x5:0.03:0.04", "markers smaller than the squares"),
-        ("2x2:0.04:0.03", "three squares each way"),
+        ("2x2:0.04:0.03", "three columns and rows"),
         ("7x5:0.04:0.03:DICT_9", "unknown dictionary 'DICT_9'"),
         ("50x50:0.04:0.03", "too few markers"),
     ],

@@ -62,7 +62,7 @@ def test_says_where_uncertainty_is_lost(discs, capfd):
     assert "lost" not in said
     assert convert(discs, discs.parent / "discs.splat") == 0
     said = capfd.readouterr().out
-    assert "uncertainty, up to 20.0 mm, is lost: .splat has no place" in said
+    assert "uncertainty, up to 20.0 mm, is lost: .splat cannot store" in said
     assert read_splat(discs.parent / "discs.splat").uncertainty is None
 
 

@@ -60,7 +60,7 @@ def test_the_shipped_shapes_are_what_it_makes(meshes, tmp_path, capsys):
 
 def test_spheres_that_enclose_too_little_are_named(meshes):
     flags = ("--spheres", "paper", "--links", "panda_link7")
-    with pytest.raises(RemoSplatError, match="panda_link7: the mesh itself"):
+    with pytest.raises(RemoSplatError, match="panda_link7: the mesh protrudes"):
         run("frankie", *flags)
 
 

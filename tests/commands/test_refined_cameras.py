@@ -94,7 +94,10 @@ def test_an_exact_camera_keeps_its_focal_length(
     [
         (["--camera", "exakt"], "--camera: unknown choice 'exakt' (did you"),
         (["--depth-scale-std", "-1"], "--depth-scale-std: must be positive"),
-        (["--depth-scale-std", "2"], "--depth-scale-std: must be a part of"),
+        (
+            ["--depth-scale-std", "2"],
+            "--depth-scale-std: must be a fraction of",
+        ),
         (["--depth-scale-std", "nan"], "--depth-scale-std: must be positive"),
     ],
 )

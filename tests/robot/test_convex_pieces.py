@@ -82,7 +82,7 @@ def test_triangles_are_anticlockwise_from_outside():
 
 
 def test_a_surface_that_stands_out_is_refused():
-    with pytest.raises(RemoSplatError, match=r"stands out .* by 116\.0 mm"):
+    with pytest.raises(RemoSplatError, match=r"protrudes .* by 116\.0 mm"):
         convex_pieces(
             box([0, 0, 0], [1, 1, 1]), spheres([0.5, 0.5, 0.5, 0.75]), 1e-3
         )

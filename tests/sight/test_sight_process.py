@@ -93,7 +93,7 @@ def right(told):
 
 def test_without_cameras_there_is_nothing_to_look_at(capsys):
     assert main(["sight", "TableReach"]) == 2
-    assert "cameras: are none" in capsys.readouterr().err
+    assert "cameras: is empty" in capsys.readouterr().err
 
 
 def test_a_camera_that_does_not_exist_is_refused(capsys):
