@@ -110,12 +110,14 @@ class FaultCase:
 
 
 def robot_fault(name: str, fault: str, reason: str, **more) -> FaultCase:
-    """Makes a case of `remosplat hardware-sim`, with one text for both reasons.
+    """Makes a case of `remosplat hardware-sim`.
+
+    The reason of the stop and the refusal to arm contain the same text.
 
     Args:
         name: Name of the case in tables.
         fault: A key of `faults.FAULTS`.
-        reason: Text that the reason and the refusal must contain.
+        reason: This text.
         more: Further fields of the case.
     """
     assert fault in faults.FAULTS

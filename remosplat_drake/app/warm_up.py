@@ -49,11 +49,12 @@ def compile_kernels(
     live_map: bool = False,
     plans: bool = True,
 ) -> None:
-    """Runs some ticks of a scenario's own loop very close to an obstacle.
+    """Compiles the kernels of a scenario, by ticks of its own loop.
 
-    Only there, all parts of verification and guidance run. The loop looks ahead
-    in this process, even if the scenario uses a separate one, which later finds
-    its kernels compiled.
+    The robot is very close to an obstacle, since only there do all parts of
+    verification and guidance run. The look-ahead runs in this process, even if
+    the scenario uses a separate process for it. That process then finds its
+    kernels compiled.
 
     Args:
         scenario: The scenario, which is not changed.

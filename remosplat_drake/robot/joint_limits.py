@@ -92,5 +92,5 @@ def _check_lengths(description: RobotDescription) -> None:
         )
     if len(description.home) != len(arm):
         raise FieldError(
-            description.source, "home", "expected one number an arm joint"
+            description.source, "home", "expected one number per arm joint"
         )

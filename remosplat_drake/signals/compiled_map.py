@@ -318,15 +318,15 @@ def _is_compiled(compiled):
 
 
 def sphere_clearances(placed, robot, sphere, p_WS, R_WL, reach, found) -> None:
-    """Computes clearances of spheres, limited to a largest value each.
+    """Computes clearances of spheres, each up to a largest value.
 
     A clearance below its reach is exact; a larger one is reported as the reach.
     Unknown clearances are NaN. For kernels only.
 
     Args:
-        placed: The map, as `DistanceField.compiled` if that is 1-Lipschitz, or
-            else a `PythonMap`, its `Misplacement`, and the number of the
-            `PythonCalls`.
+        placed: A tuple of the map, its `Misplacement`, and the number of the
+            `PythonCalls`. The map is `DistanceField.compiled` if that is
+            1-Lipschitz, or else a `PythonMap`.
         robot: The `RobotArrays`, or other arrays with radii, `ignore_below` and
             `index` if the map is compiled.
         sphere: Indices of the spheres, shape (n,).

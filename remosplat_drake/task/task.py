@@ -52,25 +52,24 @@ class TaskState:
         block: Index of the present block.
         way: Index of the way that is tried.
         step: Index of the present step of it.
-        undoing: Steps that lead out of one that failed; none mostly.
-        begun: Whether the present step has begun; if not, the arm comes to a
-            standstill before it does.
-        since: Time since which that is so [s].
+        undoing: The steps that are left to undo a failed one; empty in general.
+        begun: Whether the present step has begun; if not, the arm first comes
+            to a standstill.
+        since: Time at which `begun` last changed [s].
         X_WT: Goal of the end effector, or of the base if the step drives,
             shape (4, 4); None before the first.
         q_A: The configuration when the step began, shape (n_q,) [rad, m];
             None before the first.
-        rules: The contact rules that hold, those of the step that has begun
-            last.
-        payload: What is carried; None for nothing.
-        holder: Index of the end effector that carries it.
-        giver: Index of the one that it was taken over from, until that has
-            moved away; None otherwise.
-        grip: Opening of the hand around it [m]; None where that is not looked
-            at.
-        X_OE: The holder in the carried object, shape (4, 4).
-        told: Opening and force that hands are told, by end effector [m, N].
-        carried: What was carried when the block began, as `load`.
+        rules: The contact rules of the step that has begun last.
+        payload: The carried object; None for none.
+        holder: Index of the end effector that carries the payload.
+        giver: Index of the end effector that has handed the payload over, until
+            it has moved away; None otherwise.
+        grip: Opening of the hand around the payload [m]; None if it is not
+            checked.
+        X_OE: Pose of the holder in the payload's frame O, shape (4, 4).
+        told: Commanded opening and force of each hand, by end effector [m, N].
+        carried: The value of `load` when the block began.
         failures: Why ways have failed, in words.
         outcome: `RUNNING`, `DONE` or `FAILED`.
     """

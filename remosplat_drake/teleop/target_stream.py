@@ -39,10 +39,10 @@ class StreamKind(NamedTuple):
 
 @dc.dataclass(frozen=True, eq=False)
 class StreamState:
-    """A stream so far; copying returns the object itself.
+    """State of a stream of messages; copying returns the object itself.
 
     Attributes:
-        command: The command that the stream amounts to.
+        command: The operator's command that results from all messages so far.
         utime: Stamp of the latest message that was used [us].
         received: When that message came, by our wall clock [s].
         flows: Whether messages are coming.

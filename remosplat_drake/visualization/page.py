@@ -188,7 +188,7 @@ class MeshcatPage:
         """Shows a verdict on the map.
 
         Args:
-            grade: One of `map_grade`'s, which gives it a colour.
+            grade: A grade of `map_grade`; it determines the colour.
             title: The verdict in a word or two.
             text: The evidence for it.
         """

@@ -48,14 +48,14 @@ class Reading:
 
 
 def reading_of(now: Measurement, robot: RobotModel) -> Reading:
-    """Returns a measurement as a reading.
+    """Makes a `Reading` of the latest statuses of a robot's parts.
 
     Args:
-        now: The measurement.
+        now: The latest statuses.
         robot: The robot.
 
     Raises:
-        RemoSplatError: A part has sent nothing.
+        RemoSplatError: The arm or the base has sent no status yet.
     """
     if now.arm is None or (robot.n_base and now.base is None):
         raise RemoSplatError("not all parts of the robot have sent a status")

@@ -22,7 +22,7 @@ _PACKAGE = "remosplat_drake."
 
 
 class UnlistedTypeError(Exception):
-    """A type cannot be written into a list."""
+    """A type of an argument cannot be written into a list of kernels."""
 
 
 def listed(variants: Iterable[Variant]) -> str:

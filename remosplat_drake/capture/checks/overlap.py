@@ -44,8 +44,8 @@ class Overlap:
             within the tolerance, shape (m,).
         contradicting: Number of points that the other one looks through, shape
             (m,).
-        differences: Absolute differences between these points' depths and the
-            other view's surface, over all pairs [m].
+        differences: Absolute differences between the depths of all compared
+            points and the other view's surface, over all pairs [m].
         supported: Fraction of all the views' points that agree with a
             neighbour's.
     """

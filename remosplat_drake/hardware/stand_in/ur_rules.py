@@ -61,7 +61,7 @@ class UrRules:
         self._silence, self._longest = 0.0, math.inf
 
     def start_script(self) -> None:
-        """Begins the script, as it is uploaded."""
+        """Starts the script, as a controller does that receives one."""
         if self.safety_mode == SafetyMode.NORMAL:
             self.is_running, self.state = True, READY
             self._silence, self._longest = 0.0, math.inf

@@ -1,7 +1,7 @@
-"""Reads and writes counting_map: the map that a control loop uses.
+"""Reads and writes counting_map: which map version a control loop uses.
 
-A loop with a growing map sends this all the time, for programs that search for
-things that the map does not contain.
+A loop with a growing map sends this version continuously, for programs that
+search for objects that the map does not contain.
 """
 
 import dataclasses as dc

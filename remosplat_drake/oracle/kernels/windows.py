@@ -1,8 +1,8 @@
 """Windows: parts of a view in which a splat is nearer than a range (Numba).
 
 A window is the least and the largest x and the least and the largest y in the
-image plane; it is empty if the least x is above the largest. Splats may be
-lanes.
+image plane; it is empty if the least x is above the largest. The functions also
+take several splats at once, as SIMD lanes (`base/lanes.py`).
 """
 
 from remosplat_drake.base.lanes import greatest, least, magnitude, root, where

@@ -169,7 +169,7 @@ def displacements(camera, height, velocity_C, p_C, out):
 def displacements_of(
     capture: Capture, view: int, p_C: np.ndarray
 ) -> np.ndarray:
-    """Computes the displacements of points of one view.
+    """Computes by how much unit errors of a camera displace points of a view.
 
     Args:
         capture: Posed RGB-D images.
@@ -177,7 +177,8 @@ def displacements_of(
         p_C: Points that the view measured, in C, shape (n, 3) [m].
 
     Returns:
-        The vectors b_k, in C, shape (n, `COUNT`, 3).
+        The displacement of each point by each of the `COUNT` errors, the
+        vectors b_k in C, shape (n, `COUNT`, 3).
     """
     K = capture.K[view]
     camera = np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2]], float)

@@ -54,7 +54,7 @@ def distances_of_pairs(
 def residual_rows(
     X_WC: np.ndarray, pairs: np.ndarray, before: np.ndarray, after: np.ndarray
 ) -> list[ResidualRow]:
-    """Tabulates distances of points by the distance of their views.
+    """Tabulates residuals of points in groups by the distance of their views.
 
     Args:
         X_WC: Poses, shape (n, 4, 4).

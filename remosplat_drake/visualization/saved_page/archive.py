@@ -20,7 +20,8 @@ _COMMAND = re.compile(
 # They name files of the computer that the page was made on.
 _SOURCE = re.compile(r"^// .* from /.*\n", re.MULTILINE)
 _STRIDES = (1, 2, 4, 9)
-"""Bytes, shorts, floats, and doubles with the byte that marks their type."""
+"""Sizes of elements: bytes, shorts, floats, and doubles of msgpack, each with a
+byte for its type before it."""
 
 
 def pack(page: str, title: str) -> str:
