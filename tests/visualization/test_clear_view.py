@@ -53,7 +53,11 @@ def choose(tab: Browser, view: str) -> np.ndarray:
         f"viewer.camera.position.distanceTo(new MeshCat.THREE.Vector3("
         f"{before[0]}, {before[2]}, {-before[1]})) > 0.1"
     )
-    return eye(tab)
+    here, last = eye(tab), before
+    while not np.array_equal(here, last):  # It glides to its place.
+        time.sleep(0.2)
+        here, last = eye(tab), here
+    return here
 
 
 def test_a_view_avoids_what_is_in_the_way(page):
