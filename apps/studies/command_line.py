@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Callable, Sequence
 
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.commands.main import exit_code
 
 
@@ -31,3 +32,21 @@ def study_main(
     )
     add_arguments(parser)
     return exit_code(lambda: run(parser.parse_args(argv)))
+
+
+def check_least(
+    study: str, arguments: argparse.Namespace, **least: int
+) -> None:
+    """Checks flags with whole numbers against their lower bounds.
+
+    Args:
+        study: Name of the study, which an error names.
+        arguments: The parsed command line.
+        **least: The least value of each flag, by the flag's name.
+
+    Raises:
+        FieldError: A value is too small.
+    """
+    for name, bound in least.items():
+        if getattr(arguments, name) < bound:
+            raise FieldError(study, f"--{name}", f"must be at least {bound}")

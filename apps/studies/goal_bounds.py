@@ -20,9 +20,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import check_least, study_main
 from remosplat_drake.base.atomic_file import check_writable, write_atomically
-from remosplat_drake.base.errors import FieldError, FileError
+from remosplat_drake.base.errors import FileError
 from remosplat_drake.base.pool import Job, run_jobs
 from remosplat_drake.base.strict_json import parse_json
 from remosplat_drake.base.table import Table
@@ -302,10 +302,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Searches the missing verdicts and prints the table."""
-    for name, least in (("scenes", 1), ("jobs", 0)):
-        if getattr(arguments, name) < least:
-            problem = f"must be at least {least}"
-            raise FieldError("goal_bounds", f"--{name}", problem)
+    check_least("goal_bounds", arguments, scenes=1, jobs=0)
     path = arguments.output / GOALS
     check_writable(path)
     console = Console(stderr=True)

@@ -19,14 +19,13 @@ from typing import Any
 import numpy as np
 from pydrake.math import RollPitchYaw
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import check_least, study_main
 from apps.studies.kept_trials import run_missing
 from remosplat_drake.app.diagram import build
 from remosplat_drake.app.run_result import REACHED, RunResult
 from remosplat_drake.app.scenario import Scenario, load_scenario
 from remosplat_drake.app.simulation import run as simulate
 from remosplat_drake.app.world import World, load_world
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.pool import Job
 from remosplat_drake.base.table import Table
 from remosplat_drake.cockpit.offers import OfferSearch, Trouble, place_at_home
@@ -295,9 +294,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the trials that have no line yet, and prints the table."""
-    for name, least in (("count", 1), ("jobs", 0)):
-        if getattr(arguments, name) < least:
-            raise FieldError("offers", f"--{name}", f"must be at least {least}")
+    check_least("offers", arguments, count=1, jobs=0)
     outcomes = run_missing(
         [Job(Trial(s), run_trial, failed) for s in range(arguments.count)],
         arguments.output / TRIALS,

@@ -32,7 +32,7 @@ from remosplat_drake.app.stages.station import (
     MakeStation,
 )
 from remosplat_drake.app.stages.supervision import AddSupervisor
-from remosplat_drake.app.stages.task import ConnectTask, hand_command
+from remosplat_drake.app.stages.task import ConnectTask, task_port
 from remosplat_drake.app.world import World
 from remosplat_drake.controller.guidance.guidance_selector import (
     GuidanceSelector,
@@ -260,7 +260,7 @@ def _Close(
         robot,
         carried_out,
         loop.station,
-        hand_command(loop.targets),
+        task_port(loop.targets, "hand_command"),
     )
     ConnectTask(
         builder,

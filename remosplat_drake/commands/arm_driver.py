@@ -6,7 +6,7 @@ import time
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.scenario_robot import robot_file
 from remosplat_drake.base.clock import Pacer, wall_utime
-from remosplat_drake.base.errors import FieldError, RemoSplatError
+from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.base.real_time import (
     DRIVER_PRIORITY,
     realtime_priority,
@@ -14,8 +14,10 @@ from remosplat_drake.base.real_time import (
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.driver_flags import (
     add_driver_arguments,
-    driver_name,
+    announce,
+    no_driver,
     open_driver_wire,
+    teller,
 )
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import leased_inbox
@@ -50,14 +52,13 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     config = scenario.hardware
     if config.arm_driver is None:
-        problem = "is absent: name the arm's driver, for example !Ros2Arm {}"
-        raise FieldError(scenario.source, "hardware.arm_driver", problem)
+        raise no_driver(scenario, "arm")
     description = load_robot_description(robot_file(scenario))
     lcm, url = open_driver_wire(arguments, config)
     console = open_console(stderr=True)
     link = config.arm_driver.connect_arm(
         description,
-        lambda news: console.print(f"arm-driver: {news}", highlight=False),
+        teller(console, "arm"),
     )
     inbox = leased_inbox(
         lcm, [COMMAND_RAMP, PANDA_COMMAND], "arm-driver", console
@@ -66,8 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     pacer = Pacer(min(COMMAND_PERIOD, config.arm_status_period))
     problem = ""
     with realtime_priority(DRIVER_PRIORITY), stop_signals() as request:
-        name = driver_name(config.arm_driver)
-        console.print(f"{url} <-> {name}; Ctrl-C ends")
+        announce(console, url, config.arm_driver)
         try:
             while not request.made and not problem:
                 pacer.wait()

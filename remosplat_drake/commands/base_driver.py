@@ -17,8 +17,10 @@ from remosplat_drake.base.real_time import (
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.driver_flags import (
     add_driver_arguments,
-    driver_name,
+    announce,
+    no_driver,
     open_driver_wire,
+    teller,
 )
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import leased_inbox
@@ -69,8 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     config = scenario.hardware
     if config.base_driver is None:
-        problem = "is absent: name the base's driver, for example !Ros2Base {}"
-        raise FieldError(scenario.source, "hardware.base_driver", problem)
+        raise no_driver(scenario, "base")
     description = load_robot_description(robot_file(scenario))
     if description.base is None:
         problem = f"{description.name} has no base"
@@ -84,10 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     lcm, url = open_driver_wire(arguments, config)
     console = open_console(stderr=True)
-
-    def tell(news: str) -> None:
-        console.print(f"base-driver: {news}", highlight=False)
-
+    tell = teller(console, "base")
     link = config.base_driver.connect_base(tell)
     inbox = leased_inbox(
         lcm, [COMMAND_RAMP, BASE_COMMAND], "base-driver", console
@@ -99,8 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
         _arcl(arguments, tell) as sources,
     ):
         driver = BaseDriver(lcm, link, maxima, sources, inbox, tell)
-        name = driver_name(config.base_driver)
-        console.print(f"{url} <-> {name}; Ctrl-C ends")
+        announce(console, url, config.base_driver)
         try:
             while not request.made:
                 pacer.wait()

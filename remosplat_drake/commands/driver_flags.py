@@ -3,9 +3,13 @@
 import argparse
 
 from pydrake.lcm import DrakeLcm
+from rich.console import Console
 
+from remosplat_drake.app.scenario import Scenario
+from remosplat_drake.base.errors import FieldError
 from remosplat_drake.commands.wire import open_wire
 from remosplat_drake.hardware.hardware_config import HardwareConfig
+from remosplat_drake.hardware.ros_config import Tell
 
 
 def add_driver_arguments(parser: argparse.ArgumentParser, part: str) -> None:
@@ -49,6 +53,37 @@ def open_driver_wire(
     return open_wire(url), url
 
 
-def driver_name(config: object) -> str:
-    """Returns a driver's tag in scenario files, without its settings."""
-    return f"!{type(config).__name__}"
+def no_driver(scenario: Scenario, part: str) -> FieldError:
+    """Makes the error about a scenario that names no driver of a part.
+
+    Args:
+        scenario: The scenario.
+        part: The part, as in `add_driver_arguments`.
+    """
+    return FieldError(
+        scenario.source,
+        f"hardware.{part}_driver",
+        f"is absent: name the {part}'s driver, for example"
+        f" !Ros2{part.capitalize()} {{}}",
+    )
+
+
+def teller(console: Console, part: str) -> Tell:
+    """Returns a function that prints news of a driver.
+
+    Args:
+        console: The console.
+        part: The part, as in `add_driver_arguments`.
+    """
+    return lambda news: console.print(f"{part}-driver: {news}", highlight=False)
+
+
+def announce(console: Console, url: str, config: object) -> None:
+    """Prints what a driver connects, by its tag in scenario files.
+
+    Args:
+        console: The console.
+        url: URL of the wire.
+        config: The driver's settings.
+    """
+    console.print(f"{url} <-> !{type(config).__name__}; Ctrl-C ends")

@@ -5,12 +5,13 @@ import argparse
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.scenario_robot import robot_file
 from remosplat_drake.base.clock import Pacer, wall_utime
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.stop_signals import stop_signals
 from remosplat_drake.commands.driver_flags import (
     add_driver_arguments,
-    driver_name,
+    announce,
+    no_driver,
     open_driver_wire,
+    teller,
 )
 from remosplat_drake.commands.tables import open_console
 from remosplat_drake.commands.wire import leased_inbox
@@ -35,21 +36,19 @@ def run(arguments: argparse.Namespace) -> int:
     scenario = load_scenario(arguments.scenario, arguments.scenario_text)
     config = scenario.hardware
     if config.hand_driver is None:
-        problem = "is absent: name the hand's driver, for example !Ros2Hand {}"
-        raise FieldError(scenario.source, "hardware.hand_driver", problem)
+        raise no_driver(scenario, "hand")
     description = load_robot_description(robot_file(scenario))
     lcm, url = open_driver_wire(arguments, config)
     console = open_console(stderr=True)
     link = config.hand_driver.connect_hand(
         description,
-        lambda news: console.print(f"hand-driver: {news}", highlight=False),
+        teller(console, "hand"),
     )
     inbox = leased_inbox(lcm, [PANDA_HAND_COMMAND], "hand-driver", console)
     driver = HandDriver(lcm, link, inbox)
     pacer = Pacer(PERIOD)
     with stop_signals() as request:
-        name = driver_name(config.hand_driver)
-        console.print(f"{url} <-> {name}; Ctrl-C ends")
+        announce(console, url, config.hand_driver)
         while not request.made:
             pacer.wait()
             driver.step(wall_utime())

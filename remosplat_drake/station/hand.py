@@ -5,7 +5,9 @@ from collections.abc import Sequence
 
 from pydrake.multibody.plant import MultibodyPlant
 
+from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_description import Hand, RobotDescription
+from remosplat_drake.robot.robot_model import RobotModel
 
 SETTLING_TIME = 0.05
 """Time constant of the last millimetres before the commanded width [s]."""
@@ -43,6 +45,20 @@ def hand_geometries(
     """
     hands = description.effector_hands.values()
     return tuple(_geometry(hand, description.locked, plant) for hand in hands)
+
+
+def robot_hands(robot: RobotModel) -> dict[int, HandGeometry]:
+    """Returns the geometry of a robot's grippers by end effector.
+
+    Args:
+        robot: The robot, with or without grippers.
+    """
+    plant = MultibodyPlant(0.0)
+    add_robot_model(robot.description, plant)
+    plant.Finalize()
+    hands = hand_geometries(robot.description, plant)
+    effectors = map(robot.effectors.index, robot.description.effector_hands)
+    return dict(zip(effectors, hands, strict=True))
 
 
 def finger_slices(

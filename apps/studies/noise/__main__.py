@@ -8,12 +8,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import check_least, study_main
 from apps.studies.noise import experiment, report
 from remosplat_drake.app.compiling import compiling_shown
 from remosplat_drake.app.scene_config import SceneConfig
 from remosplat_drake.base.atomic_file import atomic_write
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.progress import Progress, Stage
 from remosplat_drake.robot.robot_model import RobotModel, load_robot
 from remosplat_drake.visualization.depth_views import save_picture
@@ -90,9 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    for name, least in (("states", 1), ("starts", 0), ("floaters", 0)):
-        if getattr(arguments, name) < least:
-            raise FieldError("noise", f"--{name}", f"must be at least {least}")
+    check_least("noise", arguments, states=1, starts=0, floaters=0)
 
 
 def _scenes(

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import check_least, study_main
 from apps.studies.operators import campaign
 from apps.studies.operators.result import (
     OperatorResult,
@@ -19,7 +19,6 @@ from apps.studies.operators.result import (
 )
 from remosplat_drake.app.scenario import load_scenario
 from remosplat_drake.app.teleop_session import check_mappable
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.pool import Job, run_jobs
 from remosplat_drake.benchmark.line_file import LineFile
 from remosplat_drake.commands.flags import check_seed
@@ -63,11 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs missing operators; returns 1 if a forbidden touch occurred."""
-    for name, least in (("count", 1), ("jobs", 0)):
-        if getattr(arguments, name) < least:
-            raise FieldError(
-                "operators", f"--{name}", f"must be at least {least}"
-            )
+    check_least("operators", arguments, count=1, jobs=0)
     check_seed("operators", arguments)
     for name in campaign.SCENARIOS:
         check_mappable(load_scenario(name))

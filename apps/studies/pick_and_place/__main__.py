@@ -16,7 +16,7 @@ from pydrake.math import RigidTransform
 from rich.console import Console
 from rich.table import Table
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import check_least, study_main
 from apps.studies.kept_trials import run_missing
 from apps.studies.pick_and_place.problem_run import COMPLETE, Outcome
 from apps.studies.pick_and_place.trial import (
@@ -25,7 +25,6 @@ from apps.studies.pick_and_place.trial import (
     restored,
     run_trial,
 )
-from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.pool import Job
 from remosplat_drake.generation.object_library import (
     read_mesh_library,
@@ -88,11 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the problems that have no line yet, and prints the table."""
-    for name, least in (("count", 1), ("first", 0), ("jobs", 0)):
-        if getattr(arguments, name) < least:
-            raise FieldError(
-                "pick_and_place", f"--{name}", f"must be at least {least}"
-            )
+    check_least("pick_and_place", arguments, count=1, first=0, jobs=0)
     console, library = Console(), arguments.library
     if library and arguments.fit:
         meshes = read_mesh_library(library)

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import check_least, study_main
 from apps.studies.scenes.contact_sheet import Section, contact_sheet
 from apps.studies.scenes.picture import SceneView, robot_solids
 from remosplat_drake.base.atomic_file import atomic_write, check_writable
@@ -83,10 +83,7 @@ def _section(family: str, cases: list[SceneCase], pictures: list) -> Section:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    for name, least in (("scenes", 1), ("columns", 1), ("width", 80)):
-        if getattr(arguments, name) < least:
-            problem = f"must be at least {least}"
-            raise FieldError("scenes", f"--{name}", problem)
+    check_least("scenes", arguments, scenes=1, columns=1, width=80)
     if arguments.output.suffix.lower() != ".png":
         raise FieldError("scenes", "--output", "must end in .png")
     check_writable(arguments.output)

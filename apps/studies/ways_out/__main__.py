@@ -13,7 +13,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from apps.studies.command_line import study_main
+from apps.studies.command_line import check_least, study_main
 from apps.studies.kept_trials import run_missing
 from apps.studies.ways_out import on_the_wire
 from apps.studies.ways_out.report import summary, table, wire_table
@@ -77,11 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs missing trials and prints the results."""
-    for name, least in (("count", 1), ("first", 0), ("jobs", 0)):
-        if getattr(arguments, name) < least:
-            raise FieldError(
-                "ways_out", f"--{name}", f"must be at least {least}"
-            )
+    check_least("ways_out", arguments, count=1, first=0, jobs=0)
     for what, valid in (("robot", SCENARIOS), ("kind", KINDS)):
         for name in getattr(arguments, f"{what}s"):
             if name not in valid:

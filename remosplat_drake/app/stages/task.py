@@ -1,18 +1,15 @@
 """The stage of a task: its steps, inputs and outputs."""
 
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort
 
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.world import World
-from remosplat_drake.controller.guidance.guidance_config import GuidanceConfig
 from remosplat_drake.controller.reactive_controller import ReactiveController
 from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
 from remosplat_drake.oracle.distance_oracle import DistanceOracle
-from remosplat_drake.robot.model_file import add_robot_model
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.station.connections import AddHandStates
-from remosplat_drake.station.hand import HandGeometry, hand_geometries
+from remosplat_drake.station.hand import robot_hands
 from remosplat_drake.station.station_config import KinematicStation
 from remosplat_drake.task.make_blocks import (
     Workshop,
@@ -60,7 +57,7 @@ def AddTask(
         {i: hand.max_width for i, hand in hands.items()},
         hardware or not isinstance(scenario.station, KinematicStation),
         scenario.source,
-        _plans(scenario.controller.guidance),
+        scenario.controller.guidance.plans,
     )
     blocks = make_blocks(scenario.tasks, shop)
     config = scenario.controller
@@ -80,27 +77,14 @@ def AddTask(
     return system
 
 
-def hand_command(targets: Targets) -> OutputPort | None:
-    """Returns the output port of the hand's command; None without one.
-
-    Args:
-        targets: The system that says where the end effector shall go.
-    """
-    if not targets.HasOutputPort("hand_command"):
-        return None
-    return targets.GetOutputPort("hand_command")
-
-
 def task_port(targets: Targets, name: str) -> OutputPort | None:
-    """Returns an output port of a task; None without a task.
+    """Returns an output port that only some targets have; None without it.
 
     Args:
-        targets: The system that says where the end effector shall go.
+        targets: The system that outputs the targets of the end effectors.
         name: Name of the port.
     """
-    if not isinstance(targets, TaskSystem):
-        return None
-    return targets.GetOutputPort(name)
+    return targets.GetOutputPort(name) if targets.HasOutputPort(name) else None
 
 
 def ConnectTask(
@@ -141,22 +125,3 @@ def ConnectTask(
             builder.Connect(
                 targets.GetOutputPort(name), system.GetInputPort(name)
             )
-
-
-def _plans(guidance: GuidanceConfig) -> bool:
-    looks = guidance.asynchronous or guidance.budget > 0
-    return guidance.enabled and looks and guidance.planning.enabled
-
-
-def robot_hands(robot: RobotModel) -> dict[int, HandGeometry]:
-    """Returns the geometry of a robot's hands by end effector.
-
-    Args:
-        robot: The robot, with or without hands.
-    """
-    plant = MultibodyPlant(0.0)
-    add_robot_model(robot.description, plant)
-    plant.Finalize()
-    hands = hand_geometries(robot.description, plant)
-    effectors = map(robot.effectors.index, robot.description.effector_hands)
-    return dict(zip(effectors, hands, strict=True))

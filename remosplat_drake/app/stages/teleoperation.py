@@ -14,7 +14,6 @@ from pydrake.systems.framework import (
 from remosplat_drake.app.control_loop import ControlLoop
 from remosplat_drake.app.scenario import Scenario
 from remosplat_drake.app.scene_config import OBSTACLE
-from remosplat_drake.app.stages.task import robot_hands
 from remosplat_drake.app.world import World
 from remosplat_drake.base.errors import FieldError
 from remosplat_drake.base.resources import resolve
@@ -29,6 +28,7 @@ from remosplat_drake.scene.primitive_scene import PrimitiveScene
 from remosplat_drake.sight.map_announcer import MapAnnouncer
 from remosplat_drake.sight.settled_requests import SettledRequests
 from remosplat_drake.signals.scene_map import SceneMap
+from remosplat_drake.station.hand import robot_hands
 from remosplat_drake.teleop.command_merger import CommandMerger
 from remosplat_drake.teleop.hand_motion import HandLaw
 from remosplat_drake.teleop.lcm_operator import LcmOperator

@@ -55,6 +55,12 @@ class GuidanceConfig(Config):
         list[Annotated[float, Interval(gt=0, le=1)]], Len(0, 16)
     ] = dc.field(default_factory=list)
 
+    @property
+    def plans(self) -> bool:
+        """Whether paths are planned."""
+        simulates = self.asynchronous or self.budget > 0
+        return self.enabled and simulates and self.planning.enabled
+
     def check(self) -> Iterator[tuple[str, str]]:
         """Checks that the horizon exceeds the step of a rollout.
 
