@@ -11,7 +11,10 @@ from apps.studies.pick_and_place.problem_run import (
     NO_GRASP,
     Outcome,
     forbidden,
+)
+from apps.studies.pick_and_place.problem_scenario import (
     make_world,
+    strong_enough,
 )
 from remosplat_drake.generation.pick_and_place import (
     SUPPORT,
@@ -34,11 +37,13 @@ def problem(gripper):
 
 
 def test_a_problem_becomes_a_scenario_and_its_world(problem, gripper):
-    scenario, world = make_world(problem, gripper)
+    grasps = strong_enough(problem, gripper)
+    scenario, world = make_world(problem, gripper.robot, grasps)
     pick, place = scenario.tasks
     assert (pick.object, pick.support) == (TARGET, SUPPORT)
     assert len(pick.grasps) == len(problem.grasps)
-    assert 10.0 <= pick.force <= gripper.max_force
+    for grasp in pick.grasps:
+        assert 10.0 <= grasp.force <= gripper.max_force
     X = problem.X_WO_goal
     assert place.places[0].translation == X.translation().tolist()
     names = [thing.name for thing in world.objects]

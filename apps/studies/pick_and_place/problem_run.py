@@ -3,79 +3,23 @@
 import dataclasses as dc
 
 import numpy as np
-from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
-from remosplat_drake.app.diagram import Application, build
-from remosplat_drake.app.scenario import RobotConfig, Scenario
-from remosplat_drake.app.simulation import simulator_config
-from remosplat_drake.app.world import World, make_field
-from remosplat_drake.base.errors import RemoSplatError
-from remosplat_drake.base.pose_config import PoseConfig, make_transform
-from remosplat_drake.controller.planning.free_space import FreeSpace
-from remosplat_drake.controller.planning.goal_configurations import (
-    goal_configurations,
+from apps.studies.pick_and_place.problem_scenario import (
+    TIME_LIMIT,
+    keep_reachable,
+    make_world,
+    strong_enough,
 )
-from remosplat_drake.controller.tick.reactive_law import ReactiveLaw
+from remosplat_drake.app.diagram import Application, build
+from remosplat_drake.app.simulation import simulator_config
 from remosplat_drake.generation.pick_and_place import TARGET, PickAndPlace
-from remosplat_drake.generation.primitive_surfels import surfel_splat
 from remosplat_drake.grasping.gripper import ParallelGripper
-from remosplat_drake.oracle.object_field import ObjectField, with_objects
-from remosplat_drake.scene.objects.scene_object import SceneObject
 from remosplat_drake.signals import station_ports as ports
-from remosplat_drake.signals.distance_field import DistanceField
 from remosplat_drake.station.contact_monitor import ContactReport
-from remosplat_drake.station.station_config import DynamicStation
-from remosplat_drake.task.carrying import make_payload
-from remosplat_drake.task.object_spheres import fit_object
-from remosplat_drake.task.step_configs import GraspConfig, Pick, Place
 from remosplat_drake.task.task import TaskState
 from remosplat_drake.task.task_system import TaskSystem
-
-TIME_LIMIT = 150.0
-"""Duration after which a problem has failed [s]."""
-
-ARRIVED = 0.004
-"""Distance at which the hand has arrived around the target [m]."""
-
-PUT_DOWN = 0.008
-"""Distance from its place at which the target is released [m], since an object
-that has turned in the hand touches earlier."""
-
-PATIENCE = 25.0
-"""Duration after which a step has failed [s]."""
-
-LOWER = 0.06
-"""Distance of the straight motion down to the place [m]; it is short, since
-bays are low."""
-
-RETREAT = 0.06
-"""How far the hand retreats straight from it [m]."""
-
-STOPPING = 0.025
-"""Distance that goal configurations keep [m]: more than the controller's.
-"""
-
-SEEDS = 30
-"""Number of configurations from which the search for each pose starts."""
-
-ENOUGH = 3
-"""Number of grasps that are tried."""
-
-TURNS = np.radians([0, 45, -45, 90, -90, 135, -135, 180])
-"""Turns of the target about the vertical with which it may be put down [rad].
-"""
-
-FRICTION = 0.8
-"""Coefficient of friction for the choice of gripping forces: two thirds of the
-station's friction between pads and objects."""
-
-LEAST_FORCE = 10.0
-"""Least force of a finger [N]."""
-
-SQUEEZE = 0.012
-"""Difference of the object's width and the hand's commanded width [m]."""
 
 OFF = 0.03
 """Largest distance from the goal of an object at the right place [m]."""
@@ -132,9 +76,10 @@ def run_problem(problem: PickAndPlace, gripper: ParallelGripper) -> Outcome:
     kind, mass = target.solid.name, float(target.mass or 0.0)
     if not problem.grasps:
         return Outcome(problem.name, kind, mass, NO_GRASP)
-    if not strong_enough(problem, gripper):
+    grasps = strong_enough(problem, gripper)
+    if not grasps:
         return Outcome(problem.name, kind, mass, TOO_HEAVY)
-    scenario, world = make_world(problem, gripper)
+    scenario, world = make_world(problem, gripper.robot, grasps)
     if not keep_reachable(scenario, world, gripper):
         return Outcome(problem.name, kind, mass, NO_REACH)
     application = build(scenario, world)
@@ -148,184 +93,6 @@ def run_problem(problem: PickAndPlace, gripper: ParallelGripper) -> Outcome:
     detail = "; ".join(state.failures) if state else ""
     cause, off = judge.cause()
     return Outcome(problem.name, kind, mass, cause, detail, time, off)
-
-
-def make_world(
-    problem: PickAndPlace, gripper: ParallelGripper
-) -> tuple[Scenario, World]:
-    """Makes the scenario of a problem, and its world.
-
-    Args:
-        problem: The problem.
-        gripper: The gripper of its robot.
-    """
-    robot = gripper.robot
-    supports = {problem.pick.support, problem.place.support}
-    scene = problem.scene
-    stands = tuple(
-        SceneObject(each.name, each)
-        for each in scene.boxes
-        if each.name in supports
-    )
-    rest = dc.replace(
-        scene, boxes=tuple(x for x in scene.boxes if x.name not in supports)
-    )
-    scenario = Scenario(
-        robot=RobotConfig(model=problem.robot),
-        station=DynamicStation(time_step=0.002),
-        time_limit=TIME_LIMIT,
-        tasks=[
-            Pick(
-                object=TARGET,
-                support=problem.pick.support,
-                grasps=strong_enough(problem, gripper),
-                squeeze=SQUEEZE,
-                position=ARRIVED,
-                patience=PATIENCE,
-            ),
-            Place(
-                support=problem.place.support,
-                places=[PoseConfig(**_pose(X)) for X in turned(problem)],
-                position=PUT_DOWN,
-                patience=PATIENCE,
-                lower=LOWER,
-                retreat=RETREAT,
-            ),
-        ],
-    )
-    scenario.source = problem.name
-    splat, objects = surfel_splat(rest), (*problem.objects, *stands)
-    scene_field = make_field(scenario.oracle, splat, rest, problem.name)
-    base = scene.X_WB_start if robot.n_base else ()
-    return scenario, World(
-        robot,
-        splat,
-        scene,
-        with_objects(scene_field, ObjectField(objects)),
-        np.array([*(base or ()), *robot.home]),
-        scene_field=scene_field,
-        objects=objects,
-    )
-
-
-def strong_enough(
-    problem: PickAndPlace, gripper: ParallelGripper
-) -> list[GraspConfig]:
-    """Returns the grasps of a problem for which the hand is strong enough.
-
-    Args:
-        problem: The problem.
-        gripper: The gripper of its robot.
-    """
-    mass = problem.objects[0].mass or 0.0
-    found = []
-    for grasp in problem.grasps:
-        try:
-            force = gripper.force(mass, FRICTION, grasp.lever)
-        except RemoSplatError:
-            continue
-        found.append(
-            GraspConfig(
-                **_pose(grasp.X_OE),
-                width=grasp.width,
-                force=max(LEAST_FORCE, force),
-            )
-        )
-    return found
-
-
-def keep_reachable(
-    scenario: Scenario, world: World, gripper: ParallelGripper
-) -> bool:
-    """Removes grasps and places of a scenario that the robot cannot reach.
-
-    The arm must keep its distances with the hand in front of the target, around
-    the target, above one of the places with the target in the hand, and with
-    the empty hand at the place and after its retreat.
-
-    Args:
-        scenario: The scenario of a problem, which is changed.
-        world: Its world.
-        gripper: The gripper of its robot.
-
-    Returns:
-        Whether any grasp and place are left.
-    """
-    pick, place = scenario.tasks
-    assert isinstance(pick, Pick)
-    assert isinstance(place, Place)
-    target, others = world.objects[0], world.objects[1:]
-    assert world.scene_field is not None
-    beside = with_objects(world.scene_field, ObjectField(others))
-    robot, q0, X_WO = world.robot, world.q0, target.X_WO.GetAsMatrix4()
-    law = ReactiveLaw.make(scenario.controller, robot, scenario.control_period)
-    spheres = fit_object(target)
-    before, after, above = np.eye(4), np.eye(4), np.eye(4)
-    before[:3, 3] = -pick.approach * gripper.approach_E
-    after[:3, 3] = -place.retreat * gripper.approach_E
-    above[2, 3] = place.lower
-    grasps, places = [], []
-    for grasp in pick.grasps:
-        X_OE = make_transform(grasp, scenario.source, "grasps").GetAsMatrix4()
-        if not _reaches(law, beside, q0, X_WO @ X_OE):
-            continue
-        if not _reaches(law, world.field, q0, X_WO @ X_OE @ before):
-            continue
-        X_WO_held = robot.end_effector_pose(q0) @ np.linalg.inv(X_OE)
-        held = target.at(RigidTransform(X_WO_held))
-        carrying = law.holding(make_payload(robot, held, spheres, q0))
-        at = []
-        for each in place.places:
-            X_WP = make_transform(each, scenario.source, "places")
-            X_WE = X_WP.GetAsMatrix4() @ X_OE
-            if _reaches(carrying, beside, q0, above @ X_WE) and all(
-                _reaches(law, beside, q0, X) for X in (X_WE, X_WE @ after)
-            ):
-                at.append(each)
-        if at:
-            grasps.append(grasp)
-            places += [each for each in at if each not in places]
-        if len(grasps) == ENOUGH:
-            break
-    pick.grasps, place.places = grasps, places
-    return bool(grasps)
-
-
-def _reaches(
-    law: ReactiveLaw, field: DistanceField, q0: np.ndarray, X_WE: np.ndarray
-) -> bool:
-    """Whether some configuration at a pose keeps all distances."""
-    robot = law.robot
-    bounds = robot.position_lower, robot.position_upper
-    if robot.n_base:
-        room = np.array([2.0, 2.0, 4.0])
-        p = np.array([*X_WE[:2, 3], 0.0])
-        bounds = bounds[0].copy(), bounds[1].copy()
-        bounds[0][:3], bounds[1][:3] = p - room, p + room
-    space = FreeSpace(robot, field, STOPPING, law.self_clearance, bounds, q0)
-    rng = np.random.default_rng(0)
-    found = goal_configurations(space, X_WE, q0, seeds=SEEDS, most=1, rng=rng)
-    return len(found.q) > 0
-
-
-def turned(problem: PickAndPlace) -> list[np.ndarray]:
-    """Returns the poses at which the target may be put down, (4, 4) each.
-
-    Args:
-        problem: The problem.
-    """
-    goal = problem.X_WO_goal
-    return [
-        RigidTransform(
-            RotationMatrix.MakeZRotation(turn) @ goal.rotation(),
-            goal.translation(),
-        ).GetAsMatrix4()
-        for turn in TURNS
-    ]
-
-
-def _pose(X: np.ndarray) -> dict[str, list]:
-    return {"translation": X[:3, 3].tolist(), "rotation": X[:3, :3].tolist()}
 
 
 class Judge:
