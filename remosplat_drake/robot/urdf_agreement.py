@@ -16,8 +16,8 @@ from pydrake.systems.framework import Context
 from remosplat_drake.robot.model_file import add_robot_model, in_one_line
 from remosplat_drake.robot.robot_description import RobotDescription
 
-_ANGLE = 0.02
-"""Permitted difference of the angle between two axes [rad]: more than a
+_COSINE = 0.02
+"""Permitted difference of the cosine of the angle between two axes: more than a
 calibration at the factory finds."""
 
 _DISTANCE = 0.005
@@ -174,9 +174,9 @@ def _axes_problem(
     moved = np.abs(
         d @ m.T + m @ d.T - their_d @ their_m.T - their_m @ their_d.T
     )
-    if turned.max() <= _ANGLE and moved.max() <= _DISTANCE:
+    if turned.max() <= _COSINE and moved.max() <= _DISTANCE:
         return ""
-    by = turned / _ANGLE + moved / _DISTANCE
+    by = turned / _COSINE + moved / _DISTANCE
     i, j = sorted(np.unravel_index(int(by.argmax()), by.shape))
     return (
         f"the axes of {names[i]} and {names[j]} lie otherwise than in our"

@@ -15,7 +15,7 @@ from pydrake.systems.framework import (
 from remosplat_drake.robot.robot_model import RobotModel
 from remosplat_drake.signals import station_ports as ports
 from remosplat_drake.signals.station_status import StationStatus
-from remosplat_drake.station.commands import CommandInputs
+from remosplat_drake.station.commands import CommandInputs, HandCommand
 from remosplat_drake.station.hand import HandGeometry, width_rate
 
 
@@ -132,23 +132,22 @@ class KinematicRobot(LeafSystem):
         self, context: Context, derivatives: ContinuousState
     ) -> None:
         """Computes q_dot = N(q) u, and the rates of the grippers' widths."""
-        q_dot = self._robot.velocity_map(self._state(context)[0])
-        u = self._commands.read(context).u
-        rates = [self._width_rate(context, i) for i in range(len(self._hands))]
-        derivatives.SetFromVector([*(q_dot @ u), *rates])
+        q, widths = self._state(context)
+        command = self._commands.read(context)
+        rates = map(self._width_rate, self._hands, command.hands, widths)
+        q_dot = self._robot.velocity_map(q) @ command.u
+        derivatives.SetFromVector([*q_dot, *rates])
 
     def _state(self, context: Context) -> tuple[np.ndarray, np.ndarray]:
         x = context.get_continuous_state_vector().CopyToVector()
         return x[: self._robot.n_q], x[self._robot.n_q :]
 
-    def _width_rate(self, context: Context, i: int) -> float:
-        command = self._commands.read(context).hands[i]
+    def _width_rate(
+        self, hand: HandGeometry, command: HandCommand, width: float
+    ) -> float:
         if command.width is None:
             return 0.0
-        width = float(self._state(context)[1][i])
-        return width_rate(
-            width, command.width, self._hands[i], self._hand_speed
-        )
+        return width_rate(width, command.width, hand, self._hand_speed)
 
     def _calc_base(self, context: Context, output: BasicVector) -> None:
         drift = self._odometry_drift * context.get_time()
@@ -167,7 +166,8 @@ class KinematicRobot(LeafSystem):
 
     def _calc_hand(self, i: int, context: Context, output: BasicVector) -> None:
         width = float(self._state(context)[1][i])
-        rate = self._width_rate(context, i)
+        command = self._commands.read(context).hands[i]
+        rate = self._width_rate(self._hands[i], command, width)
         output.SetFromVector([width, rate, 0.0])  # Nothing resists.
 
     def _calc_posture(self, context: Context, output: BasicVector) -> None:

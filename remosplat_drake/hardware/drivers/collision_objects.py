@@ -8,11 +8,12 @@ from pydrake.common.eigen_geometry import Quaternion
 from pydrake.math import RigidTransform
 
 from remosplat_drake.base.errors import RemoSplatError
+from remosplat_drake.scene.planning_scene import OTHER_SHAPES, SHAPES
 
 _ADD, _REMOVE, _APPEND, _MOVE = range(4)
 """Values of CollisionObject.operation."""
 
-_SHAPES = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}
+_NAMES = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}
 """Names of the values of SolidPrimitive.type."""
 
 _DIGITS = 6
@@ -124,7 +125,7 @@ def _shapes(
     Raises:
         RemoSplatError: A shape is neither a box nor a cylinder.
     """
-    for other in ("meshes", "planes"):
+    for other in OTHER_SHAPES:
         if getattr(message, other):
             raise RemoSplatError(f"it has {other}; give boxes or cylinders")
     if len(message.primitives) != len(message.primitive_poses):
@@ -140,11 +141,11 @@ def _shapes(
 
 def _shape(solid) -> dict[str, Any]:
     """A shape_msgs/SolidPrimitive as a scenario has it."""
-    kind = _SHAPES.get(solid.type, f"of type {solid.type}")
+    kind = _NAMES.get(solid.type, f"of type {solid.type}")
     sizes = _rounded(solid.dimensions)
-    if kind not in ("box", "cylinder"):
+    if kind not in SHAPES:
         raise RemoSplatError(f"it is a {kind}; give boxes or cylinders")
-    if len(sizes) != (3 if kind == "box" else 2) or not min(sizes) > 0:
+    if len(sizes) != SHAPES[kind] or not min(sizes) > 0:
         raise RemoSplatError(f"its {kind} has the dimensions {sizes}")
     if kind == "box":
         return {"box": sizes}

@@ -14,11 +14,9 @@ from remosplat_drake.base.errors import FieldError, RemoSplatError
 from remosplat_drake.hardware.drivers.joint_states import JointStates
 from remosplat_drake.hardware.drivers.ros2_node import Ros2Node, taken
 from remosplat_drake.hardware.ros_config import Ros2HandTopics, Tell
+from remosplat_drake.hardware.wire.channels import HAND_STATUS_EXPIRY
 from remosplat_drake.hardware.wire.packets import BrokenMessage, is_expired
 from remosplat_drake.robot.robot_description import RobotDescription
-
-_SILENCE = 0.5
-"""Age of a joint state from which on the opening is unknown [s]."""
 
 _CUTOFF = 10.0
 """Cutoff frequency of the fingers' rates, which are not used [Hz]."""
@@ -80,7 +78,9 @@ class Ros2HandLink:
             for sample in taken(self._reader):
                 self._take(sample)
             latest = self._latest
-        if latest is None or is_expired(latest[2], wall_utime(), _SILENCE):
+        if latest is None or is_expired(
+            latest[2], wall_utime(), HAND_STATUS_EXPIRY
+        ):
             return None
         return latest[:2]
 
@@ -104,7 +104,7 @@ class Ros2HandLink:
             if measured is None:
                 raise RemoSplatError(
                     f"{self._config.states}: nothing usable came for"
-                    f" {_SILENCE} s, while the hand moved"
+                    f" {HAND_STATUS_EXPIRY} s, while the hand moved"
                 )
             if time.monotonic() > end:
                 raise RemoSplatError(f"the hand moved for {_LONGEST:.0f} s")
