@@ -160,7 +160,8 @@ def place_at_home(
         effector: Index of the end effector.
     """
     home = robot.q_home.copy()
-    home[: robot.n_base] = q[: robot.n_base]
+    arm = robot.n_q - len(robot.home)
+    home[:arm] = q[:arm]
     return robot.end_effector_pose(home, effector)[:3, 3]
 
 

@@ -120,6 +120,15 @@ def test_home_goes_along_with_the_base():
     q = robot.q_home.copy()
     at_start = place_at_home(robot, q)
     q[0] += 1.0
-    q[robot.n_base :] += 0.3
+    q[3:] += 0.3
     moved = place_at_home(robot, q) - at_start
     np.testing.assert_allclose(moved, [1, 0, 0], atol=1e-9)
+
+
+def test_home_turns_with_the_base():
+    robot = load_robot("frankie")
+    q = robot.q_home.copy()
+    x, y, z = place_at_home(robot, q)
+    q[2] = np.pi / 2
+    turned = place_at_home(robot, q)
+    np.testing.assert_allclose(turned, [-y, x, z], atol=1e-9)
