@@ -38,13 +38,6 @@ draw();
 """While `isSlow`, a picture takes 0.7 s."""
 
 
-@pytest.fixture(scope="module")
-def rig():
-    rig = Rig()
-    yield rig
-    rig.process.close()
-
-
 def test_an_old_picture_says_so(rig):
     with open_browser((600, 400)) as tab:
         tab.run_first(DRAW_NOTHING + SLOW)

@@ -29,13 +29,6 @@ pytestmark = [
 IS_HELD = PageState(HELD, "Held", "hand held 21 mm from unseen space", (STOP,))
 
 
-@pytest.fixture(scope="module")
-def rig():
-    rig = Rig()
-    yield rig
-    rig.process.close()
-
-
 def test_what_is_offered_works(rig):
     """For a target in the table, one out of reach, and a held robot."""
     with open_browser((600, 400)) as tab:

@@ -26,13 +26,6 @@ TABLE = (200, 330)
 """Where the floor before the table is in the picture [px]."""
 
 
-@pytest.fixture(scope="module")
-def rig():
-    rig = Rig()
-    yield rig
-    rig.process.close()
-
-
 def test_a_watcher_may_stop_and_nothing_else(rig):
     with open_cockpit(rig.url) as watcher:
         assert not OPERATORS_OWN & set(watcher.buttons)

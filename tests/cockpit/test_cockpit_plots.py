@@ -8,7 +8,6 @@ import pytest
 pytest.importorskip("viser")
 
 from browser import find_chromium
-from cockpit_rig import Rig
 from cockpit_tab import CockpitTab, open_cockpit
 from pydrake.common.value import Value
 from pydrake.systems.analysis import Simulator
@@ -106,13 +105,6 @@ def test_every_tick_counts_although_few_moments_are_shown():
 def test_the_axis_has_room_for_all_values(values, upper):
     plot = with_room_for(SvgPlot("a", "m", 0.0, 0.1), np.array(values))
     assert plot.upper == pytest.approx(upper)
-
-
-@pytest.fixture(scope="module")
-def rig():
-    rig = Rig()
-    yield rig
-    rig.process.close()
 
 
 def shown_plots(tab: CockpitTab) -> list[str]:

@@ -21,14 +21,6 @@ from remosplat_drake.base.errors import RemoSplatError
 from remosplat_drake.cockpit.cockpit_process import DIED, SILENT
 
 
-@pytest.fixture(scope="module")
-def rig():
-    """A cockpit that outlives each test."""
-    rig = Rig()
-    yield rig
-    rig.process.close()
-
-
 @pytest.fixture
 def mortal():
     """A cockpit that a test may end."""

@@ -72,87 +72,89 @@ def test_a_url_opens_a_wire_of_its_own():
     assert system.GetOutputPort("command").Eval(context).moves == 0
 
 
-def test_a_robot_that_followed_a_silent_stream_holds(three_link):
-    lcm, q = DrakeLcm("memq://"), np.array([0.3, 0.5, 0.0])
-    now = [1000.0]
-    builder = DiagramBuilder()
-    arm = builder.AddSystem(ConstantVectorSource(q))
-    stream = builder.AddSystem(
-        LcmOperator(
-            config=PoseStreamConfig(channel="T", expiry=0.3),
-            period=0.01,
-            lcm=lcm,
-            clock=lambda: now[0],
+DT, Q = 0.01, (0.3, 0.5, 0.0)
+"""Period [s], and the configuration of the arm [rad]."""
+
+
+class LedArm:
+    """An arm that stands still, whose target a stream on a wire leads.
+
+    Attributes:
+        lcm: The wire.
+        now: The time that the stream sees [s].
+        state: The target's state.
+    """
+
+    def __init__(self, robot, **config):
+        self.lcm, self.q, self.now = DrakeLcm("memq://"), np.array(Q), 1000.0
+        builder = DiagramBuilder()
+        arm = builder.AddSystem(ConstantVectorSource(self.q))
+        stream = builder.AddSystem(
+            LcmOperator(
+                config=PoseStreamConfig(expiry=0.3, **config),
+                period=DT,
+                lcm=self.lcm,
+                clock=lambda: self.now,
+            )
         )
-    )
-    target = OperatorTarget.AddToBuilder(
-        builder,
-        configuration=arm.get_output_port(),
-        command=stream.GetOutputPort("command"),
-        robot=three_link,
-        q0=q,
-        law=MotionLaw.make(TeleopConfig(), three_link, q, 0.01),
-    )
-    simulator = Simulator(builder.Build())
-    context = target.GetMyContextFromRoot(simulator.get_context())
-    modes, texts = [], []
+        self._target = OperatorTarget.AddToBuilder(
+            builder,
+            configuration=arm.get_output_port(),
+            command=stream.GetOutputPort("command"),
+            robot=robot,
+            q0=self.q,
+            law=MotionLaw.make(TeleopConfig(), robot, self.q, DT),
+        )
+        self._simulator, self._ticks = Simulator(builder.Build()), 0
+        self._context = self._target.GetMyContextFromRoot(
+            self._simulator.get_context()
+        )
+
+    @property
+    def state(self):
+        return self._target.state(self._context)
+
+    def tick(self, channel: str, message: bytes | None) -> None:
+        """Sends a message, if any, and simulates a period."""
+        self.now += DT
+        if message is not None:
+            self.lcm.Publish(channel, message)
+        self._ticks += 1
+        self._simulator.AdvanceTo(DT * self._ticks)
+
+
+def test_a_robot_that_followed_a_silent_stream_holds(three_link):
+    arm, modes = LedArm(three_link, channel="T"), []
     for i in range(80):
-        now[0] += 0.01
-        if i < 20:
-            lcm.Publish("T", encoded(now[0], 0.1))
-        simulator.AdvanceTo(0.01 * (i + 1))
-        modes.append(target.state(context).mode)
-        texts.append(target.state(context).text)
+        arm.tick("T", encoded(arm.now + DT, 0.1) if i < 20 else None)
+        modes.append(arm.state.mode)
     # The last pose came after 0.2 s; two ticks pass it on.
     assert modes[10] == modes[45] == FOLLOW
     assert modes[55] == modes[-1] == HOLD
-    assert texts[-1] == "hold: the pose stream has been silent for 0.3 s"
+    text = "hold: the pose stream has been silent for 0.3 s"
+    assert arm.state.text == text
     np.testing.assert_allclose(
-        target.state(context).X_WT, three_link.end_effector_pose(q)
+        arm.state.X_WT, three_link.end_effector_pose(arm.q)
     )
 
 
 def test_a_target_moves_by_velocities_and_holds_in_their_silence(three_link):
-    lcm, q = DrakeLcm("memq://"), np.array([0.3, 0.5, 0.0])
-    now = [1000.0]
-    builder = DiagramBuilder()
-    arm = builder.AddSystem(ConstantVectorSource(q))
-    stream = builder.AddSystem(
-        LcmOperator(
-            config=PoseStreamConfig(velocity_channel="V", expiry=0.3),
-            period=0.01,
-            lcm=lcm,
-            clock=lambda: now[0],
-        )
-    )
-    target = OperatorTarget.AddToBuilder(
-        builder,
-        configuration=arm.get_output_port(),
-        command=stream.GetOutputPort("command"),
-        robot=three_link,
-        q0=q,
-        law=MotionLaw.make(TeleopConfig(), three_link, q, 0.01),
-    )
-    simulator = Simulator(builder.Build())
-    context = target.GetMyContextFromRoot(simulator.get_context())
-    start = target.state(context).X_WT
+    arm = LedArm(three_link, velocity_channel="V")
+    start = arm.state.X_WT
     for i in range(100):
-        now[0] += 0.01
-        if i < 50:
-            message = velocity_target()
-            message.utime = to_utime(now[0])
-            message.linear = [0.0, 0.0, 0.1]
-            lcm.Publish("V", message.encode())
-        simulator.AdvanceTo(0.01 * (i + 1))
+        message = velocity_target()
+        message.utime = to_utime(arm.now + DT)
+        message.linear = [0.0, 0.0, 0.1]
+        arm.tick("V", message.encode() if i < 50 else None)
         if i == 49:
-            led = target.state(context)
+            led = arm.state
     assert led.mode == VELOCITY
     assert led.text == "led by the velocity stream"
     np.testing.assert_allclose(led.V_WT, [0, 0, 0, 0, 0, 0.1])
     # It gains speed within 0.2 s, and two ticks pass a message on.
     way = led.X_WT[:3, 3] - start[:3, 3]
     np.testing.assert_allclose(way, [0, 0, 0.1 * (0.48 - 0.1)], atol=2e-3)
-    held = target.state(context)
+    held = arm.state
     assert held.mode == HOLD
     text = "hold: the velocity stream has been silent for 0.3 s"
     assert held.text == text

@@ -35,34 +35,46 @@ def pose(frame: str, utime: int = UTIME, x: float = 1.0) -> ros.PoseStamped:
     return message
 
 
-def test_a_pose_is_passed_on_and_what_is_none_is_told():
+def passed_on(channel, topic, frame, kind, type, messages):
+    """The packets of messages that are sent one after the other, and the news.
+
+    Each is sent until there is news of it.
+    """
     wire, packets, news = DrakeLcm("memq://"), [], []
-    wire.Subscribe("POSE_TARGET", packets.append)
+    wire.Subscribe(channel, packets.append)
     target = Ros2Target(
-        *(wire, "POSE_TARGET", "/target_pose", "map"),
-        kind=POSES,
-        domain=DOMAIN,
-        tell=news.append,
+        wire, channel, topic, frame, kind=kind, domain=DOMAIN, tell=news.append
     )
-    writer = Ros2Node(DOMAIN, "a test").writer("/target_pose", ros.PoseStamped)
+    writer = Ros2Node(DOMAIN, "a test").writer(topic, type)
     end = time.monotonic() + PATIENCE
-    for message in (
-        pose("/map"),
-        pose("odom"),
-        pose("map", utime=0),
-        pose("map", x=float("nan")),
-    ):
+    for message in messages:
         count = len(news)
         while len(news) == count:
             assert time.monotonic() < end
             writer.write(message)
             target.step()
             wire.HandleSubscriptions(0)
+    return packets, [line.removeprefix(f"{topic}: ") for line in news]
+
+
+def test_a_pose_is_passed_on_and_what_is_none_is_told():
+    packets, said = passed_on(
+        "POSE_TARGET",
+        "/target_pose",
+        "map",
+        POSES,
+        ros.PoseStamped,
+        [
+            pose("/map"),
+            pose("odom"),
+            pose("map", utime=0),
+            pose("map", x=float("nan")),
+        ],
+    )
     utime, X_WT = decode_pose_target(packets[0])
     assert utime == UTIME
     np.testing.assert_allclose(X_WT[:3, 3], [1, 2, 3])
     np.testing.assert_allclose(X_WT[:3, :3], np.diag([-1, -1, 1]), atol=1e-12)
-    said = [line.removeprefix("/target_pose: ") for line in news]
     assert said[0] == "poses are passed on"
     assert said[1].startswith("frame_id is 'odom', not 'map'")
     assert said[2].startswith("header.stamp is 0")
@@ -70,29 +82,28 @@ def test_a_pose_is_passed_on_and_what_is_none_is_told():
 
 
 def test_a_twist_is_passed_on_and_what_is_none_is_told():
-    wire, packets, news = DrakeLcm("memq://"), [], []
-    wire.Subscribe("VELOCITY_TARGET", packets.append)
-    target = Ros2Target(
-        *(wire, "VELOCITY_TARGET", "/target_twist", "world"),
-        kind=VELOCITIES,
-        domain=DOMAIN,
-        tell=news.append,
+    turning = ros.Vector3(0, 0, -0.5)
+    packets, said = passed_on(
+        "VELOCITY_TARGET",
+        "/target_twist",
+        "world",
+        VELOCITIES,
+        ros.TwistStamped,
+        [
+            ros.TwistStamped(
+                ros.Header(ros.stamp(UTIME), frame),
+                ros.Twist(ros.Vector3(x, 0, 0), turning),
+            )
+            for frame, x in (
+                ("world", 0.2),
+                ("tool0", 0.2),
+                ("world", float("inf")),
+            )
+        ],
     )
-    node = Ros2Node(DOMAIN, "a test")
-    writer = node.writer("/target_twist", ros.TwistStamped)
-    end = time.monotonic() + PATIENCE
-    for frame, x in (("world", 0.2), ("tool0", 0.2), ("world", float("inf"))):
-        twist = ros.Twist(ros.Vector3(x, 0, 0), ros.Vector3(0, 0, -0.5))
-        header, count = ros.Header(ros.stamp(UTIME), frame), len(news)
-        while len(news) == count:
-            assert time.monotonic() < end
-            writer.write(ros.TwistStamped(header, twist))
-            target.step()
-            wire.HandleSubscriptions(0)
     utime, V_W = decode_velocity_target(packets[0])
     assert utime == UTIME
     np.testing.assert_array_equal(V_W, [0, 0, -0.5, 0.2, 0, 0])
-    said = [line.removeprefix("/target_twist: ") for line in news]
     assert said[0] == "velocities are passed on"
     assert said[1].startswith("frame_id is 'tool0', not 'world'")
     assert said[2].startswith("a number is not finite; such velocities")
