@@ -1,10 +1,11 @@
-"""`advance_task`: takes a task on from tick to tick, as a pure function.
+"""`advance_task`: advances a task by one tick, as a pure function.
 
-A step lasts until its end effector is where it goes and its hand as wide as it
-shall be. Then the arm comes to a standstill, and the next one begins: contact
-rules and payload change at rest only, and where the robot may stand with them.
-A step that takes too long fails. Its way out is gone, and the next way of the
-block is tried; where there is none, the task has failed.
+A step lasts until its end effector is at the goal and its hand has the
+commanded width. Then the arm comes to a standstill, and the next step begins.
+Contact rules and payload change only at a standstill, and only if the robot may
+stand there with them. A step that takes too long fails: the robot follows the
+step's way out, and the next way of the block is tried. If there is none, the
+task has failed.
 """
 
 import dataclasses as dc
@@ -46,7 +47,7 @@ _AROUND = 0.03
 
 @dc.dataclass(frozen=True, eq=False)
 class Observation:
-    """What is seen of a robot at a tick.
+    """The measurements of a robot at a tick.
 
     Attributes:
         time: Time of the tick [s].
@@ -69,15 +70,15 @@ class Observation:
 
 
 def advance_task(task: Task, state: TaskState, now: Observation) -> TaskState:
-    """Takes a task on by a tick.
+    """Advances a task by one tick.
 
     Args:
         task: The task.
-        state: How far it was at the tick before.
-        now: What is seen of the robot.
+        state: The state of the task at the previous tick.
+        now: The measurements of the robot.
 
     Returns:
-        How far it is; the same object if nothing has changed.
+        The state of the task; the same object if nothing has changed.
     """
     if state.outcome != RUNNING or not np.isfinite(now.q).all():
         return state

@@ -1,4 +1,4 @@
-"""What the cockpit's tests have in common."""
+"""Fixtures of the cockpit's tests."""
 
 import pytest
 

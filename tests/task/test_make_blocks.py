@@ -10,11 +10,11 @@ from remosplat_drake.base.pose_config import PoseConfig
 from remosplat_drake.robot.hand_links import hand_links
 from remosplat_drake.task import step_configs as cfg
 from remosplat_drake.task.make_blocks import (
-    Workshop,
     carried_objects,
     make_blocks,
 )
 from remosplat_drake.task.step import ATTACH, BASE_TO, RELEASE
+from remosplat_drake.task.workshop import Workshop
 
 GRASP = cfg.GraspConfig([0, 0, 0.05], width=0.06)
 PICK = cfg.Pick(object="can", support="board", grasps=[GRASP, GRASP])

@@ -12,7 +12,6 @@ from remosplat_drake.station.connections import AddHandStates
 from remosplat_drake.station.hand import robot_hands
 from remosplat_drake.station.station_config import KinematicStation
 from remosplat_drake.task.make_blocks import (
-    Workshop,
     carried_objects,
     make_blocks,
 )
@@ -20,6 +19,7 @@ from remosplat_drake.task.targets import Targets
 from remosplat_drake.task.task import Task
 from remosplat_drake.task.task_map import StandingRule, TaskMap
 from remosplat_drake.task.task_system import TaskSystem
+from remosplat_drake.task.workshop import Workshop
 
 
 def AddTask(
